@@ -1,0 +1,1 @@
+"""What every layer shares: parameter fields, errors, random streams, array types."""

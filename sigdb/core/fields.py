@@ -1,0 +1,129 @@
+"""Parameter fields: unit, bounds and help of a physical quantity, declared once, where the field is.
+
+Validation, error messages, docs, command-line help and the metadata of database columns read them from there.
+"""
+
+import difflib
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError
+from pydantic.fields import FieldInfo
+
+from sigdb.core.errors import InputError
+
+Vector = Annotated[tuple[float, float, float], Strict(False)]
+"""Three components in the casing's frame (X, Y, Z)."""
+
+
+class Section(BaseModel):
+    """A frozen group of fields: strict types, finite numbers, unknown keys refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+def quantity(unit: str, help: str, **rules: Any) -> Any:
+    """A field with its unit, help and bounds.
+
+    Parameters
+    ----------
+    unit
+        SI unit, or ``"-"`` for a number without one.
+    help
+        One sentence: what it is, its sign convention.
+    rules
+        ``default``, ``gt``, ``ge``, ``lt``, ``le``, ``min_length`` ... as in :func:`pydantic.Field`.
+    """
+    return Field(description=help, json_schema_extra={"unit": unit}, **rules)
+
+
+def unit_of(field: FieldInfo) -> str:
+    """The unit declared with a field, ``"-"`` where none is."""
+    extra = field.json_schema_extra
+    return str(extra.get("unit", "-")) if isinstance(extra, dict) else "-"
+
+
+S = TypeVar("S", bound=BaseModel)
+
+
+def validated(model: type[S], data: Mapping[str, Any], *, owner: str) -> S:
+    """Check ``data`` against a section and say in one message all that is wrong with it.
+
+    Raises
+    ------
+    InputError
+        Names the owner (usually a file), each offending key, the rule, the value and what to do.
+    """
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        lines = [line for problem in error.errors() for line in _sentence(model, problem).splitlines()]
+        raise InputError("\n".join(f"{owner}: {line}" for line in lines)) from None
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """A TOML file as a dictionary; a missing or malformed file is an :class:`InputError`."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not UTF-8 text (byte {error.start}); TOML files are UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+
+
+def _sentence(model: type[BaseModel], problem: Any) -> str:
+    """What is wrong, in the words of the file: one line for each problem."""
+    location = problem["loc"]
+    key = ".".join(str(part) for part in location) or "(top level)"
+    if problem["type"] == "extra_forbidden":
+        return f"unknown key {key}{_closest(model, location)}"
+    if problem["type"] == "missing":
+        return f"{key} is missing; add it"
+    message = problem["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    if problem["type"] == "value_error":
+        return message if key == "(top level)" else f"{key}: {message}"
+    return f"{key} = {problem['input']!r} must be {message}"
+
+
+def _closest(model: type[BaseModel], location: tuple[Any, ...]) -> str:
+    owner = _section_at(model, location[:-1])
+    if owner is None:
+        return "; remove it"
+    known = sorted(owner.model_fields)
+    near = difflib.get_close_matches(str(location[-1]), known, n=1)
+    return f"; did you mean {near[0]!r}?" if near else f"; known keys: {', '.join(known)}"
+
+
+def _section_at(model: type[BaseModel], location: tuple[Any, ...]) -> type[BaseModel] | None:
+    """The section that a path of keys ends in, looked up through tables of sections and unions."""
+    here: Any = model
+    for part in location:
+        if isinstance(here, type) and issubclass(here, BaseModel):
+            field = here.model_fields.get(str(part))
+            here = field.annotation if field else _named_member(here, part)
+        else:
+            here = _named_member(here, part)
+    candidates = _sections_in(here)
+    return candidates[0] if len(candidates) == 1 else None
+
+
+def _named_member(annotation: Any, part: Any) -> Any:
+    sections = _sections_in(annotation)
+    named = [section for section in sections if section.__name__ == part]
+    if named:
+        return named[0]
+    if len(sections) == 1 and str(part) in sections[0].model_fields:
+        return sections[0].model_fields[str(part)].annotation
+    return annotation
+
+
+def _sections_in(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [section for part in getattr(annotation, "__args__", ()) for section in _sections_in(part)]

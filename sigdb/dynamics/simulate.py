@@ -1,0 +1,170 @@
+"""One rig, one damage, one specimen: the response over a revolution of the damaged gear."""
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sigdb.core.errors import InputError, UnstableRigError
+from sigdb.core.typing import FloatArray
+from sigdb.dynamics.periodic import SAMPLES_PER_TOOTH, PeriodicRig, prepare
+from sigdb.dynamics.stability import floquet_multiplier
+from sigdb.transmission import Damage, Transmission
+
+
+class ContactLossWarning(UserWarning):
+    """The mesh loses contact, where a linear solution does not hold."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Periodic:
+    """The periodic steady state of the linear, time-periodic rig (no backlash).
+
+    Attributes
+    ----------
+    samples_per_tooth
+        Samples in a tooth pass of the damaged gear.
+    """
+
+    samples_per_tooth: int = SAMPLES_PER_TOOTH
+
+
+@dataclass(frozen=True, kw_only=True)
+class Response:
+    """Response over one revolution of the damaged gear, sample 0 at the tacho mark.
+
+    Attributes
+    ----------
+    gear, damage
+        The damaged gear, and its damage.
+    signals
+        (n,) by sensor, in the unit of ``units``.
+    units
+        Unit by sensor.
+    compression
+        (n,) of the mesh along its normal, m.
+    min_compression
+        Least compression as a fraction of the static one; below 0 the mesh loses contact.
+    floquet_multiplier
+        Largest Floquet multiplier over the revolution; below 1, or there would be no response.
+    """
+
+    gear: str
+    damage: Damage
+    signals: dict[str, FloatArray]
+    units: dict[str, str]
+    compression: FloatArray
+    min_compression: float
+    floquet_multiplier: float
+
+    @property
+    def contact_loss(self) -> bool:
+        """Whether the mesh loses contact, so that this linear response does not hold."""
+        return self.min_compression < 0
+
+    def signal(self, sensor: str) -> FloatArray:
+        """(n,) signal of a sensor over the revolution.
+
+        Raises
+        ------
+        InputError
+            If the rig has no such sensor.
+        """
+        if sensor not in self.signals:
+            raise InputError(f"no sensor {sensor!r}; known: {', '.join(self.signals)}")
+        return self.signals[sensor]
+
+
+def simulate(
+    rig: Transmission,
+    damage: Damage | None = None,
+    *,
+    index_errors: ArrayLike | None = None,
+    solver: Periodic | None = None,
+) -> Response:
+    """Simulate a rig with damaged teeth at its operating point.
+
+    Parameters
+    ----------
+    rig
+        The transmission.
+    damage
+        Tooth damage; None for an undamaged gear.
+    index_errors
+        (teeth,) index error of each tooth of the damaged gear along the mesh normal, m, positive where the tooth
+        touches early; none if left out.
+    solver
+        How to solve; the periodic steady state if left out.
+
+    Returns
+    -------
+    Response
+
+    Raises
+    ------
+    InputError
+        If damage or index errors do not fit the rig.
+    UnstableRigError
+        If the varying mesh stiffness makes the rig unstable.
+
+    Warns
+    -----
+    ContactLossWarning
+        If the mesh loses contact, where the linear response is wrong by order one.
+
+    Examples
+    --------
+    >>> import sigdb
+    >>> rig = sigdb.load_transmission("nasa-spiral-bevel")
+    >>> response = sigdb.simulate(rig, sigdb.Damage(tooth=6, stiffness_loss=0.5))
+    >>> response.signal("pinion-vertical").shape
+    (768,)
+    """
+    damage = damage or Damage()
+    solver = solver or Periodic()
+    prepared = prepare(rig, gear=damage.gear, samples_per_tooth=solver.samples_per_tooth)
+    errors = np.zeros(prepared.teeth) if index_errors is None else np.asarray(index_errors, dtype=float)
+    if errors.shape != (prepared.teeth,) or not np.isfinite(errors).all():
+        raise InputError(
+            f"index_errors must be {prepared.teeth} finite numbers, one a tooth of the damaged gear, not an array of "
+            f"shape {errors.shape}"
+        )
+    state = prepared.steady_state(damage.on_teeth(prepared.teeth))
+    multiplier = stable_multiplier(rig, prepared, state.mesh_stiffness)
+    compression = state.compression + state.compression_response @ errors
+    signals = state.signals + state.specimen_response @ errors
+    response = Response(
+        gear=prepared.gear,
+        damage=damage,
+        signals=dict(zip(rig.sensors, signals, strict=True)),
+        units={name: sensor.unit for name, sensor in rig.sensors.items()},
+        compression=compression,
+        min_compression=float(compression.min() / state.static_compression),
+        floquet_multiplier=multiplier,
+    )
+    if response.contact_loss:
+        warnings.warn(
+            f"the mesh loses contact (least compression {response.min_compression:.2f} of the static one); "
+            "the linear response does not hold there",
+            ContactLossWarning,
+            stacklevel=2,
+        )
+    return response
+
+
+def stable_multiplier(rig: Transmission, prepared: PeriodicRig, stiffness: FloatArray) -> float:
+    """Largest Floquet multiplier over a revolution with that mesh stiffness.
+
+    Raises
+    ------
+    UnstableRigError
+        If it is not below 1.
+    """
+    multiplier = floquet_multiplier(prepared.system, stiffness, 2 * np.pi / prepared.shaft_speed)
+    if not multiplier < 1:
+        raise UnstableRigError(
+            f"rig {rig.name!r} is unstable at {rig.operating.speed_rpm:g} rpm (Floquet multiplier {multiplier:.3g} "
+            "over a revolution): the varying mesh stiffness feeds a resonance; raise damping_ratio or change the speed"
+        )
+    return multiplier

@@ -1,0 +1,105 @@
+"""Tooth damage: what it does to the stiffness of the tooth pair, for one tooth and for several."""
+
+from typing import Annotated, Self
+
+from pydantic import Field, Strict, model_validator
+
+from sigdb.core.errors import InputError
+from sigdb.core.fields import Section, quantity
+
+
+class ToothDamage(Section):
+    """Damage of one tooth."""
+
+    phase_shift_deg: float = quantity(
+        "deg",
+        "Delay of the tooth's mesh stiffness, in degrees of rotation of the damaged gear; positive is later.",
+        default=0.0,
+    )
+    stiffness_loss: float = quantity(
+        "-", "Fraction of the tooth's mesh stiffness that is lost.", ge=0, le=1, default=0.0
+    )
+    loss_extent: float = quantity(
+        "-", "Fraction of the tooth's contact over which the loss acts, from first contact.", ge=0, le=1, default=1.0
+    )
+
+    def __repr_args__(self) -> list[tuple[str | None, object]]:
+        return [(name, getattr(self, name)) for name in type(self).model_fields if name in self.model_fields_set]
+
+    @property
+    def is_damage(self) -> bool:
+        """Whether it changes anything."""
+        return self.phase_shift_deg != 0 or (self.stiffness_loss > 0 and self.loss_extent > 0)
+
+
+class Damage(ToothDamage):
+    """Damage of consecutive teeth of one gear: all alike, or a pattern of teeth that differ.
+
+    Examples
+    --------
+    >>> import sigdb
+    >>> sigdb.Damage(tooth=12, damaged_teeth=2, stiffness_loss=0.5).on_teeth(12)
+    {12: ToothDamage(stiffness_loss=0.5), 1: ToothDamage(stiffness_loss=0.5)}
+    """
+
+    gear: str | None = Field(
+        default=None, description="Name of the damaged gear; the first mesh's driving gear if left out."
+    )
+    tooth: int = quantity(
+        "-", "First damaged tooth, from 1 in the order of mesh after the tacho mark; 0 = undamaged.", ge=0, default=0
+    )
+    damaged_teeth: int = quantity("-", "Number of consecutive damaged teeth; 0 = undamaged.", ge=0, default=1)
+    pattern: str = Field(
+        default="", description="Name of the list of damaged teeth that differ; empty where all are alike."
+    )
+    each: Annotated[tuple[ToothDamage, ...], Strict(False)] = Field(
+        default=(), description="Damage of each tooth of a pattern, in the order of mesh."
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _counts(cls, data: object) -> object:
+        """An undamaged gear has no damaged teeth, and a pattern says how many it has."""
+        if isinstance(data, dict):
+            if not data.get("tooth", 0):
+                return {"damaged_teeth": 0} | data
+            if data.get("each"):
+                return {"damaged_teeth": len(data["each"])} | data
+        return data
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if (self.tooth == 0) != (self.damaged_teeth == 0):
+            raise ValueError(
+                f"tooth = {self.tooth} and damaged_teeth = {self.damaged_teeth} contradict each other; "
+                "both are 0 for an undamaged gear, and neither is for a damaged one"
+            )
+        if self.tooth == 0 and super().is_damage:
+            raise ValueError("phase_shift_deg or stiffness_loss is given without a tooth; say which tooth is damaged")
+        if self.each and (self.phase_shift_deg or self.stiffness_loss or self.damaged_teeth != len(self.each)):
+            raise ValueError(
+                f"pattern {self.pattern!r} gives the damage of {len(self.each)} teeth one by one; leave out "
+                "phase_shift_deg, stiffness_loss and damaged_teeth beside it"
+            )
+        return self
+
+    @property
+    def is_damage(self) -> bool:
+        """Whether any tooth is changed."""
+        return self.tooth > 0 and (any(one.is_damage for one in self.each) if self.each else super().is_damage)
+
+    def on_teeth(self, teeth: int) -> dict[int, ToothDamage]:
+        """Damage by tooth number on a gear of that many teeth; damaged teeth wrap (12, 1, 2).
+
+        Raises
+        ------
+        InputError
+            If the gear has fewer teeth than the damage names.
+        """
+        if max(self.tooth, self.damaged_teeth) > teeth:
+            raise InputError(
+                f"damage at tooth {self.tooth} of {self.damaged_teeth} teeth does not fit a gear of {teeth} teeth"
+            )
+        alike = ToothDamage(**self.model_dump(include=set(ToothDamage.model_fields), exclude_unset=True))
+        each = self.each or (alike,) * self.damaged_teeth
+        return {(self.tooth - 1 + i) % teeth + 1: one for i, one in enumerate(each)}

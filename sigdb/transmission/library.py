@@ -1,0 +1,55 @@
+"""Rigs by name or by file: one look-up that works from a checkout and from a wheel."""
+
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+from sigdb.core.errors import InputError
+from sigdb.core.fields import read_toml, validated
+from sigdb.transmission.rig import Transmission
+
+
+def load_transmission(name_or_path: str | Path) -> Transmission:
+    """A rig by the name of a built-in one, or from a TOML file.
+
+    Parameters
+    ----------
+    name_or_path
+        A name as listed by :func:`built_in_transmissions`, or the path of a file that ends in ``.toml``.
+
+    Returns
+    -------
+    Transmission
+
+    Raises
+    ------
+    InputError
+        If there is no such rig, or the file breaks a rule; the message names file, key, value and remedy.
+
+    Examples
+    --------
+    >>> import sigdb
+    >>> sigdb.load_transmission("nasa-spiral-bevel").operating.speed_rpm
+    14400.0
+    """
+    text = str(name_or_path)
+    if text.endswith(".toml"):
+        path = Path(text)
+        return validated(Transmission, read_toml(path), owner=text)
+    files = _built_in_files()
+    if text not in files:
+        raise InputError(f"no built-in rig {text!r}; known: {', '.join(files)}; a rig file's name ends in .toml")
+    with resources.as_file(files[text]) as path:
+        return validated(Transmission, read_toml(path), owner=path.name)
+
+
+def built_in_transmissions() -> list[str]:
+    """Names of the rigs that come with sigdb."""
+    return list(_built_in_files())
+
+
+def _built_in_files() -> dict[str, Traversable]:
+    packaged = resources.files("sigdb") / "data" / "transmissions"
+    folder: Traversable = packaged if packaged.is_dir() else Path(__file__).parents[2] / "data" / "transmissions"
+    names = sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".toml"))
+    return {name.removesuffix(".toml").replace("_", "-"): folder / name for name in names}

@@ -1,0 +1,260 @@
+"""A transmission as it is described: parts by name, checked against each other."""
+
+import difflib
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+from pydantic import BaseModel, Field, model_validator
+
+from sigdb.core.errors import InputError
+from sigdb.core.fields import quantity, validated
+from sigdb.transmission.described import Described, Name
+from sigdb.transmission.gears import Gear, Mesh, Operating
+from sigdb.transmission.mesh_geometry import MeshGeometry, PairMember, mesh_geometry
+from sigdb.transmission.sensors import Sensor
+from sigdb.transmission.shafts import Material, Shaft
+from sigdb.transmission.supports import Bearing, Casing, Coupling
+
+__all__ = ["Transmission"]
+
+_TABLES = ("gears", "shafts", "bearings", "couplings", "meshes", "sensors", "materials")
+
+
+class Transmission(Described):
+    """A rig: shafts, gears, bearings, couplings, meshes, casing, sensors and an operating point.
+
+    Examples
+    --------
+    >>> import sigdb
+    >>> rig = sigdb.load_transmission("nasa-spiral-bevel")
+    >>> rig.gears["pinion"].teeth, rig.mesh_frequency("main")
+    (12, 2880.0)
+    >>> rig.replace({"pinion.teeth": 13}).gears["pinion"].teeth
+    13
+    """
+
+    name: Name = Field(description="Name of the rig.")
+    title: str = Field(default="", description="What the rig is, in a line.")
+    damping_ratio: float = quantity(
+        "-", "Fraction of critical damping of every mode of the rotors, torsion included.", ge=0, lt=1
+    )
+    operating: Operating = Field(description="Speed and torque, and where they enter and leave.")
+    materials: dict[Name, Material] = Field(description="Materials by name.")
+    shafts: dict[Name, Shaft] = Field(description="Shafts by name.", min_length=1)
+    gears: dict[Name, Gear] = Field(description="Gears by name.", min_length=2)
+    bearings: dict[Name, Bearing] = Field(description="Bearings by name.", min_length=1)
+    couplings: dict[Name, Coupling] = Field(description="Couplings to end machines by name.", min_length=2)
+    meshes: dict[Name, Mesh] = Field(description="Gear pairs by name.", min_length=1)
+    casing: Casing = Field(default=Casing(), description="The casing; without modes it is rigid ground.")
+    sensors: dict[Name, Sensor] = Field(description="Sensors by name.", min_length=1)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        problems = list(self._dangling())
+        if not problems:
+            problems = list(self._geometry_problems())
+        if problems:
+            raise ValueError("\n".join(problems))
+        return self
+
+    def _dangling(self) -> Iterator[str]:
+        """References to parts and nodes that do not exist."""
+        yield from _missing("operating.drive", self.operating.drive, self.couplings)
+        yield from _missing("operating.load", self.operating.load, self.couplings)
+        for name, shaft in self.shafts.items():
+            yield from _missing(f"shafts.{name}.material", shaft.material, self.materials)
+        for table, parts in (("gears", self.gears), ("bearings", self.bearings), ("couplings", self.couplings)):
+            for name, part in parts.items():
+                yield from _missing(f"{table}.{name}.shaft", part.shaft, self.shafts)
+                carrier = self.shafts.get(part.shaft)
+                if carrier and part.node >= carrier.nodes:
+                    yield (
+                        f"{table}.{name}.node = {part.node} does not exist: shaft {part.shaft!r} has the nodes "
+                        f"0 to {carrier.nodes - 1}; choose one of them or give the shaft more elements"
+                    )
+        for name, gear in self.gears.items():
+            yield from _missing(f"gears.{name}.material", gear.material, self.materials)
+        for name, bearing in self.bearings.items():
+            if bearing.seat is not None:
+                yield from _missing(f"bearings.{name}.seat", bearing.seat, self.casing.points)
+        for name, mesh in self.meshes.items():
+            yield from _missing(f"meshes.{name}.driving", mesh.driving, self.gears)
+            yield from _missing(f"meshes.{name}.driven", mesh.driven, self.gears)
+        for name, sensor in self.sensors.items():
+            if sensor.gear is not None:
+                yield from _missing(f"sensors.{name}.gear", sensor.gear, self.gears)
+            if sensor.point is not None:
+                yield from _missing(f"sensors.{name}.point", sensor.point, self.casing.points)
+
+    def _geometry_problems(self) -> Iterator[str]:
+        try:
+            geometries = self.geometries
+        except InputError as error:
+            yield str(error)
+            return
+        for name, mesh in self.meshes.items():
+            for gear_name, radius in zip((mesh.driving, mesh.driven), geometries[name].radii, strict=True):
+                bore = self.gears[gear_name].bore
+                if bore >= 2 * radius:
+                    yield (
+                        f"gears.{gear_name}.bore = {bore} must be less than the mean pitch diameter {2 * radius:.4g}; "
+                        "reduce the bore, or raise the module or the tooth count"
+                    )
+
+    @cached_property
+    def _solved(self) -> tuple[dict[str, MeshGeometry], dict[str, float]]:
+        """Mesh geometries, and the speed of every shaft about its own z axis as a multiple of the drive's."""
+        ratios = {self.drive_shaft: float(self.operating.rotation)}
+        geometries: dict[str, MeshGeometry] = {}
+        while len(geometries) < len(self.meshes):
+            ready = [
+                name
+                for name, mesh in self.meshes.items()
+                if name not in geometries and self.gears[mesh.driving].shaft in ratios
+            ]
+            if not ready:
+                left = sorted(set(self.meshes) - set(geometries))
+                raise InputError(
+                    f"meshes.{left[0]}: its driving gear's shaft is not driven; power must flow from "
+                    f"operating.drive = {self.operating.drive!r} through the meshes, driving gear to driven gear"
+                )
+            for name in ready:
+                mesh = self.meshes[name]
+                driving, driven = self.gears[mesh.driving], self.gears[mesh.driven]
+                ratio = ratios[driving.shaft]
+                geometry = mesh_geometry(mesh, self._member(driving), self._member(driven), int(np.sign(ratio)))
+                speed = geometry.driven_rotation * abs(ratio) * driving.teeth / driven.teeth
+                if ratios.setdefault(driven.shaft, speed) != speed:
+                    raise InputError(
+                        f"meshes.{name} turns shaft {driven.shaft!r} at another speed than another mesh does; "
+                        "a train cannot have two speeds on one shaft"
+                    )
+                geometries[name] = geometry
+        return geometries, ratios
+
+    def _member(self, gear: Gear) -> PairMember:
+        return PairMember(teeth=gear.teeth, axis=self.shafts[gear.shaft].rotation[:, 2], apex=gear.apex)
+
+    @property
+    def drive_shaft(self) -> str:
+        """Name of the shaft to which the operating point refers."""
+        return self.couplings[self.operating.drive].shaft
+
+    @property
+    def geometries(self) -> dict[str, MeshGeometry]:
+        """Geometry of each mesh."""
+        return self._solved[0]
+
+    def speed(self, shaft: str) -> float:
+        """Signed speed of a shaft about its own z axis, rad/s; 0 for one that no mesh drives."""
+        return self._solved[1].get(shaft, 0.0) * self.operating.speed_rpm * 2 * np.pi / 60
+
+    def mesh_frequency(self, mesh: str) -> float:
+        """Mesh frequency, Hz."""
+        gear = self.gears[self.meshes[mesh].driving]
+        ratio = abs(self._solved[1][gear.shaft])
+        return ratio * self.operating.speed_rpm * gear.teeth / 60
+
+    def meshes_of(self, gear: str) -> list[str]:
+        """Names of the meshes in which a gear takes part.
+
+        Raises
+        ------
+        InputError
+            If the rig has no such gear.
+        """
+        for sentence in _missing("gear", gear, self.gears):
+            raise InputError(f"rig {self.name!r}: {sentence}")
+        return [name for name, mesh in self.meshes.items() if gear in (mesh.driving, mesh.driven)]
+
+    def mate(self, gear: str) -> str:
+        """Name of the gear that meshes with a gear, in its first mesh."""
+        mesh = self.meshes[self.meshes_of(gear)[0]]
+        return mesh.driven if mesh.driving == gear else mesh.driving
+
+    def turns_exactly(self, gear: str) -> bool:
+        """Whether moving the damage by a tooth only turns the response: one mesh in the rig, on that gear."""
+        return len(self.meshes) == 1 and len(self.meshes_of(gear)) == 1
+
+    def path(self, dotted: str) -> tuple[str, ...]:
+        """The full path of a parameter: ``pinion.teeth`` is ``gears.pinion.teeth``.
+
+        The first word is a section of the rig or the name of a part; gears come before other parts of the same name.
+
+        Raises
+        ------
+        InputError
+            If it names no numeric field.
+        """
+        parts = tuple(dotted.split("."))
+        if parts[0] not in type(self).model_fields:
+            tables = [table for table in _TABLES if parts[0] in getattr(self, table)]
+            if not tables:
+                known = [*type(self).model_fields, *(name for table in _TABLES for name in getattr(self, table))]
+                raise InputError(f"rig {self.name!r} has no part {parts[0]!r} (in {dotted!r}){_near(parts[0], known)}")
+            parts = (tables[0], *parts)
+        value = self._value(parts, dotted)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise InputError(f"{dotted!r} of rig {self.name!r} is not a number; name a numeric field of the rig")
+        return parts
+
+    def _value(self, path: tuple[str, ...], dotted: str) -> Any:
+        here: Any = self
+        for part in path:
+            known: list[str] = []
+            if isinstance(here, BaseModel):
+                known = list(type(here).model_fields)
+                here = getattr(here, part) if part in known else None
+            elif isinstance(here, Mapping):
+                known = list(here)
+                here = here.get(part)
+            elif isinstance(here, tuple) and part.isdigit() and int(part) < len(here):
+                here = here[int(part)]
+            else:
+                here = None
+            if here is None:
+                raise InputError(f"rig {self.name!r} has no parameter {dotted!r}{_near(part, known)}")
+        return here
+
+    def value(self, dotted: str) -> float:
+        """Value of a numeric parameter by its dotted path."""
+        return float(self._value(self.path(dotted), dotted))
+
+    def replace(self, values: Mapping[str, float]) -> "Transmission":
+        """The rig with other values at dotted paths, checked again.
+
+        Raises
+        ------
+        InputError
+            If a path names no numeric field, or a value breaks a rule.
+        """
+        if not values:
+            return self
+        data = self.model_dump()
+        for dotted, value in values.items():
+            path = self.path(dotted)
+            here: Any = data
+            for part in path[:-1]:
+                here = here[int(part)] if isinstance(here, tuple | list) else here[part]
+            if isinstance(here, tuple):
+                raise InputError(
+                    f"{dotted!r} is one component of a vector and cannot be set alone; set it in the rig file"
+                )
+            here[path[-1]] = int(value) if float(value).is_integer() and path[-1] in ("teeth", "node") else float(value)
+        return validated(Transmission, data, owner=f"rig {self.name!r} with {dict(values)}")
+
+
+def _missing(key: str, name: str, known: Any) -> Iterator[str]:
+    if name not in known:
+        yield f"{key} = {name!r} does not exist; {_known(known)}"
+
+
+def _known(known: Any) -> str:
+    return f"known: {', '.join(known)}" if known else "the rig has none"
+
+
+def _near(word: str, known: list[str]) -> str:
+    near = difflib.get_close_matches(word, known, n=1)
+    return f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(known)}" if known else ""

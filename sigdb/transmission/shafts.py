@@ -1,0 +1,69 @@
+"""Shafts: stepped, hollow or solid, described by segments that the finite-element model divides into beams."""
+
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import Field, Strict, model_validator
+
+from sigdb.core.fields import Vector, quantity
+from sigdb.core.typing import FloatArray
+from sigdb.transmission.described import Described
+
+
+class Material(Described):
+    """An isotropic elastic material."""
+
+    density: float = quantity("kg/m^3", "Mass density.", gt=0)
+    young_modulus: float = quantity("Pa", "Young's modulus E.", gt=0)
+    shear_modulus: float = quantity("Pa", "Shear modulus G.", gt=0)
+
+    @property
+    def poisson_ratio(self) -> float:
+        return self.young_modulus / (2 * self.shear_modulus) - 1
+
+
+class Segment(Described):
+    """A length of shaft of one cross-section."""
+
+    length: float = quantity("m", "Length of the segment.", gt=0)
+    outer_diameter: float = quantity("m", "Outer diameter.", gt=0)
+    inner_diameter: float = quantity("m", "Bore diameter, 0 for a solid shaft.", ge=0, default=0.0)
+    elements: int = quantity("-", "Number of equal beam elements that the segment is divided into.", ge=1, default=1)
+
+    @model_validator(mode="after")
+    def _hollow(self) -> Self:
+        if self.inner_diameter >= self.outer_diameter:
+            raise ValueError(
+                f"inner_diameter = {self.inner_diameter} must be less than outer_diameter = {self.outer_diameter}"
+            )
+        return self
+
+
+class Shaft(Described):
+    """A shaft in its own frame: z along ``axis``, y as near to the casing's vertical (Y) as it can be."""
+
+    axis: Vector = quantity("-", "Direction of the shaft's z axis in the casing's frame; nodes are numbered along it.")
+    material: str = Field(description="Name of its material.")
+    segments: Annotated[tuple[Segment, ...], Strict(False)] = quantity("-", "Segments in order along z.", min_length=1)
+
+    @model_validator(mode="after")
+    def _directed(self) -> Self:
+        if not np.linalg.norm(self.axis) > 0:
+            raise ValueError(
+                "axis = [0, 0, 0] has no direction; give the direction of the shaft, for example [0, 0, 1]"
+            )
+        return self
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes; they are numbered from 0."""
+        return 1 + sum(segment.elements for segment in self.segments)
+
+    @property
+    def rotation(self) -> FloatArray:
+        """(3, 3) rotation from the shaft's frame to the casing's: columns are the shaft's x, y, z axes."""
+        z = np.asarray(self.axis) / np.linalg.norm(self.axis)
+        upright = np.array([0.0, 1.0, 0.0]) if abs(z[1]) < 0.999 else np.array([1.0, 0.0, 0.0])
+        y = upright - (upright @ z) * z
+        y /= np.linalg.norm(y)
+        return np.column_stack([np.cross(y, z), y, z])
