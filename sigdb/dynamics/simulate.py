@@ -93,7 +93,7 @@ def simulate(
         Tooth damage; None for an undamaged gear.
     index_errors
         (teeth,) index error of each tooth of the damaged gear along the mesh normal, m, positive where the tooth
-        touches early; none if left out.
+        touches late: the mesh force is ``sum k_p (delta - e_p)``; none if left out.
     solver
         How to solve; the periodic steady state if left out.
 

@@ -1,0 +1,11 @@
+"""A plan is a pure function of the recipe; a run is plan minus receipts.
+
+First the templates (each distinct case once, simulated), then the rows (a template, turned, with a specimen and noise,
+analysed).
+"""
+
+from sigdb.sweep.design import Design, Grid
+from sigdb.sweep.plan import Plan, make_plan
+from sigdb.sweep.run import Progress, Summary, run
+
+__all__ = ["Design", "Grid", "Plan", "Progress", "Summary", "make_plan", "run"]

@@ -1,0 +1,19 @@
+"""``sigdb show``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("database", metavar="DB")
+@click.argument("id", type=int)
+@click.option("--out", type=click.Path(path_type=Path), help="Picture file; signature-ID.png if left out.")
+@click.option("--sensor", help="Sensor; the first stored one if left out.")
+def show(database: str, id: int, out: Path | None, sensor: str | None) -> None:
+    """Draw a row's signature: averaged signal, order spectrum, Wigner-Ville distribution."""
+    from sigdb.database import open as open_database
+    from sigdb.pipeline import draw_signature
+
+    path = draw_signature(open_database(database), id, out or Path(f"signature-{id}.png"), sensor=sensor)
+    click.echo(f"{path}: row {id} of {database}")

@@ -1,0 +1,63 @@
+"""``sigdb sweep``, and ``python -m sigdb.sweep``."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from sigdb.sweep import Plan
+
+
+@click.command()
+@click.argument("recipe", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), help="Directory of the database; data/RECIPE if left out.")
+@click.option("--jobs", type=int, default=-1, show_default=True, help="Worker processes; -1 for one on each core.")
+@click.option("--dry-run", is_flag=True, help="Print templates, rows, bytes, time and the first rows, and stop.")
+def sweep(recipe: Path, out: Path | None, jobs: int, dry_run: bool) -> None:
+    """Make the database of a recipe, or go on making it.
+
+    Stopped at any instant, the same command goes on. Rows are the same for any number of jobs.
+    """
+    from sigdb.cli.progress import show_progress
+    from sigdb.pipeline import load_recipe
+    from sigdb.sweep import run
+
+    if jobs == 0 or jobs < -1:
+        raise click.BadParameter(f"{jobs}; give 1 or more, or -1 for one on each core", param_hint="--jobs")
+    loaded = load_recipe(recipe)
+    plan = loaded.plan()
+    out = out or Path("data") / recipe.stem
+    if dry_run:
+        _print_plan(plan, out, jobs)
+        return
+    click.echo(f"{out}: {plan.rows} rows from {len(plan.templates)} templates of rig {plan.rig.name}")
+    started = time.perf_counter()
+    with show_progress() as on_progress:
+        summary = run(plan, out, recipe=loaded.text, jobs=jobs, on_progress=on_progress)
+    seconds = time.perf_counter() - started
+    if summary.made == 0:
+        click.echo(f"{out}: nothing to do, all {summary.rows} rows are there")
+    else:
+        click.echo(
+            f"{out}: made {summary.made} rows in {seconds:.1f} s ({summary.made / seconds:.0f} rows/s); "
+            f"{summary.rows} rows, {summary.bytes / 1e6:.1f} MB"
+        )
+    if summary.failed:
+        click.echo(
+            f"{summary.failed} rows have no result; their status says why: "
+            f'sigdb query {out} "select status, count(*) from features group by status"'
+        )
+
+
+def _print_plan(plan: "Plan", out: Path, jobs: int) -> None:
+    from sigdb.sweep.estimate import estimate
+
+    found = estimate(plan, jobs)
+    click.echo(f"{out}: would hold {plan.rows} rows from {len(plan.templates)} templates, in {plan.row_parts} parts")
+    click.echo(
+        f"about {found.bytes / 1e6:.1f} MB and {found.seconds:.0f} s with {found.jobs} jobs, measured on a sample"
+    )
+    click.echo("first rows of the plan:")
+    click.echo(plan.table(0, min(5, plan.rows)).to_string(index=False))

@@ -1,0 +1,240 @@
+"""Reading a database: cases, SQL, signals, templates."""
+
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.dataset as ds
+import pyarrow.parquet as pq
+from numpy.typing import ArrayLike
+
+from sigdb.core.errors import DatabaseError, InputError
+from sigdb.core.typing import FloatArray
+from sigdb.database.manifest import Manifest, read_manifest
+from sigdb.database.query import connect, select
+from sigdb.database.receipts import Receipt, part_name, read_receipts
+from sigdb.database.writer import ROW_GROUP
+
+_CHECKED = ds.ParquetFileFormat(
+    default_fragment_scan_options=ds.ParquetFragmentScanOptions(page_checksum_verification=True)
+)
+_PART_KIND = {"templates": "templates", "features": "rows", "signals": "rows"}
+
+
+class Database:
+    """A database that is read; see :func:`sigdb.open`.
+
+    Readers follow receipts, so a sweep may go on writing meanwhile: what was finished when the database was opened
+    is what is seen.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self.manifest: Manifest = read_manifest(self.path)
+        self._receipts: dict[str, list[Receipt]] = {
+            name: read_receipts(self.path, name) for name in ("templates", "rows")
+        }
+
+    def __repr__(self) -> str:
+        return f"Database({str(self.path)!r}, {len(self)} of {self.manifest.rows} rows)"
+
+    def __len__(self) -> int:
+        """Number of finished rows."""
+        return sum(receipt.rows for receipt in self._receipts["rows"])
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Stored sensors; the first one's columns have no suffix."""
+        return self.manifest.sensors
+
+    def dataset(self, table: str) -> ds.Dataset:
+        """The finished parts of a table as an Arrow dataset that checks page checksums.
+
+        Parameters
+        ----------
+        table
+            ``templates``, ``features`` or ``signals``.
+        """
+        parts = [receipt.part for receipt in self._receipts[_PART_KIND[table]]]
+        files = [str(self.path / table / part_name(part)) for part in parts]
+        if not files:
+            raise DatabaseError(f"{self.path}: no {table} are finished yet; run the sweep that makes this database")
+        return ds.dataset(files, format=_CHECKED)
+
+    @cached_property
+    def _connection(self) -> Any:
+        tables = {table: self.dataset(table) for table in ("templates", "features", "signals")}
+        scalars = [f'"{field.name}"' for field in tables["features"].schema if not pa.types.is_list(field.type)]
+        return connect(tables, {"cases": f"select {', '.join(scalars)} from features"})
+
+    def arrow(self, query: str) -> pa.Table:
+        """The result of one SELECT statement as an Arrow table; see :meth:`sql`."""
+        try:
+            return select(self._connection, query)
+        except (OSError, pa.ArrowInvalid) as error:
+            raise DatabaseError(f"{self.path}: a part is damaged: {error}") from None
+
+    def sql(self, query: str) -> pd.DataFrame:
+        """Run one SELECT statement.
+
+        The views are ``features`` (all columns of a row), ``cases`` (the same without lists), ``signals`` (``id``,
+        ``tsa``, ``spectrum``) and ``templates``.
+
+        Parameters
+        ----------
+        query
+            One SELECT statement in DuckDB's SQL.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        InputError
+            If it is not one SELECT statement, or names what does not exist.
+        DatabaseError
+            If a part that it reads is damaged.
+        """
+        return self.arrow(query).to_pandas()
+
+    def cases(self, where: str | None = None) -> pd.DataFrame:
+        """Rows without their lists: parameters, labels, indicators, by id.
+
+        Parameters
+        ----------
+        where
+            A condition in SQL, for example ``"tooth = 6 and stiffness_loss >= 0.25"``; all rows if left out.
+        """
+        condition = f" where ({where}\n)" if where else ""
+        return self.sql(f"select * from cases{condition} order by id")
+
+    def features(self, where: str | None = None) -> pd.DataFrame:
+        """Rows with their pooled Wigner-Ville features, by id; ``where`` as in :meth:`cases`."""
+        condition = f" where ({where}\n)" if where else ""
+        return self.sql(f"select * from features{condition} order by id")
+
+    def unit(self, column: str, sensor: str | None = None) -> str:
+        """Unit of a sensor's column of signals, ``tsa`` or ``spectrum``."""
+        field = self.dataset("signals").schema.field(self._sensor_columns(sensor)[column])
+        return str(field.metadata[b"unit"].decode())
+
+    def templates(self) -> pd.DataFrame:
+        """The templates: each distinct case once, damage at tooth 1."""
+        return self.dataset("templates").to_table().to_pandas()
+
+    def signals(self, ids: ArrayLike, *, sensor: str | None = None) -> dict[str, FloatArray]:
+        """Averaged signals and order spectra of rows, found by arithmetic on their ids.
+
+        Parameters
+        ----------
+        ids
+            (k,) ids.
+        sensor
+            Name of a stored sensor; the first one if left out.
+
+        Returns
+        -------
+        dict
+            ``tsa`` (k, n) and ``spectrum`` (k, n // 2 + 1), float32, in the order of ``ids``; rows without a result
+            are nan.
+
+        Raises
+        ------
+        InputError
+            If an id or the sensor is not in the database, or the rows have different lengths (other tooth counts).
+        DatabaseError
+            If a part is damaged.
+        """
+        wanted = np.atleast_1d(np.asarray(ids, dtype=np.int64))
+        columns = self._sensor_columns(sensor)
+        rows: dict[int, dict[str, Any]] = {}
+        for first in np.unique(wanted // ROW_GROUP["signals"]) * ROW_GROUP["signals"]:
+            rows |= self._row_group(int(first), columns, set(wanted.tolist()))
+        lengths = {len(row["tsa"]) for row in rows.values() if row["tsa"] is not None}
+        if len(lengths) > 1:
+            raise InputError(
+                f"rows have signals of different lengths {sorted(lengths)}; ask for one tooth count at a time"
+            )
+        (n,) = lengths or {0}
+        missing = {"tsa": np.full(n, np.nan), "spectrum": np.full(n // 2 + 1 if n else 0, np.nan)}
+        return {
+            key: np.array(
+                [missing[key] if rows[i][key] is None else rows[i][key] for i in wanted.tolist()], dtype=np.float32
+            )
+            for key in columns
+        }
+
+    def _sensor_columns(self, sensor: str | None) -> dict[str, str]:
+        if sensor is not None and sensor not in self.sensors:
+            raise InputError(f"sensor {sensor!r} is not stored in {self.path}; stored: {', '.join(self.sensors)}")
+        suffix = "" if sensor in (None, self.sensors[0]) else f"__{sensor}"
+        return {key: key + suffix for key in ("tsa", "spectrum")}
+
+    def _row_group(self, first: int, columns: dict[str, str], wanted: set[int]) -> dict[int, dict[str, Any]]:
+        part, within = divmod(first, self.manifest.part_rows)
+        inside = {i for i in wanted if first <= i < first + ROW_GROUP["signals"]}
+        if first < 0 or part not in {receipt.part for receipt in self._receipts["rows"]}:
+            raise InputError(f"id {min(inside)} is not in {self.path}, which has {len(self)} finished rows")
+        path = self.path / "signals" / part_name(part)
+        try:
+            file = pq.ParquetFile(path, page_checksum_verification=True)
+            group = within // ROW_GROUP["signals"]
+            if group >= file.num_row_groups:
+                raise InputError(f"id {max(inside)} is not in {self.path}, which has {len(self)} finished rows")
+            table = file.read_row_group(group, columns=["id", *columns.values()])
+        except (OSError, pa.ArrowInvalid) as error:
+            raise DatabaseError(f"{path} is damaged: {error}") from None
+        absent = inside - set(table["id"].to_pylist())
+        if absent:
+            raise InputError(f"id {min(absent)} is not in {self.path}, which has {len(self)} finished rows")
+        lists = {key: table[column] for key, column in columns.items()}
+        return {
+            i: {
+                key: values[i - first].values.to_numpy() if values[i - first].is_valid else None
+                for key, values in lists.items()
+            }
+            for i in inside
+        }
+
+
+def open(path: str | Path) -> Database:
+    """Open a database for reading.
+
+    Parameters
+    ----------
+    path
+        The directory that a sweep wrote.
+
+    Returns
+    -------
+    Database
+
+    Raises
+    ------
+    DatabaseError
+        If there is no database, or its receipts and files do not agree.
+    """
+    return Database(path)
+
+
+def check_complete(database: Database, columns: Sequence[str] = ()) -> None:
+    """Refuse a database whose sweep is not finished, or that lacks columns.
+
+    Raises
+    ------
+    DatabaseError
+        Says how many rows there are and what to do.
+    """
+    if len(database) < database.manifest.rows:
+        raise DatabaseError(
+            f"{database.path} has {len(database)} of {database.manifest.rows} rows; finish the sweep first, "
+            "with the same command that began it"
+        )
+    lacking = set(columns) - set(database.dataset("features").schema.names)
+    if lacking:
+        raise DatabaseError(f"{database.path} lacks the columns {sorted(lacking)}")

@@ -1,0 +1,206 @@
+"""The tables of a database: every column's type, unit, description and formula, for all parts alike."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import pyarrow as pa
+
+from sigdb.signature import Indicator
+
+TABLES = ("templates", "features", "signals")
+
+_FLOAT, _LIST = pa.float32(), pa.list_(pa.float32())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Column:
+    """A column of a table.
+
+    Attributes
+    ----------
+    name, type
+        Name and Arrow type.
+    unit
+        SI unit, ``-`` for a number without one.
+    help
+        What it is, in a sentence.
+    formula
+        How it is computed, where it is not simply a parameter.
+    """
+
+    name: str
+    type: pa.DataType
+    unit: str = "-"
+    help: str
+    formula: str = ""
+
+    @property
+    def field(self) -> pa.Field:
+        """The Arrow field, with unit, description and formula as its metadata."""
+        return pa.field(
+            self.name, self.type, metadata={"unit": self.unit, "description": self.help, "formula": self.formula}
+        )
+
+
+def suffixed(name: str, sensors: Sequence[str], sensor: str) -> str:
+    """Column of a sensor: the first sensor's has no suffix, others are ``name__SENSOR``."""
+    return name if sensor == sensors[0] else f"{name}__{sensor}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Schema:
+    """The columns of the three tables of one database."""
+
+    templates: tuple[Column, ...]
+    features: tuple[Column, ...]
+    signals: tuple[Column, ...]
+
+    def arrow(self, table: str) -> pa.Schema:
+        """Arrow schema of a table."""
+        return pa.schema([column.field for column in getattr(self, table)])
+
+    def as_json(self) -> dict[str, list[dict[str, Any]]]:
+        """What ``schema.json`` holds."""
+        return {
+            table: [
+                {
+                    "name": column.name,
+                    "type": str(column.type),
+                    "unit": column.unit,
+                    "description": column.help,
+                    "formula": column.formula,
+                }
+                for column in getattr(self, table)
+            ]
+            for table in TABLES
+        }
+
+
+_STATUS = Column(name="status", type=pa.string(), help="'ok', or why there is no result and what to change.")
+_MIN_COMPRESSION = Column(
+    name="min_compression",
+    type=_FLOAT,
+    help="Least mesh compression over the revolution; below 0 the mesh loses contact.",
+    formula="min(delta) / static delta",
+)
+_CONTACT_LOSS = Column(name="contact_loss", type=pa.bool_(), help="Whether the mesh loses contact in this case.")
+
+
+def database_schema(
+    *,
+    cases: Iterable[Column],
+    rows: Iterable[Column],
+    sensors: Mapping[str, str],
+    indicators: Iterable[Indicator],
+) -> Schema:
+    """The schema of a database.
+
+    Parameters
+    ----------
+    cases
+        Parameters that a template and a row share: operating point, damage, swept rig parameters.
+    rows
+        Parameters that only rows have: specimen, noise draw, measurement.
+    sensors
+        Unit of each stored sensor by name; the first one's columns have no suffix.
+    indicators
+        The indicators, in order.
+    """
+    names = list(sensors)
+    cases, indicators = tuple(cases), tuple(indicators)
+
+    def each(*columns: Column) -> list[Column]:
+        return [
+            Column(
+                name=suffixed(column.name, names, sensor),
+                type=column.type,
+                unit=column.unit.replace("signal", unit),
+                help=f"{column.help} Sensor {sensor}.",
+                formula=column.formula,
+            )
+            for sensor, unit in sensors.items()
+            for column in columns
+        ]
+
+    return Schema(
+        templates=(
+            Column(name="template", type=pa.int32(), help="Number of the template."),
+            _STATUS,
+            *cases,
+            Column(
+                name="floquet_multiplier",
+                type=_FLOAT,
+                help="Largest Floquet multiplier of the operating point over a revolution.",
+            ),
+            Column(name="static_compression", type=_FLOAT, unit="m", help="Compression under the mean mesh stiffness."),
+            _MIN_COMPRESSION,
+            _CONTACT_LOSS,
+            Column(name="compression", type=_LIST, unit="m", help="Nominal mesh compression, damage at tooth 1."),
+            Column(name="compression_response", type=_LIST, help="Compression per index error, (n, teeth) row-major."),
+            Column(
+                name="mesh_force", type=_LIST, unit="N", help="Nominal mesh force along the normal.", formula="k delta"
+            ),
+            *each(
+                Column(
+                    name="reference_variance",
+                    type=pa.float64(),
+                    unit="(signal)^2",
+                    help="Variance of the healthy clean average at this operating point.",
+                ),
+                Column(name="tsa", type=_LIST, unit="signal", help="Clean nominal average y_D, damage at tooth 1."),
+                Column(
+                    name="specimen_response",
+                    type=_LIST,
+                    unit="(signal)/m",
+                    help="Y_D: average per index error, (n, teeth) row-major.",
+                ),
+            ),
+        ),
+        features=(
+            Column(name="id", type=pa.int64(), help="Number of the row in the plan."),
+            _STATUS,
+            Column(name="template", type=pa.int32(), help="Number of its template."),
+            *cases,
+            *rows,
+            _MIN_COMPRESSION,
+            _CONTACT_LOSS,
+            *each(
+                Column(
+                    name="scatter",
+                    type=_FLOAT,
+                    unit="signal",
+                    help="Measured standard deviation between revolutions, rms over angle, of the added noise.",
+                ),
+                *(
+                    Column(name=one.name, type=_FLOAT, unit=one.unit, help=one.help, formula=one.formula)
+                    for one in indicators
+                ),
+                Column(
+                    name="wigner_ville",
+                    type=_LIST,
+                    unit="(signal)^2",
+                    help="Pooled Wigner-Ville distribution: tooth passes x bands a quarter mesh order wide, tooth-major.",
+                    formula="sum of W over tooth pass and band / (n_bins n / teeth)",
+                ),
+            ),
+        ),
+        signals=(
+            Column(name="id", type=pa.int64(), help="Number of the row in the plan."),
+            *each(
+                Column(
+                    name="tsa",
+                    type=_LIST,
+                    unit="signal",
+                    help="Average of one revolution, from the tacho mark.",
+                ),
+                Column(
+                    name="spectrum",
+                    type=_LIST,
+                    unit="signal",
+                    help="Order spectrum, peak amplitudes at orders 0, 1, 2 ...",
+                    formula="|2/n FFT|, DC and Nyquist not doubled",
+                ),
+            ),
+        ),
+    )

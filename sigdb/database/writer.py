@@ -1,0 +1,91 @@
+"""Writing a part: Parquet files first, checked, then the receipt."""
+
+import platform
+import socket
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+import sigdb
+from sigdb.core.errors import DatabaseError
+from sigdb.database.receipts import FileRecord, Receipt, part_name, write_receipt
+from sigdb.database.storage import publish, sha256
+
+ROW_GROUP = {"templates": 16, "features": 32768, "signals": 256}
+"""Rows in a row group: small ones for look-ups of signals, large ones for scans of features."""
+
+
+def write_part(
+    root: Path, name: str, part: int, tables: Mapping[str, pa.Table], *, first: int, failed: int, started: float
+) -> Receipt:
+    """Write the files of a part and then its receipt.
+
+    Parameters
+    ----------
+    root
+        The database's directory.
+    name
+        ``templates`` or ``rows``.
+    part
+        Number of the part.
+    tables
+        Arrow table by table name (``templates``, or ``features`` and ``signals``).
+    first, failed
+        First id, and the number of rows without a result.
+    started
+        :func:`time.perf_counter` at the start of the work.
+    """
+    files = tuple(_write_table(root, table, part, content) for table, content in tables.items())
+    receipt = Receipt(
+        name=name,
+        part=part,
+        first=first,
+        rows=next(iter(tables.values())).num_rows,
+        failed=failed,
+        files=files,
+        host=socket.gethostname(),
+        seconds=round(time.perf_counter() - started, 3),
+        versions={"sigdb": sigdb.__version__, "python": platform.python_version(), "pyarrow": pa.__version__},
+    )
+    write_receipt(root, receipt)
+    return receipt
+
+
+def _write_table(root: Path, table: str, part: int, content: pa.Table) -> FileRecord:
+    path = root / table / part_name(part)
+    publish(path, lambda temporary: _write_parquet(temporary, table, content))
+    return FileRecord(path=f"{table}/{path.name}", bytes=path.stat().st_size, sha256=sha256(path))
+
+
+def _write_parquet(path: Path, table: str, content: pa.Table) -> None:
+    floats, strings = _leaves(content.schema)
+    pq.write_table(
+        content,
+        path,
+        row_group_size=ROW_GROUP[table],
+        compression="zstd",
+        compression_level=1,
+        use_byte_stream_split=floats,
+        use_dictionary=strings,
+        write_statistics=["id"] if table == "signals" else True,
+        write_page_checksum=True,
+    )
+    written = pq.ParquetFile(path, page_checksum_verification=True).metadata
+    if written.num_rows != content.num_rows:
+        raise DatabaseError(f"{path}: {written.num_rows} rows were written of {content.num_rows}; run the sweep again")
+
+
+def _leaves(schema: pa.Schema) -> tuple[list[str], list[str]]:
+    """Parquet paths of the floating-point and of the text columns."""
+    floats, strings = [], []
+    for field in schema:
+        if pa.types.is_floating(field.type):
+            floats.append(field.name)
+        elif pa.types.is_list(field.type):
+            floats.append(f"{field.name}.list.element")
+        elif pa.types.is_string(field.type):
+            strings.append(field.name)
+    return floats, strings

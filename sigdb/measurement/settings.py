@@ -1,0 +1,19 @@
+"""The section ``[measurement]`` of a recipe."""
+
+from sigdb.core.fields import Section, quantity
+
+
+class Measurement(Section):
+    """What a measurement adds to a clean signal."""
+
+    averages: int = quantity(
+        "rev", "Revolutions in the time-synchronous average, whole tooth cycles.", ge=1, default=102
+    )
+    snr_db: float = quantity(
+        "dB",
+        "10 log10(variance of the nominal healthy clean average / variance of one revolution's noise).",
+        default=0.0,
+    )
+    index_error: float = quantity(
+        "m", "Rms, along the mesh normal, of independent index errors, one a tooth, mean removed.", ge=0, default=2e-6
+    )

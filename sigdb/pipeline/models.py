@@ -1,0 +1,56 @@
+"""From a database to a model's folder, with the settings of the database's own recipe."""
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from sigdb.core.fields import Section, validated
+from sigdb.database import Database
+from sigdb.recognition import Evaluation, Recognition, evaluate, save_model, train
+from sigdb.recognition.train import usable_rows
+
+S = TypeVar("S", bound=Section)
+
+
+def recipe_section(database: Database, section: type[S], name: str) -> S:
+    """A section of the recipe that a database was made from; its defaults where the recipe has none."""
+    text = database.manifest.recipe
+    return validated(section, tomllib.loads(text).get(name, {}), owner=f"{database.path}/sigdb.toml: recipe: {name}")
+
+
+def train_model(
+    database: Database,
+    target: str,
+    folder: str | Path,
+    *,
+    learner: str | None = None,
+    command: str,
+    on_step: Callable[[str], Any] = lambda step: None,
+) -> Evaluation:
+    """Train a model, evaluate it on the held-out specimens, and write its folder.
+
+    Parameters
+    ----------
+    database
+        A finished database.
+    target
+        ``location`` or ``severity``.
+    folder
+        Folder of the model.
+    learner
+        Learner; that of the database's recipe if left out.
+    command
+        The command that makes it again, for the card.
+    on_step
+        Called with a word for each estimator before it is trained.
+    """
+    settings = recipe_section(database, Recognition, "recognition")
+    if learner is not None:
+        settings = Recognition.model_validate(settings.model_dump() | {"learner": learner})
+    model = train(database, target, settings, on_step=on_step)
+    evaluation = evaluate(model, database)
+    held_out = usable_rows(database, target)
+    held_out = held_out[~held_out["specimen"].isin(model.trained_on)]
+    save_model(model, folder, evaluation=evaluation, probe=held_out, command=command)
+    return evaluation

@@ -1,0 +1,61 @@
+"""From a row of a database to its picture."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sigdb.core.errors import InputError
+from sigdb.database import Database
+from sigdb.pipeline.models import recipe_section
+from sigdb.report import Report, save_figure, signature_figure
+
+
+def draw_signature(database: Database, id: int, path: str | Path, *, sensor: str | None = None) -> Path:
+    """Draw the signature of a row into a file.
+
+    Parameters
+    ----------
+    database
+        A database.
+    id
+        Id of the row.
+    path
+        Picture file; its suffix is the format.
+    sensor
+        Sensor; the first stored one if left out.
+
+    Raises
+    ------
+    InputError
+        If there is no such row, sensor or format, or the row has no result.
+    """
+    tsa = database.signals([id], sensor=sensor)["tsa"][0]
+    (case,) = database.cases(f"id = {id}").to_dict("records")
+    if not np.isfinite(tsa).all() or not len(tsa):
+        raise InputError(f"row {id} of {database.path} has no signal: {case['status']}")
+    sensor = sensor or database.sensors[0]
+    teeth, tooth = int(case["teeth"]), int(case["tooth"])
+    settings = recipe_section(database, Report, "report")
+    figure = signature_figure(
+        tsa,
+        teeth=teeth,
+        sensor=sensor,
+        unit=database.unit("tsa", sensor),
+        title=f"Row {id}: {_sentence(case)}",
+        damaged=tuple((tooth - 1 + i) % teeth + 1 for i in range(int(case["damaged_teeth"]))),
+        settings=settings,
+    )
+    save_figure(figure, Path(path), settings)
+    return Path(path)
+
+
+def _sentence(case: dict[Any, Any]) -> str:
+    noise = f"{case['averages']} averages at {case['snr_db']:g} dB, specimen {case['specimen']}"
+    if case["tooth"] == 0:
+        return f"undamaged {case['gear']}; {noise}"
+    if case["pattern"]:
+        what = f"pattern {case['pattern']}"
+    else:
+        what = f"loss {case['stiffness_loss']:g}, shift {case['phase_shift_deg']:g} deg"
+    return f"{case['gear']} tooth {case['tooth']}, {case['damaged_teeth']} damaged, {what}; {noise}"

@@ -1,0 +1,67 @@
+"""A recipe: a TOML file whose sections are typed objects, each owned by its layer."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import Field
+
+from sigdb.core.errors import InputError
+from sigdb.core.fields import Section, read_toml, validated
+from sigdb.measurement import Measurement
+from sigdb.recognition.settings import Recognition
+from sigdb.report.settings import Report
+from sigdb.signature.settings import Signature
+from sigdb.sweep import Design, Plan, make_plan
+from sigdb.transmission import Transmission, load_transmission
+
+
+class Sections(Section):
+    """The sections of a recipe file."""
+
+    sweep: Design = Field(description="Which cases are simulated.")
+    measurement: Measurement = Field(default=Measurement(), description="What a measurement adds.")
+    signature: Signature = Field(default=Signature(), description="What is stored of each average.")
+    recognition: Recognition = Field(default=Recognition(), description="How damage is learnt.")
+    report: Report = Field(default=Report(), description="How pictures look.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recipe:
+    """A recipe as read: its text, its sections, its rig."""
+
+    path: Path
+    text: str
+    sections: Sections
+    rig: Transmission
+
+    def plan(self) -> Plan:
+        """The plan of its sweep.
+
+        Raises
+        ------
+        InputError
+            If the design does not fit the rig.
+        """
+        try:
+            return make_plan(self.sections.sweep, self.sections.measurement, self.sections.signature, self.rig)
+        except InputError as error:
+            raise InputError("\n".join(f"{self.path}: {line}" for line in str(error).splitlines())) from None
+
+
+def load_recipe(path: str | Path) -> Recipe:
+    """Read a recipe file and the rig that it names.
+
+    Raises
+    ------
+    InputError
+        Names file, key, value and remedy.
+    """
+    path = Path(path)
+    sections = validated(Sections, read_toml(path), owner=str(path))
+    rig = sections.sweep.rig
+    return Recipe(
+        path=path,
+        text=path.read_text(encoding="utf-8"),
+        sections=sections,
+        rig=load_transmission(path.parent / rig if rig.endswith(".toml") else rig),
+    )

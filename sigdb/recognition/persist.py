@@ -1,0 +1,123 @@
+"""A model as a folder: estimators without pickle, what they are, and a probe that is checked when they are loaded."""
+
+import json
+import platform
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import sklearn
+import skops.io
+
+import sigdb
+from sigdb.core.errors import DatabaseError, InputError
+from sigdb.database.storage import publish_json, publish_text
+from sigdb.recognition.card import model_card
+from sigdb.recognition.train import Evaluation, Model
+
+TRUSTED = (
+    "numpy.dtype",
+    "sigdb.recognition.baselines.Fm4Location",
+    "sigdb.recognition.baselines.Fm4Severity",
+    "sigdb.recognition.baselines.MajorityLocation",
+    "sigdb.recognition.baselines.MajoritySeverity",
+    "sigdb.recognition.location.LocationClassifier",
+    "sigdb.recognition.severity.SeverityRegressor",
+    "sigdb.recognition.views.ToothViews",
+    "sklearn._loss.link.Interval",
+    "sklearn._loss.link.IdentityLink",
+    "sklearn._loss.link.LogitLink",
+    "sklearn._loss.loss.AbsoluteError",
+    "sklearn._loss.loss.HalfBinomialLoss",
+    "sklearn.ensemble._hist_gradient_boosting.binning._BinMapper",
+    "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
+)
+"""Types that a model may hold beside those that skops trusts; never taken from the file."""
+
+_PROBE = 8
+_COLUMNS = ("teeth", "speed_rpm", "torque", "fm4", "wigner_ville")
+
+
+def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, probe: pd.DataFrame, command: str) -> None:
+    """Write a model's folder: ``model.skops``, ``model.json``, ``probe.npz`` and its card ``README.md``.
+
+    Parameters
+    ----------
+    model
+        A trained model.
+    folder
+        Where; made if it does not exist.
+    evaluation
+        Its figures, for the card.
+    probe
+        Rows of features, of which a few are kept with the model's answers.
+    command
+        The command that makes it again.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    skops.io.dump(model.estimators, folder / "model.skops")
+    described = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "estimators"}
+    versions = {"sigdb": sigdb.__version__, "scikit-learn": sklearn.__version__, "python": platform.python_version()}
+    publish_json(folder / "model.json", described | {"evaluation": asdict(evaluation), "versions": versions})
+    rows = probe[probe["teeth"] == probe["teeth"].iloc[0]].iloc[:: max(1, len(probe) // _PROBE)][:_PROBE]
+    np.savez(folder / "probe.npz", expected=_answers(model, rows), **_arrays(rows))
+    publish_text(folder / "README.md", model_card(model, evaluation, command=command))
+
+
+def load_model(folder: str | Path) -> Model:
+    """Load a model from its folder, and check that it still gives the answers that it gave when it was saved.
+
+    Only types of a fixed list are loaded; pickle and joblib files are refused.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no model, or one with types that are not on the list.
+    DatabaseError
+        If the answers on the probe differ.
+    """
+    folder = Path(folder)
+    try:
+        described = json.loads((folder / "model.json").read_text(encoding="utf-8"))
+        untrusted = set(skops.io.get_untrusted_types(file=folder / "model.skops")) - set(TRUSTED)
+        if untrusted:
+            raise InputError(f"{folder}: the model holds types that are not trusted: {', '.join(sorted(untrusted))}")
+        estimators = skops.io.load(folder / "model.skops", trusted=list(TRUSTED))
+        names = {field.name for field in fields(Model)} - {"estimators"}
+        kept = {name: described[name] for name in names} | {"trained_on": tuple(described["trained_on"])}
+        model = Model(estimators=estimators, **kept)
+        with np.load(folder / "probe.npz", allow_pickle=False) as probe:
+            rows, expected = _rows(probe), probe["expected"]
+    except FileNotFoundError as error:
+        raise InputError(
+            f"{folder} is not a model folder: {error.filename} is missing; make one with: sigdb train"
+        ) from None
+    except (ValueError, KeyError, OSError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{folder}: not a readable model ({error}); train it again") from None
+    if not np.allclose(_answers(model, rows), expected, rtol=1e-6, atol=1e-9):
+        found = described["versions"]["scikit-learn"]
+        raise DatabaseError(
+            f"{folder}: the model's answers on its probe have changed (saved with scikit-learn {found}, this is "
+            f"{sklearn.__version__}); train it again"
+        )
+    return model
+
+
+def _answers(model: Model, rows: pd.DataFrame) -> np.ndarray:
+    estimator = model.estimators[model.learner]
+    if model.target == "location":
+        return np.asarray(estimator.decision_function(rows))
+    return np.asarray(estimator.predict(rows))
+
+
+def _arrays(rows: pd.DataFrame) -> dict[str, Any]:
+    return {name: np.stack(rows[name].to_list()) for name in _COLUMNS}
+
+
+def _rows(arrays: Any) -> pd.DataFrame:
+    return pd.DataFrame({name: list(arrays[name]) if arrays[name].ndim > 1 else arrays[name] for name in _COLUMNS})

@@ -1,0 +1,41 @@
+"""Pure functions on signals ``(..., n)``, time on the last axis, the same for simulated and measured ones.
+
+A time-synchronous average (TSA) is one revolution of a shaft in n samples, so bin o of its spectrum is order o (cycles
+per revolution). The mesh of a gear with Z teeth is at order Z, tooth j passes during samples (j-1) n/Z ... j n/Z - 1.
+"""
+
+from sigdb.signature.definitions import INDICATORS, Indicator
+from sigdb.signature.difference_moments import energy_ratio, fm4, m6a, m8a
+from sigdb.signature.indicators import indicators
+from sigdb.signature.moments import crest_factor, energy_operator, kurtosis, peak_to_peak, rms
+from sigdb.signature.pooled import mesh_bands, pooled_wigner_ville
+from sigdb.signature.separation import difference_signal, regular_signal, residual_signal
+from sigdb.signature.sidebands import fm0, sideband_energy_ratio, sideband_index, sideband_level_factor
+from sigdb.signature.spectrum import order_spectrum
+from sigdb.signature.wigner_ville import wigner_ville
+
+__all__ = [
+    "INDICATORS",
+    "Indicator",
+    "crest_factor",
+    "difference_signal",
+    "energy_operator",
+    "energy_ratio",
+    "fm0",
+    "fm4",
+    "indicators",
+    "kurtosis",
+    "m6a",
+    "m8a",
+    "mesh_bands",
+    "order_spectrum",
+    "peak_to_peak",
+    "pooled_wigner_ville",
+    "regular_signal",
+    "residual_signal",
+    "rms",
+    "sideband_energy_ratio",
+    "sideband_index",
+    "sideband_level_factor",
+    "wigner_ville",
+]

@@ -1,0 +1,21 @@
+"""The section ``[signature]`` of a recipe."""
+
+from typing import Annotated
+
+from pydantic import Field, Strict
+
+from sigdb.core.fields import Section, quantity
+
+
+class Signature(Section):
+    """What is stored of each averaged signal."""
+
+    samples_per_tooth: int = quantity(
+        "-",
+        "Samples in a tooth pass of the average; turning by a tooth is then a whole number of samples.",
+        ge=32,
+        default=64,
+    )
+    sensors: Annotated[tuple[str, ...], Strict(False)] = Field(
+        default=(), description="Sensors whose signatures are stored; all of the rig's if left out."
+    )

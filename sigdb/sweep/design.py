@@ -1,0 +1,139 @@
+"""The section ``[sweep]`` of a recipe: which cases are simulated, as a union of grids."""
+
+import itertools
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, Strict, model_validator
+
+from sigdb.core.errors import InputError
+from sigdb.core.fields import Section, quantity
+from sigdb.transmission import Damage, ToothDamage
+
+
+def _listed(value: Any) -> Any:
+    return value if isinstance(value, list | tuple) else [value]
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+Values = Annotated[tuple[float, ...], Strict(False), BeforeValidator(_listed)]
+Counts = Annotated[tuple[int, ...], Strict(False), BeforeValidator(_listed)]
+Names = Annotated[tuple[str, ...], Strict(False), BeforeValidator(_listed)]
+DAMAGE_AXES = ("damaged_teeth", "phase_shift_deg", "stiffness_loss", "loss_extent")
+MEASUREMENT_AXES = ("averages", "snr_db", "index_error")
+
+
+class Grid(Section):
+    """A product of axes: every combination is a case. One value is an axis of one point.
+
+    Any numeric field of the rig is an axis by its dotted path, for example ``pinion.teeth = [12, 13]``.
+    A combination that damages nothing is left out: undamaged rows come from ``healthy``.
+    """
+
+    tooth: Literal["all"] | Counts = quantity(
+        "-", "First damaged tooth: a list, or 'all' teeth of the gear.", default="all"
+    )
+    damaged_teeth: Counts = quantity("-", "Number of consecutive damaged teeth.", default=(1,), min_length=1)
+    phase_shift_deg: Values = quantity("deg", "Delay of the tooth's mesh stiffness.", default=(0.0,), min_length=1)
+    stiffness_loss: Values = quantity(
+        "-", "Fraction of the tooth's mesh stiffness that is lost.", default=(0.0,), min_length=1
+    )
+    loss_extent: Values = quantity(
+        "-", "Fraction of the contact over which the loss acts.", default=(1.0,), min_length=1
+    )
+    pattern: Names = quantity("-", "Names of patterns, in place of the axes of damage.", default=())
+    averages: Counts = quantity("rev", "Revolutions in the average; [measurement] if left out.", default=())
+    snr_db: Values = quantity("dB", "Signal-to-noise ratio; [measurement] if left out.", default=())
+    index_error: Values = quantity("m", "Rms index error; [measurement] if left out.", default=())
+    rig: dict[str, Values] = Field(default={}, description="Axes over the rig, by dotted path.")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _dotted(cls, data: Any) -> Any:
+        """``pinion.teeth``, quoted or not, becomes an axis over the rig."""
+        if not isinstance(data, Mapping) or "rig" in data:
+            return data
+        flat = dict(_flat(data))
+        rig = {key: value for key, value in flat.items() if "." in key}
+        return {key: value for key, value in flat.items() if "." not in key} | ({"rig": rig} if rig else {})
+
+    @model_validator(mode="after")
+    def _pattern_alone(self) -> "Grid":
+        if self.pattern and self.model_fields_set & set(DAMAGE_AXES):
+            beside = sorted(self.model_fields_set & set(DAMAGE_AXES))
+            raise ValueError(f"pattern and {beside[0]} are given together; a pattern says all of its teeth's damage")
+        return self
+
+    def rig_points(self) -> Iterator[dict[str, float]]:
+        """Each combination of values of the rig's axes."""
+        for values in itertools.product(*self.rig.values()):
+            yield dict(zip(self.rig, values, strict=True))
+
+    def damages(self, patterns: Mapping[str, tuple[ToothDamage, ...]], gear: str) -> Iterator[Damage]:
+        """Each kind of damage, placed at tooth 1."""
+        for name in self.pattern:
+            yield Damage(gear=gear, tooth=1, pattern=name, each=patterns[name])
+        if not self.pattern:
+            for values in itertools.product(*(getattr(self, axis) for axis in DAMAGE_AXES)):
+                case = Damage(gear=gear, tooth=1, **dict(zip(DAMAGE_AXES, values, strict=True)))
+                if case.is_damage:
+                    yield case
+
+    def measurements(self) -> Iterator[dict[str, float]]:
+        """Each combination of values of the measurement's axes that this grid names."""
+        named = [axis for axis in MEASUREMENT_AXES if getattr(self, axis)]
+        for values in itertools.product(*(getattr(self, axis) for axis in named)):
+            yield dict(zip(named, values, strict=True))
+
+
+class Design(Section):
+    """What a sweep simulates."""
+
+    rig: str = Field(description="Name of a built-in rig, or the path of a rig file from the recipe's folder.")
+    gear: str | None = Field(default=None, description="The damaged gear; the first mesh's driving gear if left out.")
+    seed: int = quantity("-", "Seed of specimens and noise.", ge=0, default=0)
+    specimens: int = quantity("-", "Pairs of gears, each with its own index errors.", ge=1, default=1)
+    draws: int = quantity("-", "Noise draws of each case and specimen.", ge=1, default=1)
+    healthy: int = quantity(
+        "-", "Undamaged rows of each specimen at each combination of rig and measurement values.", ge=0, default=0
+    )
+    grid: Annotated[tuple[Grid, ...], Strict(False)] = quantity("-", "Grids; the sweep is their union.", min_length=1)
+    patterns: dict[str, Annotated[tuple[ToothDamage, ...], Strict(False)]] = Field(
+        default={}, description="Lists of damaged teeth that differ, by name."
+    )
+
+    @model_validator(mode="after")
+    def _patterns_exist(self) -> "Design":
+        for name in (name for grid in self.grid for name in grid.pattern):
+            if name not in self.patterns:
+                known = ", ".join(self.patterns) or "none"
+                raise ValueError(f"pattern {name!r} is not defined; define it under [sweep.patterns] (known: {known})")
+        for name, teeth in self.patterns.items():
+            if not any(tooth.is_damage for tooth in teeth):
+                raise ValueError(f"patterns.{name} damages no tooth; give at least one tooth a loss or a shift")
+        return self
+
+
+def teeth_of(grid: Grid, teeth: int) -> tuple[int, ...]:
+    """Damaged teeth that a grid names on a gear of that many teeth.
+
+    Raises
+    ------
+    InputError
+        If it names a tooth that the gear does not have.
+    """
+    if grid.tooth == "all":
+        return tuple(range(1, teeth + 1))
+    for tooth in grid.tooth:
+        if not 1 <= tooth <= teeth:
+            raise InputError(
+                f"sweep.grid: tooth = {tooth} is not on a gear of {teeth} teeth; name teeth from 1 to {teeth}, or 'all'"
+            )
+    return grid.tooth

@@ -1,0 +1,282 @@
+"""The plan of a sweep: a pure function of the recipe, and arithmetic from a row's id to its case.
+
+Templates are the distinct cases, damage at tooth 1. A segment is one template with the teeth, measurements, specimens
+and noise draws that it is stored for; rows are numbered through the segments in order.
+"""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from sigdb.core.errors import InputError
+from sigdb.core.streams import NOISE_BLOCK
+from sigdb.database.manifest import FORMAT
+from sigdb.dynamics.periodic import damaged_gear
+from sigdb.measurement import Measurement, tooth_cycle
+from sigdb.signature.settings import Signature
+from sigdb.sweep.design import Design, teeth_of
+from sigdb.transmission import Damage, Transmission
+
+PART_TEMPLATES = 64
+_LEAST_PART, _GREATEST_PART, _PARTS_WANTED = 2048, 32768, 16
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigPoint:
+    """A rig at one combination of swept values: one operating point, one tooth count."""
+
+    values: dict[str, float]
+    rig: Transmission
+    teeth: int
+    mate_teeth: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class TemplateCase:
+    """A distinct case: a rig point and a damage at tooth 1, or none."""
+
+    rig_point: int
+    damage: Damage
+
+
+@dataclass(frozen=True, kw_only=True)
+class Segment:
+    """Rows of one template: the product of teeth, measurements, specimens and draws, the last fastest."""
+
+    template: int
+    teeth: tuple[int, ...]
+    measurements: tuple[Measurement, ...]
+    specimens: int
+    draws: int
+
+    @property
+    def shape(self) -> tuple[int, int, int, int]:
+        return len(self.teeth), len(self.measurements), self.specimens, self.draws
+
+    @property
+    def rows(self) -> int:
+        return int(np.prod(self.shape))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """All that a sweep will do, before it does it; made by :func:`make_plan`."""
+
+    design: Design
+    measurement: Measurement
+    signature: Signature
+    rig: Transmission
+    gear: str
+    sensors: tuple[str, ...]
+    rig_points: tuple[RigPoint, ...]
+    templates: tuple[TemplateCase, ...]
+    segments: tuple[Segment, ...]
+
+    @cached_property
+    def _first(self) -> np.ndarray:
+        """First id of each segment, and the number of rows at the end."""
+        return np.concatenate([[0], np.cumsum([segment.rows for segment in self.segments])])
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return int(self._first[-1])
+
+    @property
+    def part_rows(self) -> int:
+        """Rows in a part: fixed by the number of rows alone, whole noise blocks, some parts for every worker."""
+        wanted = 1 << max(0, (self.rows // _PARTS_WANTED - 1)).bit_length()
+        return min(max(wanted, _LEAST_PART), _GREATEST_PART)
+
+    @property
+    def row_parts(self) -> int:
+        """Number of parts of rows."""
+        return -(-self.rows // self.part_rows)
+
+    @property
+    def template_parts(self) -> int:
+        """Number of parts of templates."""
+        return -(-len(self.templates) // PART_TEMPLATES)
+
+    @property
+    def swept(self) -> tuple[str, ...]:
+        """Dotted paths of the rig's swept parameters that have no column of their own."""
+        own = {"operating.speed_rpm", "operating.torque", f"{self.gear}.teeth", f"gears.{self.gear}.teeth"}
+        return tuple(dict.fromkeys(path for point in self.rig_points for path in point.values if path not in own))
+
+    @property
+    def seed(self) -> int:
+        """Seed of specimens and noise."""
+        return self.design.seed
+
+    @cached_property
+    def resolved(self) -> dict[str, Any]:
+        """All that determines the rows, with every default filled in."""
+        content: dict[str, Any] = {
+            "format": FORMAT,
+            "sweep": self.design.model_dump(mode="json", exclude={"rig"}),
+            "measurement": self.measurement.model_dump(mode="json"),
+            "signature": self.signature.model_dump(mode="json"),
+            "rig": self.rig.model_dump(mode="json"),
+        }
+        content["sweep"]["gear"] = self.gear
+        content["signature"]["sensors"] = list(self.sensors)
+        return content
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of :attr:`resolved`, sources of the rig's numbers and descriptions aside."""
+        text = json.dumps(_without(self.resolved, ("sources", "title")), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def case_columns(self, template: int) -> dict[str, Any]:
+        """Parameters that a template and its rows share."""
+        case = self.templates[template]
+        point = self.rig_points[case.rig_point]
+        damage = case.damage
+        return {
+            "gear": self.gear,
+            "shaft": self.rig.gears[self.gear].shaft,
+            "teeth": point.teeth,
+            "speed_rpm": point.rig.operating.speed_rpm,
+            "torque": point.rig.operating.torque,
+            "damaged_teeth": damage.damaged_teeth,
+            "phase_shift_deg": None if damage.each else damage.phase_shift_deg,
+            "stiffness_loss": None if damage.each else damage.stiffness_loss,
+            "loss_extent": None if damage.each else damage.loss_extent,
+            "pattern": damage.pattern,
+        } | {path: point.rig.value(path) for path in self.swept}
+
+    def table(self, start: int, stop: int) -> pd.DataFrame:
+        """Rows ``start`` to ``stop - 1`` of the plan: id, template, parameters and labels."""
+        frames = []
+        for number in range(int(np.searchsorted(self._first, start, side="right")) - 1, len(self.segments)):
+            first, segment = int(self._first[number]), self.segments[number]
+            if first >= stop:
+                break
+            ids = np.arange(max(start, first), min(stop, first + segment.rows))
+            tooth, measured, specimen, draw = np.unravel_index(ids - first, segment.shape)
+            frame = pd.DataFrame({"id": ids, "template": segment.template})
+            for name, value in self.case_columns(segment.template).items():
+                frame[name] = np.nan if value is None else value
+            frame["tooth"] = np.array(segment.teeth)[tooth]
+            frame["specimen"], frame["draw"] = specimen, draw
+            for name in Measurement.model_fields:
+                frame[name] = np.array([getattr(one, name) for one in segment.measurements])[measured]
+            frames.append(frame)
+        return pd.concat(frames, ignore_index=True)
+
+
+def make_plan(design: Design, measurement: Measurement, signature: Signature, rig: Transmission) -> Plan:
+    """Plan a sweep.
+
+    Raises
+    ------
+    InputError
+        If the design does not fit the rig: the message names the key, the value and what to do.
+    """
+    gear = damaged_gear(rig, design.gear)
+    if not rig.turns_exactly(gear):
+        raise InputError(f"rig {rig.name!r} has {len(rig.meshes)} meshes; a sweep takes rigs with one mesh")
+    sensors = signature.sensors or tuple(rig.sensors)
+    for sensor in sensors:
+        if sensor not in rig.sensors:
+            raise InputError(f"signature.sensors: rig {rig.name!r} has no {sensor!r}; known: {', '.join(rig.sensors)}")
+
+    points: dict[tuple[tuple[str, float], ...], RigPoint] = {}
+    wanted: list[tuple[int, Damage, tuple[int, ...], tuple[Measurement, ...]]] = []
+    healthy: dict[tuple[int, Measurement], None] = {}
+    for grid in design.grid:
+        measured = tuple(_with(measurement, values) for values in grid.measurements())
+        for values in grid.rig_points():
+            key = tuple(sorted(values.items()))
+            if key not in points:
+                points[key] = _rig_point(rig, gear, values)
+            number, point = list(points).index(key), points[key]
+            for one in measured:
+                _whole_cycles(one, point)
+                healthy[number, one] = None
+            teeth = teeth_of(grid, point.teeth)
+            for damage in grid.damages(design.patterns, gear):
+                damage.on_teeth(point.teeth)
+                wanted.append((number, damage, teeth, measured))
+
+    cases = {(number, Damage(gear=gear)): None for number in range(len(points))} | {
+        (number, damage): None for number, damage, *_ in wanted
+    }
+    order = {case: i for i, case in enumerate(sorted(cases, key=lambda case: case[0]))}
+    segments = [
+        Segment(
+            template=order[number, Damage(gear=gear)],
+            teeth=(0,),
+            measurements=(one,),
+            specimens=design.specimens,
+            draws=design.healthy,
+        )
+        for number, one in healthy
+        if design.healthy
+    ] + [
+        Segment(
+            template=order[number, damage],
+            teeth=teeth,
+            measurements=measured,
+            specimens=design.specimens,
+            draws=design.draws,
+        )
+        for number, damage, teeth, measured in wanted
+    ]
+    if not segments:
+        raise InputError(
+            "the sweep has no rows: no grid damages anything and healthy = 0; give a loss, a shift or healthy"
+        )
+    return Plan(
+        design=design,
+        measurement=measurement,
+        signature=signature,
+        rig=rig,
+        gear=gear,
+        sensors=sensors,
+        rig_points=tuple(points.values()),
+        templates=tuple(TemplateCase(rig_point=number, damage=damage) for number, damage in order),
+        segments=tuple(segments),
+    )
+
+
+assert _LEAST_PART % NOISE_BLOCK == 0
+
+
+def _rig_point(rig: Transmission, gear: str, values: dict[str, float]) -> RigPoint:
+    changed = rig.replace(values)
+    return RigPoint(
+        values=values,
+        rig=changed,
+        teeth=changed.gears[gear].teeth,
+        mate_teeth=changed.gears[changed.mate(gear)].teeth,
+    )
+
+
+def _with(measurement: Measurement, values: dict[str, float]) -> Measurement:
+    return Measurement.model_validate(measurement.model_dump() | values)
+
+
+def _whole_cycles(measurement: Measurement, point: RigPoint) -> None:
+    cycle = tooth_cycle(point.teeth, point.mate_teeth)
+    if measurement.averages % cycle:
+        near = max(1, round(measurement.averages / cycle)) * cycle
+        raise InputError(
+            f"measurement.averages = {measurement.averages} is not a whole number of tooth cycles: with {point.teeth} "
+            f"and {point.mate_teeth} teeth the same teeth meet every {cycle} revolutions; use for example {near}"
+        )
+
+
+def _without(value: Any, keys: tuple[str, ...]) -> Any:
+    if isinstance(value, dict):
+        return {key: _without(item, keys) for key, item in value.items() if key not in keys}
+    if isinstance(value, list):
+        return [_without(item, keys) for item in value]
+    return value

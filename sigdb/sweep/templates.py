@@ -1,0 +1,107 @@
+"""Templates: each distinct case simulated once, with the damage at tooth 1."""
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from sigdb.core.errors import SigdbError
+from sigdb.core.typing import FloatArray
+from sigdb.database.receipts import Receipt
+from sigdb.database.schema import suffixed
+from sigdb.database.writer import write_part
+from sigdb.dynamics import PeriodicRig, SteadyState, prepare, stable_multiplier
+from sigdb.sweep.columns import plan_schema
+from sigdb.sweep.plan import PART_TEMPLATES, Plan, RigPoint
+
+
+def make_template_part(plan: Plan, root: Path, part: int) -> Receipt:
+    """Simulate the templates of a part and write them; failed ones are rows whose status says why."""
+    started = time.perf_counter()
+    first = part * PART_TEMPLATES
+    numbers = range(first, min(first + PART_TEMPLATES, len(plan.templates)))
+    rows, prepared = [], {}
+    for number in numbers:
+        rig_point = plan.templates[number].rig_point
+        if rig_point not in prepared:
+            prepared = {rig_point: _prepare(plan, rig_point)}
+        rows.append(_template_row(plan, number, prepared[rig_point]))
+    table = pa.Table.from_pylist(rows, schema=plan_schema(plan).arrow("templates"))
+    failed = sum(row["status"] != "ok" for row in rows)
+    return write_part(root, "templates", part, {"templates": table}, first=first, failed=failed, started=started)
+
+
+class _Prepared:
+    """A rig point ready for its templates: the factored healthy rig, its stability and reference variances."""
+
+    def __init__(self, plan: Plan, number: int) -> None:
+        point: RigPoint = plan.rig_points[number]
+        self.rig: PeriodicRig = prepare(point.rig, gear=plan.gear, samples_per_tooth=plan.signature.samples_per_tooth)
+        healthy = self.rig.steady_state({})
+        worst = min(
+            (
+                self.rig.steady_state(case.damage.on_teeth(point.teeth)).mesh_stiffness
+                for case in plan.templates
+                if case.rig_point == number
+            ),
+            key=np.sum,
+        )
+        self.floquet_multiplier = max(
+            stable_multiplier(point.rig, self.rig, stiffness) for stiffness in (healthy.mesh_stiffness, worst)
+        )
+        self.reference_variance = dict(zip(point.rig.sensors, healthy.signals.var(axis=1), strict=True))
+
+
+def _prepare(plan: Plan, number: int) -> _Prepared | str:
+    """The prepared rig point, or the sentence that says why there is none."""
+    try:
+        return _Prepared(plan, number)
+    except SigdbError as error:
+        return str(error)
+
+
+def _template_row(plan: Plan, number: int, prepared: _Prepared | str) -> dict[str, Any]:
+    row = {"template": number, "status": "ok", **plan.case_columns(number)}
+    if isinstance(prepared, str):
+        return row | {"status": prepared}
+    case = plan.templates[number]
+    state = prepared.rig.steady_state(case.damage.on_teeth(prepared.rig.teeth))
+    row |= {
+        "floquet_multiplier": prepared.floquet_multiplier,
+        "static_compression": state.static_compression,
+        "min_compression": state.min_compression,
+        "contact_loss": state.min_compression < 0,
+    }
+    if state.min_compression < 0:
+        return row | {"status": contact_loss_sentence(state.min_compression)}
+    return row | _arrays(plan, prepared, state)
+
+
+def contact_loss_sentence(min_compression: float) -> str:
+    """Status of a case in which the mesh loses contact."""
+    return (
+        f"the mesh loses contact (least compression {min_compression:.3f} of the static one), where the linear "
+        "periodic solution does not hold; reduce the damage or raise the torque"
+    )
+
+
+def _arrays(plan: Plan, prepared: _Prepared, state: SteadyState) -> dict[str, Any]:
+    arrays: dict[str, Any] = {
+        "compression": _list(state.compression),
+        "compression_response": _list(state.compression_response),
+        "mesh_force": _list(state.mesh_force),
+    }
+    at = {name: i for i, name in enumerate(plan.rig.sensors)}
+    for sensor in plan.sensors:
+        arrays |= {
+            suffixed("reference_variance", plan.sensors, sensor): prepared.reference_variance[sensor],
+            suffixed("tsa", plan.sensors, sensor): _list(state.signals[at[sensor]]),
+            suffixed("specimen_response", plan.sensors, sensor): _list(state.specimen_response[at[sensor]]),
+        }
+    return arrays
+
+
+def _list(values: FloatArray) -> FloatArray:
+    return values.astype(np.float32).ravel()

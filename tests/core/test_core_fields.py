@@ -1,0 +1,118 @@
+"""Unit: what a wrong file is told - the owner, the key, the rule, the value and the remedy."""
+
+import pytest
+from pydantic import Field, ValidationError, model_validator
+
+from sigdb.core.errors import DatabaseError, InputError, SigdbError, UnstableRigError
+from sigdb.core.fields import Section, Vector, quantity, read_toml, unit_of, validated
+
+
+class Wheel(Section):
+    diameter: float = quantity("m", "Diameter.", gt=0)
+    spokes: int = quantity("-", "Number of spokes.", ge=3, default=36)
+    centre: Vector = quantity("m", "Centre.", default=(0.0, 0.0, 0.0))
+    maker: str = Field(default="", description="Maker.")
+
+    @model_validator(mode="after")
+    def _round(self) -> "Wheel":
+        if self.maker == "square":
+            raise ValueError("maker = 'square' makes no wheels; choose another")
+        return self
+
+
+class Cart(Section):
+    wheels: dict[str, Wheel] = Field(description="Wheels by name.")
+    spare: Wheel | None = None
+
+
+def test_a_valid_section_holds_what_was_given():
+    cart = validated(Cart, {"wheels": {"left": {"diameter": 0.7, "centre": [0, 1, 2]}}}, owner="cart.toml")
+    assert cart.wheels["left"].diameter == 0.7
+    assert cart.wheels["left"].spokes == 36
+    assert cart.wheels["left"].centre == (0.0, 1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("wheel", "message"),
+    [
+        ({"diametre": 0.7, "diameter": 0.7}, r"^cart.toml: unknown key wheels\.left\.diametre; did you mean 'diameter'\?$"),
+        ({"xyz": 1, "diameter": 0.7}, r"unknown key wheels\.left\.xyz; known keys: centre, diameter, maker, spokes$"),
+        ({}, r"^cart.toml: wheels\.left\.diameter is missing; add it$"),
+        ({"diameter": -0.7}, r"^cart.toml: wheels\.left\.diameter = -0\.7 must be greater than 0$"),
+        ({"diameter": "big"}, r"wheels\.left\.diameter = 'big' must be a valid number"),
+        ({"diameter": float("nan")}, r"wheels\.left\.diameter = nan must be a finite number"),
+        ({"diameter": float("inf")}, r"wheels\.left\.diameter = inf must be a finite number"),
+        ({"diameter": 0.7, "spokes": 2}, r"wheels\.left\.spokes = 2 must be greater than or equal to 3"),
+        ({"diameter": 0.7, "spokes": 36.0}, r"wheels\.left\.spokes = 36\.0 must be a valid integer"),
+        ({"diameter": True}, r"wheels\.left\.diameter = True must be a valid number"),
+        ({"diameter": 0.7, "centre": [0.0, 1.0]}, r"wheels\.left\.centre\.2 is missing; add it"),
+        ({"diameter": 0.7, "maker": "square"}, r"^cart.toml: wheels\.left: maker = 'square' makes no wheels; choose"),
+    ],
+)
+def test_a_broken_rule_is_named_with_key_value_and_remedy(wheel, message):
+    with pytest.raises(InputError, match=message):
+        validated(Cart, {"wheels": {"left": wheel}}, owner="cart.toml")
+
+
+def test_every_problem_has_its_own_line_with_the_owner():
+    with pytest.raises(InputError) as caught:
+        validated(Cart, {"wheels": {"left": {"diameter": -1.0, "spoke": 4}, "right": {}}}, owner="cart.toml")
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 3
+    assert all(line.startswith("cart.toml: ") for line in lines)
+
+
+def test_an_unknown_key_at_the_top_names_the_nearest():
+    with pytest.raises(InputError, match=r"unknown key whels; did you mean 'wheels'\?"):
+        validated(Cart, {"wheels": {}, "whels": {}}, owner="cart.toml")
+
+
+def test_a_section_behind_an_optional_field_is_searched_for_near_keys():
+    with pytest.raises(InputError, match=r"unknown key spare\.spoke; did you mean 'spokes'\?"):
+        validated(Cart, {"wheels": {}, "spare": {"diameter": 1.0, "spoke": 3}}, owner="cart.toml")
+
+
+def test_sections_are_frozen():
+    with pytest.raises(ValidationError, match="frozen"):
+        Wheel(diameter=1.0).diameter = 2.0
+
+
+def test_unit_is_read_from_the_field_and_is_a_dash_without_one():
+    assert unit_of(Wheel.model_fields["diameter"]) == "m"
+    assert unit_of(Wheel.model_fields["maker"]) == "-"
+
+
+def test_errors_of_input_are_value_errors_and_all_are_sigdb_errors():
+    assert issubclass(InputError, ValueError)
+    assert all(issubclass(error, SigdbError) for error in (InputError, UnstableRigError, DatabaseError))
+
+
+def test_read_toml_returns_the_tables(tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_text('name = "ä"\n[table]\nx = 1.5\n', encoding="utf-8")
+    assert read_toml(path) == {"name": "ä", "table": {"x": 1.5}}
+
+
+def test_read_toml_of_a_missing_file_names_it(tmp_path):
+    with pytest.raises(InputError, match=r"absent\.toml: no such file"):
+        read_toml(tmp_path / "absent.toml")
+
+
+def test_read_toml_of_a_folder_says_it_cannot_be_read(tmp_path):
+    (tmp_path / "folder.toml").mkdir()
+    with pytest.raises(InputError, match=r"folder\.toml: cannot be read \("):
+        read_toml(tmp_path / "folder.toml")
+
+
+def test_read_toml_of_other_encodings_names_the_byte(tmp_path):
+    path = tmp_path / "latin.toml"
+    path.write_bytes(b'n = "\xe4"')
+    with pytest.raises(InputError, match=r"latin\.toml: not UTF-8 text \(byte 5\)"):
+        read_toml(path)
+
+
+def test_read_toml_of_malformed_text_names_the_place(tmp_path):
+    path = tmp_path / "bad.toml"
+    path.write_text("a = 1\nb = = 2\n")
+    with pytest.raises(InputError, match=r"bad\.toml: not valid TOML: .*line 2"):
+        read_toml(path)
