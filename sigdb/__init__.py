@@ -11,8 +11,10 @@ Examples
 'pinion'
 """
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from sigdb.core.lazy import lazy_names
+from sigdb.core.version import __version__
 
 if TYPE_CHECKING:
     from sigdb import recognition, signature
@@ -22,40 +24,30 @@ if TYPE_CHECKING:
     from sigdb.recognition import load_model
     from sigdb.transmission import Damage, load_transmission
 
-__version__ = "0.1.0"
-
-_HOME = {
-    "Damage": "sigdb.transmission",
-    "Periodic": "sigdb.dynamics",
-    "SigdbError": "sigdb.core.errors",
-    "load_model": "sigdb.recognition",
-    "load_transmission": "sigdb.transmission",
-    "open": "sigdb.database",
-    "simulate": "sigdb.dynamics",
-}
-_LAYERS = ("recognition", "signature")
-
-__all__ = [  # noqa: RUF022 - the public surface, in the order of a user's work
-    "load_transmission",
+__all__ = [
     "Damage",
-    "simulate",
     "Periodic",
-    "open",
-    "load_model",
-    "signature",
-    "recognition",
     "SigdbError",
     "__version__",
+    "load_model",
+    "load_transmission",
+    "open",
+    "recognition",
+    "signature",
+    "simulate",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(importlib.import_module(_HOME[name]), name)
-    if name in _LAYERS:
-        return importlib.import_module(f"sigdb.{name}")
-    raise AttributeError(f"module 'sigdb' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "Damage": "sigdb.transmission",
+        "Periodic": "sigdb.dynamics",
+        "SigdbError": "sigdb.core.errors",
+        "load_model": "sigdb.recognition",
+        "load_transmission": "sigdb.transmission",
+        "open": "sigdb.database",
+        "recognition": "sigdb.recognition",
+        "signature": "sigdb.signature",
+        "simulate": "sigdb.dynamics",
+    },
+)

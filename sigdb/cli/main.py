@@ -5,7 +5,6 @@ import sys
 
 import click
 
-import sigdb
 from sigdb.cli.evaluate import evaluate
 from sigdb.cli.modes import modes
 from sigdb.cli.query import query
@@ -13,12 +12,13 @@ from sigdb.cli.show import show
 from sigdb.cli.sweep import sweep
 from sigdb.cli.train import train
 from sigdb.core.errors import InputError, SigdbError
+from sigdb.core.version import __version__
 
 FAILED, BAD_INPUT, INTERRUPTED = 3, 2, 130
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
-@click.version_option(sigdb.__version__, prog_name="sigdb")
+@click.version_option(__version__, prog_name="sigdb")
 def cli() -> None:
     """Fault-signature databases for gear transmissions: make, query, learn from them."""
 

@@ -8,6 +8,7 @@ import click
 
 if TYPE_CHECKING:
     import pandas as pd
+    import pyarrow as pa
 
 
 @click.command()
@@ -26,22 +27,28 @@ def query(database: str, sql: str, form: str, out: Path | None) -> None:
     """
     from sigdb.database import open as open_database
 
-    result = open_database(database).sql(sql)
-    if form == "parquet":
-        if out is None and sys.stdout.isatty():
-            raise click.UsageError("Parquet is binary; give --out FILE or send the output to a file.")
-        content = result.to_parquet(index=False)
-    else:
-        content = f"{_text(result, form)}\n".encode()
+    result = open_database(database).arrow(sql)
+    if form == "parquet" and out is None and sys.stdout.isatty():
+        raise click.UsageError("Parquet is binary; give --out FILE or send the output to a file.")
+    content = _parquet(result) if form == "parquet" else f"{_text(result.to_pandas(), form)}\n".encode()
     if out is None:
         click.get_binary_stream("stdout").write(content)
     else:
         out.write_bytes(content)
 
 
+def _parquet(result: "pa.Table") -> bytes:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    sink = pa.BufferOutputStream()
+    pq.write_table(result, sink)
+    return bytes(sink.getvalue().to_pybytes())
+
+
 def _text(result: "pd.DataFrame", form: str) -> str:
     if form == "csv":
-        return result.to_csv(index=False).removesuffix("\n")
+        return str(result.to_csv(index=False)).removesuffix("\n")
     if form == "json":
-        return result.to_json(orient="records", double_precision=15)
+        return str(result.to_json(orient="records", double_precision=15))
     return f"{result.to_string(index=False, max_rows=60)}\n({len(result)} rows)"

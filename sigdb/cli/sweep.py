@@ -12,7 +12,9 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("recipe", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Directory of the database; data/RECIPE if left out.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Directory of the database; data/RECIPE/signatures if left out."
+)
 @click.option("--jobs", type=int, default=-1, show_default=True, help="Worker processes; -1 for one on each core.")
 @click.option("--dry-run", is_flag=True, help="Print templates, rows, bytes, time and the first rows, and stop.")
 def sweep(recipe: Path, out: Path | None, jobs: int, dry_run: bool) -> None:
@@ -28,7 +30,7 @@ def sweep(recipe: Path, out: Path | None, jobs: int, dry_run: bool) -> None:
         raise click.BadParameter(f"{jobs}; give 1 or more, or -1 for one on each core", param_hint="--jobs")
     loaded = load_recipe(recipe)
     plan = loaded.plan()
-    out = out or Path("data") / recipe.stem
+    out = out or Path("data") / recipe.stem / "signatures"
     if dry_run:
         _print_plan(plan, out, jobs)
         return

@@ -180,7 +180,7 @@ def database_schema(
                     name="wigner_ville",
                     type=_LIST,
                     unit="(signal)^2",
-                    help="Pooled Wigner-Ville distribution: tooth passes x bands a quarter mesh order wide, tooth-major.",
+                    help="Pooled Wigner-Ville distribution: (tooth passes, bands a quarter mesh order wide).",
                     formula="sum of W over tooth pass and band / (n_bins n / teeth)",
                 ),
             ),

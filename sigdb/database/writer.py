@@ -9,8 +9,8 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-import sigdb
 from sigdb.core.errors import DatabaseError
+from sigdb.core.version import __version__
 from sigdb.database.receipts import FileRecord, Receipt, part_name, write_receipt
 from sigdb.database.storage import publish, sha256
 
@@ -48,7 +48,7 @@ def write_part(
         files=files,
         host=socket.gethostname(),
         seconds=round(time.perf_counter() - started, 3),
-        versions={"sigdb": sigdb.__version__, "python": platform.python_version(), "pyarrow": pa.__version__},
+        versions={"sigdb": __version__, "python": platform.python_version(), "pyarrow": pa.__version__},
     )
     write_receipt(root, receipt)
     return receipt

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from sigdb.core.fields import Section, validated
 from sigdb.database import Database
 from sigdb.recognition import Evaluation, Recognition, evaluate, save_model, train
-from sigdb.recognition.train import usable_rows
+from sigdb.recognition.training import usable_rows
 
 S = TypeVar("S", bound=Section)
 

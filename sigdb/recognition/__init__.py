@@ -1,10 +1,15 @@
 """Recognising damage: one scorer looks at one tooth, and location is that scorer turned around the gear."""
 
-from sigdb.recognition.location import LocationClassifier
-from sigdb.recognition.persist import load_model, save_model
-from sigdb.recognition.settings import Recognition
-from sigdb.recognition.severity import SeverityRegressor
-from sigdb.recognition.train import Evaluation, Model, evaluate, train
+from typing import TYPE_CHECKING
+
+from sigdb.core.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from sigdb.recognition.location import LocationClassifier
+    from sigdb.recognition.persist import load_model, save_model
+    from sigdb.recognition.settings import Recognition
+    from sigdb.recognition.severity import SeverityRegressor
+    from sigdb.recognition.training import Evaluation, Model, evaluate, train
 
 __all__ = [
     "Evaluation",
@@ -17,3 +22,18 @@ __all__ = [
     "save_model",
     "train",
 ]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "Evaluation": "sigdb.recognition.training",
+        "LocationClassifier": "sigdb.recognition.location",
+        "Model": "sigdb.recognition.training",
+        "Recognition": "sigdb.recognition.settings",
+        "SeverityRegressor": "sigdb.recognition.severity",
+        "evaluate": "sigdb.recognition.training",
+        "load_model": "sigdb.recognition.persist",
+        "save_model": "sigdb.recognition.persist",
+        "train": "sigdb.recognition.training",
+    },
+)

@@ -1,7 +1,7 @@
 """A model's card, and the table of figures that evaluation prints."""
 
 from sigdb.recognition.learners import LEARNERS
-from sigdb.recognition.train import Evaluation, Model
+from sigdb.recognition.training import Evaluation, Model
 
 _TITLES = {
     "p_exact": "P(exact tooth)",
@@ -68,8 +68,8 @@ worse. The best possible answer (the Bayes bound) is not computed.
 
 
 _PURPOSE = {
-    "location": "Says at which tooth of the averaged gear the first damaged tooth is, or 'none'. Absolute tooth numbers\n"
-    "need the tacho mark.",
+    "location": "Says at which tooth of the averaged gear the first damaged tooth is, or 'none'. Absolute tooth\n"
+    "numbers need the tacho mark.",
     "severity": "Estimates stiffness loss, phase shift and number of damaged teeth of a damaged gear, each with an\n"
     "interval.",
 }

@@ -11,11 +11,11 @@ import pandas as pd
 import sklearn
 import skops.io
 
-import sigdb
 from sigdb.core.errors import DatabaseError, InputError
+from sigdb.core.version import __version__
 from sigdb.database.storage import publish_json, publish_text
 from sigdb.recognition.card import model_card
-from sigdb.recognition.train import Evaluation, Model
+from sigdb.recognition.training import Evaluation, Model
 
 TRUSTED = (
     "numpy.dtype",
@@ -60,7 +60,7 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
     folder.mkdir(parents=True, exist_ok=True)
     skops.io.dump(model.estimators, folder / "model.skops")
     described = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "estimators"}
-    versions = {"sigdb": sigdb.__version__, "scikit-learn": sklearn.__version__, "python": platform.python_version()}
+    versions = {"sigdb": __version__, "scikit-learn": sklearn.__version__, "python": platform.python_version()}
     publish_json(folder / "model.json", described | {"evaluation": asdict(evaluation), "versions": versions})
     rows = probe[probe["teeth"] == probe["teeth"].iloc[0]].iloc[:: max(1, len(probe) // _PROBE)][:_PROBE]
     np.savez(folder / "probe.npz", expected=_answers(model, rows), **_arrays(rows))

@@ -42,7 +42,7 @@ def _declared(section: type[Section], name: str, help: str | None = None) -> Col
     field = section.model_fields[name]
     return Column(
         name=name,
-        type=_TYPES[field.annotation or str],
+        type=_TYPES[field.annotation],  # type: ignore[index]
         unit=unit_of(field),
         help=help or str(field.description),
     )

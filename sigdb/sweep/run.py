@@ -13,8 +13,8 @@ from filelock import FileLock, Timeout
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 from threadpoolctl import threadpool_limits
 
-import sigdb
 from sigdb.core.errors import DatabaseError, InputError
+from sigdb.core.version import __version__
 from sigdb.database.manifest import Manifest, read_manifest
 from sigdb.database.receipts import Receipt, read_receipts
 from sigdb.database.storage import publish_json
@@ -163,7 +163,7 @@ def _begin(plan: Plan, root: Path, recipe: str) -> None:
         sensors=plan.sensors,
         recipe=recipe,
         resolved=plan.resolved,
-        sigdb_version=sigdb.__version__,
+        sigdb_version=__version__,
     ).write(root)
 
 
@@ -205,8 +205,8 @@ def _run_parts(plan: Plan, root: Path, stage: str, jobs: int, on_progress: Calla
             finished |= {receipt.part: receipt.rows for receipt in read_receipts(root, stage)}
             if deaths >= _WORKER_DEATHS:
                 raise DatabaseError(
-                    f"{root}: worker processes keep dying (out of memory?); {sum(finished.values())} of {total} {stage} "
-                    "are kept; run the same command with fewer --jobs"
+                    f"{root}: worker processes keep dying (out of memory?); {sum(finished.values())} of {total} "
+                    f"{stage} are kept; run the same command with fewer --jobs"
                 ) from None
     return total - before
 

@@ -1,4 +1,4 @@
-"""Verification: Floquet multipliers against closed forms and against the assembled equations marched in time."""
+"""Verification: Floquet multipliers against closed forms, and their invariances."""
 
 import numpy as np
 import pytest
@@ -67,7 +67,8 @@ def test_the_multiplier_converges_with_the_steps_and_over_whole_tooth_passes():
     revolution = floquet_multiplier(prepared.system, k, period)
     assert revolution > 1.5
     assert_allclose(floquet_multiplier(prepared.system, k[:64], period / 12) ** 12, revolution, rtol=1e-6)
-    assert_allclose(floquet_multiplier(prepared.system, k, period, ), revolution, rtol=0)
+    twice = prepare(resonant_rig(), samples_per_tooth=128)
+    assert_allclose(floquet_multiplier(twice.system, twice.healthy_stiffness, period), revolution, rtol=0.05)
 
 
 def test_a_truncated_system_with_residual_flexibility_has_nearly_the_same_multiplier():

@@ -31,8 +31,8 @@ def along(nodes, kind, n=113):
 def test_there_are_six_freedoms_a_node_one_a_machine_and_one_a_casing_mode(parts):
     assert parts.mass.shape == (18 * 6 + 2 + 3,) * 2
     assert parts.casing == CASING
-    assert sorted(sum(parts.rotors.values(), [])) == list(range(110))
-    assert sorted(sum(parts.motions.values(), [])) == list(range(113))
+    assert sorted(i for dofs in parts.rotors.values() for i in dofs) == list(range(110))
+    assert sorted(i for dofs in parts.motions.values() for i in dofs) == list(range(113))
 
 
 def test_matrices_are_symmetric_and_the_gyroscopic_one_skew(parts):
@@ -42,10 +42,13 @@ def test_matrices_are_symmetric_and_the_gyroscopic_one_skew(parts):
     assert np.linalg.eigvalsh(parts.mass).min() > 0
 
 
-@pytest.mark.parametrize(("nodes", "length", "diameter", "gear_mass"), [
-    (PINION_NODES, 0.280, 0.058, 7800 * np.pi * 0.0256281**2 * 0.038),
-    (GEAR_NODES, 0.385, 0.055, 7800 * np.pi * (0.0768843**2 - 0.0275**2) * 0.0245),
-])
+@pytest.mark.parametrize(
+    ("nodes", "length", "diameter", "gear_mass"),
+    [
+        (PINION_NODES, 0.280, 0.058, 7800 * np.pi * 0.0256281**2 * 0.038),
+        (GEAR_NODES, 0.385, 0.055, 7800 * np.pi * (0.0768843**2 - 0.0275**2) * 0.0245),
+    ],
+)
 @pytest.mark.parametrize("kind", [0, 1, 2])
 def test_a_shaft_that_moves_as_a_whole_has_the_mass_of_shaft_and_gear(parts, nodes, length, diameter, gear_mass, kind):
     v = along(nodes, kind)

@@ -12,7 +12,11 @@ from sigdb.transmission.beam import beam_element, shear_coefficient
 from sigdb.transmission.shafts import Material
 
 STEEL = Material(density=7810.0, young_modulus=2.11e11, shear_modulus=8.12e10)
-SECTIONS = [pytest.param(0.08, 0.0, id="solid"), pytest.param(0.08, 0.05, id="hollow"), pytest.param(0.3, 0.0, id="stubby")]
+SECTIONS = [
+    pytest.param(0.08, 0.0, id="solid"),
+    pytest.param(0.08, 0.05, id="hollow"),
+    pytest.param(0.3, 0.0, id="stubby"),
+]
 LENGTH = 0.25
 # A plane's deflection, and its slope dv/dz: theta_y in x-z, -theta_x in y-z.
 XZ = np.eye(12)[[0, 4, 6, 10]]
@@ -120,7 +124,7 @@ def rigid_motions():
 
 @pytest.mark.parametrize(("outer", "inner"), SECTIONS)
 def test_rigid_motion_takes_no_force_and_has_the_cylinders_inertia(outer, inner):
-    """M of the six motions is that of a hollow cylinder about its end: m, m L^2/3 + m (D^2 + d^2)/16, m (D^2 + d^2)/8."""
+    """M of the six motions is that of a hollow cylinder about its end: m L^2/3 + m (D^2 + d^2)/16, m (D^2 + d^2)/8."""
     element, rigid = beam_element(LENGTH, outer, inner, STEEL), rigid_motions()
     assert_allclose(element.stiffness @ rigid, 0, atol=1e-10 * abs(element.stiffness).max())
     m = 7810 * np.pi / 4 * (outer**2 - inner**2) * LENGTH
@@ -139,7 +143,7 @@ def test_rigid_motion_takes_no_force_and_has_the_cylinders_inertia(outer, inner)
 @pytest.mark.parametrize("elements", [1, 5])
 def test_a_cantilevers_tip_deflects_by_bending_and_shear(outer, inner, elements):
     """F L^3 / (3 E I) + F L / (kappa G A) and slope F L^2 / (2 E I), exact for any number of elements."""
-    area, inertia, phi = section(outer, inner)
+    _, inertia, phi = section(outer, inner)
     total = elements * LENGTH
     n = 6 * (elements + 1)
     stiffness = np.zeros((n, n))

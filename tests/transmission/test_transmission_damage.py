@@ -89,7 +89,9 @@ def test_a_contradiction_is_a_value_error_that_says_so(given, message):
         Damage(**given)
 
 
-@pytest.mark.parametrize("given", [{"tooth": 13}, {"tooth": 1, "damaged_teeth": 13}, {"tooth": 1, "each": [BROKEN] * 13}])
+@pytest.mark.parametrize(
+    "given", [{"tooth": 13}, {"tooth": 1, "damaged_teeth": 13}, {"tooth": 1, "each": [BROKEN] * 13}]
+)
 def test_damage_must_fit_the_gear(given):
     with pytest.raises(InputError, match=r"damage at tooth \d+ .* does not fit a gear of 12 teeth"):
         Damage(**given).on_teeth(12)

@@ -128,7 +128,9 @@ def test_a_shifted_profile_never_runs_backwards(shift, profile):
 
 
 def test_loss_over_the_whole_contact_scales_the_whole_tooth():
-    healthy, damaged = (tooth_stiffness(a_mesh(), TEETH, passes(), d) for d in ({}, {6: ToothDamage(stiffness_loss=0.4)}))
+    healthy, damaged = (
+        tooth_stiffness(a_mesh(), TEETH, passes(), d) for d in ({}, {6: ToothDamage(stiffness_loss=0.4)})
+    )
     assert_allclose(damaged[5], 0.6 * healthy[5], rtol=1e-12)
 
 
@@ -172,5 +174,7 @@ def test_wrapped_damage_reaches_the_teeth_on_both_sides_of_the_mark():
 
 def test_a_shift_beyond_half_a_pass_is_refused():
     tooth_stiffness(a_mesh(), TEETH, passes(), {1: ToothDamage(phase_shift_deg=15.0)})
-    with pytest.raises(InputError, match=r"phase_shift_deg = -15\.1 is more than half a tooth pass of a gear of 12 teeth"):
+    with pytest.raises(
+        InputError, match=r"phase_shift_deg = -15\.1 is more than half a tooth pass of a gear of 12 teeth"
+    ):
         tooth_stiffness(a_mesh(), TEETH, passes(), {1: ToothDamage(phase_shift_deg=-15.1)})

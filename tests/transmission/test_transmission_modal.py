@@ -23,7 +23,7 @@ def system(rig):
 
 
 def worst(approximate, exact):
-    """Greatest error of each transfer over frequency, relative to that transfer's greatest value; sensors at rest aside."""
+    """Greatest error of each transfer over frequency, relative to that transfer's greatest value."""
     return (np.abs(approximate - exact).max(axis=0) / np.abs(exact).max(axis=0)).max()
 
 
@@ -138,7 +138,12 @@ def test_a_mirrored_description_of_a_shaft_gives_the_same_response(rig, system):
     data = rig.model_dump()
     data["shafts"]["gear-shaft"]["axis"] = (-1.0, 0.0, 0.0)
     data["gears"]["gear"]["apex"] = "ahead"
-    for part in (data["gears"]["gear"], data["bearings"]["gear-left"], data["bearings"]["gear-right"], data["couplings"]["brake"]):
+    for part in (
+        data["gears"]["gear"],
+        data["bearings"]["gear-left"],
+        data["bearings"]["gear-right"],
+        data["couplings"]["brake"],
+    ):
         part["node"] = 8 - part["node"]
     assert worst(modal_system(Transmission.model_validate(data)).transfer(OMEGA), system.transfer(OMEGA)) < 1e-8
 
@@ -170,9 +175,7 @@ def test_truncation_keeps_that_many_pairs_and_the_static_response(system):
     for count in (4, 16, 48):
         few = system.truncated(count)
         assert len(few.poles) == 2 * count
-        assert_allclose(
-            few.transfer(np.array([0.0]))[0, 0], system.transfer(np.array([0.0]))[0, 0], rtol=1e-9
-        )
+        assert_allclose(few.transfer(np.array([0.0]))[0, 0], system.transfer(np.array([0.0]))[0, 0], rtol=1e-9)
 
 
 def test_truncation_converges_to_the_full_system(system):

@@ -35,15 +35,31 @@ def test_the_unchanged_file_loads(changed):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("body_length = 0.038", "body_lenght = 0.038", "unknown key gears.pinion.body_lenght; did you mean 'body_length'?"),
+        (
+            "body_length = 0.038",
+            "body_lenght = 0.038",
+            "unknown key gears.pinion.body_lenght; did you mean 'body_length'?",
+        ),
         ("teeth = 12\n", "", "gears.pinion.teeth is missing; add it"),
         ('title = "', 'titel = "', "unknown key titel; did you mean 'title'?"),
         ("length = 0.280", "length = -0.280", "shafts.pinion-shaft.segments.0.length = -0.28 must be greater than 0"),
-        ("length = 0.280", "lenght = 0.280", "unknown key shafts.pinion-shaft.segments.0.lenght; did you mean 'length'?"),
+        (
+            "length = 0.280",
+            "lenght = 0.280",
+            "unknown key shafts.pinion-shaft.segments.0.lenght; did you mean 'length'?",
+        ),
         ("contact_ratio = 1.3", "contactratio = 1.3", "profile.contactratio; did you mean 'contact_ratio'?"),
-        (PINION, PINION[:-1] + "9", "gears.pinion.node = 9 does not exist: shaft 'pinion-shaft' has the nodes 0 to 8; choose"),
+        (
+            PINION,
+            PINION[:-1] + "9",
+            "gears.pinion.node = 9 does not exist: shaft 'pinion-shaft' has the nodes 0 to 8; choose",
+        ),
         (PINION, PINION[:-1] + "-1", "gears.pinion.node = -1 must be greater than or equal to 0"),
-        (PINION, 'shaft = "pinionshaft"\nnode = 0', "gears.pinion.shaft = 'pinionshaft' does not exist; known: pinion-shaft"),
+        (
+            PINION,
+            'shaft = "pinionshaft"\nnode = 0',
+            "gears.pinion.shaft = 'pinionshaft' does not exist; known: pinion-shaft",
+        ),
         ("teeth = 12", 'teeth = "12"', "gears.pinion.teeth = '12' must be a valid integer"),
         ("teeth = 12", "teeth = 12.0", "gears.pinion.teeth = 12.0 must be a valid integer"),
         ("teeth = 12", "teeth = 4", "gears.pinion.teeth = 4 must be greater than or equal to 5"),
@@ -51,31 +67,83 @@ def test_the_unchanged_file_loads(changed):
         ("torque = 356.05", "torque = nan", "operating.torque = nan must be a finite number"),
         ("rotation = -1", "rotation = 2", "operating.rotation = 2 must be 1 or -1"),
         ('hand = "left"', 'hand = "lefthand"', "meshes.main.hand = 'lefthand' must be 'right' or 'left'"),
-        ('sources.teeth = "published: ', 'sources.teeth = "', "gears.pinion: sources.teeth = 'the paper' must begin with"),
+        (
+            'sources.teeth = "published: ',
+            'sources.teeth = "',
+            "gears.pinion: sources.teeth = 'the paper' must begin with",
+        ),
         ("sources.teeth =", "sources.tooth =", "gears.pinion: sources.tooth names no field here; name one that"),
         ('apex = "behind"\nbody', "body", "gears.pinion.apex is missing: its shaft meets the other at an angle"),
-        ('gear = "pinion"', 'gear = "pinon"', "sensors.pinion-vertical.gear = 'pinon' does not exist; known: pinion, gear"),
-        ('gear = "pinion"', 'point = "roof"', "sensors.pinion-vertical.point = 'roof' does not exist; known: pinion-front"),
+        (
+            'gear = "pinion"',
+            'gear = "pinon"',
+            "sensors.pinion-vertical.gear = 'pinon' does not exist; known: pinion, gear",
+        ),
+        (
+            'gear = "pinion"',
+            'point = "roof"',
+            "sensors.pinion-vertical.point = 'roof' does not exist; known: pinion-front",
+        ),
         ('gear = "pinion"', "", "sensors.pinion-vertical: give either gear or point"),
-        ('gear = "pinion"', 'gear = "pinion"\npoint = "gear-left"', "sensors.pinion-vertical: give either gear or point"),
-        ('quantity = "velocity"', 'quantity = "speed"', "quantity = 'speed' must be 'displacement', 'velocity' or 'acceleration'"),
-        ("direction = [0.0, 1.0, 0.0]", "direction = [0, 0, 0]", "direction = [0, 0, 0] has no direction; give for example"),
+        (
+            'gear = "pinion"',
+            'gear = "pinion"\npoint = "gear-left"',
+            "sensors.pinion-vertical: give either gear or point",
+        ),
+        (
+            'quantity = "velocity"',
+            'quantity = "speed"',
+            "quantity = 'speed' must be 'displacement', 'velocity' or 'acceleration'",
+        ),
+        (
+            "direction = [0.0, 1.0, 0.0]",
+            "direction = [0, 0, 0]",
+            "direction = [0, 0, 0] has no direction; give for example",
+        ),
         ('seat = "gear-left"', 'seat = "roof"', "bearings.gear-left.seat = 'roof' does not exist; known: pinion-front"),
         ("flank = 0.45", "flank = 0.7", "flank = 0.7 must be at most half of contact_ratio = 1.3"),
-        ("bore = 0.055", "bore = 0.2", "gears.gear.bore = 0.2 must be less than the mean pitch diameter 0.1538; reduce"),
-        ("face_width = 0.0254", "face_width = 0.2", "face_width = 0.2 is too wide for the pitch cones of 'pinion' and 'gear'"),
-        ("elements = 8", "elements = 8\ninner_diameter = 0.058", "inner_diameter = 0.058 must be less than outer_diameter"),
+        (
+            "bore = 0.055",
+            "bore = 0.2",
+            "gears.gear.bore = 0.2 must be less than the mean pitch diameter 0.1538; reduce",
+        ),
+        (
+            "face_width = 0.0254",
+            "face_width = 0.2",
+            "face_width = 0.2 is too wide for the pitch cones of 'pinion' and 'gear'",
+        ),
+        (
+            "elements = 8",
+            "elements = 8\ninner_diameter = 0.058",
+            "inner_diameter = 0.058 must be less than outer_diameter",
+        ),
         ("elements = 8", "elements = 0", "segments.0.elements = 0 must be greater than or equal to 1"),
         ("axis = [1.0, 0.0, 0.0]", "axis = [0, 0, 0]", "shafts.gear-shaft: axis = [0, 0, 0] has no direction; give"),
         ("axis = [1.0, 0.0, 0.0]", "axis = [1.0, 0.0]", "shafts.gear-shaft.axis.2 is missing"),
-        ("axis = [1.0, 0.0, 0.0]", "axis = [0.0, 0.0, 1.0]", "the shafts of 'pinion' and 'gear' are parallel; give the mesh's line"),
+        (
+            "axis = [1.0, 0.0, 0.0]",
+            "axis = [0.0, 0.0, 1.0]",
+            "the shafts of 'pinion' and 'gear' are parallel; give the mesh's line",
+        ),
         ("shape.gear-left = [0.0, 0.4, 0.0]\n", "", "give every mode's shape at the same points"),
-        ("stiffness = [1.7e8", "stiffness = [-1.7e8", "bearings.gear-left: stiffness = [-170000000.0, 170000000.0, 145000000.0] must not"),
+        (
+            "stiffness = [1.7e8",
+            "stiffness = [-1.7e8",
+            "bearings.gear-left: stiffness = [-170000000.0, 170000000.0, 145000000.0] must not",
+        ),
         ('drive = "motor"', 'drive = "engine"', "operating.drive = 'engine' does not exist; known: motor, brake"),
         ('load = "brake"', 'load = "fan"', "operating.load = 'fan' does not exist; known: motor, brake"),
-        ('material = "steel"', 'material = "stel"', "shafts.pinion-shaft.material = 'stel' does not exist; known: steel"),
+        (
+            'material = "steel"',
+            'material = "stel"',
+            "shafts.pinion-shaft.material = 'stel' does not exist; known: steel",
+        ),
         ('driven = "gear"', 'driven = "wheel"', "meshes.main.driven = 'wheel' does not exist; known: pinion, gear"),
-        ('driving = "pinion"\ndriven = "gear"', 'driving = "gear"\ndriven = "pinion"', "power must flow from operating.drive = 'motor'"),
+        (
+            'driving = "pinion"\ndriven = "gear"',
+            'driving = "gear"\ndriven = "pinion"',
+            "power must flow from operating.drive = 'motor'",
+        ),
         ("[gears.pinion]", '[gears."pin.ion"]', "gears.pin.ion"),
     ],
 )
@@ -87,7 +155,9 @@ def test_a_wrong_entry_is_named_with_file_key_value_and_remedy(changed, old, new
 
 def test_all_problems_of_a_file_come_at_once(changed):
     with pytest.raises(InputError) as caught:
-        changed((PINION, PINION[:-1] + "20"), ('seat = "gear-left"', 'seat = "roof"'), ('load = "brake"', 'load = "fan"'))
+        changed(
+            (PINION, PINION[:-1] + "20"), ('seat = "gear-left"', 'seat = "roof"'), ('load = "brake"', 'load = "fan"')
+        )
     assert len(str(caught.value).splitlines()) == 3
 
 
@@ -107,7 +177,9 @@ def test_parallel_gears_need_a_line_of_centres_across_their_shafts(changed):
 def test_a_shaft_without_axial_stiffness_can_move_freely(changed, solve):
     soft = ("1.1e8, 1.1e8, 9.4e7", "1.1e8, 1.1e8, 0.0")
     rig = changed(soft, soft)
-    with pytest.raises(InputError, match=r"'nasa-spiral-bevel': pinion-shaft axial can move freely; hold it with a bearing"):
+    with pytest.raises(
+        InputError, match=r"'nasa-spiral-bevel': pinion-shaft axial can move freely; hold it with a bearing"
+    ):
         solve(rig)
 
 

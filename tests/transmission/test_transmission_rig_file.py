@@ -25,7 +25,9 @@ def _numbers_without_origin(table, path=""):
             isinstance(value, list) and value and all(isinstance(x, int | float) for x in value)
         )
         if holds_numbers or key == "shape":
-            if not any(sources.get(key, "").startswith(f"{origin}: ") for origin in ("published", "derived", "assumed")):
+            if not any(
+                sources.get(key, "").startswith(f"{origin}: ") for origin in ("published", "derived", "assumed")
+            ):
                 yield here
         elif isinstance(value, dict):
             yield from _numbers_without_origin(value, f"{here}.")
@@ -106,7 +108,10 @@ def test_the_pinion_is_thrust_out_of_mesh_as_the_file_says(rig):
 
 def test_body_masses_are_those_that_the_file_states(rig):
     """0.61 kg and 3.1 kg, by the volume of a cylinder of the mean pitch radius."""
-    for name, radius, stated in (("pinion", 0.081043 * 12 / np.hypot(12, 36), 0.61), ("gear", 0.081043 * 36 / np.hypot(12, 36), 3.1)):
+    for name, radius, stated in (
+        ("pinion", 0.081043 * 12 / np.hypot(12, 36), 0.61),
+        ("gear", 0.081043 * 36 / np.hypot(12, 36), 3.1),
+    ):
         gear = rig.gears[name]
         volume = np.pi * (radius**2 - gear.bore**2 / 4) * gear.body_length
         assert_allclose(7800 * volume, stated, rtol=0.02)

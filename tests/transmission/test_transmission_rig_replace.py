@@ -75,7 +75,10 @@ def test_replacing_nothing_is_the_same_rig(rig):
         ({"main.module": float("nan")}, r"meshes\.main\.module = nan must be a finite number"),
         ({"main.module": -0.005}, r"meshes\.main\.module = -0\.005 must be greater than 0"),
         ({"pinion.node": 9}, r"gears\.pinion\.node = 9 does not exist"),
-        ({"pinion-front.stiffness.0": 1e8}, r"one component of a vector and cannot be set alone; set it in the rig file"),
+        (
+            {"pinion-front.stiffness.0": 1e8},
+            r"one component of a vector and cannot be set alone; set it in the rig file",
+        ),
     ],
 )
 def test_a_replaced_value_is_checked_again_and_the_message_names_the_rig_and_the_values(rig, values, message):

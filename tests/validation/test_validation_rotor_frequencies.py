@@ -55,7 +55,7 @@ class Rotors:
 
 
 def example_591(rpm, elements=6):
-    """Shaft 1.5 m x 50 mm, disks at 0.5 m and 1.0 m (OD 0.28 and 0.35, width 0.07, bore 0.05 m), 1 MN/m at both ends."""
+    """Shaft 1.5 m x 50 mm, disks at 0.5 m and 1.0 m (OD 0.28, 0.35, width 0.07, bore 0.05 m), 1 MN/m at both ends."""
     steel = Material(density=7810.0, young_modulus=2.11e11, shear_modulus=8.12e10)
     speed = rpm * 2 * np.pi / 60
     rotor = Rotors(elements + 1)

@@ -6,11 +6,12 @@ Mesh stiffness, damage and modal damping of the rotors are built here from their
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
-from scipy.linalg import cholesky, eigh, solve
+from scipy.linalg import cholesky, eigh, expm, solve
 
-from sigdb.dynamics import prepare
-from sigdb.transmission import Damage, ToothDamage, load_transmission
+from sigdb.dynamics import floquet_multiplier, prepare
+from sigdb.transmission import Damage, ToothDamage, Transmission, load_transmission
 from sigdb.transmission.assembly import assemble
 
 # Soft and heavy shafts of one element, so that the fastest mode is slow enough to march through.
@@ -58,8 +59,8 @@ helix_angle_deg = 15.0
 line_of_centres = [1.0, 0.2, 0.0]
 stiffness = 2.0e6
 [meshes.main.profile]
-contact_ratio = 1.4
-flank = 0.4
+contact_ratio = 1.5
+flank = 0.25
 [couplings.motor]
 shaft = "first"
 node = 1
@@ -109,7 +110,7 @@ point = "wall"
 direction = [0.0, 1.0, 0.0]
 quantity = "acceleration"
 """
-CONTACT_RATIO, FLANK, MEAN = 1.4, 0.4, 2.0e6
+CONTACT_RATIO, FLANK, MEAN = 1.5, 0.25, 2.0e6
 SAMPLES = 128
 
 
@@ -182,6 +183,12 @@ class Marched:
         return self.h @ found.y[:n], np.array([rows[i] @ derivatives[i] for i in range(3)])
 
 
+def coarse_rig(folder):
+    path = folder / "coarse.toml"
+    path.write_text(COARSE)
+    return load_transmission(path)
+
+
 DAMAGES = {
     "shift-and-loss-over-part": ("small", {3: ToothDamage(phase_shift_deg=6.0, stiffness_loss=0.5, loss_extent=0.4)}),
     "broken-between-pitted-across-the-mark": (
@@ -203,9 +210,7 @@ DAMAGES = {
 def test_the_periodic_solution_is_where_the_marched_equations_settle(name, tmp_path):
     """With phase shift, stiffness loss and index errors together; errors relative to each signal's peak-to-peak."""
     gear, damage = DAMAGES[name]
-    path = tmp_path / "coarse.toml"
-    path.write_text(COARSE)
-    rig = load_transmission(path)
+    rig = coarse_rig(tmp_path)
     errors = 4e-5 * np.random.default_rng(3).standard_normal(rig.gears[gear].teeth)
 
     prepared = prepare(rig, gear=gear, samples_per_tooth=SAMPLES)
@@ -223,3 +228,31 @@ def test_the_periodic_solution_is_where_the_marched_equations_settle(name, tmp_p
     # Each part of the excitation counts in what is compared.
     assert np.ptp(state.compression_response @ errors) > 0.05 * np.ptp(compression)
     assert np.ptp(state.compression - prepared.steady_state({}).compression) > 0.05 * np.ptp(compression)
+
+
+def test_the_floquet_multiplier_is_that_of_the_assembled_equations(tmp_path):
+    """Monodromy of one tooth pass as a product of exponentials, without the free rotation's two unit multipliers.
+
+    Nearly undamped at a speed where the mesh is parametrically unstable, so that the varying stiffness decides.
+    """
+    data = coarse_rig(tmp_path).model_dump()
+    data["bearings"]["a"]["damping"] = (0.0, 0.0, 0.0)
+    light = {"damping_ratio": 1e-3, "casing.modes.0.damping_ratio": 1e-3, "operating.speed_rpm": 3000.0}
+    rig = Transmission.model_validate(data).replace(light)
+
+    marched = Marched(rig, "small", {}, np.zeros(7))
+    n, steps = len(marched.h), 300
+    length = marched.revolution / 7 / steps
+    monodromy = np.eye(2 * n)
+    for i in range(steps):
+        k = pair_stiffness((i + 0.5) / steps, 7, *marched.damage).sum()
+        matrix = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), marched.flow])
+        matrix[n:, :n] -= k * np.outer(marched.push, marched.h)
+        monodromy = expm(length * matrix) @ monodromy
+    multipliers = np.linalg.eigvals(monodromy)
+    elastic = multipliers[np.argsort(np.abs(multipliers - 1))[2:]]
+
+    prepared = prepare(rig, samples_per_tooth=300)
+    found = floquet_multiplier(prepared.system, prepared.healthy_stiffness[:300], marched.revolution / 7)
+    assert found > 1.15
+    assert_allclose(found, np.abs(elastic).max(), rtol=1e-4)

@@ -1,0 +1,68 @@
+# `make quickstart` and `make test` are all that a newcomer needs; both make .venv on a machine with only Python.
+
+PYTHON ?= python3
+BIN := .venv/bin
+QUICK := data/quick
+.DEFAULT_GOAL := help
+
+.PHONY: help quickstart test check docs wheel clean
+
+help:
+	@echo "make quickstart   install, make the quick database, train, query, draw"
+	@echo "make test         run the test suite"
+	@echo "make check        lint, format, types, layer contract"
+	@echo "make docs         build the documentation into docs/_build"
+	@echo "make wheel        build the wheel and try it in a clean environment"
+
+.venv/pip:
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	@touch $@
+
+# An environment for each extra: made once, and again when pyproject.toml changes.
+.venv/base: .venv/pip pyproject.toml
+	$(BIN)/python -m pip install --quiet --editable .
+	@touch $@
+
+.venv/%: .venv/pip pyproject.toml
+	$(BIN)/python -m pip install --quiet --editable '.[$*]'
+	@touch $@
+
+quickstart: .venv/base
+	$(BIN)/python -m sigdb.sweep pipelines/quick.toml
+	$(BIN)/sigdb train $(QUICK)/signatures --target location --out $(QUICK)/location
+	$(BIN)/sigdb train $(QUICK)/signatures --target severity --out $(QUICK)/severity
+	$(BIN)/sigdb evaluate $(QUICK)/location $(QUICK)/signatures
+	$(BIN)/sigdb evaluate $(QUICK)/severity $(QUICK)/signatures
+	$(BIN)/sigdb query $(QUICK)/signatures "select tooth, count(*) as rows, avg(fm4) as fm4 from features group by tooth order by tooth"
+	$(BIN)/sigdb query $(QUICK)/signatures "select damaged_teeth, stiffness_loss, phase_shift_deg, min(min_compression) as min_compression from features where tooth > 0 group by all order by all"
+	$(BIN)/sigdb show $(QUICK)/signatures 0 --out $(QUICK)/healthy.png
+	$(BIN)/sigdb show $(QUICK)/signatures 2925 --out $(QUICK)/damaged.png
+	@echo
+	@echo "Made:"
+	@echo "  $(QUICK)/signatures          the database; ask it: $(BIN)/sigdb query $(QUICK)/signatures \"select ...\""
+	@echo "  $(QUICK)/location/README.md  the card of the location model"
+	@echo "  $(QUICK)/severity/README.md  the card of the severity model"
+	@echo "  $(QUICK)/healthy.png         a healthy signature"
+	@echo "  $(QUICK)/damaged.png         tooth 6 with 40 % less stiffness"
+
+test: .venv/test
+	$(BIN)/python -m pytest
+
+check: .venv/check
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+docs: .venv/docs
+	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
+wheel: .venv/check
+	rm -rf dist build/wheel
+	$(BIN)/python -m build --quiet --wheel --outdir dist .
+	$(BIN)/python tests/wheel_check.py dist build/wheel
+
+clean:
+	rm -rf .venv build dist docs/_build docs/generated $(QUICK)
