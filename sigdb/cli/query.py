@@ -32,7 +32,7 @@ def query(database: str, sql: str, form: str, out: Path | None) -> None:
         raise click.UsageError("Parquet is binary; give --out FILE or send the output to a file.")
     content = _parquet(result) if form == "parquet" else f"{_text(result.to_pandas(), form)}\n".encode()
     if out is None:
-        click.get_binary_stream("stdout").write(content)
+        sys.stdout.buffer.write(content)
     else:
         out.write_bytes(content)
 

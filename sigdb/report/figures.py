@@ -82,6 +82,7 @@ def _draw_signal(axes: Axes, tsa: FloatArray, teeth: int, label: str, damaged: t
     angle = np.arange(len(tsa) + 1) * 360 / len(tsa)
     axes.plot(angle, np.append(tsa, tsa[0]), color=_INK, linewidth=1.0)
     axes.set(title="Synchronous average", ylabel=label)
+    axes.margins(y=0.12)  # room for the numbers of the tooth passes
     _mark_passes(axes, teeth, damaged)
     axes.grid(axis="y", color=_GRID, linewidth=0.5)
     axes.set_axisbelow(True)
