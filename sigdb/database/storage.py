@@ -11,10 +11,11 @@ from typing import Any
 def publish(path: Path, write: Callable[[Path], None]) -> None:
     """Write a file under a temporary name beside it, make it durable, and rename it into place.
 
-    A reader never sees a part of it, whenever the process or the machine stops.
+    A reader never sees a part of it, whenever the process or the machine stops. What a stopped process leaves under the
+    temporary name is overwritten when the file is made again.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = path.with_name(f".{path.name}.tmp")
     try:
         write(temporary)
         _sync(temporary)

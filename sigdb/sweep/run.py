@@ -4,7 +4,7 @@ import os
 import socket
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -143,17 +143,8 @@ def _owned(root: Path) -> Iterator[None]:
 
 
 def _begin(plan: Plan, root: Path, recipe: str) -> None:
-    """Write the database's description, or check that it is this plan's."""
-    if (root / "sigdb.toml").exists():
-        known = read_manifest(root)
-        if known.hash != plan.hash:
-            raise InputError(
-                f"{root} was made from another recipe: {_first_difference(known.resolved, plan.resolved)}; "
-                "give another directory with --out, or go back to the old recipe"
-            )
-        return
-    publish_json(root / "schema.json", plan_schema(plan).as_json())
-    Manifest(
+    """Write the database's description, or check that it is this plan's and keep its newest recipe."""
+    manifest = Manifest(
         hash=plan.hash,
         seed=plan.seed,
         rows=plan.rows,
@@ -164,7 +155,20 @@ def _begin(plan: Plan, root: Path, recipe: str) -> None:
         recipe=recipe,
         resolved=plan.resolved,
         sigdb_version=__version__,
-    ).write(root)
+    )
+    if not (root / "sigdb.toml").exists():
+        publish_json(root / "schema.json", plan_schema(plan).as_json())
+        manifest.write(root)
+        return
+    known = read_manifest(root)
+    if known.hash != plan.hash:
+        raise InputError(
+            f"{root} was made from another recipe: {_first_difference(known.resolved, plan.resolved)}; "
+            "give another directory with --out, or go back to the old recipe"
+        )
+    if known.recipe != recipe:
+        # The same rows, but perhaps other settings of recognition or report.
+        replace(known, recipe=recipe).write(root)
 
 
 def _first_difference(old: Any, new: Any, path: str = "") -> str:

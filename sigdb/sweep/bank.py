@@ -1,0 +1,91 @@
+"""The stored templates of a database that is being made, read part by part."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+
+from sigdb.core.typing import FloatArray
+from sigdb.database.receipts import part_name
+from sigdb.database.schema import suffixed
+from sigdb.sweep.plan import PART_TEMPLATES
+
+_PARTS_KEPT = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Template:
+    """A stored template; without arrays where its status says why.
+
+    Attributes
+    ----------
+    status
+        ``ok``, or why there is no result.
+    min_compression
+        Least compression as a fraction of the static one; nan where it is not known.
+    compression, compression_response
+        (n,) and (n, teeth), as fractions of the static compression.
+    signals, specimen_response
+        (sensors, n) y_D and (sensors, n, teeth) Y_D.
+    reference_variance
+        (sensors,) variance of the healthy clean average.
+    """
+
+    status: str
+    min_compression: float
+    compression: FloatArray
+    compression_response: FloatArray
+    signals: FloatArray
+    specimen_response: FloatArray
+    reference_variance: FloatArray
+
+
+class TemplateBank:
+    """Templates by number."""
+
+    def __init__(self, root: Path, sensors: Sequence[str]) -> None:
+        self._root, self._sensors = root, sensors
+        self._parts: dict[int, list[Template]] = {}
+
+    def __getitem__(self, number: int) -> Template:
+        part, within = divmod(number, PART_TEMPLATES)
+        if part not in self._parts:
+            if len(self._parts) == _PARTS_KEPT:
+                self._parts.pop(next(iter(self._parts)))
+            self._parts[part] = self._read(part)
+        return self._parts[part][within]
+
+    def _read(self, part: int) -> list[Template]:
+        path = self._root / "templates" / part_name(part)
+        table = pq.ParquetFile(path, page_checksum_verification=True).read()
+        return [self._template(row) for row in table.to_pandas().to_dict("records")]
+
+    def _template(self, row: dict[Any, Any]) -> Template:
+        if row["status"] != "ok":
+            none = np.empty(0)
+            return Template(
+                status=row["status"],
+                min_compression=row["min_compression"],
+                compression=none,
+                compression_response=none,
+                signals=none,
+                specimen_response=none,
+                reference_variance=none,
+            )
+
+        def each_sensor(name: str) -> FloatArray:
+            return np.array([row[suffixed(name, self._sensors, sensor)] for sensor in self._sensors], dtype=float)
+
+        signals, static = each_sensor("tsa"), row["static_compression"]
+        return Template(
+            status="ok",
+            min_compression=row["min_compression"],
+            compression=row["compression"].astype(float) / static,
+            compression_response=row["compression_response"].astype(float).reshape(-1, row["teeth"]) / static,
+            signals=signals,
+            specimen_response=each_sensor("specimen_response").reshape(*signals.shape, -1),
+            reference_variance=each_sensor("reference_variance"),
+        )
