@@ -23,6 +23,22 @@ class Section(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
+    def __init__(self, **data: Any) -> None:
+        """Check the fields.
+
+        Raises
+        ------
+        InputError
+            Names each offending field, the rule, the value and what to do.
+        """
+        try:
+            super().__init__(**data)
+        except ValidationError as error:
+            raise _input_error(type(self), error, type(self).__name__) from None
+
+    # Tells pydantic to build nested sections itself, so that one error names the whole path of a key.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
 
 def quantity(unit: str, help: str, **rules: Any) -> Any:
     """A field with its unit, help and bounds.
@@ -59,8 +75,7 @@ def validated(model: type[S], data: Mapping[str, Any], *, owner: str) -> S:
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        lines = [line for problem in error.errors() for line in _sentence(model, problem).splitlines()]
-        raise InputError("\n".join(f"{owner}: {line}" for line in lines)) from None
+        raise _input_error(model, error, owner) from None
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -77,6 +92,15 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: not valid TOML: {error}") from None
 
 
+def _input_error(model: type[BaseModel], error: ValidationError, owner: str) -> InputError:
+    problems = error.errors()
+    # A list whose item is wrong is also reported as too short; only the item helps.
+    inner = [problem["loc"][:depth] for problem in problems for depth in range(len(problem["loc"]))]
+    told = [problem for problem in problems if problem["type"] != "too_short" or problem["loc"] not in inner]
+    lines = [line for problem in told for line in _sentence(model, problem).splitlines()]
+    return InputError("\n".join(f"{owner}: {line}" for line in lines))
+
+
 def _sentence(model: type[BaseModel], problem: Any) -> str:
     """What is wrong, in the words of the file: one line for each problem."""
     location = problem["loc"]
@@ -85,6 +109,11 @@ def _sentence(model: type[BaseModel], problem: Any) -> str:
         return f"unknown key {key}{_closest(model, location)}"
     if problem["type"] == "missing":
         return f"{key} is missing; add it"
+    if problem["type"] == "string_pattern_mismatch":
+        where = key.removesuffix(".[key]")
+        return f"name {problem['input']!r} in {where} must be letters, digits, - or _, a letter first"
+    if problem["type"] == "too_short":
+        return f"{key} is empty; give at least {problem['ctx']['min_length']}"
     message = problem["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     if problem["type"] == "value_error":
         return message if key == "(top level)" else f"{key}: {message}"

@@ -20,6 +20,7 @@ from sigdb.transmission.gears import Mesh
 from sigdb.transmission.mesh_stiffness import tooth_stiffness
 
 SAMPLES_PER_TOOTH = 64
+LEAST_SAMPLES_PER_TOOTH = 16
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,9 +103,13 @@ class PeriodicRig:
     static_compression: float
     static_signals: FloatArray
 
+    def tooth_stiffness(self, damage: Mapping[int, ToothDamage]) -> FloatArray:
+        """(teeth, n) stiffness of each tooth's pair, N/m; the mesh stiffness is the sum over teeth."""
+        return tooth_stiffness(self.mesh, self.teeth, self.pass_coordinate, damage)
+
     def steady_state(self, damage: Mapping[int, ToothDamage]) -> SteadyState:
         """Steady state with damage by tooth number; an empty mapping is the healthy rig."""
-        by_tooth = tooth_stiffness(self.mesh, self.teeth, self.pass_coordinate, damage)
+        by_tooth = self.tooth_stiffness(damage)
         stiffness = by_tooth.sum(axis=0)
         kappa = stiffness - self.mesh.stiffness
         healthy_kappa = self.healthy_stiffness - self.mesh.stiffness

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from sigdb.core.errors import InputError, UnstableRigError
 from sigdb.core.typing import FloatArray
-from sigdb.dynamics.periodic import SAMPLES_PER_TOOTH, PeriodicRig, prepare
+from sigdb.dynamics.periodic import LEAST_SAMPLES_PER_TOOTH, SAMPLES_PER_TOOTH, PeriodicRig, prepare
 from sigdb.dynamics.stability import floquet_multiplier
 from sigdb.transmission import Damage, Transmission
 
@@ -29,6 +29,13 @@ class Periodic:
 
     samples_per_tooth: int = SAMPLES_PER_TOOTH
 
+    def __post_init__(self) -> None:
+        if self.samples_per_tooth < LEAST_SAMPLES_PER_TOOTH:
+            raise InputError(
+                f"samples_per_tooth = {self.samples_per_tooth} cannot resolve a tooth pass; give at least "
+                f"{LEAST_SAMPLES_PER_TOOTH}, {SAMPLES_PER_TOOTH} is usual"
+            )
+
 
 @dataclass(frozen=True, kw_only=True)
 class Response:
@@ -45,7 +52,8 @@ class Response:
     compression
         (n,) of the mesh along its normal, m.
     min_compression
-        Least compression as a fraction of the static one; below 0 the mesh loses contact.
+        Least compression as a fraction of the static one; below 0 the mesh loses contact. A tooth's own index error,
+        small against the static compression, is not subtracted.
     floquet_multiplier
         Largest Floquet multiplier over the revolution; below 1, or there would be no response.
     """
@@ -165,6 +173,6 @@ def stable_multiplier(rig: Transmission, prepared: PeriodicRig, stiffness: Float
     if not multiplier < 1:
         raise UnstableRigError(
             f"rig {rig.name!r} is unstable at {rig.operating.speed_rpm:g} rpm (Floquet multiplier {multiplier:.3g} "
-            "over a revolution): the varying mesh stiffness feeds a resonance; raise damping_ratio or change the speed"
+            "over a revolution): the varying mesh stiffness feeds a resonance; raise the damping or change the speed"
         )
     return multiplier

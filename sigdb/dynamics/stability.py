@@ -44,12 +44,14 @@ def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float
     own = float((c @ g1).real + system.direct[0, 0])
     kappa = stiffness - system.mesh_stiffness[0]
 
+    # State: the real parts of all coordinates, and the imaginary ones of pairs; a real pole has none.
     m = len(pole)
-    z = np.hstack([np.eye(m), 1j * np.eye(m)])
+    paired = pole.imag > 0
+    z = np.hstack([np.eye(m), 1j * np.eye(m)[:, paired]])
     force = -kappa[-1] * (c @ z).real / (1 + system.direct[0, 0] * kappa[-1])
     for k in kappa:
         free = decay[:, None] * z + g0[:, None] * force
         force = -k * (c @ free).real / (1 + own * k)
         z = free + g1[:, None] * force
-    monodromy = np.vstack([z.real, z.imag])
+    monodromy = np.vstack([z.real, z.imag[paired]])
     return float(np.abs(np.linalg.eigvals(monodromy)).max())

@@ -40,14 +40,12 @@ class _Prepared:
         point: RigPoint = plan.rig_points[number]
         self.rig: PeriodicRig = prepare(point.rig, gear=plan.gear, samples_per_tooth=plan.signature.samples_per_tooth)
         healthy = self.rig.steady_state({})
-        worst = min(
-            (
-                self.rig.steady_state(case.damage.on_teeth(point.teeth)).mesh_stiffness
-                for case in plan.templates
-                if case.rig_point == number
-            ),
-            key=np.sum,
+        stiffness = (
+            self.rig.tooth_stiffness(case.damage.on_teeth(point.teeth)).sum(axis=0)
+            for case in plan.templates
+            if case.rig_point == number
         )
+        worst = min(stiffness, key=np.sum)
         self.floquet_multiplier = max(
             stable_multiplier(point.rig, self.rig, stiffness) for stiffness in (healthy.mesh_stiffness, worst)
         )

@@ -74,12 +74,13 @@ class Damage(ToothDamage):
                 f"tooth = {self.tooth} and damaged_teeth = {self.damaged_teeth} contradict each other; "
                 "both are 0 for an undamaged gear, and neither is for a damaged one"
             )
-        if self.tooth == 0 and super().is_damage:
-            raise ValueError("phase_shift_deg or stiffness_loss is given without a tooth; say which tooth is damaged")
-        if self.each and (self.phase_shift_deg or self.stiffness_loss or self.damaged_teeth != len(self.each)):
+        if self.tooth == 0 and (super().is_damage or self.each):
+            raise ValueError("damage is given without a tooth; say with tooth which tooth is the first damaged one")
+        beside = {"phase_shift_deg", "stiffness_loss", "loss_extent"} & self.model_fields_set
+        if self.each and (beside or self.damaged_teeth != len(self.each)):
             raise ValueError(
                 f"pattern {self.pattern!r} gives the damage of {len(self.each)} teeth one by one; leave out "
-                "phase_shift_deg, stiffness_loss and damaged_teeth beside it"
+                "phase_shift_deg, stiffness_loss, loss_extent and damaged_teeth beside it"
             )
         return self
 

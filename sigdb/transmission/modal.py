@@ -26,7 +26,7 @@ class ModalSystem:
     Attributes
     ----------
     poles
-        (m,) complex, 1/s, in conjugate pairs.
+        (m,) complex, 1/s; of a conjugate pair the one with positive imaginary part comes first, its partner next.
     inputs
         (m, meshes + 1).
     outputs
@@ -68,8 +68,9 @@ class ModalSystem:
         share = (static / static.sum(axis=2, keepdims=True).clip(min=1e-300)).max(axis=(0, 1))
         upper = np.flatnonzero(self.poles.imag >= 0)
         chosen = upper[np.argsort(-share[upper], kind="stable")[:modes]]
-        pole_of_pair = np.where(self.poles.imag >= 0, self.poles, self.poles.conj())
-        keep = np.isclose(pole_of_pair[:, None], self.poles[chosen][None], rtol=1e-9, atol=0).any(axis=1)
+        keep = np.zeros(len(self.poles), bool)
+        keep[chosen] = True
+        keep[chosen[self.poles[chosen].imag > 0] + 1] = True
         lost = self.outputs[:, ~keep] @ (self.inputs[~keep] / -self.poles[~keep, None])
         # In an acceleration the static share of a mode cancels its direct term, so both go.
         return ModalSystem(

@@ -82,6 +82,8 @@ class Transmission(Described):
         for name, mesh in self.meshes.items():
             yield from _missing(f"meshes.{name}.driving", mesh.driving, self.gears)
             yield from _missing(f"meshes.{name}.driven", mesh.driven, self.gears)
+            if mesh.driving == mesh.driven:
+                yield f"meshes.{name}.driven = {mesh.driven!r} is also its driving gear; name two gears"
         for name, sensor in self.sensors.items():
             if sensor.gear is not None:
                 yield from _missing(f"sensors.{name}.gear", sensor.gear, self.gears)
@@ -89,11 +91,23 @@ class Transmission(Described):
                 yield from _missing(f"sensors.{name}.point", sensor.point, self.casing.points)
 
     def _geometry_problems(self) -> Iterator[str]:
+        drive, load = self.operating.drive, self.operating.load
+        if self.couplings[drive].shaft == self.couplings[load].shaft:
+            yield (
+                f"operating.load = {load!r} is on the same shaft as operating.drive = {drive!r}, so no torque goes "
+                "through a mesh; name a coupling of a shaft that the mesh drives"
+            )
+            return
         try:
             geometries = self.geometries
         except InputError as error:
             yield str(error)
             return
+        if self.speed(self.couplings[load].shaft) == 0:
+            yield (
+                f"operating.load = {load!r} is on shaft {self.couplings[load].shaft!r}, which no mesh drives; "
+                "name a coupling of a driven shaft"
+            )
         for name, mesh in self.meshes.items():
             for gear_name, radius in zip((mesh.driving, mesh.driven), geometries[name].radii, strict=True):
                 bore = self.gears[gear_name].bore
@@ -126,13 +140,19 @@ class Transmission(Described):
                 ratio = ratios[driving.shaft]
                 geometry = mesh_geometry(mesh, self._member(driving), self._member(driven), int(np.sign(ratio)))
                 speed = geometry.driven_rotation * abs(ratio) * driving.teeth / driven.teeth
-                if ratios.setdefault(driven.shaft, speed) != speed:
+                if not np.isclose(ratios.setdefault(driven.shaft, speed), speed, rtol=1e-9):
                     raise InputError(
                         f"meshes.{name} turns shaft {driven.shaft!r} at another speed than another mesh does; "
                         "a train cannot have two speeds on one shaft"
                     )
                 geometries[name] = geometry
         return geometries, ratios
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Transmission) and self.model_dump() == other.model_dump()
+
+    def __hash__(self) -> int:
+        return hash(self.model_dump_json())
 
     def _member(self, gear: Gear) -> PairMember:
         return PairMember(teeth=gear.teeth, axis=self.shafts[gear.shaft].rotation[:, 2], apex=gear.apex)
@@ -242,7 +262,8 @@ class Transmission(Described):
                 raise InputError(
                     f"{dotted!r} is one component of a vector and cannot be set alone; set it in the rig file"
                 )
-            here[path[-1]] = int(value) if float(value).is_integer() and path[-1] in ("teeth", "node") else float(value)
+            whole = isinstance(here[path[-1]], int) and float(value).is_integer()
+            here[path[-1]] = int(value) if whole else float(value)
         return validated(Transmission, data, owner=f"rig {self.name!r} with {dict(values)}")
 
 

@@ -17,8 +17,18 @@ class Material(Described):
     young_modulus: float = quantity("Pa", "Young's modulus E.", gt=0)
     shear_modulus: float = quantity("Pa", "Shear modulus G.", gt=0)
 
+    @model_validator(mode="after")
+    def _isotropic(self) -> Self:
+        if not -1 < self.poisson_ratio <= 0.5:
+            raise ValueError(
+                f"young_modulus = {self.young_modulus:g}, shear_modulus = {self.shear_modulus:g} give a Poisson's ratio "
+                f"of {self.poisson_ratio:.3g}, outside -1 to 0.5; correct one of them"
+            )
+        return self
+
     @property
     def poisson_ratio(self) -> float:
+        """``E / 2G - 1``."""
         return self.young_modulus / (2 * self.shear_modulus) - 1
 
 

@@ -137,7 +137,7 @@ def test_static_values_are_those_of_the_mean_stiffness(prepared):
 
 
 def test_a_common_index_error_of_all_teeth_only_moves_the_train(prepared):
-    """Every tooth early by the same amount: the train turns by that much and nothing vibrates more or less."""
+    """Every tooth late by the same amount: the train turns by that much and nothing vibrates more or less."""
     for damage in ({}, DAMAGES["loss"]):
         state = prepared.steady_state(damage)
         moved = state.specimen_response.sum(axis=2)

@@ -72,7 +72,7 @@ def test_least_compression_is_a_share_of_the_static_one(rig, healthy):
 
 
 def test_loss_of_contact_is_warned_of_and_marked(rig):
-    """A tooth that comes 0.2 mm off: some 2.4 times the static compression."""
+    """A tooth that touches 0.2 mm late: some 2.4 times the static compression."""
     errors = np.zeros(12)
     errors[5] = 2e-4
     with pytest.warns(ContactLossWarning, match=r"loses contact \(least compression -\d+\.\d\d of the static one\)"):
@@ -116,7 +116,7 @@ def resonant(rig):
 
 
 def test_an_unstable_rig_is_refused_with_its_speed_and_a_remedy(resonant):
-    message = r"'nasa-spiral-bevel' is unstable at 21000 rpm \(Floquet multiplier .*\).*raise damping_ratio or"
+    message = r"'nasa-spiral-bevel' is unstable at 21000 rpm \(Floquet multiplier .*\).*raise the damping or"
     with pytest.raises(UnstableRigError, match=message):
         simulate(resonant)
     remedied = resonant.replace({"damping_ratio": 0.1})

@@ -1,5 +1,7 @@
 """Verification: Floquet multipliers against closed forms, and their invariances."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -80,17 +82,34 @@ def test_a_truncated_system_with_residual_flexibility_has_nearly_the_same_multip
     assert_allclose(truncated, full, rtol=1e-3)
 
 
-def test_a_low_rank_change_of_basis_leaves_the_multiplier():
+def test_scaling_of_the_modes_leaves_the_multiplier():
     """Scaling a mode's input up and its output down is the same system."""
     system = oscillator(0.03)
-    scaled = ModalSystem(
-        poles=system.poles,
-        inputs=system.inputs * np.array([[2 + 1j], [2 - 1j]]),
-        outputs=system.outputs / np.array([2 + 1j, 2 - 1j]),
-        direct=system.direct,
-        meshes=system.meshes,
-        sensors=system.sensors,
-        mesh_stiffness=system.mesh_stiffness,
-    )
+    scale = np.array([2 + 1j, 2 - 1j])
+    scaled = replace(system, inputs=system.inputs * scale[:, None], outputs=system.outputs / scale)
     k = 1 + 0.3 * np.sin(2 * np.pi * np.arange(200) / 200)
     assert_allclose(floquet_multiplier(scaled, k, 3.0), floquet_multiplier(system, k, 3.0), rtol=1e-12)
+
+
+def test_residual_flexibility_is_a_spring_in_series_with_the_change_of_stiffness():
+    """With delta = x + R f and f = -kappa delta, f = -kappa / (1 + R kappa) x: exact for any course of kappa."""
+    system, residual = oscillator(0.02), 0.7
+    series = replace(system, direct=np.full((1, 2), residual))
+    kappa = 0.6 * np.sin(2 * np.pi * np.arange(300) / 300) + 0.2
+    with_residual = floquet_multiplier(series, 1 + kappa, 3.1)
+    assert_allclose(with_residual, floquet_multiplier(system, 1 + kappa / (1 + residual * kappa), 3.1), rtol=1e-12)
+    assert abs(with_residual / floquet_multiplier(system, 1 + kappa, 3.1) - 1) > 1e-2
+
+
+def test_real_poles_of_an_overdamped_oscillator_decay_as_they_should():
+    """x'' + 10 x' + k x = 0 with a mean k of 9 (poles -1, -9) and an actual k of 16 (poles -2, -8), by hand."""
+    system = ModalSystem(
+        poles=np.array([-1.0, -9.0], complex),
+        inputs=np.array([[1 / 8, 0], [-1 / 8, 0]], complex),
+        outputs=np.ones((1, 2), complex),
+        direct=np.zeros((1, 2)),
+        meshes=("main",),
+        sensors=(),
+        mesh_stiffness=np.array([9.0]),
+    )
+    assert_allclose(floquet_multiplier(system, np.full(2000, 16.0), 1.0), np.exp(-2.0), rtol=1e-5)

@@ -70,7 +70,9 @@ def test_consecutive_teeth_from_the_first(tooth, count):
     [
         ({"tooth": 3, "damaged_teeth": 0}, "tooth = 3 and damaged_teeth = 0 contradict each other; both are 0"),
         ({"tooth": 0, "damaged_teeth": 2}, "tooth = 0 and damaged_teeth = 2 contradict each other"),
-        ({"stiffness_loss": 0.5}, "phase_shift_deg or stiffness_loss is given without a tooth; say which tooth"),
+        ({"stiffness_loss": 0.5}, "damage is given without a tooth; say with tooth which tooth"),
+        ({"each": [BROKEN]}, "damage is given without a tooth; say with tooth which tooth"),
+        ({"tooth": 3, "each": [BROKEN], "loss_extent": 0.2}, "leave out phase_shift_deg, stiffness_loss, loss_extent"),
         ({"phase_shift_deg": 1.0}, "given without a tooth"),
         ({"tooth": 3, "each": [BROKEN], "stiffness_loss": 0.1}, "gives the damage of 1 teeth one by one; leave out"),
         ({"tooth": 3, "each": [BROKEN], "phase_shift_deg": 0.1}, "gives the damage of 1 teeth one by one; leave out"),
@@ -85,7 +87,7 @@ def test_consecutive_teeth_from_the_first(tooth, count):
     ],
 )
 def test_a_contradiction_is_a_value_error_that_says_so(given, message):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(InputError, match=message):
         Damage(**given)
 
 

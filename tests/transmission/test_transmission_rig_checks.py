@@ -41,6 +41,18 @@ def test_the_unchanged_file_loads(changed):
             "unknown key gears.pinion.body_lenght; did you mean 'body_length'?",
         ),
         ("teeth = 12\n", "", "gears.pinion.teeth is missing; add it"),
+        (
+            'load = "brake"',
+            'load = "motor"',
+            "operating.load = 'motor' is on the same shaft as operating.drive",
+        ),
+        (
+            'driven = "gear"',
+            'driven = "pinion"',
+            "meshes.main.driven = 'pinion' is also its driving gear",
+        ),
+        ("shear_modulus = 7.95e10", "shear_modulus = 2.95e10", "Poisson's ratio of 2.51, outside -1 to 0.5"),
+        ("[gears.pinion]", '[gears."pin.ion"]', "name 'pin.ion' in gears.pin.ion must be letters, digits"),
         ('title = "', 'titel = "', "unknown key titel; did you mean 'title'?"),
         ("length = 0.280", "length = -0.280", "shafts.pinion-shaft.segments.0.length = -0.28 must be greater than 0"),
         (
@@ -188,3 +200,23 @@ def test_a_shaft_held_against_motion_across_itself_only_at_one_bearing_can_still
     rig = changed(soft, soft)
     with pytest.raises(InputError, match=r"gear-shaft bending can move freely"):
         modal_system(rig)
+
+
+def test_a_wrong_item_of_a_list_is_reported_alone(changed):
+    with pytest.raises(InputError) as error:
+        changed(("length = 0.280", "length = -0.280"))
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_a_load_on_a_shaft_that_no_mesh_drives_is_refused(changed):
+    idle = """
+[shafts.idle]
+axis = [1.0, 0.0, 0.0]
+material = "steel"
+segments = [{ length = 0.1, outer_diameter = 0.02 }]
+
+[couplings.brake]
+shaft = "idle"
+"""
+    with pytest.raises(InputError, match=r"operating\.load = 'brake' is on shaft 'idle', which no mesh drives"):
+        changed(('[couplings.brake]\nshaft = "gear-shaft"\nnode = 8', idle + "node = 1"))

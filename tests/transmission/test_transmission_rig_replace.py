@@ -125,3 +125,16 @@ def test_a_bored_gears_body_is_a_hollow_cylinder(rig):
     m = 7800 * np.pi * (r**2 - b**2) * length
     diametral = m * (3 * (r**2 + b**2) + length**2) / 12
     assert_allclose(gained, [m, m, m, diametral, diametral, m * (r**2 + b**2) / 2], rtol=1e-6)
+
+
+def test_equal_rigs_are_equal_and_hash_alike():
+    one, other = load_transmission("nasa-spiral-bevel"), load_transmission("nasa-spiral-bevel")
+    assert one.geometries
+    assert one == other
+    assert hash(one) == hash(other)
+    assert one != other.replace({"pinion.teeth": 13})
+
+
+def test_a_count_can_be_replaced_by_a_whole_number():
+    rig = load_transmission("nasa-spiral-bevel").replace({"pinion-shaft.segments.0.elements": 16.0})
+    assert rig.shafts["pinion-shaft"].nodes == 17
