@@ -21,7 +21,7 @@ class Material(Described):
     def _isotropic(self) -> Self:
         if not -1 < self.poisson_ratio <= 0.5:
             raise ValueError(
-                f"young_modulus = {self.young_modulus:g}, shear_modulus = {self.shear_modulus:g} give a Poisson's ratio "
+                f"young_modulus = {self.young_modulus:g}, shear_modulus = {self.shear_modulus:g} give Poisson's ratio "
                 f"of {self.poisson_ratio:.3g}, outside -1 to 0.5; correct one of them"
             )
         return self
