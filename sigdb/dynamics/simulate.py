@@ -41,6 +41,8 @@ class Periodic:
 class Response:
     """Response over one revolution of the damaged gear, sample 0 at the tacho mark.
 
+    Where several meshes repeat only after some revolutions, it is the average over them.
+
     Attributes
     ----------
     gear, damage
@@ -50,9 +52,9 @@ class Response:
     units
         Unit by sensor.
     compression
-        (n,) of the mesh along its normal, m.
+        (N,) of the damaged gear's mesh along its normal over the common period of all meshes, m.
     min_compression
-        Least compression as a fraction of the static one; below 0 the mesh loses contact. A tooth's own index error,
+        Least compression of any mesh as a fraction of its static one; below 0 a mesh loses contact. A tooth's own index error,
         small against the static compression, is not subtracted.
     floquet_multiplier
         Largest Floquet multiplier over the revolution; below 1, or there would be no response.
@@ -140,15 +142,16 @@ def simulate(
         )
     state = prepared.steady_state(damage.on_teeth(prepared.teeth))
     multiplier = stable_multiplier(rig, prepared, state.mesh_stiffness)
-    compression = state.compression + state.compression_response @ errors
-    signals = state.signals + state.specimen_response @ errors
+    compression = state.compression + state.compression_response @ errors + state.compression_harmonic[..., 0].sum(axis=1)
+    signals = state.signals + state.specimen_response @ errors + state.harmonic_response[..., 0].sum(axis=2)
+    least = min(float(compression.min() / state.static_compression), state.least_elsewhere)
     response = Response(
         gear=prepared.gear,
         damage=damage,
         signals=dict(zip(rig.sensors, signals, strict=True)),
         units={name: sensor.unit for name, sensor in rig.sensors.items()},
         compression=compression,
-        min_compression=float(compression.min() / state.static_compression),
+        min_compression=least,
         floquet_multiplier=multiplier,
     )
     if response.contact_loss:
@@ -162,14 +165,15 @@ def simulate(
 
 
 def stable_multiplier(rig: Transmission, prepared: PeriodicRig, stiffness: FloatArray) -> float:
-    """Largest Floquet multiplier over a revolution with that mesh stiffness.
+    """Largest Floquet multiplier over the common period with that mesh stiffness (meshes, N).
 
     Raises
     ------
     UnstableRigError
         If it is not below 1.
     """
-    multiplier = floquet_multiplier(prepared.system, stiffness, 2 * np.pi / prepared.shaft_speed)
+    order = [list(rig.meshes.values()).index(mesh) for mesh in prepared.meshes]
+    multiplier = floquet_multiplier(prepared.system, stiffness[np.argsort(order)], prepared.period)
     if not multiplier < 1:
         raise UnstableRigError(
             f"rig {rig.name!r} is unstable at {rig.operating.speed_rpm:g} rpm (Floquet multiplier {multiplier:.3g} "

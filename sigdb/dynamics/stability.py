@@ -16,9 +16,9 @@ def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float
     Parameters
     ----------
     system
-        A modal system with one mesh.
+        A modal system.
     stiffness
-        (n,) mesh stiffness on n equal steps of the period, N/m.
+        (meshes, n) mesh stiffness on n equal steps of the period, N/m, meshes in the system's order.
     period
         In s.
 
@@ -29,29 +29,38 @@ def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float
     >>> import numpy as np, sigdb
     >>> from sigdb.transmission import modal_system
     >>> system = modal_system(sigdb.load_transmission("nasa-spiral-bevel"))
-    >>> multiplier = floquet_multiplier(system, np.full(768, system.mesh_stiffness[0]), 1 / 240)
+    >>> multiplier = floquet_multiplier(system, np.full((1, 768), system.mesh_stiffness[0]), 1 / 240)
     >>> bool(np.isclose(multiplier, np.exp(system.poles.real.max() / 240)))
     True
     """
+    meshes = len(system.meshes)
     upper = system.poles.imag >= 0
     # Re(weight z) is the real output of a conjugate pair, whose second half is not marched.
     weight = np.where(system.poles[upper].imag > 0, 2.0, 1.0)
-    pole, b, c = system.poles[upper], system.inputs[upper, 0], weight * system.outputs[0, upper]
-    h = period / len(stiffness)
+    pole, b, c = system.poles[upper], system.inputs[upper, :meshes], weight * system.outputs[:meshes, upper]
+    h = period / stiffness.shape[1]
     decay = np.exp(pole * h)
-    g1 = b * (decay - 1 - pole * h) / (pole**2 * h)
-    g0 = b * (decay - 1) / pole - g1
-    own = float((c @ g1).real + system.direct[0, 0])
-    kappa = stiffness - system.mesh_stiffness[0]
+    g1 = b * ((decay - 1 - pole * h) / (pole**2 * h))[:, None]
+    g0 = b * ((decay - 1) / pole)[:, None] - g1
+    direct = system.direct[:meshes, :meshes]
+    own = (c @ g1).real + direct
+    kappa = (stiffness - system.mesh_stiffness[:, None]).T
 
     # State: the real parts of all coordinates, and the imaginary ones of pairs; a real pole has none.
     m = len(pole)
     paired = pole.imag > 0
     z = np.hstack([np.eye(m), 1j * np.eye(m)[:, paired]])
-    force = -kappa[-1] * (c @ z).real / (1 + system.direct[0, 0] * kappa[-1])
+    force = -_solved(direct, kappa[-1], (c @ z).real)
     for k in kappa:
-        free = decay[:, None] * z + g0[:, None] * force
-        force = -k * (c @ free).real / (1 + own * k)
-        z = free + g1[:, None] * force
+        free = decay[:, None] * z + g0 @ force
+        force = -_solved(own, k, (c @ free).real)
+        z = free + g1 @ force
     monodromy = np.vstack([z.real, z.imag[paired]])
     return float(np.abs(np.linalg.eigvals(monodromy)).max())
+
+
+def _solved(own: FloatArray, kappa: FloatArray, free: FloatArray) -> FloatArray:
+    """``kappa delta`` of the compressions ``delta = free - own kappa delta`` at one instant."""
+    if len(kappa) == 1:
+        return kappa[0] * free / (1 + own[0, 0] * kappa[0])
+    return kappa[:, None] * np.linalg.solve(np.eye(len(kappa)) + own * kappa, free)

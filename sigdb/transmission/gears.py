@@ -2,54 +2,57 @@
 
 from typing import Literal, Self
 
-import numpy as np
 from pydantic import Field, model_validator
 
-from sigdb.core.fields import Section, Vector, quantity
+from sigdb.core.fields import Vector, quantity
+from sigdb.transmission.bodies import Body, Rotating, cylinder
 from sigdb.transmission.described import Described
-from sigdb.transmission.shafts import Material
 
 
-class Gear(Described):
-    """A gear: a rigid cylinder of the mean pitch radius on a node of a shaft.
+class Gear(Rotating):
+    """A gear on a node of a shaft.
 
-    The body follows the tooth count, since the pitch radius does.
+    Its body is a cylinder of the mean pitch radius, which follows the tooth count, or is given as numbers.
     """
 
     shaft: str = Field(description="Name of the shaft that carries it.")
     node: int = quantity("-", "Node of the shaft at the middle of the face, from 0.", ge=0)
     teeth: int = quantity("-", "Tooth count.", ge=5)
-    body_length: float = quantity("m", "Axial length of the body.", gt=0)
+    body_length: float | None = quantity("m", "Axial length of the body, where no mass is given.", gt=0, default=None)
     bore: float = quantity(
         "m", "Diameter of the bore, 0 for a gear made in one piece with its shaft.", ge=0, default=0.0
     )
-    material: str = Field(description="Name of its material.")
+    material: str | None = Field(default=None, description="Name of its material.")
     apex: Literal["ahead", "behind"] | None = Field(
         default=None,
         description="Bevel gears: on which side of the gear, along its shaft's z, the pitch cone's apex lies.",
     )
-
-
-class Body(Section):
-    """A rigid body at a node."""
-
-    mass: float = quantity("kg", "Mass.", ge=0)
-    polar_inertia: float = quantity("kg m^2", "Inertia about the shaft's axis.", ge=0)
-    diametral_inertia: float = quantity("kg m^2", "Inertia about a diameter.", ge=0)
-
-
-def gear_body(gear: Gear, material: Material, pitch_radius: float) -> Body:
-    """The rigid body of a gear: a hollow cylinder of its mean pitch radius.
-
-    ``m = rho pi (r^2 - b^2) L``, ``Ip = m (r^2 + b^2) / 2``, ``Id = m (3 (r^2 + b^2) + L^2) / 12``.
-    """
-    r, b, length = pitch_radius, gear.bore / 2, gear.body_length
-    mass = material.density * np.pi * (r**2 - b**2) * length
-    return Body(
-        mass=float(mass),
-        polar_inertia=float(mass * (r**2 + b**2) / 2),
-        diametral_inertia=float(mass * (3 * (r**2 + b**2) + length**2) / 12),
+    runout: float = quantity(
+        "m", "Amplitude of the error once a revolution, along the mesh normal, of an eccentric gear.", ge=0, default=0.0
     )
+    runout_angle_deg: float = quantity(
+        "deg", "Angle after the tacho mark at which most material is missing at the mesh.", default=0.0
+    )
+
+    @classmethod
+    def shape_fields(cls) -> set[str]:
+        return {"body_length", "material"}
+
+    def inertia(self, density: float, pitch_radius: float) -> Body:
+        """Its inertia; density and mean pitch radius count only where no mass is given."""
+        if self.body is not None:
+            return self.body
+        assert self.body_length is not None
+        return cylinder(density, pitch_radius, self.bore / 2, self.body_length)
+
+
+class ProfileError(Described):
+    """Deviation of the tooth profile along the contact, alike for every pair: a parabola.
+
+    ``e(x) = amplitude (2 x / contact_ratio - 1)^2`` for x passes after first contact: tip and root relief.
+    """
+
+    amplitude: float = quantity("m", "Material missing at both ends of the contact, along the mesh normal.")
 
 
 class Trapezoid(Described):
@@ -85,16 +88,34 @@ class Mesh(Described):
         "-", "Parallel shafts: direction from the driving to the driven gear, in the casing's frame.", default=None
     )
     stiffness: float = quantity("N/m", "Mean mesh stiffness along the normal.", gt=0)
+    damping: float = quantity("N s/m", "Viscous damping along the normal.", ge=0, default=0.0)
     profile: Trapezoid = Field(description="Stiffness of one tooth pair along its contact.")
+    profile_error: ProfileError | None = Field(default=None, description="Deviation of the tooth profiles.")
 
 
 class Operating(Described):
-    """The operating point, as seen on the driving machine's shaft."""
+    """The operating point: speed and torque of the driving machine's shaft, and how the load fluctuates."""
 
-    drive: str = Field(description="Name of the coupling through which torque enters.")
-    load: str = Field(description="Name of the coupling through which torque leaves.")
-    speed_rpm: float = quantity("rpm", "Speed of the drive's shaft.", gt=0)
-    torque: float = quantity("N m", "Torque of the drive.", gt=0)
+    shaft: str | None = Field(default=None, description="Shaft that the speed is of, where there is no drive.")
+    drive: str | None = Field(default=None, description="Name of the coupling through which torque enters.")
+    load: str | None = Field(default=None, description="Name of the coupling through which torque leaves.")
+    speed_rpm: float = quantity("rpm", "Speed of the drive's shaft.", ge=0)
+    torque: float = quantity("N m", "Mean torque of the drive.", ge=0, default=0.0)
     rotation: Literal[1, -1] = quantity(
         "-", "Sense of the drive's shaft about its z axis: 1 right-handed, -1 left-handed.", default=1
     )
+    load_fluctuation: float = quantity(
+        "-", "Amplitude of the load's fluctuation, as a fraction of its mean.", ge=0, lt=1, default=0.0
+    )
+    load_order: int = quantity("1/rev", "Cycles of the fluctuation in a revolution of the load's shaft.", ge=1, default=1)
+    load_angle_deg: float = quantity(
+        "deg", "Angle of the load's shaft after its mark at which the load is greatest.", default=0.0
+    )
+
+    @model_validator(mode="after")
+    def _referred(self) -> Self:
+        if (self.drive is None) != (self.load is None):
+            raise ValueError("drive and load belong together; give both, or neither and the shaft that speed_rpm is of")
+        if (self.shaft is None) == (self.drive is None):
+            raise ValueError("give drive and load, or the shaft that speed_rpm is of where no torque goes through")
+        return self

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from sigdb.core.errors import InputError
 from sigdb.core.fields import read_toml, validated
+from sigdb.transmission.casing_matrices import CasingMatrices
 from sigdb.transmission.rig import Transmission
 
 
@@ -34,13 +35,27 @@ def load_transmission(name_or_path: str | Path) -> Transmission:
     """
     text = str(name_or_path)
     if text.endswith(".toml"):
-        path = Path(text)
-        return validated(Transmission, read_toml(path), owner=text)
+        return _read(Path(text), owner=text)
     files = _built_in_files()
     if text not in files:
         raise InputError(f"no built-in rig {text!r}; known: {', '.join(files)}; a rig file's name ends in .toml")
     with resources.as_file(files[text]) as path:
-        return validated(Transmission, read_toml(path), owner=path.name)
+        return _read(path, owner=path.name)
+
+
+def _read(path: Path, *, owner: str) -> Transmission:
+    """A rig file, with a casing that is given by matrices turned into modes."""
+    data = read_toml(path)
+    matrices = data.get("casing", {}).pop("matrices", None) if isinstance(data.get("casing", {}), dict) else None
+    if matrices is not None:
+        if data["casing"].get("modes"):
+            raise InputError(f"{owner}: casing.modes and casing.matrices are both given; give one of them")
+        described = validated(CasingMatrices, matrices, owner=f"{owner}: casing.matrices")
+        try:
+            data["casing"]["modes"] = [mode.model_dump() for mode in described.casing_modes(path.parent)]
+        except InputError as error:
+            raise InputError(f"{owner}: {error}") from None
+    return validated(Transmission, data, owner=owner)
 
 
 def built_in_transmissions() -> list[str]:

@@ -30,6 +30,16 @@ def pair_stiffness(profile: Trapezoid, x: FloatArray) -> FloatArray:
     return rise * fall / (profile.contact_ratio - profile.flank)
 
 
+def place_in_contact(u: FloatArray, teeth: int) -> FloatArray:
+    """(teeth, n) place x of each tooth of a gear in its contact, in passes from -1 to teeth - 1; tooth j is row j - 1."""
+    return (u - np.arange(teeth)[:, None] + 1) % teeth - 1
+
+
+def pairs_in_contact(u: FloatArray) -> FloatArray:
+    """(3, n) places x of the pairs of a healthy mesh that can be in contact, all its teeth being alike."""
+    return u % 1 + np.arange(3)[:, None]
+
+
 def tooth_stiffness(mesh: Mesh, teeth: int, u: FloatArray, damage: Mapping[int, ToothDamage]) -> FloatArray:
     """Stiffness of each tooth's pair over one revolution of a gear, N/m.
 
@@ -64,12 +74,13 @@ def tooth_stiffness(mesh: Mesh, teeth: int, u: FloatArray, damage: Mapping[int, 
     True
     """
     profile = mesh.profile
-    rows = []
-    for tooth in range(1, teeth + 1):
-        x = (u - tooth + 2) % teeth - 1
-        one = damage.get(tooth)
-        rows.append(pair_stiffness(profile, x) if one is None else _damaged_pair(profile, x, one, teeth))
-    return mesh.stiffness * np.array(rows)
+    rows = place_in_contact(u, teeth)
+    return mesh.stiffness * np.array(
+        [
+            _damaged_pair(profile, x, damage[tooth], teeth) if tooth in damage else pair_stiffness(profile, x)
+            for tooth, x in enumerate(rows, start=1)
+        ]
+    )
 
 
 def _damaged_pair(profile: Trapezoid, x: FloatArray, damage: ToothDamage, teeth: int) -> FloatArray:

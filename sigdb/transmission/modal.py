@@ -20,21 +20,22 @@ class ModalSystem:
     """A rig as a linear system with m poles; the one form in which the dynamics knows it.
 
     Transfer function: ``H(w) = outputs diag(1 / (i w - poles)) inputs + direct``.
-    Inputs are a force along each mesh vector h (positive compresses the mesh) and the operating torque, as a
-    multiple of itself; outputs are each mesh's compression and each sensor.
+    Inputs are a force along each mesh vector h (positive compresses the mesh), the mean torque through the train and
+    the load's torque alone, each as a multiple of itself, and the unbalance of each shaft in phase with the cosine and
+    the sine of its angle. Outputs are each mesh's compression and each sensor.
 
     Attributes
     ----------
     poles
         (m,) complex, 1/s; of a conjugate pair the one with positive imaginary part comes first, its partner next.
     inputs
-        (m, meshes + 1).
+        (m, meshes + 2 + 2 shafts).
     outputs
         (meshes + sensors, m), with the time derivative that each sensor takes folded in.
     direct
-        (meshes + sensors, meshes + 1) real: residual flexibility of truncated modes for displacements, and
+        (meshes + sensors, inputs) real: residual flexibility of truncated modes for displacements, and
         ``sum c lambda b`` for accelerations.
-    meshes, sensors
+    meshes, shafts, sensors
         Names, in order.
     mesh_stiffness
         (meshes,) mean mesh stiffness contained in the system, N/m.
@@ -45,6 +46,7 @@ class ModalSystem:
     outputs: ComplexArray
     direct: FloatArray
     meshes: tuple[str, ...]
+    shafts: tuple[str, ...]
     sensors: tuple[str, ...]
     mesh_stiffness: FloatArray
 
@@ -79,6 +81,7 @@ class ModalSystem:
             outputs=self.outputs[:, keep],
             direct=self.direct + lost.real,
             meshes=self.meshes,
+            shafts=self.shafts,
             sensors=self.sensors,
             mesh_stiffness=self.mesh_stiffness,
         )
@@ -144,7 +147,7 @@ def modal_system(rig: Transmission, *, component_modes: int | None = None) -> Mo
     """
     found = _synthesise(rig, component_modes)
     parts, poles = found.parts, found.poles
-    inputs = found.participation @ np.column_stack([parts.meshes, parts.torque])
+    inputs = found.participation @ np.column_stack([parts.meshes, parts.torque, parts.load, parts.unbalance])
     displacement = np.vstack([parts.meshes.T, parts.sensors]) @ found.shapes
     order = np.array([0] * len(rig.meshes) + [sensor.derivative for sensor in rig.sensors.values()])
     first_moment = ((displacement * poles) @ inputs).real
@@ -154,6 +157,7 @@ def modal_system(rig: Transmission, *, component_modes: int | None = None) -> Mo
         outputs=displacement * poles ** order[:, None],
         direct=np.where(order[:, None] == 2, first_moment, 0.0),
         meshes=tuple(rig.meshes),
+        shafts=tuple(rig.shafts),
         sensors=tuple(rig.sensors),
         mesh_stiffness=parts.mesh_stiffness,
     )
@@ -184,7 +188,8 @@ def _synthesise(rig: Transmission, component_modes: int | None) -> _Synthesis:
     basis = _component_basis(parts, component_modes)
     mass, stiffness = basis.T @ parts.mass @ basis, basis.T @ parts.stiffness @ basis
     h = basis.T @ parts.meshes
-    stiffness = stiffness + h @ np.diag(parts.mesh_stiffness) @ h.T
+    full = stiffness + h @ np.diag(parts.mesh_stiffness) @ h.T
+    stiffness = (full + full.T) / 2
     damping = basis.T @ (parts.damping + parts.gyroscopic) @ basis
     damping = damping + _rotor_damping(rig, parts, basis, mass, stiffness)
 
@@ -196,7 +201,9 @@ def _synthesise(rig: Transmission, component_modes: int | None) -> _Synthesis:
     phi = elastic @ modes
 
     n = len(squares)
-    state = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(squares), -phi.T @ damping @ phi]])
+    # Cross terms of bearings may make stiffness unsymmetric: they couple the symmetric part's modes.
+    crossed = phi.T @ (full - stiffness) @ phi
+    state = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(squares) - crossed, -phi.T @ damping @ phi]])
     poles, right = np.linalg.eig(state)
     left = np.linalg.inv(right)
     return _Synthesis(
@@ -225,7 +232,7 @@ def _component_basis(parts: Assembly, count: int | None) -> FloatArray:
 
 def _rotor_basis(mass: FloatArray, stiffness: FloatArray, forces: FloatArray, count: int) -> FloatArray:
     """Free rotation, the modes that take part most, and the static response to every interface force."""
-    squares, modes = eigh(stiffness, mass)
+    squares, modes = eigh((stiffness + stiffness.T) / 2, mass)
     rigid = modes[:, squares < 1e-12 * squares[-1]]
     squares, elastic = squares[rigid.shape[1] :], modes[:, rigid.shape[1] :]
     share = (elastic.T @ forces) ** 2 / squares[:, None]
@@ -259,3 +266,15 @@ def _check_supported(
         raise InputError(
             f"rig {rig.name!r}: {moving} can move freely; hold it with a bearing that has stiffness in that direction"
         )
+
+
+def undamped_frequencies(rig: Transmission) -> FloatArray:
+    """Natural frequencies, Hz, rising, of the rig at rest without damping and without the train's free rotation.
+
+    ``det(K + sum h kbar h' - w^2 M) = 0``, with the symmetric part of the bearings' stiffness.
+    """
+    parts = assemble(rig)
+    stiffness = parts.stiffness + parts.meshes @ np.diag(parts.mesh_stiffness) @ parts.meshes.T
+    elastic = null_space((parts.mass @ parts.free_rotation)[None])
+    squares = eigh(elastic.T @ (stiffness + stiffness.T) @ elastic / 2, elastic.T @ parts.mass @ elastic, eigvals_only=True)
+    return np.sqrt(squares.clip(min=0)) / (2 * np.pi)

@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field, model_validator
 
 from sigdb.core.errors import InputError
 from sigdb.core.fields import quantity, validated
+from sigdb.transmission.bodies import Body, Disk
 from sigdb.transmission.described import Described, Name
 from sigdb.transmission.gears import Gear, Mesh, Operating
 from sigdb.transmission.mesh_geometry import MeshGeometry, PairMember, mesh_geometry
@@ -19,7 +20,7 @@ from sigdb.transmission.supports import Bearing, Casing, Coupling
 
 __all__ = ["Transmission"]
 
-_TABLES = ("gears", "shafts", "bearings", "couplings", "meshes", "sensors", "materials")
+_TABLES = ("gears", "disks", "shafts", "bearings", "couplings", "meshes", "sensors", "materials")
 
 
 class Transmission(Described):
@@ -41,14 +42,15 @@ class Transmission(Described):
         "-", "Fraction of critical damping of every mode of the rotors, torsion included.", ge=0, lt=1
     )
     operating: Operating = Field(description="Speed and torque, and where they enter and leave.")
-    materials: dict[Name, Material] = Field(description="Materials by name.")
+    materials: dict[Name, Material] = Field(default={}, description="Materials by name.")
     shafts: dict[Name, Shaft] = Field(description="Shafts by name.", min_length=1)
-    gears: dict[Name, Gear] = Field(description="Gears by name.", min_length=2)
-    bearings: dict[Name, Bearing] = Field(description="Bearings by name.", min_length=1)
-    couplings: dict[Name, Coupling] = Field(description="Couplings to end machines by name.", min_length=2)
-    meshes: dict[Name, Mesh] = Field(description="Gear pairs by name.", min_length=1)
+    gears: dict[Name, Gear] = Field(default={}, description="Gears by name.")
+    disks: dict[Name, Disk] = Field(default={}, description="Disks by name.")
+    bearings: dict[Name, Bearing] = Field(default={}, description="Bearings by name.")
+    couplings: dict[Name, Coupling] = Field(default={}, description="Couplings to end machines or shafts by name.")
+    meshes: dict[Name, Mesh] = Field(default={}, description="Gear pairs by name.")
     casing: Casing = Field(default=Casing(), description="The casing; without modes it is rigid ground.")
-    sensors: dict[Name, Sensor] = Field(description="Sensors by name.", min_length=1)
+    sensors: dict[Name, Sensor] = Field(default={}, description="Sensors by name.")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -61,38 +63,49 @@ class Transmission(Described):
 
     def _dangling(self) -> Iterator[str]:
         """References to parts and nodes that do not exist."""
-        yield from _missing("operating.drive", self.operating.drive, self.couplings)
-        yield from _missing("operating.load", self.operating.load, self.couplings)
+        operating = self.operating
+        machines = {name for name, coupling in self.couplings.items() if coupling.to_shaft is None}
+        yield from _missing("operating.shaft", operating.shaft, self.shafts)
+        yield from _missing("operating.drive", operating.drive, machines)
+        yield from _missing("operating.load", operating.load, machines)
         for name, shaft in self.shafts.items():
             yield from _missing(f"shafts.{name}.material", shaft.material, self.materials)
-        for table, parts in (("gears", self.gears), ("bearings", self.bearings), ("couplings", self.couplings)):
-            for name, part in parts.items():
-                yield from _missing(f"{table}.{name}.shaft", part.shaft, self.shafts)
-                carrier = self.shafts.get(part.shaft)
-                if carrier and part.node >= carrier.nodes:
-                    yield (
-                        f"{table}.{name}.node = {part.node} does not exist: shaft {part.shaft!r} has the nodes "
-                        f"0 to {carrier.nodes - 1}; choose one of them or give the shaft more elements"
-                    )
-        for name, gear in self.gears.items():
-            yield from _missing(f"gears.{name}.material", gear.material, self.materials)
+            for i, segment in enumerate(shaft.segments):
+                yield from _missing(f"shafts.{name}.segments.{i}.material", segment.material, self.materials)
+                if segment.material is None and shaft.material is None:
+                    yield f"shafts.{name}.segments.{i}.material is missing; give it there or for the whole shaft"
+        for table in ("gears", "disks", "bearings", "couplings"):
+            for name, part in getattr(self, table).items():
+                yield from self._missing_node(f"{table}.{name}", "shaft", "node", part)
+        for name, coupling in self.couplings.items():
+            if coupling.to_shaft is not None:
+                yield from self._missing_node(f"couplings.{name}", "to_shaft", "to_node", coupling)
+        for table in ("gears", "disks"):
+            for name, part in getattr(self, table).items():
+                yield from _missing(f"{table}.{name}.material", part.material, self.materials)
         for name, bearing in self.bearings.items():
-            if bearing.seat is not None:
-                yield from _missing(f"bearings.{name}.seat", bearing.seat, self.casing.points)
+            yield from _missing(f"bearings.{name}.seat", bearing.seat, self.casing.points)
         for name, mesh in self.meshes.items():
             yield from _missing(f"meshes.{name}.driving", mesh.driving, self.gears)
             yield from _missing(f"meshes.{name}.driven", mesh.driven, self.gears)
             if mesh.driving == mesh.driven:
                 yield f"meshes.{name}.driven = {mesh.driven!r} is also its driving gear; name two gears"
         for name, sensor in self.sensors.items():
-            if sensor.gear is not None:
-                yield from _missing(f"sensors.{name}.gear", sensor.gear, self.gears)
-            if sensor.point is not None:
-                yield from _missing(f"sensors.{name}.point", sensor.point, self.casing.points)
+            yield from _missing(f"sensors.{name}.gear", sensor.gear, self.gears)
+            yield from _missing(f"sensors.{name}.point", sensor.point, self.casing.points)
+
+    def _missing_node(self, key: str, shaft_field: str, node_field: str, part: Any) -> Iterator[str]:
+        shaft, node = getattr(part, shaft_field), getattr(part, node_field)
+        yield from _missing(f"{key}.{shaft_field}", shaft, self.shafts)
+        if shaft in self.shafts and node >= self.shafts[shaft].nodes:
+            yield (
+                f"{key}.{node_field} = {node} does not exist: shaft {shaft!r} has the nodes 0 to "
+                f"{self.shafts[shaft].nodes - 1}; choose one of them or give the shaft more elements"
+            )
 
     def _geometry_problems(self) -> Iterator[str]:
         drive, load = self.operating.drive, self.operating.load
-        if self.couplings[drive].shaft == self.couplings[load].shaft:
+        if drive is not None and load is not None and self.couplings[drive].shaft == self.couplings[load].shaft:
             yield (
                 f"operating.load = {load!r} is on the same shaft as operating.drive = {drive!r}, so no torque goes "
                 "through a mesh; name a coupling of a shaft that the mesh drives"
@@ -103,7 +116,7 @@ class Transmission(Described):
         except InputError as error:
             yield str(error)
             return
-        if self.speed(self.couplings[load].shaft) == 0:
+        if load is not None and self._solved[1].get(self.couplings[load].shaft, 0.0) == 0:
             yield (
                 f"operating.load = {load!r} is on shaft {self.couplings[load].shaft!r}, which no mesh drives; "
                 "name a coupling of a driven shaft"
@@ -116,11 +129,15 @@ class Transmission(Described):
                         f"gears.{gear_name}.bore = {bore} must be less than the mean pitch diameter {2 * radius:.4g}; "
                         "reduce the bore, or raise the module or the tooth count"
                     )
+        for name in set(self.gears) - {gear for mesh in self.meshes.values() for gear in (mesh.driving, mesh.driven)}:
+            if self.gears[name].mass is None:
+                yield f"gears.{name} takes part in no mesh, so it has no pitch radius; give its mass and polar_inertia"
 
     @cached_property
     def _solved(self) -> tuple[dict[str, MeshGeometry], dict[str, float]]:
         """Mesh geometries, and the speed of every shaft about its own z axis as a multiple of the drive's."""
         ratios = {self.drive_shaft: float(self.operating.rotation)}
+        self._couple(ratios)
         geometries: dict[str, MeshGeometry] = {}
         while len(geometries) < len(self.meshes):
             ready = [
@@ -132,7 +149,7 @@ class Transmission(Described):
                 left = sorted(set(self.meshes) - set(geometries))
                 raise InputError(
                     f"meshes.{left[0]}: its driving gear's shaft is not driven; power must flow from "
-                    f"operating.drive = {self.operating.drive!r} through the meshes, driving gear to driven gear"
+                    f"shaft {self.drive_shaft!r} through the meshes, driving gear to driven gear"
                 )
             for name in ready:
                 mesh = self.meshes[name]
@@ -146,7 +163,16 @@ class Transmission(Described):
                         "a train cannot have two speeds on one shaft"
                     )
                 geometries[name] = geometry
+                self._couple(ratios)
         return geometries, ratios
+
+    def _couple(self, ratios: dict[str, float]) -> None:
+        """Give shafts that are coupled to turning ones the same speed."""
+        links = [(one.shaft, one.to_shaft) for one in self.couplings.values() if one.to_shaft is not None]
+        for a, b in [*links, *((b, a) for a, b in links)] * len(links):
+            if a in ratios and b not in ratios:
+                sense = np.sign(self.shafts[a].rotation[:, 2] @ self.shafts[b].rotation[:, 2])
+                ratios[b] = ratios[a] * float(sense)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Transmission) and self.model_dump() == other.model_dump()
@@ -160,7 +186,8 @@ class Transmission(Described):
     @property
     def drive_shaft(self) -> str:
         """Name of the shaft to which the operating point refers."""
-        return self.couplings[self.operating.drive].shaft
+        operating = self.operating
+        return operating.shaft or self.couplings[operating.drive or ""].shaft
 
     @property
     def geometries(self) -> dict[str, MeshGeometry]:
@@ -176,6 +203,20 @@ class Transmission(Described):
         gear = self.gears[self.meshes[mesh].driving]
         ratio = abs(self._solved[1][gear.shaft])
         return ratio * self.operating.speed_rpm * gear.teeth / 60
+
+    def gear_body(self, name: str) -> Body:
+        """Inertia of a gear."""
+        gear = self.gears[name]
+        if gear.body is not None:
+            return gear.body
+        mesh = self.meshes_of(name)[0]
+        radius = self.geometries[mesh].radii[0 if self.meshes[mesh].driving == name else 1]
+        return gear.inertia(self.materials[gear.material or ""].density, radius)
+
+    def disk_body(self, name: str) -> Body:
+        """Inertia of a disk."""
+        disk = self.disks[name]
+        return disk.inertia(self.materials[disk.material].density if disk.material else 0.0)
 
     def meshes_of(self, gear: str) -> list[str]:
         """Names of the meshes in which a gear takes part.
@@ -252,9 +293,14 @@ class Transmission(Described):
         """
         if not values:
             return self
-        data = self.model_dump()
+        data = self.model_dump(exclude_unset=True)
         for dotted, value in values.items():
             path = self.path(dotted)
+            if path[0] == "gears" and path[-1] == "teeth" and self.gears[path[1]].mass is not None:
+                raise InputError(
+                    f"{dotted!r} cannot be changed: the body of gear {path[1]!r} is given by its mass and would not follow; "
+                    "give body_length and material instead"
+                )
             here: Any = data
             for part in path[:-1]:
                 here = here[int(part)] if isinstance(here, tuple | list) else here[part]
@@ -262,13 +308,13 @@ class Transmission(Described):
                 raise InputError(
                     f"{dotted!r} is one component of a vector and cannot be set alone; set it in the rig file"
                 )
-            whole = isinstance(here[path[-1]], int) and float(value).is_integer()
+            whole = isinstance(self._value(path, dotted), int) and float(value).is_integer()
             here[path[-1]] = int(value) if whole else float(value)
         return validated(Transmission, data, owner=f"rig {self.name!r} with {dict(values)}")
 
 
-def _missing(key: str, name: str, known: Any) -> Iterator[str]:
-    if name not in known:
+def _missing(key: str, name: str | None, known: Any) -> Iterator[str]:
+    if name is not None and name not in known:
         yield f"{key} = {name!r} does not exist; {_known(known)}"
 
 

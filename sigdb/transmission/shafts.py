@@ -1,6 +1,6 @@
 """Shafts: stepped, hollow or solid, described by segments that the finite-element model divides into beams."""
 
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import Field, Strict, model_validator
@@ -38,6 +38,7 @@ class Segment(Described):
     length: float = quantity("m", "Length of the segment.", gt=0)
     outer_diameter: float = quantity("m", "Outer diameter.", gt=0)
     inner_diameter: float = quantity("m", "Bore diameter, 0 for a solid shaft.", ge=0, default=0.0)
+    material: str | None = Field(default=None, description="Name of its material; the shaft's if left out.")
     elements: int = quantity("-", "Number of equal beam elements that the segment is divided into.", ge=1, default=1)
 
     @model_validator(mode="after")
@@ -49,15 +50,28 @@ class Segment(Described):
         return self
 
 
+MOTIONS = ("x", "y", "z", "rx", "ry", "rz")
+Motion = Literal["x", "y", "z", "rx", "ry", "rz"]
+
+
 class Shaft(Described):
     """A shaft in its own frame: z along ``axis``, y as near to the casing's vertical (Y) as it can be."""
 
     axis: Vector = quantity("-", "Direction of the shaft's z axis in the casing's frame; nodes are numbered along it.")
-    material: str = Field(description="Name of its material.")
-    segments: Annotated[tuple[Segment, ...], Strict(False)] = quantity("-", "Segments in order along z.", min_length=1)
+    material: str | None = Field(default=None, description="Name of the material of its segments.")
+    segments: Annotated[tuple[Segment, ...], Strict(False)] = quantity(
+        "-", "Segments in order along z; none for a rigid, massless shaft of one node.", default=()
+    )
+    motions: Annotated[tuple[Motion, ...], Strict(False)] = quantity(
+        "-",
+        "Motions that its nodes can make: translations x, y, z and rotations rx, ry, rz in its own frame.",
+        default=MOTIONS,
+    )
 
     @model_validator(mode="after")
     def _directed(self) -> Self:
+        if "rz" not in self.motions:
+            raise ValueError(f"motions = {list(self.motions)} leaves out rz; a shaft must be able to turn about its axis")
         if not np.linalg.norm(self.axis) > 0:
             raise ValueError(
                 "axis = [0, 0, 0] has no direction; give the direction of the shaft, for example [0, 0, 1]"

@@ -9,35 +9,80 @@ from sigdb.core.fields import Vector, quantity
 from sigdb.core.typing import FloatArray
 from sigdb.transmission.described import Described
 
+Row6 = Annotated[tuple[float, float, float, float, float, float], Strict(False)]
+
+
+Matrix6 = Annotated[tuple[Row6, ...], Strict(False)]
+"""Six rows of six: x, y, z, rx, ry, rz in the shaft's frame."""
+
 
 class Bearing(Described):
     """A linear bearing between a node of a shaft and a point of the casing, in the shaft's frame.
 
-    Force on the casing: ``Fb = Cb (W' - T Wc') + Kb (W - T Wc)``, equation (3) of the paper.
+    Force on the casing: ``Fb = Cb (W' - T Wc') + Kb (W - T Wc)``, equation (3) of the paper. Stiffness is given by
+    ``stiffness`` and ``tilt_stiffness``, or by a full matrix with cross terms, which need not be symmetric; damping
+    likewise. A casing's points translate only: tilting is against rigid ground.
     """
 
     shaft: str = Field(description="Name of the shaft.")
     node: int = quantity("-", "Node of the shaft, from 0.", ge=0)
     seat: str | None = Field(default=None, description="Point of the casing that it sits in; none: rigid ground.")
-    stiffness: Vector = quantity("N/m", "Stiffness along the shaft's x, y and z (axial).")
+    stiffness: Vector | None = quantity("N/m", "Stiffness along the shaft's x, y and z (axial).", default=None)
     tilt_stiffness: float = quantity("N m/rad", "Stiffness against tilting about x and y.", ge=0, default=0.0)
     damping: Vector = quantity("N s/m", "Viscous damping along x, y and z.", default=(0.0, 0.0, 0.0))
+    stiffness_matrix: Matrix6 | None = quantity(
+        "N/m", "6 x 6 stiffness over x, y, z, rx, ry, rz; rotations in N m/rad.", default=None
+    )
+    damping_matrix: Matrix6 | None = quantity(
+        "N s/m", "6 x 6 damping over x, y, z, rx, ry, rz; rotations in N m s/rad.", default=None
+    )
 
     @model_validator(mode="after")
-    def _not_negative(self) -> Self:
+    def _one_stiffness(self) -> Self:
         for key in ("stiffness", "damping"):
-            if min(getattr(self, key)) < 0:
+            matrix = getattr(self, f"{key}_matrix")
+            if matrix is not None and len(matrix) != 6:
+                raise ValueError(f"{key}_matrix has {len(matrix)} rows; give 6 rows of 6 numbers")
+            if matrix is not None and {key, f"tilt_{key}"} & self.model_fields_set:
+                raise ValueError(f"{key} and {key}_matrix are both given; give one of them")
+            if matrix is None and min(getattr(self, key) or (0.0,)) < 0:
                 raise ValueError(f"{key} = {list(getattr(self, key))} must not be negative")
+        if self.stiffness is None and self.stiffness_matrix is None:
+            raise ValueError("stiffness is missing; give [x, y, z], or a stiffness_matrix")
+        if self.stiffness_matrix is not None and self.stiffness_matrix[5][5] != 0:
+            raise ValueError("stiffness_matrix holds the shaft against turning (rz, rz); set that entry to 0")
         return self
+
+    @property
+    def matrices(self) -> tuple[FloatArray, FloatArray]:
+        """(6, 6) stiffness and damping."""
+        stiffness = self.stiffness_matrix or np.diag([*(self.stiffness or ()), *[self.tilt_stiffness] * 2, 0.0])
+        damping = self.damping_matrix or np.diag([*self.damping, 0.0, 0.0, 0.0])
+        return np.array(stiffness, float), np.array(damping, float)
 
 
 class Coupling(Described):
-    """A machine at a shaft's node: an inertia behind a torsional spring. Torque enters and leaves there."""
+    """A torsional spring at a shaft's node: to an end machine of some inertia, or to the node of another shaft.
+
+    Torque enters and leaves the rig at end machines. Two coupled shafts turn at one speed.
+    """
 
     shaft: str = Field(description="Name of the shaft.")
     node: int = quantity("-", "Node of the shaft, from 0.", ge=0)
-    stiffness: float = quantity("N m/rad", "Torsional stiffness between the node and the machine.", gt=0)
-    inertia: float = quantity("kg m^2", "Polar inertia of the machine.", gt=0)
+    stiffness: float = quantity("N m/rad", "Torsional stiffness.", gt=0)
+    damping: float = quantity("N m s/rad", "Torsional damping.", ge=0, default=0.0)
+    inertia: float | None = quantity("kg m^2", "Polar inertia of the end machine.", gt=0, default=None)
+    to_shaft: str | None = Field(default=None, description="Name of the other shaft, in place of an end machine.")
+    to_node: int = quantity("-", "Node of the other shaft, from 0.", ge=0, default=0)
+    lateral_stiffness: Vector = quantity(
+        "N/m", "Stiffness between the two shafts along x, y and z of the first.", default=(0.0, 0.0, 0.0)
+    )
+
+    @model_validator(mode="after")
+    def _one_end(self) -> Self:
+        if (self.inertia is None) == (self.to_shaft is None):
+            raise ValueError("give either the inertia of an end machine, or to_shaft, one of the two")
+        return self
 
 
 class CasingMode(Described):
