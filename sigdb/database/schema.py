@@ -127,6 +127,11 @@ def database_schema(
         templates=(
             Column(name="template", type=pa.int32(), help="Number of the template."),
             _STATUS,
+            Column(
+                name="tooth",
+                type=pa.int32(),
+                help="First damaged tooth; 1 where other teeth are turns of it, 0 = undamaged.",
+            ),
             *cases,
             Column(
                 name="floquet_multiplier",
@@ -135,9 +140,19 @@ def database_schema(
             ),
             Column(name="static_compression", type=_FLOAT, unit="m", help="Compression under the mean mesh stiffness."),
             _MIN_COMPRESSION,
+            Column(
+                name="least_elsewhere", type=_FLOAT, help="The same of the other meshes; infinite where there are none."
+            ),
             _CONTACT_LOSS,
-            Column(name="compression", type=_LIST, unit="m", help="Nominal mesh compression, damage at tooth 1."),
+            Column(name="compression", type=_LIST, unit="m", help="Compression under torque and profile errors."),
             Column(name="compression_response", type=_LIST, help="Compression per index error, (n, teeth) row-major."),
+            Column(
+                name="compression_harmonic",
+                type=_LIST,
+                unit="m",
+                help="Compression under harmonic excitations, (n, orders, 2) row-major.",
+            ),
+            Column(name="orders", type=pa.list_(pa.int32()), unit="1/rev", help="Orders of the harmonic excitations."),
             Column(
                 name="mesh_force", type=_LIST, unit="N", help="Nominal mesh force along the normal.", formula="k delta"
             ),
@@ -148,12 +163,20 @@ def database_schema(
                     unit="(signal)^2",
                     help="Variance of the healthy clean average at this operating point.",
                 ),
-                Column(name="tsa", type=_LIST, unit="signal", help="Clean nominal average y_D, damage at tooth 1."),
+                Column(
+                    name="tsa", type=_LIST, unit="signal", help="Clean average y_D under torque and profile errors."
+                ),
                 Column(
                     name="specimen_response",
                     type=_LIST,
                     unit="(signal)/m",
                     help="Y_D: average per index error, (n, teeth) row-major.",
+                ),
+                Column(
+                    name="harmonic_response",
+                    type=_LIST,
+                    unit="signal",
+                    help="Average under unbalance, run-out and fluctuating load, (n, orders, 2) row-major.",
                 ),
             ),
         ),

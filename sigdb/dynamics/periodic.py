@@ -225,10 +225,14 @@ def prepare(rig: Transmission, *, gear: str | None = None, samples_per_tooth: in
     """
     gear = damaged_gear(rig, gear)
     if rig.operating.drive is None or not rig.operating.torque or not rig.operating.speed_rpm:
-        raise InputError(f"rig {rig.name!r} has no torque through its meshes; give operating.drive, load, speed and torque")
+        raise InputError(
+            f"rig {rig.name!r} has no torque through its meshes; give operating.drive, load, speed and torque"
+        )
     own = rig.meshes_of(gear)
     if len(own) > 1:
-        raise InputError(f"gear {gear!r} of rig {rig.name!r} takes part in {len(own)} meshes; damage is simulated in one")
+        raise InputError(
+            f"gear {gear!r} of rig {rig.name!r} takes part in {len(own)} meshes; damage is simulated in one"
+        )
     first = list(rig.meshes).index(own[0])
     order = [first, *(i for i in range(len(rig.meshes)) if i != first)]
     meshes = tuple(list(rig.meshes.values())[i] for i in order)
@@ -245,7 +249,8 @@ def prepare(rig: Transmission, *, gear: str | None = None, samples_per_tooth: in
     transfer = system.transfer(speed / revolutions * np.arange(total // 2 + 1))[:, outputs][:, :, inputs]
     healthy = np.array(
         [
-            mesh.stiffness * pair_stiffness(mesh.profile, pairs_in_contact(count * np.arange(total) / total)).sum(axis=0)
+            mesh.stiffness
+            * pair_stiffness(mesh.profile, pairs_in_contact(count * np.arange(total) / total)).sum(axis=0)
             for mesh, count in zip(meshes, passes, strict=True)
         ]
     )
@@ -283,8 +288,8 @@ def _common_period(rig: Transmission, meshes: tuple[Mesh, ...], speed: float) ->
         if np.allclose(passes, np.round(passes), rtol=0, atol=1e-6):
             return revolutions, tuple(round(one) for one in passes)
     raise InputError(
-        f"the meshes of rig {rig.name!r} do not repeat within {_MOST_REVOLUTIONS} revolutions; choose tooth counts with a "
-        "shorter common period"
+        f"the meshes of rig {rig.name!r} do not repeat within {_MOST_REVOLUTIONS} revolutions; choose tooth counts "
+        "with a shorter common period"
     )
 
 

@@ -54,8 +54,8 @@ class Response:
     compression
         (N,) of the damaged gear's mesh along its normal over the common period of all meshes, m.
     min_compression
-        Least compression of any mesh as a fraction of its static one; below 0 a mesh loses contact. A tooth's own index error,
-        small against the static compression, is not subtracted.
+        Least compression of any mesh as a fraction of its static one; below 0 a mesh loses contact. A tooth's
+        own index error, small against the static compression, is not subtracted.
     floquet_multiplier
         Largest Floquet multiplier over the revolution; below 1, or there would be no response.
     """
@@ -142,7 +142,9 @@ def simulate(
         )
     state = prepared.steady_state(damage.on_teeth(prepared.teeth))
     multiplier = stable_multiplier(rig, prepared, state.mesh_stiffness)
-    compression = state.compression + state.compression_response @ errors + state.compression_harmonic[..., 0].sum(axis=1)
+    compression = (
+        state.compression + state.compression_response @ errors + state.compression_harmonic[..., 0].sum(axis=1)
+    )
     signals = state.signals + state.specimen_response @ errors + state.harmonic_response[..., 0].sum(axis=2)
     least = min(float(compression.min() / state.static_compression), state.least_elsewhere)
     response = Response(

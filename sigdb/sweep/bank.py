@@ -27,19 +27,30 @@ class Template:
     min_compression
         Least compression as a fraction of the static one; nan where it is not known.
     compression, compression_response
-        (n,) and (n, teeth), as fractions of the static compression.
+        (N,) and (N, teeth), as fractions of the static compression, over the common period of all meshes.
     signals, specimen_response
         (sensors, n) y_D and (sensors, n, teeth) Y_D.
+    compression_harmonic, harmonic_response, orders
+        (N, orders, 2) and (sensors, n, orders, 2) under harmonic excitations, and their orders.
+    tooth
+        First damaged tooth, 0 for none.
+    least_elsewhere
+        Least compression of meshes other than the damaged gear's, as a fraction of their static ones.
     reference_variance
         (sensors,) variance of the healthy clean average.
     """
 
     status: str
+    tooth: int
     min_compression: float
+    least_elsewhere: float
     compression: FloatArray
     compression_response: FloatArray
     signals: FloatArray
     specimen_response: FloatArray
+    compression_harmonic: FloatArray
+    harmonic_response: FloatArray
+    orders: FloatArray
     reference_variance: FloatArray
 
 
@@ -68,11 +79,16 @@ class TemplateBank:
             none = np.empty(0)
             return Template(
                 status=row["status"],
+                tooth=row["tooth"],
                 min_compression=row["min_compression"],
+                least_elsewhere=np.inf,
                 compression=none,
                 compression_response=none,
                 signals=none,
                 specimen_response=none,
+                compression_harmonic=none,
+                harmonic_response=none,
+                orders=none,
                 reference_variance=none,
             )
 
@@ -80,12 +96,20 @@ class TemplateBank:
             return np.array([row[suffixed(name, self._sensors, sensor)] for sensor in self._sensors], dtype=float)
 
         signals, static = each_sensor("tsa"), row["static_compression"]
+        compression = row["compression"].astype(float) / static
+        orders = np.asarray(row["orders"], float)
         return Template(
             status="ok",
+            tooth=row["tooth"],
             min_compression=row["min_compression"],
-            compression=row["compression"].astype(float) / static,
+            least_elsewhere=row["least_elsewhere"],
+            compression=compression,
             compression_response=row["compression_response"].astype(float).reshape(-1, row["teeth"]) / static,
             signals=signals,
             specimen_response=each_sensor("specimen_response").reshape(*signals.shape, -1),
+            compression_harmonic=row["compression_harmonic"].astype(float).reshape(len(compression), len(orders), 2)
+            / static,
+            harmonic_response=each_sensor("harmonic_response").reshape(*signals.shape, len(orders), 2),
+            orders=orders,
             reference_variance=each_sensor("reference_variance"),
         )

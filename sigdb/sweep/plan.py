@@ -1,7 +1,7 @@
 """The plan of a sweep: a pure function of the recipe, and arithmetic from a row's id to its case.
 
-Templates are the distinct cases, damage at tooth 1. A segment is one template with the teeth, measurements, specimens
-and noise draws that it is stored for; rows are numbered through the segments in order.
+Templates are the distinct cases, with the damage at tooth 1 where a turn is exact. A segment is one template with the
+teeth, measurements, specimens and noise draws that it is stored for; rows are numbered through the segments in order.
 """
 
 import hashlib
@@ -38,7 +38,7 @@ class RigPoint:
 
 @dataclass(frozen=True, kw_only=True)
 class TemplateCase:
-    """A distinct case: a rig point and a damage at tooth 1, or none."""
+    """A distinct case: a rig point and a damage, or none."""
 
     rig_point: int
     damage: Damage
@@ -181,8 +181,6 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
         If the design does not fit the rig: the message names the key, the value and what to do.
     """
     gear = damaged_gear(rig, design.gear)
-    if not rig.turns_exactly(gear):
-        raise InputError(f"rig {rig.name!r} has {len(rig.meshes)} meshes; a sweep takes rigs with one mesh")
     sensors = signature.sensors or tuple(rig.sensors)
     for sensor in sensors:
         if sensor not in rig.sensors:
@@ -204,7 +202,10 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
             teeth = teeth_of(grid, point.teeth)
             for damage in grid.damages(design.patterns, gear):
                 damage.on_teeth(point.teeth)
-                wanted.append((number, damage, teeth, measured))
+                if rig.turns_exactly(gear):
+                    wanted.append((number, damage, teeth, measured))
+                else:
+                    wanted += [(number, _at(damage, tooth), (tooth,), measured) for tooth in teeth]
 
     cases = {(number, Damage(gear=gear)): None for number in range(len(points))} | {
         (number, damage): None for number, damage, *_ in wanted
@@ -258,6 +259,11 @@ def _rig_point(rig: Transmission, gear: str, values: dict[str, float]) -> RigPoi
         teeth=changed.gears[gear].teeth,
         mate_teeth=changed.gears[changed.mate(gear)].teeth,
     )
+
+
+def _at(damage: Damage, tooth: int) -> Damage:
+    """The same damage at another tooth."""
+    return damage.model_copy(update={"tooth": tooth})
 
 
 def _with(measurement: Measurement, values: dict[str, float]) -> Measurement:

@@ -1,6 +1,8 @@
 """Rows: a template, turned to its tooth, with a specimen and noise, analysed. No simulation.
 
-A row with damage at tooth t is ``roll(y_D + Y_D roll(e, -(t - 1)), (t - 1) n / teeth)``, e the specimen's index errors.
+Where a turn is exact, a row with damage at tooth t is ``roll(y_D + Y_D roll(e, -(t - 1)), (t - 1) n / teeth)``, e the
+specimen's index errors; harmonic excitations, fixed to the shaft, turn by ``-(t - 1) 360 / teeth`` deg in the template.
+Else every tooth has its own template and nothing turns.
 """
 
 import time
@@ -104,10 +106,14 @@ class _Averages:
             for row in rows:
                 self.status[row], self.least[row] = template.status, template.min_compression
             return
-        turns = np.maximum(cases["tooth"].to_numpy() - 1, 0)
+        turns = cases["tooth"].to_numpy() - template.tooth
         errors = _turned(_index_errors(plan, point, cases), -turns)
-        self.least[rows] = (template.compression + errors @ template.compression_response.T).min(axis=1)
+        phases = _phases(template.orders, turns * 2 * np.pi / point.teeth)
+        compression = template.compression + errors @ template.compression_response.T
+        compression += np.einsum("nop,rop->rn", template.compression_harmonic, phases)
+        self.least[rows] = np.minimum(compression.min(axis=1), template.least_elsewhere)
         clean = template.signals + np.einsum("snt,rt->rsn", template.specimen_response, errors, optimize=True)
+        clean += np.einsum("snop,rop->rsn", template.harmonic_response, phases)
         clean = _turned(clean, turns * plan.signature.samples_per_tooth)
         deviation = noise_deviation(template.reference_variance, cases["snr_db"].to_numpy()[:, None])
         for row, signals, sigma in zip(rows, clean, deviation, strict=True):
@@ -156,6 +162,12 @@ def _signature(plan: Plan, tsa: FloatArray, teeth: int) -> dict[str, FloatArray]
         **indicators(tsa, teeth=teeth),
         "wigner_ville": cells.reshape(len(tsa), -1) / (n_bins * step),
     }
+
+
+def _phases(orders: FloatArray, angles: FloatArray) -> FloatArray:
+    """(rows, orders, 2) cosine and sine of each order's phase in a frame turned by an angle."""
+    phase = angles[:, None] * orders
+    return np.stack([np.cos(phase), np.sin(phase)], axis=-1)
 
 
 def _index_errors(plan: Plan, point: RigPoint, cases: pd.DataFrame) -> FloatArray:

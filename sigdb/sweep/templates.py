@@ -1,4 +1,4 @@
-"""Templates: each distinct case simulated once, with the damage at tooth 1."""
+"""Templates: each distinct case simulated once; with the damage at tooth 1 where a turn is exact."""
 
 import time
 from pathlib import Path
@@ -41,7 +41,7 @@ class _Prepared:
         self.rig: PeriodicRig = prepare(point.rig, gear=plan.gear, samples_per_tooth=plan.signature.samples_per_tooth)
         healthy = self.rig.steady_state({})
         stiffness = (
-            self.rig.tooth_stiffness(case.damage.on_teeth(point.teeth)).sum(axis=0)
+            self.rig.mesh_stiffness(case.damage.on_teeth(point.teeth))
             for case in plan.templates
             if case.rig_point == number
         )
@@ -49,7 +49,13 @@ class _Prepared:
         self.floquet_multiplier = max(
             stable_multiplier(point.rig, self.rig, stiffness) for stiffness in (healthy.mesh_stiffness, worst)
         )
-        self.reference_variance = dict(zip(point.rig.sensors, healthy.signals.var(axis=1), strict=True))
+        self.reference_variance = dict(
+            zip(
+                point.rig.sensors,
+                (healthy.signals + healthy.harmonic_response[..., 0].sum(axis=2)).var(axis=1),
+                strict=True,
+            )
+        )
 
 
 def _prepare(plan: Plan, number: int) -> _Prepared | str:
@@ -61,7 +67,8 @@ def _prepare(plan: Plan, number: int) -> _Prepared | str:
 
 
 def _template_row(plan: Plan, number: int, prepared: _Prepared | str) -> dict[str, Any]:
-    row = {"template": number, "status": "ok", **plan.case_columns(number)}
+    tooth = plan.templates[number].damage.tooth
+    row = {"template": number, "status": "ok", "tooth": tooth, **plan.case_columns(number)}
     if isinstance(prepared, str):
         return row | {"status": prepared}
     case = plan.templates[number]
@@ -70,6 +77,7 @@ def _template_row(plan: Plan, number: int, prepared: _Prepared | str) -> dict[st
         "floquet_multiplier": prepared.floquet_multiplier,
         "static_compression": state.static_compression,
         "min_compression": state.min_compression,
+        "least_elsewhere": state.least_elsewhere,
         "contact_loss": state.min_compression < 0,
     }
     if state.min_compression < 0:
@@ -89,7 +97,9 @@ def _arrays(plan: Plan, prepared: _Prepared, state: SteadyState) -> dict[str, An
     arrays: dict[str, Any] = {
         "compression": _list(state.compression),
         "compression_response": _list(state.compression_response),
+        "compression_harmonic": _list(state.compression_harmonic),
         "mesh_force": _list(state.mesh_force),
+        "orders": list(state.orders),
     }
     at = {name: i for i, name in enumerate(plan.rig.sensors)}
     for sensor in plan.sensors:
@@ -97,6 +107,7 @@ def _arrays(plan: Plan, prepared: _Prepared, state: SteadyState) -> dict[str, An
             suffixed("reference_variance", plan.sensors, sensor): prepared.reference_variance[sensor],
             suffixed("tsa", plan.sensors, sensor): _list(state.signals[at[sensor]]),
             suffixed("specimen_response", plan.sensors, sensor): _list(state.specimen_response[at[sensor]]),
+            suffixed("harmonic_response", plan.sensors, sensor): _list(state.harmonic_response[at[sensor]]),
         }
     return arrays
 

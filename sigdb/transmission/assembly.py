@@ -124,11 +124,12 @@ class _Layout:
     @property
     def kept(self) -> IntArray:
         """Degrees of freedom that can move: the motions of each shaft, machines, casing."""
-        moving = [
-            self.shaft(name, tuple(MOTIONS.index(motion) for motion in MOTIONS if motion in shaft.motions))
+        nodes = [
+            i
             for name, shaft in self.rig.shafts.items()
+            for i in self.shaft(name, tuple(kind for kind, motion in enumerate(MOTIONS) if motion in shaft.motions))
         ]
-        return np.array([*sum(moving, []), *self.machines.values(), *self.casing])
+        return np.array([*nodes, *self.machines.values(), *self.casing])
 
 
 def assemble(rig: Transmission) -> Assembly:
@@ -189,7 +190,9 @@ def assemble(rig: Transmission) -> Assembly:
     ).restricted(at.kept)
 
 
-def _add_shafts(rig: Transmission, at: _Layout, mass: FloatArray, stiffness: FloatArray, gyroscopic: FloatArray) -> None:
+def _add_shafts(
+    rig: Transmission, at: _Layout, mass: FloatArray, stiffness: FloatArray, gyroscopic: FloatArray
+) -> None:
     for name, shaft in rig.shafts.items():
         first = at.offsets[name]
         for segment in shaft.segments:
@@ -231,7 +234,7 @@ def _coupling_springs(at: _Layout, name: str, coupling: Coupling) -> list[tuple[
     other = at.node(coupling.to_shaft, coupling.to_node)
     turned = at.rig.shafts[coupling.shaft].rotation.T @ at.rig.shafts[coupling.to_shaft].rotation
     torsion[other + 3 : other + 6] = turned[2]
-    springs = [(torsion, coupling.stiffness, coupling.damping)]
+    springs: list[tuple[FloatArray, float, float]] = [(torsion, coupling.stiffness, coupling.damping)]
     for axis, k in enumerate(coupling.lateral_stiffness):
         b = np.zeros(at.size)
         b[node + axis] = -1.0

@@ -3,7 +3,7 @@
 from typing import Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from sigdb.core.fields import Section, quantity
 from sigdb.transmission.described import Described
@@ -36,12 +36,16 @@ class Rotating(Described):
     Its inertia is given as numbers, or follows from the shape that a subclass describes.
     """
 
+    shaft: str = Field(description="Name of the shaft that carries it.")
+    node: int = quantity("-", "Node of the shaft at its middle, from 0.", ge=0)
     mass: float | None = quantity("kg", "Mass, where it is given as a number.", gt=0, default=None)
     polar_inertia: float | None = quantity("kg m^2", "Inertia about the shaft's axis, with mass.", gt=0, default=None)
     diametral_inertia: float = quantity("kg m^2", "Inertia about a diameter, with mass.", ge=0, default=0.0)
     unbalance: float = quantity("kg m", "Mass times eccentricity.", ge=0, default=0.0)
     unbalance_angle_deg: float = quantity(
-        "deg", "Angle of the unbalance from the shaft's x axis at the tacho mark, in the sense of rotation.", default=0.0
+        "deg",
+        "Angle of the unbalance from the shaft's x axis at the tacho mark, in the sense of rotation.",
+        default=0.0,
     )
 
     @model_validator(mode="after")
@@ -49,12 +53,16 @@ class Rotating(Described):
         given = {"mass", "polar_inertia", "diametral_inertia"} & self.model_fields_set
         shape = {name for name in self.shape_fields() if getattr(self, name) is not None}
         if given and shape:
-            raise ValueError(f"{sorted(given)[0]} and {sorted(shape)[0]} are both given; give numbers or a shape, not both")
+            raise ValueError(
+                f"{sorted(given)[0]} and {sorted(shape)[0]} are both given; give numbers or a shape, not both"
+            )
         if given and (self.mass is None or self.polar_inertia is None):
             raise ValueError("mass and polar_inertia belong together; give both")
         if not given and shape != self.shape_fields():
             lacking = sorted(self.shape_fields() - shape)
-            raise ValueError(f"{lacking[0]} is missing; give {', '.join(sorted(self.shape_fields()))}, or mass and polar_inertia")
+            raise ValueError(
+                f"{lacking[0]} is missing; give {', '.join(sorted(self.shape_fields()))}, or mass and polar_inertia"
+            )
         return self
 
     @classmethod
@@ -73,12 +81,10 @@ class Rotating(Described):
 class Disk(Rotating):
     """A disk: a flange, a flywheel, a turbine."""
 
-    shaft: str = quantity("-", "Name of the shaft that carries it.")
-    node: int = quantity("-", "Node of the shaft, from 0.", ge=0)
     outer_diameter: float | None = quantity("m", "Outer diameter, where no mass is given.", gt=0, default=None)
     inner_diameter: float = quantity("m", "Bore.", ge=0, default=0.0)
     width: float | None = quantity("m", "Width.", gt=0, default=None)
-    material: str | None = quantity("-", "Name of its material.", default=None)
+    material: str | None = Field(default=None, description="Name of its material.")
 
     @classmethod
     def shape_fields(cls) -> set[str]:

@@ -42,16 +42,22 @@ class CasingMatrices(Described):
         mass, stiffness = (self._matrix(folder, name) for name in (self.mass, self.stiffness))
         n = len(mass)
         if mass.shape != (n, n) or stiffness.shape != (n, n):
-            raise InputError(f"casing.matrices: mass {mass.shape} and stiffness {stiffness.shape} must be square and alike")
+            raise InputError(
+                f"casing.matrices: mass {mass.shape} and stiffness {stiffness.shape} must be square and alike"
+            )
         for name, degrees in self.points.items():
             if not all(-1 <= one < n for one in degrees):
                 raise InputError(f"casing.matrices.points.{name} = {list(degrees)} must be from -1 to {n - 1}")
         try:
             squares, shapes = eigh(_symmetric(stiffness), _symmetric(mass))
         except np.linalg.LinAlgError:
-            raise InputError("casing.matrices: the mass matrix is not positive definite; leave out massless motions") from None
+            raise InputError(
+                "casing.matrices: the mass matrix is not positive definite; leave out massless motions"
+            ) from None
         if squares[0] <= 1e-10 * squares[-1]:
-            raise InputError("casing.matrices: the casing can move freely; hold it to the ground in its stiffness matrix")
+            raise InputError(
+                "casing.matrices: the casing can move freely; hold it to the ground in its stiffness matrix"
+            )
         grounded = np.vstack([shapes, np.zeros(n)])  # row -1 does not move
         return [
             CasingMode(

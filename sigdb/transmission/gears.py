@@ -15,8 +15,6 @@ class Gear(Rotating):
     Its body is a cylinder of the mean pitch radius, which follows the tooth count, or is given as numbers.
     """
 
-    shaft: str = Field(description="Name of the shaft that carries it.")
-    node: int = quantity("-", "Node of the shaft at the middle of the face, from 0.", ge=0)
     teeth: int = quantity("-", "Tooth count.", ge=5)
     body_length: float | None = quantity("m", "Axial length of the body, where no mass is given.", gt=0, default=None)
     bore: float = quantity(
@@ -107,7 +105,9 @@ class Operating(Described):
     load_fluctuation: float = quantity(
         "-", "Amplitude of the load's fluctuation, as a fraction of its mean.", ge=0, lt=1, default=0.0
     )
-    load_order: int = quantity("1/rev", "Cycles of the fluctuation in a revolution of the load's shaft.", ge=1, default=1)
+    load_order: int = quantity(
+        "1/rev", "Cycles of the fluctuation in a revolution of the load's shaft.", ge=1, default=1
+    )
     load_angle_deg: float = quantity(
         "deg", "Angle of the load's shaft after its mark at which the load is greatest.", default=0.0
     )

@@ -31,7 +31,7 @@ def pair_stiffness(profile: Trapezoid, x: FloatArray) -> FloatArray:
 
 
 def place_in_contact(u: FloatArray, teeth: int) -> FloatArray:
-    """(teeth, n) place x of each tooth of a gear in its contact, in passes from -1 to teeth - 1; tooth j is row j - 1."""
+    """(teeth, n) place x of each tooth in its contact, in passes from -1 to teeth - 1; tooth j is row j - 1."""
     return (u - np.arange(teeth)[:, None] + 1) % teeth - 1
 
 

@@ -276,5 +276,7 @@ def undamped_frequencies(rig: Transmission) -> FloatArray:
     parts = assemble(rig)
     stiffness = parts.stiffness + parts.meshes @ np.diag(parts.mesh_stiffness) @ parts.meshes.T
     elastic = null_space((parts.mass @ parts.free_rotation)[None])
-    squares = eigh(elastic.T @ (stiffness + stiffness.T) @ elastic / 2, elastic.T @ parts.mass @ elastic, eigvals_only=True)
+    squares = eigh(
+        elastic.T @ (stiffness + stiffness.T) @ elastic / 2, elastic.T @ parts.mass @ elastic, eigvals_only=True
+    )
     return np.sqrt(squares.clip(min=0)) / (2 * np.pi)

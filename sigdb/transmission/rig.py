@@ -298,8 +298,8 @@ class Transmission(Described):
             path = self.path(dotted)
             if path[0] == "gears" and path[-1] == "teeth" and self.gears[path[1]].mass is not None:
                 raise InputError(
-                    f"{dotted!r} cannot be changed: the body of gear {path[1]!r} is given by its mass and would not follow; "
-                    "give body_length and material instead"
+                    f"{dotted!r} cannot be changed: the body of gear {path[1]!r} is given by its mass and would not "
+                    "follow; give body_length and material instead"
                 )
             here: Any = data
             for part in path[:-1]:

@@ -71,7 +71,9 @@ class Shaft(Described):
     @model_validator(mode="after")
     def _directed(self) -> Self:
         if "rz" not in self.motions:
-            raise ValueError(f"motions = {list(self.motions)} leaves out rz; a shaft must be able to turn about its axis")
+            raise ValueError(
+                f"motions = {list(self.motions)} leaves out rz; a shaft must be able to turn about its axis"
+            )
         if not np.linalg.norm(self.axis) > 0:
             raise ValueError(
                 "axis = [0, 0, 0] has no direction; give the direction of the shaft, for example [0, 0, 1]"
