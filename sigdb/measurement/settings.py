@@ -16,7 +16,7 @@ class Measurement(Section):
     )
     index_error: float = quantity(
         "m",
-        "Standard deviation, along the mesh normal, of independent index errors, one a tooth, before their mean is removed.",
+        "Standard deviation of index errors along the mesh normal, one a tooth, before their mean is removed.",
         ge=0,
         default=2e-6,
     )

@@ -24,7 +24,8 @@ class SeverityRegressor(RegressorMixin, BaseEstimator):
     """Severity, turn-invariant: judged from the tooth at which a location classifier sees the damage.
 
     Intervals are symmetric, of the width that covers 90 % of the errors on a quarter of the specimens, which neither
-    the location nor the regressors have seen (split conformal prediction). Meant for damaged rows; what it says of a healthy gear has no meaning.
+    the location nor the regressors have seen (split conformal prediction). Meant for damaged rows; what it says of a
+    healthy gear has no meaning.
 
     Parameters
     ----------
