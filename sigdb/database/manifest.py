@@ -63,8 +63,10 @@ def read_manifest(root: Path) -> Manifest:
 
     Raises
     ------
+    InputError
+        If the directory is no database.
     DatabaseError
-        If the directory is no database, or one of a format that this version does not read.
+        If its description cannot be read, or is of a format that this version does not read.
     """
     path = root / "sigdb.toml"
     if not path.exists():

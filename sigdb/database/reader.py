@@ -216,8 +216,10 @@ def open(path: str | Path) -> Database:
 
     Raises
     ------
+    InputError
+        If there is no database.
     DatabaseError
-        If there is no database, or its receipts and files do not agree.
+        If its receipts and files do not agree.
     """
     return Database(path)
 

@@ -15,5 +15,8 @@ class Measurement(Section):
         default=0.0,
     )
     index_error: float = quantity(
-        "m", "Rms, along the mesh normal, of independent index errors, one a tooth, mean removed.", ge=0, default=2e-6
+        "m",
+        "Standard deviation of index errors along the mesh normal, one a tooth, before their mean is removed.",
+        ge=0,
+        default=2e-6,
     )

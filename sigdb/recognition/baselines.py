@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from sklearn.base import BaseEstimator, ClassifierMixin, RegressorMixin
 from sklearn.isotonic import IsotonicRegression
 
-from sigdb.core.typing import IntArray
+from sigdb.core.typing import FloatArray, IntArray
 from sigdb.recognition.severity import TARGETS
 
 FALSE_ALARM_RATE = 0.01
@@ -68,10 +68,7 @@ class Fm4Severity(RegressorMixin, BaseEstimator):
         """Fit one isotonic regression for each target to the damaged rows."""
         damaged = (y["tooth"] > 0).to_numpy()
         fm4 = X["fm4"].to_numpy(float)[damaged]
-        self.regressors_ = [
-            IsotonicRegression(increasing="auto", out_of_bounds="clip").fit(fm4, y[target].to_numpy(float)[damaged])
-            for target in TARGETS
-        ]
+        self.regressors_ = [_monotonic(fm4, y[target].to_numpy(float)[damaged]) for target in TARGETS]
         return self
 
     def predict(self, X: pd.DataFrame) -> pd.DataFrame:
@@ -80,3 +77,9 @@ class Fm4Severity(RegressorMixin, BaseEstimator):
         return pd.DataFrame(
             {name: one.predict(fm4) for name, one in zip(TARGETS, self.regressors_, strict=True)}, index=X.index
         )
+
+
+def _monotonic(fm4: FloatArray, target: FloatArray) -> IsotonicRegression:
+    """An isotonic regression, rising or falling as the two vary together."""
+    together = float(((fm4 - fm4.mean()) * (target - target.mean())).sum())
+    return IsotonicRegression(increasing=together >= 0, out_of_bounds="clip").fit(fm4, target)

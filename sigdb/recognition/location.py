@@ -44,7 +44,7 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
         Parameters
         ----------
         X
-            Rows with the columns of :data:`sigdb.recognition.views.COLUMNS`.
+            Rows with the columns ``teeth``, ``speed_rpm``, ``torque``, ``wigner_ville``.
         y
             First damaged tooth, 0 for none.
         groups

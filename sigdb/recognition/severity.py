@@ -23,8 +23,9 @@ COVERAGE = 0.9
 class SeverityRegressor(RegressorMixin, BaseEstimator):
     """Severity, turn-invariant: judged from the tooth at which a location classifier sees the damage.
 
-    Intervals are symmetric, of the width that covered 90 % of the errors on specimens held out of the fit
-    (split conformal prediction). Meant for damaged rows; what it says of a healthy gear has no meaning.
+    Intervals are symmetric, of the width that covers 90 % of the errors on a quarter of the specimens, which neither
+    the location nor the regressors have seen (split conformal prediction). Meant for damaged rows; what it says of a
+    healthy gear has no meaning.
 
     Parameters
     ----------
@@ -44,29 +45,28 @@ class SeverityRegressor(RegressorMixin, BaseEstimator):
         Parameters
         ----------
         X
-            Rows with the columns of :data:`sigdb.recognition.views.COLUMNS`.
+            Rows with the columns of ``teeth``, ``speed_rpm``, ``torque``, ``wigner_ville``.
         y
-            ``tooth`` and the :data:`TARGETS` of each row.
+            ``tooth``, ``stiffness_loss``, ``phase_shift_deg`` and ``damaged_teeth`` of each row.
         groups
             Specimen of each row.
         """
         check_columns(X)
         groups = np.arange(len(X)) if groups is None else np.asarray(groups)
-        self.location_ = LocationClassifier(self.learner, self.random_state).fit(X, y["tooth"], groups)
-        damaged = (y["tooth"] > 0).to_numpy()
-        X, y, groups = X[damaged], y[damaged], groups[damaged]
         inner, outer = next(GroupShuffleSplit(1, test_size=0.25, random_state=self.random_state).split(X, y, groups))
-        self._fit_regressors(X.iloc[inner], y.iloc[inner])
+        self.location_ = LocationClassifier(self.learner, self.random_state)
+        self.location_.fit(X.iloc[inner], y["tooth"].iloc[inner], groups[inner])
+
+        damaged = (y["tooth"] > 0).to_numpy()
+        inner, outer = inner[damaged[inner]], outer[damaged[outer]]
+        seen = self.location_.views_.view_from(X.iloc[inner], y["tooth"].to_numpy()[inner])
+        base = severity_regressor(self.learner, self.random_state)
+        self.regressors_ = [clone(base).fit(seen, y[target].to_numpy(float)[inner]) for target in TARGETS]
+
         errors = np.abs(self._estimates(X.iloc[outer]) - y.iloc[outer][list(TARGETS)].to_numpy(float))
         level = min(1.0, COVERAGE * (1 + 1 / len(outer)))
         self.half_widths_ = np.quantile(errors, level, axis=0, method="higher")
-        self._fit_regressors(X, y)
         return self
-
-    def _fit_regressors(self, X: pd.DataFrame, y: pd.DataFrame) -> None:
-        seen = self.location_.views_.view_from(X, y["tooth"].to_numpy())
-        base = severity_regressor(self.learner, self.random_state)
-        self.regressors_ = [clone(base).fit(seen, y[target].to_numpy(float)) for target in TARGETS]
 
     def _estimates(self, X: pd.DataFrame) -> np.ndarray:
         tooth = 1 + self.location_.decision_function(X)[:, 1:].argmax(axis=1)

@@ -29,7 +29,7 @@ class ToothViews(BaseEstimator):
         Parameters
         ----------
         X
-            Rows with the columns :data:`COLUMNS`.
+            Rows with the columns ``teeth``, ``speed_rpm``, ``torque``, ``wigner_ville``.
         """
         check_columns(X)
         cells = np.concatenate([_cells(part).reshape(-1, _bands(part)) for _, part in X.groupby("teeth")])

@@ -56,10 +56,12 @@ class Segment:
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
+        """Numbers of teeth, measurements, specimens and draws."""
         return len(self.teeth), len(self.measurements), self.specimens, self.draws
 
     @property
     def rows(self) -> int:
+        """Number of rows."""
         return int(np.prod(self.shape))
 
 
