@@ -197,7 +197,8 @@ def test_a_missing_file_is_named(copied, name):
 def test_a_cut_file_is_no_model(copied, name, kept):
     content = (copied / name).read_bytes()
     (copied / name).write_bytes(content[: int(kept * len(content))])
-    resealed(copied)
+    if name != "model.json":
+        resealed(copied)
     with pytest.raises(InputError, match="not a readable model"):
         load_model(copied)
 
