@@ -9,7 +9,14 @@ import click
 @click.command()
 @click.argument("model")
 @click.argument("database", metavar="DB")
-@click.option("--format", "form", type=click.Choice(["table", "json"]), default="table", show_default=True)
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["table", "json"]),
+    default="table",
+    show_default=True,
+    help="How the result is written.",
+)
 def evaluate(model: str, database: str, form: str) -> None:
     """Evaluate a model's folder on the rows of a database whose specimens it has not seen.
 

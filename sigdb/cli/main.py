@@ -29,22 +29,36 @@ for _command in (modes, sweep, query, show, train, evaluate):
 
 def main(command: click.Command = cli, name: str = "sigdb") -> None:
     """Run a command and leave with its exit code; no traceback for what a user can mend."""
+    stdout = sys.stdout
+    try:
+        code = _run(command, name)
+        sys.stdout.flush()
+    except SystemExit as left:
+        # click leaves by itself, with another stdout, when the reader (head, less) has gone.
+        code = 0 if sys.stdout is not stdout else int(left.code or 0)
+    except BrokenPipeError:
+        # Keep Python from complaining about the reader that has gone when it flushes at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stdout.fileno())
+        code = 0
+    sys.exit(code)
+
+
+def _run(command: click.Command, name: str) -> int:
+    """Exit code of a command; what a user can mend is told in a sentence."""
     try:
         code = command.main(prog_name=name, standalone_mode=False)
-        sys.exit(code if isinstance(code, int) else 0)
+        return code if isinstance(code, int) else 0
     except click.ClickException as error:
         error.show()
-        sys.exit(BAD_INPUT)
+        return BAD_INPUT
     except SigdbError as error:
         click.echo(f"{name}: error: {error}", err=True)
-        sys.exit(BAD_INPUT if isinstance(error, InputError) else FAILED)
+        return BAD_INPUT if isinstance(error, InputError) else FAILED
     except BrokenPipeError:
-        # The reader (head, less) has gone; keep Python from complaining about it at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(0)
+        raise
     except OSError as error:
         click.echo(f"{name}: error: {error.filename or 'a file'}: {error.strerror or error}", err=True)
-        sys.exit(FAILED)
+        return FAILED
     except (KeyboardInterrupt, click.Abort):
         click.echo(f"{name}: interrupted; what is finished is kept, and the same command goes on", err=True)
-        sys.exit(INTERRUPTED)
+        return INTERRUPTED

@@ -8,7 +8,14 @@ import click
 
 @click.command()
 @click.argument("rig")
-@click.option("--format", "form", type=click.Choice(["table", "json"]), default="table", show_default=True)
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["table", "json"]),
+    default="table",
+    show_default=True,
+    help="How the result is written.",
+)
 @click.option("--count", type=click.IntRange(1), help="Show only that many modes, the lowest.")
 def modes(rig: str, form: str, count: int | None) -> None:
     """List natural frequencies, damping, and what moves in each mode.

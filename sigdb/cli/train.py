@@ -1,5 +1,7 @@
 """``sigdb train``."""
 
+import shlex
+
 import click
 
 
@@ -18,13 +20,13 @@ def train(database: str, target: str, out: str, learner: str | None) -> None:
     from sigdb.database import open as open_database
     from sigdb.pipeline import train_model
 
-    command = f"sigdb train {database} --target {target} --out {out}" + (f" --learner {learner}" if learner else "")
+    words = ["sigdb", "train", database, "--target", target, "--out", out, *(["--learner", learner] if learner else [])]
     evaluation = train_model(
         open_database(database),
         target,
         out,
         learner=learner,
-        command=command,
+        command=shlex.join(words),
         on_step=lambda step: click.echo(f"training {target}: {step} ...", err=True),
     )
     print_figures(evaluation)

@@ -22,4 +22,7 @@ def lazy_names(package: str, home: Mapping[str, str]) -> tuple[Callable[[str], A
         module = importlib.import_module(home[name])
         return module if home[name] == f"{package}.{name}" else getattr(module, name)
 
-    return getattribute, lambda: sorted(home)
+    def names() -> list[str]:
+        return sorted({*home, *vars(importlib.import_module(package))})
+
+    return getattribute, names

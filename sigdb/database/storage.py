@@ -31,6 +31,11 @@ def publish_text(path: Path, text: str) -> None:
     publish(path, lambda temporary: _write_text(temporary, text))
 
 
+def publish_bytes(path: Path, content: bytes) -> None:
+    """Publish a file of bytes."""
+    publish(path, lambda temporary: _write_bytes(temporary, content))
+
+
 def publish_json(path: Path, content: Any) -> None:
     """Publish a JSON file."""
     publish_text(path, json.dumps(content, indent=1) + "\n")
@@ -40,6 +45,10 @@ def sha256(path: Path) -> str:
     """SHA-256 of a file, in hexadecimal."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _write_bytes(path: Path, content: bytes) -> None:
+    path.write_bytes(content)
 
 
 def _write_text(path: Path, text: str) -> None:

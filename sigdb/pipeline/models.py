@@ -47,7 +47,8 @@ def train_model(
     """
     settings = recipe_section(database, Recognition, "recognition")
     if learner is not None:
-        settings = Recognition.model_validate(settings.model_dump() | {"learner": learner})
+        settings = validated(Recognition, settings.model_dump() | {"learner": learner}, owner="train_model")
+    Path(folder).mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is told before the work
     model = train(database, target, settings, on_step=on_step)
     evaluation = evaluate(model, database)
     held_out = usable_rows(database, target)

@@ -11,6 +11,7 @@ from sklearn.base import BaseEstimator, ClassifierMixin, clone
 from sklearn.model_selection import GroupShuffleSplit
 from sklearn.utils.validation import check_is_fitted
 
+from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray, IntArray
 from sigdb.recognition.learners import tooth_scorer
 from sigdb.recognition.views import ToothViews, by_teeth, check_columns
@@ -22,7 +23,8 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
     A binary scorer, shared by all teeth, is trained to tell the view from the first damaged tooth from views of other
     teeth and of healthy gears. The answer is a softmax over the scores of all teeth and of 'none', with a slope and a
     level of 'none' calibrated on specimens that the scorer has not seen. Turning the signature by j teeth turns the
-    answer by j teeth exactly, and tooth counts that were never seen have an answer too.
+    answer by j teeth exactly, and a gear of a tooth count
+    that was never seen has an answer too; but there the level of 'none' is not calibrated, and may be far off.
 
     Parameters
     ----------
@@ -53,6 +55,9 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
         check_columns(X)
         y = np.asarray(y, dtype=int)
         groups = np.arange(len(y)) if groups is None else np.asarray(groups)
+        _check_labels(X, y)
+        if len(np.unique(groups)) < 2:
+            groups = np.arange(len(y))  # with one specimen only, its own rows have to calibrate
         self.classes_ = np.arange(int(X["teeth"].max()) + 1)
         self.views_ = ToothViews().fit(X)
         inner, outer = next(GroupShuffleSplit(1, test_size=0.25, random_state=self.random_state).split(X, y, groups))
@@ -99,6 +104,16 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
     def predict(self, X: pd.DataFrame) -> IntArray:
         """(rows,) first damaged tooth, 0 for none."""
         return self.decision_function(X).argmax(axis=1)
+
+
+def _check_labels(X: pd.DataFrame, y: IntArray) -> None:
+    if ((y < 0) | (y > X["teeth"].to_numpy())).any():
+        wrong = int(y[(y < 0) | (y > X["teeth"].to_numpy())][0])
+        raise InputError(
+            f"y holds tooth {wrong}, which its gear does not have; give 0 for none, or 1 up to the tooth count"
+        )
+    if not (y > 0).any() or not (y == 0).any():
+        raise InputError("y must hold both healthy rows (0) and damaged ones; add the missing kind")
 
 
 def _calibrated(scores: FloatArray, y: IntArray) -> tuple[float, float]:

@@ -1,7 +1,11 @@
 """A model as a folder: estimators without pickle, what they are, and a probe that is checked when they are loaded."""
 
+import hashlib
+import io
 import json
 import platform
+import zipfile
+import zlib
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -13,7 +17,7 @@ import skops.io
 
 from sigdb.core.errors import DatabaseError, InputError
 from sigdb.core.version import __version__
-from sigdb.database.storage import publish_json, publish_text
+from sigdb.database.storage import publish_bytes, publish_json, publish_text
 from sigdb.recognition.card import model_card
 from sigdb.recognition.training import Evaluation, Model
 
@@ -35,6 +39,19 @@ TRUSTED = (
     "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
 )
 """Types that a model may hold beside those that skops trusts; never taken from the file."""
+
+_UNREADABLE = (
+    AttributeError,
+    EOFError,
+    KeyError,
+    OSError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+"""What damaged or foreign files raise in the readers of JSON, ZIP, skops and NPZ."""
 
 _PROBE = 8
 _COLUMNS = ("teeth", "speed_rpm", "torque", "fm4", "wigner_ville")
@@ -58,12 +75,19 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    skops.io.dump(model.estimators, folder / "model.skops")
-    described = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "estimators"}
-    versions = {"sigdb": __version__, "scikit-learn": sklearn.__version__, "python": platform.python_version()}
-    publish_json(folder / "model.json", described | {"evaluation": asdict(evaluation), "versions": versions})
     rows = probe[probe["teeth"] == probe["teeth"].iloc[0]].iloc[:: max(1, len(probe) // _PROBE)][:_PROBE]
-    np.savez(folder / "probe.npz", expected=_answers(model, rows), **_arrays(rows))
+    answers = io.BytesIO()
+    np.savez(answers, expected=_answers(model, rows), **_arrays(rows))
+    files = {"model.skops": skops.io.dumps(model.estimators), "probe.npz": answers.getvalue()}
+    for name, content in files.items():
+        publish_bytes(folder / name, content)
+    described = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "estimators"}
+    described |= {
+        "evaluation": asdict(evaluation),
+        "versions": {"sigdb": __version__, "scikit-learn": sklearn.__version__, "python": platform.python_version()},
+        "sha256": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()},
+    }
+    publish_json(folder / "model.json", described)
     publish_text(folder / "README.md", model_card(model, evaluation, command=command))
 
 
@@ -82,30 +106,40 @@ def load_model(folder: str | Path) -> Model:
     folder = Path(folder)
     try:
         described = json.loads((folder / "model.json").read_text(encoding="utf-8"))
-        untrusted = set(skops.io.get_untrusted_types(file=folder / "model.skops")) - set(TRUSTED)
-        if untrusted:
-            raise InputError(f"{folder}: the model holds types that are not trusted: {', '.join(sorted(untrusted))}")
-        estimators = skops.io.load(folder / "model.skops", trusted=list(TRUSTED))
-        names = {field.name for field in fields(Model)} - {"estimators"}
-        kept = {name: described[name] for name in names} | {"trained_on": tuple(described["trained_on"])}
-        model = Model(estimators=estimators, **kept)
-        with np.load(folder / "probe.npz", allow_pickle=False) as probe:
-            rows, expected = _rows(probe), probe["expected"]
+        model = _rebuilt(described, _checked(folder, "model.skops", described))
+        with np.load(io.BytesIO(_checked(folder, "probe.npz", described)), allow_pickle=False) as probe:
+            found, expected = _answers(model, _rows(probe)), probe["expected"]
     except FileNotFoundError as error:
-        raise InputError(
-            f"{folder} is not a model folder: {error.filename} is missing; make one with: sigdb train"
-        ) from None
-    except (ValueError, KeyError, OSError) as error:
-        if isinstance(error, InputError):
-            raise
+        missing = Path(error.filename).name
+        raise InputError(f"{folder} is not a model folder: {missing} is missing; make one with: sigdb train") from None
+    except InputError as error:
+        raise InputError(f"{folder}: {error}") from None
+    except _UNREADABLE as error:
         raise InputError(f"{folder}: not a readable model ({error}); train it again") from None
-    if not np.allclose(_answers(model, rows), expected, rtol=1e-6, atol=1e-9):
-        found = described["versions"]["scikit-learn"]
+    if found.shape != expected.shape or not np.allclose(found, expected, rtol=1e-6, atol=1e-9):
         raise DatabaseError(
-            f"{folder}: the model's answers on its probe have changed (saved with scikit-learn {found}, this is "
-            f"{sklearn.__version__}); train it again"
+            f"{folder}: the model's answers on its probe have changed (saved with scikit-learn "
+            f"{described['versions']['scikit-learn']}, this is {sklearn.__version__}); train it again"
         )
     return model
+
+
+def _checked(folder: Path, name: str, described: dict[str, Any]) -> bytes:
+    """The bytes of a file, if they are those that ``model.json`` tells of."""
+    content = (folder / name).read_bytes()
+    if hashlib.sha256(content).hexdigest() != described["sha256"][name]:
+        raise ValueError(f"{name} is not the file that was saved with model.json")
+    return content
+
+
+def _rebuilt(described: dict[str, Any], content: bytes) -> Model:
+    """The model, of trusted types only."""
+    untrusted = set(skops.io.get_untrusted_types(data=content)) - set(TRUSTED)
+    if untrusted:
+        raise InputError(f"the model holds types that are not trusted: {', '.join(sorted(untrusted))}")
+    estimators = skops.io.loads(content, trusted=list(TRUSTED))
+    kept = {field.name: described[field.name] for field in fields(Model) if field.name != "estimators"}
+    return Model(estimators=estimators, **kept | {"trained_on": tuple(described["trained_on"])})
 
 
 def _answers(model: Model, rows: pd.DataFrame) -> np.ndarray:

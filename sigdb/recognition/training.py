@@ -112,7 +112,7 @@ def train(
     Raises
     ------
     InputError
-        If the target is not known, or a class is missing from a fold.
+        If the target is not known, there are no healthy or no damaged rows, or a class is missing from a fold.
     DatabaseError
         If the sweep is not finished.
     """
@@ -120,6 +120,10 @@ def train(
     if target not in _ESTIMATORS:
         raise InputError(f"target = {target!r} is not known; choose one of {', '.join(_ESTIMATORS)}")
     rows = usable_rows(database, target)
+    counts = np.bincount((rows["tooth"] > 0).to_numpy(int), minlength=2)
+    if not counts.all():
+        lacking = "healthy" if counts[0] == 0 else "damaged"
+        raise InputError(f"{database.path} has no {lacking} rows to learn from; set healthy in [sweep], or add a grid")
     folds = specimen_folds(database.manifest.seed, rows["specimen"].to_numpy(), settings.folds)
     inside = (rows["specimen"].map(folds) != _TEST_FOLD).to_numpy()
     check_classes(rows["tooth"], inside, "training")
@@ -166,12 +170,14 @@ def evaluate(model: Model, database: Database) -> Evaluation:
     same_gears = database.manifest.seed == model.seed
     if same_gears:
         rows = rows[~rows["specimen"].isin(model.trained_on)]
-    if model.target == "severity":
-        rows = rows[rows["tooth"] > 0]
     if rows.empty:
         raise InputError(
             f"every specimen of {database.path} was used in training; evaluate on a database with another seed"
         )
+    if model.target == "severity":
+        rows = rows[rows["tooth"] > 0]
+        if rows.empty:
+            raise InputError(f"{database.path} has no damaged rows, and severity is judged on them")
     held_out = "specimens held out of training" if same_gears else "specimens of a database with another seed"
     same_cases = "the same cases" if database.manifest.hash == model.database_hash else "the cases of another database"
     return Evaluation(
@@ -193,16 +199,9 @@ def usable_rows(database: Database, target: str) -> pd.DataFrame:
     ------
     DatabaseError
         If the sweep is not finished.
-    InputError
-        If there are no healthy or no damaged rows.
     """
     check_complete(database)
     labels = ("tooth", *TARGETS, "specimen", "fm4", "status")
     columns = ", ".join(dict.fromkeys((*labels, *COLUMNS)))
     plain = " and pattern = ''" if target == "severity" else ""
-    rows = database.sql(f"select id, {columns} from features where status = 'ok'{plain} order by id").set_index("id")
-    counts = np.bincount((rows["tooth"] > 0).to_numpy(int), minlength=2)
-    if not counts.all():
-        lacking = "healthy" if counts[0] == 0 else "damaged"
-        raise InputError(f"{database.path} has no {lacking} rows to learn from; set healthy in [sweep], or add a grid")
-    return rows
+    return database.sql(f"select id, {columns} from features where status = 'ok'{plain} order by id").set_index("id")

@@ -74,11 +74,18 @@ def check_columns(X: pd.DataFrame) -> None:
     lacking = [name for name in COLUMNS if not hasattr(X, "columns") or name not in X.columns]
     if lacking:
         raise InputError(f"X lacks the columns {lacking}; give rows as Database.features() returns them")
+    if X.empty:
+        raise InputError("X has no rows; give at least one")
     if X["wigner_ville"].isna().any():
         raise InputError("X has rows without a result; keep rows whose status is 'ok'")
 
 
 def _cells(X: pd.DataFrame) -> FloatArray:
+    lengths, teeth = {len(row) for row in X["wigner_ville"]}, int(X["teeth"].iloc[0])
+    if len(lengths) > 1 or min(lengths) % teeth:
+        raise InputError(
+            f"wigner_ville holds {sorted(lengths)} cells, which do not fit {teeth} teeth and as many bands each"
+        )
     flat = np.stack(X["wigner_ville"].to_list()).astype(float)
     return flat.reshape(len(X), int(X["teeth"].iloc[0]), -1)
 

@@ -113,7 +113,7 @@ def _draw_distribution(axes: Axes, tsa: FloatArray, teeth: int, highest: float, 
         shown,
         origin="lower",
         aspect="auto",
-        extent=(0, 360, 0, float(order[order <= highest][-1])),
+        extent=(0, 360, -order[1] / 2, float(order[order <= highest][-1] + order[1] / 2)),
         cmap="RdBu_r",
         vmin=-limit,
         vmax=limit,
@@ -124,6 +124,7 @@ def _draw_distribution(axes: Axes, tsa: FloatArray, teeth: int, highest: float, 
         xlabel="angle, deg (tooth passes numbered)",
         ylabel="order, 1/rev",
         yticks=np.arange(0, highest + 1, teeth),
+        ylim=(0, highest),
     )
     _mark_passes(axes, teeth, damaged)
     axes.figure.colorbar(image, ax=axes, extend="both", pad=0.01, format="%.1e", label="unit$^2$ per bin")

@@ -23,6 +23,22 @@ class ToothDamage(Section):
         "-", "Fraction of the tooth's contact over which the loss acts, from first contact.", ge=0, le=1, default=1.0
     )
 
+    def shift_in_passes(self, teeth: int) -> float:
+        """The phase shift in tooth passes of a gear.
+
+        Raises
+        ------
+        InputError
+            If it is more than half a tooth pass.
+        """
+        shift = self.phase_shift_deg * teeth / 360
+        if abs(shift) > 0.5:
+            raise InputError(
+                f"phase_shift_deg = {self.phase_shift_deg} is more than half a tooth pass of a gear of {teeth} teeth; "
+                f"give at most {180 / teeth:g} deg"
+            )
+        return shift
+
     def __repr_args__(self) -> list[tuple[str | None, object]]:
         return [(name, getattr(self, name)) for name in type(self).model_fields if name in self.model_fields_set]
 
@@ -95,7 +111,7 @@ class Damage(ToothDamage):
         Raises
         ------
         InputError
-            If the gear has fewer teeth than the damage names.
+            If the gear has fewer teeth than the damage names, or a shift is more than half a tooth pass.
         """
         if max(self.tooth, self.damaged_teeth) > teeth:
             raise InputError(
@@ -103,4 +119,6 @@ class Damage(ToothDamage):
             )
         alike = ToothDamage(**self.model_dump(include=set(ToothDamage.model_fields), exclude_unset=True))
         each = self.each or (alike,) * self.damaged_teeth
+        for one in each:
+            one.shift_in_passes(teeth)
         return {(self.tooth - 1 + i) % teeth + 1: one for i, one in enumerate(each)}

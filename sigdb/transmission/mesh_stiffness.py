@@ -10,7 +10,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray
 from sigdb.transmission.damage import ToothDamage
 from sigdb.transmission.gears import Mesh, Trapezoid
@@ -84,12 +83,7 @@ def tooth_stiffness(mesh: Mesh, teeth: int, u: FloatArray, damage: Mapping[int, 
 
 
 def _damaged_pair(profile: Trapezoid, x: FloatArray, damage: ToothDamage, teeth: int) -> FloatArray:
-    shift = damage.phase_shift_deg * teeth / 360
-    if abs(shift) > 0.5:
-        raise InputError(
-            f"phase_shift_deg = {damage.phase_shift_deg} is more than half a tooth pass of a gear of {teeth} teeth; "
-            f"give at most {180 / teeth:g} deg"
-        )
+    shift = damage.shift_in_passes(teeth)
     end, edge = profile.contact_ratio, max(_LEAST_EDGE, _EDGE_PER_SHIFT * abs(shift))
     x = x - shift * _raised_cosine(1 + x / edge) * _raised_cosine(1 + (end - x) / edge)
     # The loss fades over `edge`, which slides from before the contact (extent 0) to behind it (extent 1).

@@ -1,0 +1,87 @@
+"""A database, a model, and the ways to run the command line."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+from threadpoolctl import threadpool_limits
+
+import sigdb
+from sigdb.cli.main import cli
+from sigdb.pipeline import load_recipe, train_model
+from sigdb.sweep import run
+
+RECIPE = """
+[sweep]
+rig = "nasa-spiral-bevel"
+seed = 4
+specimens = 3
+healthy = 10
+
+[[sweep.grid]]
+tooth = [1, 6, 7]
+stiffness_loss = [0.2, 0.4]
+phase_shift_deg = [0.0, 1.5]
+
+[measurement]
+snr_db = 10.0
+index_error = 1e-6
+
+[signature]
+sensors = ["pinion-vertical"]
+
+[recognition]
+folds = 3
+learner = "lda"
+"""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_thread():
+    with threadpool_limits(1):
+        yield
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory):
+    """A folder with a database, ``signatures``, and a model, ``location``."""
+    folder = tmp_path_factory.mktemp("cli")
+    (folder / "recipe.toml").write_text(RECIPE, encoding="utf-8")
+    recipe = load_recipe(folder / "recipe.toml")
+    run(recipe.plan(), folder / "signatures", recipe=recipe.text, jobs=1)
+    train_model(sigdb.open(folder / "signatures"), "location", folder / "location", command="made by a test")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def database(folder):
+    return sigdb.open(folder / "signatures")
+
+
+@pytest.fixture(scope="session")
+def invoke():
+    """Run a command in this process; an error is the test's."""
+
+    def call(*arguments):
+        result = CliRunner().invoke(cli, [str(one) for one in arguments], catch_exceptions=False)
+        assert result.exit_code == 0, result.output
+        return result
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def shell():
+    """Run a command in a process of its own."""
+    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    environment.pop("PYTHONUNBUFFERED", None)
+
+    def call(*arguments, command=(sys.executable, "-m", "sigdb"), **options):
+        return subprocess.run(
+            [*command, *(str(one) for one in arguments)],
+            **{"capture_output": True, "text": True, "check": False, "env": environment, "timeout": 60} | options,
+        )
+
+    return call

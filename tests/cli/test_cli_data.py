@@ -1,0 +1,177 @@
+"""Unit: what the commands print is what the library says, in every format."""
+
+import io
+import json
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+from numpy.testing import assert_allclose
+
+import sigdb
+from sigdb.recognition import evaluate, load_model
+from sigdb.transmission import coupled_modes
+
+SCALARS = "select id, tooth, snr_db, index_error, fm4, status, contact_loss from cases order by id limit 70"
+
+
+@pytest.fixture(scope="module")
+def modes():
+    return coupled_modes(sigdb.load_transmission("nasa-spiral-bevel"))
+
+
+def test_modes_as_json(invoke, modes):
+    rows = json.loads(invoke("modes", "nasa-spiral-bevel", "--format", "json").stdout)
+    assert len(rows) == len(modes.frequency_hz)
+    assert {tuple(row) for row in rows} == {("frequency_hz", "damping_ratio", "moves")}
+    assert_allclose([row["frequency_hz"] for row in rows], modes.frequency_hz, rtol=1e-12)
+    assert_allclose([row["damping_ratio"] for row in rows], modes.damping_ratio, rtol=1e-12)
+    assert_allclose([sum(row["moves"].values()) for row in rows], 1, rtol=1e-6)
+    assert len(json.loads(invoke("modes", "nasa-spiral-bevel", "--format", "json", "--count", 3).stdout)) == 3
+
+
+def test_modes_as_a_table(invoke, modes):
+    head, *lines = invoke("modes", "nasa-spiral-bevel", "--count", 4).stdout.splitlines()
+    assert "frequency, Hz" in head
+    assert "damping ratio" in head
+    assert len(lines) == 4
+    assert [int(line.split()[0]) for line in lines] == [1, 2, 3, 4]
+    assert_allclose([float(line.split()[1]) for line in lines], modes.frequency_hz[:4], rtol=0, atol=0.051)
+
+
+def test_a_query_as_csv(invoke, folder, database):
+    printed = invoke("query", folder / "signatures", SCALARS, "--format", "csv").stdout
+    assert printed.endswith("\n")
+    assert not printed.endswith("\n\n")
+    found = pd.read_csv(io.StringIO(printed))
+    expected = database.sql(SCALARS)
+    assert list(found) == list(expected)
+    for name in expected:
+        if expected[name].dtype.kind == "f":
+            assert_allclose(found[name], expected[name], rtol=1e-7)
+        else:
+            assert found[name].tolist() == expected[name].tolist()
+
+
+def test_a_query_as_json(invoke, folder, database):
+    rows = json.loads(invoke("query", folder / "signatures", SCALARS, "--format", "json").stdout)
+    expected = database.sql(SCALARS)
+    assert len(rows) == len(expected)
+    for name in expected:
+        column = [row[name] for row in rows]
+        if expected[name].dtype.kind == "f":
+            assert_allclose(column, expected[name], rtol=1e-7)
+        else:
+            assert column == expected[name].tolist()
+
+
+@pytest.mark.parametrize("form", ["csv", "json"])
+def test_small_numbers_keep_their_digits(invoke, folder, form):
+    query = "select 1.23456789012345e-9::double as small, 1.23456789012345e9::double as great"
+    printed = invoke("query", folder / "signatures", query, "--format", form).stdout
+    found = json.loads(printed)[0] if form == "json" else pd.read_csv(io.StringIO(printed)).iloc[0].to_dict()
+    assert found == pytest.approx({"small": 1.23456789012345e-9, "great": 1.23456789012345e9}, rel=1e-13, abs=0)
+
+
+@pytest.mark.parametrize("form", ["csv", "json", "parquet"])
+def test_lists_are_given_whole(invoke, folder, database, form):
+    query = "select id, tsa from signals order by id limit 2"
+    printed = invoke("query", folder / "signatures", query, "--format", form).stdout_bytes
+    if form == "parquet":
+        found = pq.read_table(io.BytesIO(printed))["tsa"].to_pylist()
+    elif form == "json":
+        found = [row["tsa"] for row in json.loads(printed)]
+    else:
+        found = [json.loads(cell) for cell in pd.read_csv(io.BytesIO(printed))["tsa"]]
+    assert_allclose(np.array(found), database.signals([0, 1])["tsa"], rtol=1e-6)
+
+
+def test_nothing_is_null(invoke, folder):
+    query = "select 'a,\"b\"' as text, null::double as nothing, 'nan'::double as nan"
+    rows = json.loads(invoke("query", folder / "signatures", query, "--format", "json").stdout)
+    assert rows == [{"text": 'a,"b"', "nothing": None, "nan": None}]
+    found = pd.read_csv(io.StringIO(invoke("query", folder / "signatures", query, "--format", "csv").stdout))
+    assert found["text"].tolist() == ['a,"b"']
+    assert found[["nothing", "nan"]].isna().all(axis=None)
+
+
+def test_a_query_as_parquet(invoke, folder, database, tmp_path):
+    printed = invoke("query", folder / "signatures", SCALARS, "--format", "parquet").stdout_bytes
+    expected = database.arrow(SCALARS)
+    assert pq.read_table(io.BytesIO(printed)).equals(expected)
+    result = invoke("query", folder / "signatures", SCALARS, "--format", "parquet", "--out", tmp_path / "a.parquet")
+    assert result.output == ""
+    assert pq.read_table(tmp_path / "a.parquet").equals(expected)
+
+
+def test_a_query_as_a_table(invoke, folder):
+    query = "select tooth, count(*) as rows from cases group by tooth order by tooth"
+    lines = [line.split() for line in invoke("query", folder / "signatures", query).stdout.splitlines()]
+    assert lines == [["tooth", "rows"], ["0", "30"], ["1", "12"], ["6", "12"], ["7", "12"], ["(4", "rows)"]]
+
+
+def test_a_query_without_rows(invoke, folder):
+    query = "select id, tooth from cases where tooth = 99"
+    assert json.loads(invoke("query", folder / "signatures", query, "--format", "json").stdout) == []
+    assert invoke("query", folder / "signatures", query, "--format", "csv").stdout == "id,tooth\n"
+    assert invoke("query", folder / "signatures", query).stdout.endswith("(0 rows)\n")
+
+
+def test_show_draws_into_the_file_that_it_names(invoke, folder, tmp_path, monkeypatch):
+    result = invoke("show", folder / "signatures", 31, "--out", tmp_path / "a" / "row.svg")
+    assert result.stdout == f"{tmp_path / 'a' / 'row.svg'}: row 31 of {folder / 'signatures'}\n"
+    assert b"<svg" in (tmp_path / "a" / "row.svg").read_bytes()
+    monkeypatch.chdir(tmp_path)
+    invoke("show", folder / "signatures", 0, "--sensor", "pinion-vertical")
+    assert (tmp_path / "signature-0.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_train_writes_a_model_that_evaluates_to_what_it_printed(invoke, folder, tmp_path):
+    out = tmp_path / "model"
+    result = invoke("train", folder / "signatures", "--target", "location", "--out", out, "--learner", "boosting")
+    assert result.stderr.splitlines() == [
+        f"training location: {step} ..." for step in ("lda", "boosting", "fm4", "majority")
+    ]
+    *table, last = result.stdout.splitlines()
+    assert last == f"model and card: {out}"
+    assert invoke("evaluate", out, folder / "signatures").stdout.splitlines() == table
+    command = f"sigdb train {folder / 'signatures'} --target location --out {out} --learner boosting"
+    assert command in (out / "README.md").read_text()
+    assert load_model(out).learner == "boosting"
+
+
+def test_train_takes_the_learner_and_the_folds_of_the_recipe(folder):
+    model = load_model(folder / "location")
+    assert model.learner == "lda"
+    assert len(model.trained_on) == 2
+
+
+def test_train_severity(invoke, folder, tmp_path):
+    result = invoke("train", folder / "signatures", "--target", "severity", "--out", tmp_path / "model")
+    assert "MAE stiffness_loss" in result.stdout
+    assert "coverage of 90 % interval, stiffness_loss" in result.stdout
+    assert load_model(tmp_path / "model").target == "severity"
+
+
+def test_evaluate_as_a_table(invoke, folder, database):
+    evaluation = evaluate(load_model(folder / "location"), database)
+    head, names, *lines, last = invoke("evaluate", folder / "location", folder / "signatures").stdout.splitlines()
+    assert head.startswith(f"location: {10 + 3 * 4} rows of 1 specimens.")
+    assert names.split()[0] == "figure"
+    assert "lda (the model)" in names
+    (exact,) = (line for line in lines if line.startswith("P(exact tooth)"))
+    assert f"{evaluation.figures['lda']['p_exact'].value:.3f} [" in exact
+    assert "95 % interval" in last
+
+
+def test_evaluate_as_json(invoke, folder, database):
+    rows = json.loads(invoke("evaluate", folder / "location", folder / "signatures", "--format", "json").stdout)
+    evaluation = evaluate(load_model(folder / "location"), database)
+    assert {tuple(row) for row in rows} == {("estimator", "figure", "value", "low", "high")}
+    assert len(rows) == sum(len(figures) for figures in evaluation.figures.values())
+    for row in rows:
+        figure = evaluation.figures[row["estimator"]][row["figure"]]
+        expected = [None if np.isnan(one) else one for one in (figure.value, figure.low, figure.high)]
+        assert [row["value"], row["low"], row["high"]] == expected
+    assert None in [row["value"] for row in rows]  # the bias of a majority that never calls a tooth

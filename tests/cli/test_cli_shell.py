@@ -1,0 +1,172 @@
+"""Unit: exit codes, messages of one line, and how the commands behave in a pipe."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import sigdb
+from sigdb.cli.main import cli, main
+
+COMMANDS = ("modes", "sweep", "query", "show", "train", "evaluate")
+SIGDB = Path(sys.executable).with_name("sigdb")
+
+
+@pytest.fixture
+def leave(monkeypatch, capsys):
+    """Run ``main`` in this process: its exit code and what it printed."""
+
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["sigdb", *(str(one) for one in arguments)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        return left.value.code, *capsys.readouterr()
+
+    return call
+
+
+def test_the_commands_are_these():
+    assert set(cli.commands) == set(COMMANDS)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("option", ["--help", "-h"])
+def test_every_command_has_help(command, option):
+    result = CliRunner().invoke(cli, [command, option])
+    assert result.exit_code == 0
+    assert result.stdout.startswith(f"Usage: cli {command}")
+    assert result.stdout.count("\n\n") >= 2
+    for parameter in cli.commands[command].params:
+        if parameter.param_type_name == "option" and parameter.name != "help":
+            assert parameter.help, f"{command} {parameter.name} has no help"
+
+
+def test_the_version_is_told(shell):
+    done = shell("--version")
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"sigdb, version {sigdb.__version__}\n", "")
+
+
+def test_python_m_sigdb_is_sigdb(shell):
+    for arguments in (["--help"], ["query", "--help"], ["query", "db"]):
+        one, other = shell(*arguments), shell(*arguments, command=[SIGDB])
+        assert (one.returncode, one.stdout, one.stderr) == (other.returncode, other.stdout, other.stderr)
+        assert "sigdb" in one.stdout + one.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["query", "{db}", "drop table cases"], "must be one SELECT statement; a database is read-only"),
+        (["query", "{db}", "select 1; select 2"], "must be one SELECT statement"),
+        (["query", "{db}", "copy cases to 'x.csv'"], "must be one SELECT statement"),
+        (["query", "{db}", "selec id"], "query: Parser Error"),
+        (["query", "{db}", "select nothing from cases"], '"nothing" not found'),
+        (["query", "{db}", "select * from read_csv('/etc/passwd')"], "query: Permission Error"),
+        (["query", "{missing}", "select 1"], "is not a sigdb database"),
+        (["show", "{missing}", "0"], "is not a sigdb database"),
+        (["show", "{db}", "99999"], "id 99999 is not in"),
+        (["show", "{db}", "0", "--sensor", "wheel"], "sensor 'wheel' is not stored"),
+        (["show", "{db}", "0", "--out", "row.txt"], "not a picture's name"),
+        (["train", "{missing}", "--target", "location", "--out", "{missing}"], "is not a sigdb database"),
+        (["evaluate", "{missing}", "{db}"], "is not a model folder"),
+        (["evaluate", "{model}", "{missing}"], "is not a sigdb database"),
+        (["modes", "nothing"], "no built-in rig 'nothing'; known: nasa-spiral-bevel"),
+        (["modes", "nothing.toml"], "nothing.toml: no such file"),
+    ],
+)
+def test_bad_input_is_told_in_one_line_and_exit_code_2(leave, folder, tmp_path, monkeypatch, arguments, says):
+    monkeypatch.chdir(tmp_path)
+    names = {"db": folder / "signatures", "model": folder / "location", "missing": tmp_path / "missing"}
+    code, out, err = leave(*(one.format(**names) for one in arguments))
+    assert (code, out) == (2, "")
+    (line,) = err.splitlines()
+    assert line.startswith("sigdb: error: ")
+    assert says in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_exit_codes_are_those_of_the_process(shell, tmp_path):
+    for arguments in (["modes", "nothing"], ["query", tmp_path / "missing", "select 1"]):
+        done = shell(*arguments)
+        assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert shell("modes", "nasa-spiral-bevel", "--count", "1").returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["nothing"], "No such command 'nothing'"),
+        (["train", "db", "--out", "x"], "Missing option '--target'"),
+        (["train", "db", "--out", "x", "--target", "wear"], "'wear' is not one of 'location', 'severity'"),
+        (["query", "db"], "Missing argument 'SQL'"),
+        (["show", "db", "first"], "'first' is not a valid integer"),
+        (["modes", "nasa-spiral-bevel", "--count", "0"], "0 is not in the range"),
+    ],
+)
+def test_bad_usage_is_exit_code_2(leave, arguments, says):
+    code, out, err = leave(*arguments)
+    assert (code, out) == (2, "")
+    assert says in err
+
+
+def test_a_query_reads_only(shell, folder):
+    def files():
+        return {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
+
+    before = files()
+    assert shell("query", folder / "signatures", "select count(*) from features").returncode == 0
+    assert shell("query", folder / "signatures", "delete from features").returncode == 2
+    assert files() == before
+
+
+def test_a_damaged_model_is_told_without_a_traceback(shell, folder, tmp_path):
+    for name in ("model.skops", "probe.npz"):
+        broken = shutil.copytree(folder / "location", tmp_path / name)
+        (broken / name).write_bytes(b"nonsense")
+        done = shell("evaluate", broken, folder / "signatures")
+        assert "Traceback" not in done.stderr
+        assert done.returncode == 2
+        assert str(broken) in done.stderr
+
+
+def test_a_damaged_database_is_exit_code_3(shell, folder, tmp_path):
+    broken = shutil.copytree(folder / "signatures", tmp_path / "broken")
+    (broken / "sigdb.toml").write_text("format = 1\n")
+    done = shell("query", broken, "select 1")
+    assert (done.returncode, done.stdout) == (3, "")
+    assert "Traceback" not in done.stderr
+    assert "sigdb.toml: not a readable database description" in done.stderr
+
+
+def test_a_file_that_cannot_be_written_is_exit_code_3(shell, folder, tmp_path):
+    (tmp_path / "file").write_text("")
+    done = shell("query", folder / "signatures", "select 1", "--out", tmp_path / "file" / "x.csv")
+    assert (done.returncode, done.stdout) == (3, "")
+    (line,) = done.stderr.splitlines()
+    assert str(tmp_path / "file" / "x.csv") in line
+
+
+def test_a_reader_that_leaves_early_is_no_error(shell, folder):
+    sql = "select a.*, b.id as other from cases a cross join cases b cross join range(5)"  # far more than a pipe holds
+    line = '"$0" -m sigdb query "$1" "$2" --format csv | head -1 > /dev/null; echo "${PIPESTATUS[@]}"'
+    done = shell(sys.executable, folder / "signatures", sql, command=["bash", "-c", line])
+    assert (done.stdout, done.stderr) == ("0 0\n", "")
+
+
+@pytest.mark.parametrize(
+    "arguments", [["query", "{db}", "select 1 as one"], ["modes", "nasa-spiral-bevel"], ["--help"]]
+)
+def test_a_reader_that_never_reads_is_no_error(shell, folder, arguments):
+    reader = subprocess.Popen(["true"], stdin=subprocess.PIPE)
+    reader.wait()
+    done = shell(
+        *(one.format(db=folder / "signatures") for one in arguments),
+        capture_output=False,
+        stdout=reader.stdin,
+        stderr=subprocess.PIPE,
+    )
+    reader.stdin.close()
+    assert (done.returncode, done.stderr) == (0, "")

@@ -1,0 +1,115 @@
+"""Unit: the baselines do what they say, and the models beat them."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from sigdb.recognition import evaluate
+from sigdb.recognition.baselines import Fm4Location, Fm4Severity, MajorityLocation, MajoritySeverity
+from sigdb.recognition.severity import TARGETS
+
+
+@pytest.mark.parametrize("healthy", [101, 500, 3000])
+def test_fm4_threshold_has_its_false_alarm_rate(healthy):
+    stream = np.random.default_rng(healthy)
+    fm4 = np.concatenate([stream.normal(3, 0.3, healthy), stream.normal(6, 2, 200)])
+    y = np.repeat([0, 4], [healthy, 200])
+    baseline = Fm4Location().fit(pd.DataFrame({"fm4": fm4}), y)
+    called = baseline.predict(pd.DataFrame({"fm4": fm4})) > 0
+    assert called[:healthy].mean() == pytest.approx(0.01, abs=1 / healthy)
+    assert_array_equal(called, fm4 > np.sort(fm4[:healthy])[-1 - healthy // 100])
+
+
+def test_fm4_names_the_most_frequent_tooth():
+    X = pd.DataFrame({"fm4": [3.0, 3.1, 2.9, 5.0, 6.0, 7.0]})
+    baseline = Fm4Location().fit(X, [0, 0, 0, 9, 2, 9])
+    assert baseline.predict(X).tolist() == [0, 9, 0, 9, 9, 9]
+    assert baseline.classes_.tolist() == [0, 2, 9]
+
+
+def test_majority_says_what_was_most_frequent():
+    X = pd.DataFrame({"fm4": np.arange(6.0)})
+    assert MajorityLocation().fit(X, [5, 5, 5, 0, 0, 3]).predict(X[:2]).tolist() == [5, 5]
+    y = pd.DataFrame(
+        {
+            "tooth": [0, 0, 0, 3, 4, 5],
+            "stiffness_loss": [0.9, 0.9, 0.9, 0.1, 0.2, 0.5],
+            "phase_shift_deg": [9.0, 9.0, 9.0, -1.0, 0.0, 3.0],
+            "damaged_teeth": [0, 0, 0, 1, 1, 3],
+        }
+    )
+    found = MajoritySeverity().fit(X, y).predict(X[:2])
+    assert list(found) == list(TARGETS)
+    assert_array_equal(found.to_numpy(), [[0.2, 0.0, 1.0]] * 2)
+
+
+def test_fm4_severity_is_the_best_monotonic_function():
+    fm4 = np.array([3.0, 4.0, 5.0, 6.0, 7.0])
+    y = pd.DataFrame(
+        {
+            "tooth": [1] * 5,
+            # Pooling adjacent violators: 0.3 and 0.2 become 0.25; the falling target is fitted falling.
+            "stiffness_loss": [0.1, 0.3, 0.2, 0.4, 0.5],
+            "phase_shift_deg": [5.0, 4.0, 3.0, 2.0, 1.0],
+            "damaged_teeth": [1, 1, 2, 2, 3],
+        }
+    )
+    healthy = y.assign(tooth=0, stiffness_loss=99.0, phase_shift_deg=99.0, damaged_teeth=99)
+    X = pd.DataFrame({"fm4": np.concatenate([fm4, fm4])})
+    baseline = Fm4Severity().fit(X, pd.concat([y, healthy], ignore_index=True))
+    found = baseline.predict(pd.DataFrame({"fm4": [3.0, 4.0, 5.0, 6.0, 7.0, 0.0, 99.0]}))
+    assert_allclose(found["stiffness_loss"], [0.1, 0.25, 0.25, 0.4, 0.5, 0.1, 0.5])
+    assert_allclose(found["phase_shift_deg"], [5, 4, 3, 2, 1, 5, 1])
+    assert_allclose(found["damaged_teeth"], [1, 1, 2, 2, 3, 1, 3])
+
+
+def test_fm4_severity_of_a_target_that_does_not_vary_is_that_target():
+    X = pd.DataFrame({"fm4": [3.0, 4.0, 5.0, 6.0, 7.0]})
+    y = pd.DataFrame(
+        {"tooth": 1, "stiffness_loss": [0.1, 0.2, 0.3, 0.4, 0.5], "phase_shift_deg": 0.0, "damaged_teeth": 1}
+    )
+    found = Fm4Severity().fit(X, y).predict(X)
+    assert_allclose(found.to_numpy(), np.column_stack([y["stiffness_loss"], np.zeros(5), np.ones(5)]))
+
+
+def test_models_beat_the_baselines_on_specimens_that_they_have_not_seen(database, location_model, severity_model):
+    location = evaluate(location_model, database).figures
+    assert set(location) == {"lda", "boosting", "fm4", "majority"}
+    for learner in ("lda", "boosting"):
+        assert location[learner]["p_exact"].value > 0.5
+        assert location[learner]["none_on_healthy"].value > 0.9
+        assert abs(location[learner]["circular_bias"].value) < 0.5
+    assert location["fm4"]["p_exact"].value < 0.2
+    assert location["majority"]["p_exact"].value < 0.2
+    severity = evaluate(severity_model, database).figures
+    for learner in ("lda", "boosting"):
+        assert severity[learner]["mae_stiffness_loss"].value < 0.5 * severity["fm4"]["mae_stiffness_loss"].value
+        assert severity[learner]["mae_damaged_teeth"].value < 0.5 * severity["majority"]["mae_damaged_teeth"].value
+        assert severity[learner]["coverage_stiffness_loss"].value > 0.7
+    assert "coverage_stiffness_loss" not in severity["fm4"]
+
+
+@pytest.mark.parametrize("learner", ["lda", "boosting"])
+def test_probabilities_are_calibrated_better_than_a_guess(location_model, held_out, learner):
+    probability = location_model.estimators[learner].predict_proba(held_out)
+    assert_allclose(probability.sum(axis=1), 1, rtol=0, atol=1e-12)
+    assert (probability >= 0).all()
+    y = held_out["tooth"].to_numpy()
+    log_loss = -np.log(probability[np.arange(len(y)), y]).mean()
+    prior = np.bincount(y) / len(y)
+    assert log_loss < 0.2 * -(prior * np.log(prior)).sum()
+    # Held back in step: what is said with probability p comes true about as often.
+    assert abs(probability.max(axis=1).mean() - (probability.argmax(axis=1) == y).mean()) < 0.05
+
+
+def test_intervals_lie_around_the_estimates_with_one_width_each(severity_model, held_out):
+    for learner in ("lda", "boosting"):
+        found = severity_model.estimators[learner].predict(held_out)
+        for target in TARGETS:
+            low, high = found[f"{target}_low"], found[f"{target}_high"]
+            assert_allclose((low + high) / 2, found[target], rtol=1e-9, atol=1e-9)
+            assert np.ptp(high - low) < 1e-9
+            assert (high > low).all()
+        assert found["stiffness_loss"].between(0, 1).all()
+        assert (found["damaged_teeth"] >= 1).all()

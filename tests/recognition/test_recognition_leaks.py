@@ -1,0 +1,126 @@
+"""Unit: nothing but the signature, the tooth count, speed and torque is learnt from."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from sigdb.recognition import LocationClassifier, Recognition, SeverityRegressor, evaluate, train
+from sigdb.recognition.severity import TARGETS
+from sigdb.recognition.views import COLUMNS
+
+LABELS = ["tooth", *TARGETS]
+LEARNERS = ("lda", "boosting")
+
+
+class Shuffled:
+    """A database whose labels are dealt out anew among the rows of each specimen, in training and test alike."""
+
+    def __init__(self, database):
+        self._database, self._labels = database, {}
+
+    def __getattr__(self, name):
+        return getattr(self._database, name)
+
+    def __len__(self):
+        return len(self._database)
+
+    def sql(self, query):
+        rows = self._database.sql(query)
+        stream = np.random.default_rng(8)
+        for specimen in sorted(rows["specimen"].unique()):
+            mine = (rows["specimen"] == specimen).to_numpy()
+            rows.loc[mine, LABELS] = stream.permutation(rows.loc[mine, LABELS].to_numpy())
+        return rows.astype({"tooth": int, "damaged_teeth": int})
+
+
+@pytest.mark.parametrize("learner", LEARNERS)
+def test_location_of_shuffled_labels_is_guesswork(database, learner):
+    shuffled = Shuffled(database)
+    model = train(shuffled, "location", Recognition(folds=3, learner=learner))
+    figures = evaluate(model, shuffled).figures[learner]
+    # One tooth in twelve by chance; four standard deviations of a share of 192 rows are 0.08.
+    assert figures["p_exact"].value < 1 / 12 + 0.08
+    assert figures["p_within_one"].value < 3 / 12 + 4 * np.sqrt(0.25 * 0.75 / 192)
+
+
+# The FM4 baseline cannot know whether a shuffled label rises or falls.
+@pytest.mark.filterwarnings("ignore:Confidence interval of the Spearman:UserWarning")
+@pytest.mark.parametrize("learner", LEARNERS)
+def test_severity_of_shuffled_labels_is_no_better_than_the_median(database, learner):
+    shuffled = Shuffled(database)
+    model = train(shuffled, "severity", Recognition(folds=3, learner=learner))
+    figures = evaluate(model, shuffled).figures
+    for target, median_error in (("stiffness_loss", 0.1), ("phase_shift_deg", 1.0), ("damaged_teeth", 0.5)):
+        assert figures["majority"][f"mae_{target}"].value == pytest.approx(median_error, rel=1e-6)
+        assert figures[learner][f"mae_{target}"].value > 0.9 * median_error
+
+
+def test_the_order_of_rows_permutes_the_answers_only(location_model, severity_model, held_out):
+    order = np.random.default_rng(2).permutation(len(held_out))
+    for name in LEARNERS:
+        answer = location_model.estimators[name].decision_function(held_out)
+        permuted = location_model.estimators[name].decision_function(held_out.iloc[order])
+        assert_allclose(permuted, answer[order], rtol=1e-9, atol=1e-12)
+        severity = severity_model.estimators[name].predict(held_out)
+        permuted = severity_model.estimators[name].predict(held_out.iloc[order])
+        assert permuted.index.equals(held_out.index[order])
+        assert_allclose(permuted.to_numpy(), severity.to_numpy()[order], rtol=1e-9, atol=1e-12)
+
+
+def test_other_columns_change_no_answer(location_model, severity_model, held_out):
+    stream = np.random.default_rng(4)
+    changed = held_out.copy()
+    for name in set(held_out) - set(COLUMNS):
+        changed[name] = stream.permutation(held_out[name].to_numpy())
+    changed = changed.set_axis(stream.permutation(len(changed)) + 10_000)
+    bare = held_out[list(COLUMNS)]
+    for name in LEARNERS:
+        estimator = location_model.estimators[name]
+        expected = estimator.decision_function(held_out)
+        assert_array_equal(estimator.decision_function(changed), expected)
+        assert_array_equal(estimator.decision_function(bare), expected)
+        estimator = severity_model.estimators[name]
+        expected = estimator.predict(held_out).to_numpy()
+        assert_array_equal(estimator.predict(changed).to_numpy(), expected)
+        assert_array_equal(estimator.predict(bare).to_numpy(), expected)
+
+
+def test_other_columns_change_no_training(rows):
+    training = rows[rows["specimen"] < 4]
+    bare = training[list(COLUMNS)].reset_index(drop=True)
+    groups = training["specimen"].to_numpy()
+    both = [LocationClassifier("lda").fit(X, training["tooth"].to_numpy(), groups) for X in (training, bare)]
+    assert_array_equal(both[0].decision_function(rows), both[1].decision_function(rows))
+    both = [SeverityRegressor("lda").fit(X, training[LABELS].set_axis(X.index), groups) for X in (training, bare)]
+    assert_array_equal(both[0].predict(rows).to_numpy(), both[1].predict(rows).to_numpy())
+
+
+def test_names_of_specimens_do_not_matter(rows):
+    training = rows[rows["specimen"] < 4]
+    renamed = 100 + 7 * training["specimen"]  # keeps their order, by which the calibration's share is drawn
+    both = [
+        LocationClassifier("lda").fit(training, training["tooth"], groups) for groups in (training["specimen"], renamed)
+    ]
+    assert_array_equal(both[0].decision_function(rows), both[1].decision_function(rows))
+
+
+def test_the_level_of_none_is_calibrated_on_specimens_that_the_scorer_has_not_seen(rows):
+    class Witness(LocationClassifier):
+        def _fit_scorer(self, X, y):
+            seen.append(sorted(X["specimen"].unique()))
+            assert len(X) == 120 * len(seen[-1])  # whole specimens
+            return super()._fit_scorer(X, y)
+
+    seen = []
+    Witness("lda").fit(rows, rows["tooth"], rows["specimen"])
+    assert [len(one) for one in seen] == [4, 6]
+
+
+def test_speed_and_torque_are_inputs(rows):
+    training = rows[rows["specimen"] < 4].copy()
+    stream = np.random.default_rng(6)
+    training["torque"] *= stream.uniform(0.8, 1.2, len(training))
+    y = training[LABELS].assign(stiffness_loss=training["torque"] / training["torque"].max())
+    regressor = SeverityRegressor("lda").fit(training, y, training["specimen"])
+    error = (regressor.predict(training)["stiffness_loss"] - y["stiffness_loss"]).abs()[training["tooth"] > 0]
+    assert error.max() < 0.1 * y["stiffness_loss"].std()

@@ -1,0 +1,230 @@
+"""Unit: a model's folder gives the same model back, or says what is wrong with it."""
+
+import functools
+import hashlib
+import json
+import pickle
+import zipfile
+
+import joblib
+import numpy as np
+import pytest
+import skops.io
+from numpy.testing import assert_array_equal
+
+import sigdb
+from sigdb.core.errors import InputError, SigdbError
+from sigdb.recognition import evaluate, load_model, save_model
+
+COMMAND = "sigdb train somewhere --target location --out model --learner lda"
+
+
+@pytest.fixture(scope="module", params=["location", "severity"])
+def saved(request, database, held_out, tmp_path_factory):
+    """A model, its evaluation and its folder."""
+    model = request.getfixturevalue(f"{request.param}_model")
+    folder = tmp_path_factory.mktemp(request.param) / "made" / "model"
+    evaluation = evaluate(model, database)
+    save_model(model, folder, evaluation=evaluation, probe=held_out, command=COMMAND)
+    return model, evaluation, folder
+
+
+def resealed(folder):
+    """Make ``model.json`` tell of the files as they are now, as somebody who changes them on purpose would."""
+    described = json.loads((folder / "model.json").read_text())
+    described["sha256"] = {
+        name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in described["sha256"]
+    }
+    (folder / "model.json").write_text(json.dumps(described))
+
+
+@pytest.fixture
+def copied(location_model, database, held_out, tmp_path):
+    """The folder of the location model, to be broken."""
+    save_model(
+        location_model,
+        tmp_path / "model",
+        evaluation=evaluate(location_model, database),
+        probe=held_out,
+        command=COMMAND,
+    )
+    return tmp_path / "model"
+
+
+def test_a_loaded_model_gives_the_same_answers(saved, held_out):
+    model, _, folder = saved
+    loaded = load_model(folder)
+    for name, estimator in model.estimators.items():
+        assert_array_equal(
+            np.asarray(loaded.estimators[name].predict(held_out)), np.asarray(estimator.predict(held_out))
+        )
+    assert_array_equal(np.asarray(loaded.predict(held_out)), np.asarray(model.predict(held_out)))
+    for name in ("target", "learner", "seed", "trained_on", "database_hash", "split_hash", "sensor", "rows"):
+        assert getattr(loaded, name) == getattr(model, name)
+    assert sigdb.load_model is load_model
+
+
+def test_a_loaded_model_is_evaluated_to_the_same_figures(saved, database):
+    _, evaluation, folder = saved
+    again = evaluate(load_model(folder), database)
+    assert repr(again) == repr(evaluation)
+
+
+def test_the_description_holds_figures_hashes_and_versions(saved):
+    model, evaluation, folder = saved
+    described = json.loads((folder / "model.json").read_text())
+    assert set(described["versions"]) == {"sigdb", "scikit-learn", "python"}
+    assert described["database_hash"] == model.database_hash
+    for name, figures in evaluation.figures.items():
+        for key, figure in figures.items():
+            stored = described["evaluation"]["figures"][name][key]
+            assert [stored["value"], stored["low"], stored["high"]] == pytest.approx(
+                [figure.value, figure.low, figure.high], nan_ok=True
+            )
+
+
+def test_the_card_says_what_was_measured_and_how_to_make_it_again(saved):
+    model, evaluation, folder = saved
+    card = (folder / "README.md").read_text()
+    assert evaluation.split in card
+    assert f"{evaluation.rows} rows of\n{evaluation.specimens} specimens" in card
+    assert f"{model.rows} simulated signatures" in card
+    assert COMMAND in card
+    table = [
+        [cell.strip() for cell in line.strip("|").split("|")] for line in card.splitlines() if line.startswith("|")
+    ]
+    head, _, *lines = table
+    assert head == ["figure", *(f"{one} (the model)" if one == model.learner else one for one in evaluation.figures)]
+    assert len(lines) == len(evaluation.figures[model.learner])
+    # Each column of the card holds the figures of its estimator, in the order in which evaluation gives them.
+    for column, name in enumerate(evaluation.figures, start=1):
+        printed = [line[column] for line in lines if line[column]]
+        figures = evaluation.figures[name].values()
+        expected = [
+            "-" if np.isnan(one.value) else f"{one.value:.3f} [{one.low:.3f}, {one.high:.3f}]" for one in figures
+        ]
+        assert sorted(printed) == sorted(expected)
+    first = "p_exact" if model.target == "location" else "mae_stiffness_loss"
+    assert lines[0][1] == str(evaluation.figures["lda"][first])
+
+
+def test_a_changed_byte_in_the_estimators_is_noticed(copied):
+    path = copied / "model.skops"
+    content = path.read_bytes()
+    with zipfile.ZipFile(path) as archive:
+        entry = max(archive.infolist(), key=lambda one: one.compress_size)
+    # Local header: 30 bytes, the name; then the data.
+    start = entry.header_offset + 30 + len(entry.filename)
+    for offset in (start, start + entry.compress_size // 2, start + entry.compress_size - 1):
+        changed = bytearray(content)
+        changed[offset] ^= 0xFF
+        path.write_bytes(changed)
+        with pytest.raises(SigdbError, match="model"):
+            load_model(copied)
+
+
+def test_a_changed_byte_in_the_probe_is_noticed(copied):
+    path = copied / "probe.npz"
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    path.write_bytes(content)
+    with pytest.raises(SigdbError, match="model"):
+        load_model(copied)
+
+
+def test_answers_that_changed_are_noticed(copied):
+    with np.load(copied / "probe.npz") as probe:
+        arrays = dict(probe)
+    arrays["expected"] = arrays["expected"] + 1e-3
+    np.savez(copied / "probe.npz", **arrays)
+    resealed(copied)
+    with pytest.raises(
+        SigdbError, match=r"answers on its probe have changed \(saved with scikit-learn .*train it again"
+    ):
+        load_model(copied)
+
+
+def test_the_probe_is_no_empty_check(saved, held_out):
+    _, _, folder = saved
+    with np.load(folder / "probe.npz") as probe:
+        assert 1 <= len(probe["teeth"]) == len(probe["expected"]) <= 8
+        stored = {hashlib.sha256(row.tobytes()).hexdigest() for row in probe["wigner_ville"]}
+    known = {hashlib.sha256(np.asarray(row).tobytes()).hexdigest() for row in held_out["wigner_ville"]}
+    assert stored <= known
+
+
+@pytest.mark.parametrize("dump", [pickle.dump, joblib.dump], ids=["pickle", "joblib"])
+def test_a_pickle_is_refused(copied, dump):
+    with (copied / "model.skops").open("wb") as file:
+        dump({"lda": None}, file)
+    resealed(copied)
+    with pytest.raises(InputError, match="not a readable model"):
+        load_model(copied)
+
+
+class Bomb:
+    """A type of this test; it must never be made by loading."""
+
+    def __init__(self):
+        self.fuse = 1
+
+    def __setstate__(self, state):
+        raise AssertionError("an untrusted type was made")
+
+
+@pytest.mark.parametrize(
+    ("value", "named"), [(functools.partial(print, 1), "functools.partial"), (Bomb(), "Bomb")], ids=["partial", "class"]
+)
+def test_a_type_that_is_not_trusted_is_refused(copied, value, named):
+    estimators = skops.io.load(
+        copied / "model.skops", trusted=skops.io.get_untrusted_types(file=copied / "model.skops")
+    )
+    skops.io.dump(estimators | {"extra": value}, copied / "model.skops")
+    resealed(copied)
+    with pytest.raises(InputError, match=rf"types that are not trusted: .*{named}"):
+        load_model(copied)
+
+
+@pytest.mark.parametrize("name", ["model.skops", "model.json", "probe.npz"])
+def test_a_missing_file_is_named(copied, name):
+    (copied / name).unlink()
+    with pytest.raises(InputError, match=rf"not a model folder: .*{name} is missing; make one with: sigdb train"):
+        load_model(copied)
+
+
+@pytest.mark.parametrize("name", ["model.skops", "model.json", "probe.npz"])
+@pytest.mark.parametrize("kept", [0, 0.5], ids=["empty", "cut"])
+def test_a_cut_file_is_no_model(copied, name, kept):
+    content = (copied / name).read_bytes()
+    (copied / name).write_bytes(content[: int(kept * len(content))])
+    if name != "model.json":
+        resealed(copied)
+    with pytest.raises(InputError, match="not a readable model"):
+        load_model(copied)
+
+
+def test_a_folder_without_a_model_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"empty is not a model folder: .*model\.json is missing"):
+        load_model(tmp_path / "empty")
+
+
+@pytest.mark.parametrize("content", ["[]", "{}", '{"trained_on": 3}', "nonsense"])
+def test_a_description_of_something_else_is_no_model(copied, content):
+    (copied / "model.json").write_text(content)
+    with pytest.raises(InputError, match="not a readable model"):
+        load_model(copied)
+
+
+@pytest.mark.parametrize("content", [[1], {"other": 1}], ids=["list", "another"])
+def test_estimators_of_something_else_are_no_model(copied, content):
+    skops.io.dump(content, copied / "model.skops")
+    resealed(copied)
+    with pytest.raises(InputError, match="not a readable model"):
+        load_model(copied)
+
+
+def test_saving_again_replaces_the_model(copied, severity_model, database, held_out):
+    save_model(severity_model, copied, evaluation=evaluate(severity_model, database), probe=held_out, command="again")
+    assert load_model(copied).target == "severity"
+    assert "# Severity of tooth damage" in (copied / "README.md").read_text()
+    assert {path.name for path in copied.iterdir()} == {"model.skops", "model.json", "probe.npz", "README.md"}
