@@ -47,9 +47,8 @@ def harmonics(rig: Transmission, system: ModalSystem, shaft: str) -> tuple[Harmo
         )
         return found.setdefault(round(order), none)
 
-    unbalanced = {body.shaft for body in (*rig.gears.values(), *rig.disks.values()) if body.unbalance}
-    for i, name in enumerate(rig.shafts):
-        harmonic = at(rig.speed(name)) if name in unbalanced else None
+    for i, name in enumerate(system.unbalanced):
+        harmonic = at(rig.speed(name))
         if harmonic is not None:
             cosine = len(rig.meshes) + 2 + 2 * i
             harmonic.force[cosine : cosine + 2] += [1.0, -1.0j]

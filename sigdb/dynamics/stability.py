@@ -18,7 +18,7 @@ def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float
     system
         A modal system.
     stiffness
-        (meshes, n) mesh stiffness on n equal steps of the period, N/m, meshes in the system's order.
+        (meshes, n), or (n,) for one mesh: stiffness on n equal steps of the period, N/m, meshes in the system's order.
     period
         In s.
 
@@ -29,10 +29,11 @@ def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float
     >>> import numpy as np, sigdb
     >>> from sigdb.transmission import modal_system
     >>> system = modal_system(sigdb.load_transmission("nasa-spiral-bevel"))
-    >>> multiplier = floquet_multiplier(system, np.full((1, 768), system.mesh_stiffness[0]), 1 / 240)
+    >>> multiplier = floquet_multiplier(system, np.full(768, system.mesh_stiffness[0]), 1 / 240)
     >>> bool(np.isclose(multiplier, np.exp(system.poles.real.max() / 240)))
     True
     """
+    stiffness = np.atleast_2d(stiffness)
     meshes = len(system.meshes)
     upper = system.poles.imag >= 0
     # Re(weight z) is the real output of a conjugate pair, whose second half is not marched.

@@ -44,7 +44,8 @@ class Assembly:
     load
         (n,) force of the load's torque alone.
     unbalance
-        (n, 2 shafts) force of each shaft's unbalance: its part in phase with cos, then with sin, of the shaft's angle.
+        (n, 2 k) force of the unbalance of each of the k shafts that have one: its part in phase with the cosine, then
+        with the sine, of the shaft's angle.
     sensors
         (sensors, n) displacement seen by each sensor, m.
     free_rotation
@@ -182,7 +183,7 @@ def assemble(rig: Transmission) -> Assembly:
         bearings=directions[:, np.any(directions.T @ (stiffness + damping), axis=1)],
         torque=_drive(rig, at) + load,
         load=load,
-        unbalance=np.column_stack([_unbalance(rig, at, name) for name in rig.shafts]),
+        unbalance=np.hstack([np.zeros((n, 0)), *(_unbalance(rig, at, name) for name in rig.unbalanced)]),
         sensors=np.array([_sensor_row(rig, at, name) for name in rig.sensors]).reshape(-1, n),
         free_rotation=_free_rotation(rig, at),
         rotors={name: at.shaft(name) + at.machines_on(name) for name in rig.shafts},

@@ -40,7 +40,7 @@ class Rotating(Described):
     node: int = quantity("-", "Node of the shaft at its middle, from 0.", ge=0)
     mass: float | None = quantity("kg", "Mass, where it is given as a number.", gt=0, default=None)
     polar_inertia: float | None = quantity("kg m^2", "Inertia about the shaft's axis, with mass.", gt=0, default=None)
-    diametral_inertia: float = quantity("kg m^2", "Inertia about a diameter, with mass.", ge=0, default=0.0)
+    diametral_inertia: float | None = quantity("kg m^2", "Inertia about a diameter, with mass.", ge=0, default=None)
     unbalance: float = quantity("kg m", "Mass times eccentricity.", ge=0, default=0.0)
     unbalance_angle_deg: float = quantity(
         "deg",
@@ -50,7 +50,8 @@ class Rotating(Described):
 
     @model_validator(mode="after")
     def _inertia_or_shape(self) -> Self:
-        given = {"mass", "polar_inertia", "diametral_inertia"} & self.model_fields_set
+        numbers = ("mass", "polar_inertia", "diametral_inertia")
+        given = {name for name in numbers if getattr(self, name) is not None}
         shape = {name for name in self.shape_fields() if getattr(self, name) is not None}
         if given and shape:
             raise ValueError(
@@ -75,7 +76,7 @@ class Rotating(Described):
         """The inertia where it is given as numbers."""
         if self.mass is None or self.polar_inertia is None:
             return None
-        return Body(mass=self.mass, polar_inertia=self.polar_inertia, diametral_inertia=self.diametral_inertia)
+        return Body(mass=self.mass, polar_inertia=self.polar_inertia, diametral_inertia=self.diametral_inertia or 0.0)
 
 
 class Disk(Rotating):

@@ -21,22 +21,22 @@ class ModalSystem:
 
     Transfer function: ``H(w) = outputs diag(1 / (i w - poles)) inputs + direct``.
     Inputs are a force along each mesh vector h (positive compresses the mesh), the mean torque through the train and
-    the load's torque alone, each as a multiple of itself, and the unbalance of each shaft in phase with the cosine and
-    the sine of its angle. Outputs are each mesh's compression and each sensor.
+    the load's torque alone, each as a multiple of itself, and the unbalance of each shaft that has one, in phase with
+    the cosine and the sine of its angle. Outputs are each mesh's compression and each sensor.
 
     Attributes
     ----------
     poles
         (m,) complex, 1/s; of a conjugate pair the one with positive imaginary part comes first, its partner next.
     inputs
-        (m, meshes + 2 + 2 shafts).
+        (m, meshes + 2 + 2 unbalanced).
     outputs
         (meshes + sensors, m), with the time derivative that each sensor takes folded in.
     direct
         (meshes + sensors, inputs) real: residual flexibility of truncated modes for displacements, and
         ``sum c lambda b`` for accelerations.
-    meshes, shafts, sensors
-        Names, in order.
+    meshes, sensors, unbalanced
+        Names, in order: meshes, sensors, and shafts with an unbalance.
     mesh_stiffness
         (meshes,) mean mesh stiffness contained in the system, N/m.
     """
@@ -46,9 +46,9 @@ class ModalSystem:
     outputs: ComplexArray
     direct: FloatArray
     meshes: tuple[str, ...]
-    shafts: tuple[str, ...]
     sensors: tuple[str, ...]
     mesh_stiffness: FloatArray
+    unbalanced: tuple[str, ...] = ()
 
     def transfer(self, omega: FloatArray) -> ComplexArray:
         """Transfer function at angular frequencies (k,), rad/s: (k, outputs, inputs)."""
@@ -81,9 +81,9 @@ class ModalSystem:
             outputs=self.outputs[:, keep],
             direct=self.direct + lost.real,
             meshes=self.meshes,
-            shafts=self.shafts,
             sensors=self.sensors,
             mesh_stiffness=self.mesh_stiffness,
+            unbalanced=self.unbalanced,
         )
 
 
@@ -157,9 +157,9 @@ def modal_system(rig: Transmission, *, component_modes: int | None = None) -> Mo
         outputs=displacement * poles ** order[:, None],
         direct=np.where(order[:, None] == 2, first_moment, 0.0),
         meshes=tuple(rig.meshes),
-        shafts=tuple(rig.shafts),
         sensors=tuple(rig.sensors),
         mesh_stiffness=parts.mesh_stiffness,
+        unbalanced=rig.unbalanced,
     )
 
 

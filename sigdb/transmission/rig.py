@@ -204,6 +204,12 @@ class Transmission(Described):
         ratio = abs(self._solved[1][gear.shaft])
         return ratio * self.operating.speed_rpm * gear.teeth / 60
 
+    @property
+    def unbalanced(self) -> tuple[str, ...]:
+        """Shafts with a gear or disk that has an unbalance."""
+        bodies = (*self.gears.values(), *self.disks.values())
+        return tuple(name for name in self.shafts if any(one.shaft == name and one.unbalance for one in bodies))
+
     def gear_body(self, name: str) -> Body:
         """Inertia of a gear."""
         gear = self.gears[name]
@@ -293,7 +299,7 @@ class Transmission(Described):
         """
         if not values:
             return self
-        data = self.model_dump(exclude_unset=True)
+        data = self.model_dump()
         for dotted, value in values.items():
             path = self.path(dotted)
             if path[0] == "gears" and path[-1] == "teeth" and self.gears[path[1]].mass is not None:

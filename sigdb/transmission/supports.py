@@ -43,10 +43,12 @@ class Bearing(Described):
             matrix = getattr(self, f"{key}_matrix")
             if matrix is not None and len(matrix) != 6:
                 raise ValueError(f"{key}_matrix has {len(matrix)} rows; give 6 rows of 6 numbers")
-            if matrix is not None and {key, f"tilt_{key}"} & self.model_fields_set:
+            if matrix is not None and any(getattr(self, key) or ()):
                 raise ValueError(f"{key} and {key}_matrix are both given; give one of them")
             if matrix is None and min(getattr(self, key) or (0.0,)) < 0:
                 raise ValueError(f"{key} = {list(getattr(self, key))} must not be negative")
+        if self.stiffness_matrix is not None and self.tilt_stiffness:
+            raise ValueError("tilt_stiffness and stiffness_matrix are both given; give one of them")
         if self.stiffness is None and self.stiffness_matrix is None:
             raise ValueError("stiffness is missing; give [x, y, z], or a stiffness_matrix")
         if self.stiffness_matrix is not None and self.stiffness_matrix[5][5] != 0:
