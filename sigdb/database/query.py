@@ -47,7 +47,7 @@ def select(connection: duckdb.DuckDBPyConnection, text: str) -> pa.Table:
             raise InputError(f"query {text!r} must be one SELECT statement; a database is read-only")
         return connection.sql(text).to_arrow_table()
     except duckdb.Error as error:
-        if "CRC checksum" in str(error) or "Corrupt" in str(error):
+        if "reading the stream" in str(error):
             raise DatabaseError(f"a part of the database is damaged: {_first_line(error)}") from None
         raise InputError(f"query: {_first_line(error)}") from None
 

@@ -1,6 +1,7 @@
 """Reading a database: cases, SQL, signals, templates."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import pyarrow.parquet as pq
 from numpy.typing import ArrayLike
 
 from sigdb.core.errors import DatabaseError, InputError
-from sigdb.core.typing import FloatArray
+from sigdb.core.typing import FloatArray, IntArray
 from sigdb.database.manifest import Manifest, read_manifest
 from sigdb.database.query import connect, select
 from sigdb.database.receipts import Receipt, part_name, read_receipts
@@ -65,6 +66,14 @@ class Database:
             raise DatabaseError(f"{self.path}: no {table} are finished yet; run the sweep that makes this database")
         return ds.dataset(files, format=_CHECKED)
 
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Tell of damage in a part, wherever it is met."""
+        try:
+            yield
+        except (OSError, pa.ArrowInvalid) as error:
+            raise DatabaseError(f"{self.path}: a part is damaged: {error}") from None
+
     @cached_property
     def _connection(self) -> Any:
         tables = {table: self.dataset(table) for table in ("templates", "features", "signals")}
@@ -73,10 +82,8 @@ class Database:
 
     def arrow(self, query: str) -> pa.Table:
         """The result of one SELECT statement as an Arrow table; see :meth:`sql`."""
-        try:
+        with self._reading():
             return select(self._connection, query)
-        except (OSError, pa.ArrowInvalid) as error:
-            raise DatabaseError(f"{self.path}: a part is damaged: {error}") from None
 
     def sql(self, query: str) -> pd.DataFrame:
         """Run one SELECT statement.
@@ -125,7 +132,8 @@ class Database:
 
     def templates(self) -> pd.DataFrame:
         """The templates: each distinct case once, damage at tooth 1."""
-        return self.dataset("templates").to_table().to_pandas()
+        with self._reading():
+            return self.dataset("templates").to_table().to_pandas()
 
     def signals(self, ids: ArrayLike, *, sensor: str | None = None) -> dict[str, FloatArray]:
         """Averaged signals and order spectra of rows, found by arithmetic on their ids.
@@ -150,7 +158,10 @@ class Database:
         DatabaseError
             If a part is damaged.
         """
-        wanted = np.atleast_1d(np.asarray(ids, dtype=np.int64))
+        wanted = np.atleast_1d(np.asarray(ids))
+        if wanted.size and wanted.dtype.kind not in "iu":
+            raise InputError(f"ids must be whole numbers, not {wanted.dtype} such as {wanted.flat[0]}")
+        wanted = wanted.astype(np.int64)
         columns = self._sensor_columns(sensor)
         rows: dict[int, dict[str, Any]] = {}
         for first in np.unique(wanted // ROW_GROUP["signals"]) * ROW_GROUP["signals"]:
@@ -160,7 +171,7 @@ class Database:
             raise InputError(
                 f"rows have signals of different lengths {sorted(lengths)}; ask for one tooth count at a time"
             )
-        (n,) = lengths or {0}
+        (n,) = lengths or {self._length(wanted)}
         missing = {"tsa": np.full(n, np.nan), "spectrum": np.full(n // 2 + 1 if n else 0, np.nan)}
         return {
             key: np.array(
@@ -168,6 +179,13 @@ class Database:
             )
             for key in columns
         }
+
+    def _length(self, ids: IntArray) -> int:
+        """Samples of a row that has no signal of its own to tell."""
+        if not ids.size:
+            return 0
+        teeth = self.sql(f"select teeth from cases where id = {ids[0]}")["teeth"].iloc[0]
+        return int(teeth) * int(self.manifest.resolved["signature"]["samples_per_tooth"])
 
     def _sensor_columns(self, sensor: str | None) -> dict[str, str]:
         if sensor is not None and sensor not in self.sensors:

@@ -10,7 +10,7 @@ from sigdb.signature import Indicator
 
 TABLES = ("templates", "features", "signals")
 
-_FLOAT, _LIST = pa.float32(), pa.list_(pa.float32())
+_FLOAT, _LIST = pa.float32(), pa.list_(pa.field("element", pa.float32()))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import secrets
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,11 @@ from typing import Any
 def publish(path: Path, write: Callable[[Path], None]) -> None:
     """Write a file under a temporary name beside it, make it durable, and rename it into place.
 
-    A reader never sees a part of it, whenever the process or the machine stops. What a stopped process leaves under the
-    temporary name is overwritten when the file is made again.
+    A reader never sees a part of it, whenever the process or the machine stops, and two writers of the same content do
+    not disturb each other.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.tmp")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:
         write(temporary)
         _sync(temporary)
@@ -29,6 +30,12 @@ def publish(path: Path, write: Callable[[Path], None]) -> None:
 def publish_text(path: Path, text: str) -> None:
     """Publish a text file."""
     publish(path, lambda temporary: _write_text(temporary, text))
+
+
+def clear_temporary(root: Path) -> None:
+    """Delete what stopped processes have left under temporary names below a directory."""
+    for left in root.rglob(".*.tmp"):
+        left.unlink(missing_ok=True)
 
 
 def publish_bytes(path: Path, content: bytes) -> None:

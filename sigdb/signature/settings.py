@@ -1,8 +1,8 @@
 """The section ``[signature]`` of a recipe."""
 
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import Field, Strict
+from pydantic import Field, Strict, model_validator
 
 from sigdb.core.fields import Section, quantity
 
@@ -19,3 +19,10 @@ class Signature(Section):
     sensors: Annotated[tuple[str, ...], Strict(False)] = Field(
         default=(), description="Sensors whose signatures are stored; all of the rig's if left out."
     )
+
+    @model_validator(mode="after")
+    def _once(self) -> Self:
+        for sensor in self.sensors:
+            if self.sensors.count(sensor) > 1:
+                raise ValueError(f"sensors names {sensor!r} twice; name each sensor once")
+        return self

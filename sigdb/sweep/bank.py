@@ -6,8 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 
+from sigdb.core.errors import DatabaseError
 from sigdb.core.typing import FloatArray
 from sigdb.database.receipts import part_name
 from sigdb.database.schema import suffixed
@@ -71,7 +73,10 @@ class TemplateBank:
 
     def _read(self, part: int) -> list[Template]:
         path = self._root / "templates" / part_name(part)
-        table = pq.ParquetFile(path, page_checksum_verification=True).read()
+        try:
+            table = pq.ParquetFile(path, page_checksum_verification=True).read()
+        except (OSError, pa.ArrowInvalid) as error:
+            raise DatabaseError(f"{path} is damaged: {error}") from None
         return [self._template(row) for row in table.to_pandas().to_dict("records")]
 
     def _template(self, row: dict[Any, Any]) -> Template:

@@ -71,6 +71,12 @@ class Grid(Section):
             raise ValueError(f"pattern and {beside[0]} are given together; a pattern says all of its teeth's damage")
         return self
 
+    @model_validator(mode="after")
+    def _some_teeth(self) -> "Grid":
+        if not self.tooth:
+            raise ValueError("tooth = [] names no tooth; name some, or 'all'")
+        return self
+
     def rig_points(self) -> Iterator[dict[str, float]]:
         """Each combination of values of the rig's axes."""
         for values in itertools.product(*self.rig.values()):
@@ -82,9 +88,12 @@ class Grid(Section):
             yield Damage(gear=gear, tooth=1, pattern=name, each=patterns[name])
         if not self.pattern:
             for values in itertools.product(*(getattr(self, axis) for axis in DAMAGE_AXES)):
-                case = Damage(gear=gear, tooth=1, **dict(zip(DAMAGE_AXES, values, strict=True)))
-                if case.is_damage:
-                    yield case
+                case = dict(zip(DAMAGE_AXES, values, strict=True))
+                if not case["stiffness_loss"]:
+                    case["loss_extent"] = 1.0  # without a loss its extent means nothing
+                damage = Damage(gear=gear, tooth=1, **case)
+                if damage.is_damage:
+                    yield damage
 
     def measurements(self) -> Iterator[dict[str, float]]:
         """Each combination of values of the measurement's axes that this grid names."""

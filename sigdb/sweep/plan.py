@@ -5,7 +5,9 @@ teeth, measurements, specimens and noise draws that it is stored for; rows are n
 """
 
 import hashlib
+import itertools
 import json
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core.errors import InputError
+from sigdb.core.fields import validated
 from sigdb.core.streams import NOISE_BLOCK
 from sigdb.database.manifest import FORMAT
 from sigdb.dynamics.periodic import damaged_gear
@@ -188,31 +191,26 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
         if sensor not in rig.sensors:
             raise InputError(f"signature.sensors: rig {rig.name!r} has no {sensor!r}; known: {', '.join(rig.sensors)}")
 
-    points: dict[tuple[tuple[str, float], ...], RigPoint] = {}
-    wanted: list[tuple[int, Damage, tuple[int, ...], tuple[Measurement, ...]]] = []
+    points: dict[Transmission, RigPoint] = {}
     healthy: dict[tuple[int, Measurement], None] = {}
+    wanted: dict[tuple[int, Damage], dict[tuple[int, Measurement], None]] = {}
     for grid in design.grid:
         measured = tuple(_with(measurement, values) for values in grid.measurements())
         for values in grid.rig_points():
-            key = tuple(sorted(values.items()))
-            if key not in points:
-                points[key] = _rig_point(rig, gear, values)
-            number, point = list(points).index(key), points[key]
+            changed = rig.replace(values)
+            point = points.setdefault(changed, _rig_point(changed, gear, values))
+            number = list(points).index(changed)
             for one in measured:
                 _whole_cycles(one, point)
                 healthy[number, one] = None
-            teeth = teeth_of(grid, point.teeth)
             for damage in grid.damages(design.patterns, gear):
                 damage.on_teeth(point.teeth)
-                if rig.turns_exactly(gear):
-                    wanted.append((number, damage, teeth, measured))
-                else:
-                    wanted += [(number, _at(damage, tooth), (tooth,), measured) for tooth in teeth]
+                for tooth, one in itertools.product(teeth_of(grid, point.teeth), measured):
+                    placed = damage if rig.turns_exactly(gear) else damage.model_copy(update={"tooth": tooth})
+                    wanted.setdefault((number, placed), {})[tooth, one] = None
 
-    cases = {(number, Damage(gear=gear)): None for number in range(len(points))} | {
-        (number, damage): None for number, damage, *_ in wanted
-    }
-    order = {case: i for i, case in enumerate(sorted(cases, key=lambda case: case[0]))}
+    templates = [(number, Damage(gear=gear)) for number in range(len(points))] + list(wanted)
+    order = {case: i for i, case in enumerate(sorted(templates, key=lambda case: case[0]))}
     segments = [
         Segment(
             template=order[number, Damage(gear=gear)],
@@ -225,13 +223,10 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
         if design.healthy
     ] + [
         Segment(
-            template=order[number, damage],
-            teeth=teeth,
-            measurements=measured,
-            specimens=design.specimens,
-            draws=design.draws,
+            template=order[case], teeth=teeth, measurements=measured, specimens=design.specimens, draws=design.draws
         )
-        for number, damage, teeth, measured in wanted
+        for case, cases in wanted.items()
+        for teeth, measured in _rectangles(cases)
     ]
     if not segments:
         raise InputError(
@@ -253,8 +248,18 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
 assert _LEAST_PART % NOISE_BLOCK == 0
 
 
-def _rig_point(rig: Transmission, gear: str, values: dict[str, float]) -> RigPoint:
-    changed = rig.replace(values)
+def _rectangles(
+    cases: Iterable[tuple[int, Measurement]],
+) -> Iterator[tuple[tuple[int, ...], tuple[Measurement, ...]]]:
+    """Pairs of tooth and measurement as products of teeth and measurements: one product for a plain grid."""
+    by_tooth: dict[int, tuple[Measurement, ...]] = {}
+    for tooth, one in cases:
+        by_tooth[tooth] = (*by_tooth.get(tooth, ()), one)
+    for measured, teeth in itertools.groupby(by_tooth, key=by_tooth.__getitem__):
+        yield tuple(teeth), measured
+
+
+def _rig_point(changed: Transmission, gear: str, values: dict[str, float]) -> RigPoint:
     return RigPoint(
         values=values,
         rig=changed,
@@ -263,13 +268,8 @@ def _rig_point(rig: Transmission, gear: str, values: dict[str, float]) -> RigPoi
     )
 
 
-def _at(damage: Damage, tooth: int) -> Damage:
-    """The same damage at another tooth."""
-    return damage.model_copy(update={"tooth": tooth})
-
-
 def _with(measurement: Measurement, values: dict[str, float]) -> Measurement:
-    return Measurement.model_validate(measurement.model_dump() | values)
+    return validated(Measurement, measurement.model_dump() | values, owner="sweep.grid")
 
 
 def _whole_cycles(measurement: Measurement, point: RigPoint) -> None:

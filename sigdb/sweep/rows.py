@@ -129,7 +129,7 @@ class _Averages:
         columns: dict[str, Any] = {
             "status": self.status,
             "min_compression": self.least,
-            "contact_loss": self.least < 0,
+            "contact_loss": [None if np.isnan(least) else bool(least < 0) for least in self.least],
         }
         for i, sensor in enumerate(plan.sensors):
             names = ("tsa", "scatter")

@@ -17,7 +17,7 @@ from sigdb.core.errors import DatabaseError, InputError
 from sigdb.core.version import __version__
 from sigdb.database.manifest import Manifest, read_manifest
 from sigdb.database.receipts import Receipt, read_receipts
-from sigdb.database.storage import publish_json
+from sigdb.database.storage import clear_temporary, publish_json
 from sigdb.sweep.columns import plan_schema
 from sigdb.sweep.plan import PART_TEMPLATES, Plan
 from sigdb.sweep.rows import make_row_part
@@ -104,6 +104,7 @@ def run(
     """
     root = Path(out)
     with _owned(root):
+        clear_temporary(root)
         _begin(plan, root, recipe)
         _run_parts(plan, root, "templates", jobs, on_progress)
         made = _run_parts(plan, root, "rows", jobs, on_progress)
@@ -166,7 +167,7 @@ def _begin(plan: Plan, root: Path, recipe: str) -> None:
             f"{root} was made from another recipe: {_first_difference(known.resolved, plan.resolved)}; "
             "give another directory with --out, or go back to the old recipe"
         )
-    if known.recipe != recipe:
+    if recipe and known.recipe != recipe:
         # The same rows, but perhaps other settings of recognition or report.
         replace(known, recipe=recipe).write(root)
 

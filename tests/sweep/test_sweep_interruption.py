@@ -1,0 +1,210 @@
+"""Unit: stopped at any instant, in any way, the same command goes on to the same bytes."""
+
+import contextlib
+import importlib
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+import sigdb
+from sigdb.core.errors import DatabaseError
+from sigdb.database.storage import publish, publish_text
+from sigdb.sweep import run
+
+ROWS, PARTS = 320 * 44, 7
+SWEEP_RUN = importlib.import_module("sigdb.sweep.run")
+
+
+@pytest.fixture(scope="module")
+def recipe(recipe_of, parts_text):
+    """Rows of some seconds, in seven parts."""
+    return recipe_of(parts_text.replace("specimens = 115", "specimens = 320"))
+
+
+@pytest.fixture(scope="module")
+def undisturbed(recipe, tmp_path_factory, digests):
+    folder = tmp_path_factory.mktemp("undisturbed") / "signatures"
+    run(recipe.plan(), folder, recipe=recipe.text, jobs=2)
+    return digests(folder)
+
+
+@pytest.fixture
+def start(recipe, tmp_path):
+    """Start the command in a session of its own, on ``tmp_path / "signatures"``."""
+    started = []
+
+    def sweep(jobs=2):
+        command = [sys.executable, "-m", "sigdb.sweep", str(recipe.path), "--out", str(tmp_path / "signatures")]
+        process = subprocess.Popen(
+            [*command, "--jobs", str(jobs)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        started.append(process)
+        return process
+
+    yield sweep
+    for process in started:
+        # The sessions that this test started: workers outlive a killed parent for a while.
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+
+
+def wait_for(process, condition):
+    deadline = time.monotonic() + 60
+    while not condition():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.002)
+
+
+def finish(process):
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    return out
+
+
+def receipts(folder, name="rows"):
+    return len(list((folder / "receipts").glob(f"{name}-*.json")))
+
+
+def test_killed_three_times_it_goes_on_to_the_same_bytes(recipe, start, tmp_path, undisturbed, digests):
+    """While the first rows are computed, while a file is being written, and halfway; parent and workers at once."""
+    folder = tmp_path / "signatures"
+    instants = (
+        lambda: receipts(folder, "templates") == 1,
+        lambda: any((folder / "signals").glob(".*.tmp")),
+        lambda: receipts(folder) >= 3,
+    )
+    for instant in instants:
+        process = start()
+        wait_for(process, instant)
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+        assert process.returncode == -signal.SIGKILL
+        assert receipts(folder) < PARTS
+        if receipts(folder):
+            # A reader sees whole parts only.
+            seen = sigdb.open(folder)
+            assert len(seen.cases()) == len(seen) < ROWS
+    left = ROWS - len(sigdb.open(folder))
+    assert run(recipe.plan(), folder, recipe=recipe.text, jobs=1).made == left
+    assert digests(folder) == undisturbed
+    assert not list(folder.rglob("*.tmp"))
+
+
+def test_workers_that_outlive_their_killed_parent_do_no_harm(start, tmp_path, undisturbed, digests):
+    """Only the parent is killed, as the kernel does when memory runs out; its workers finish the parts at hand."""
+    folder = tmp_path / "signatures"
+    process = start()
+    wait_for(process, lambda: receipts(folder) >= 1)
+    process.kill()
+    again = start()
+    assert f"{ROWS} rows" in finish(again)
+    process.wait()
+    assert digests(folder) == undisturbed
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_interrupted_from_the_keyboard(recipe, start, tmp_path, undisturbed, digests, jobs):
+    """Ctrl-C reaches the whole group; the exit code is 130, without a traceback."""
+    folder = tmp_path / "signatures"
+    process = start(jobs)
+    wait_for(process, lambda: receipts(folder) >= 1)
+    os.killpg(process.pid, signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted; what is finished is kept, and the same command goes on" in err
+    assert "Traceback" not in err
+    assert not (folder / ".owner").exists()
+    assert 0 < receipts(folder) < PARTS
+    run(recipe.plan(), folder, recipe=recipe.text, jobs=1)
+    assert digests(folder) == undisturbed
+
+
+def deadly(marker, maker):
+    """A maker whose process is killed: once where there is a marker to leave, else always. Pickled by value."""
+
+    def make(plan, root, part):
+        import os as worker_os
+        import signal as worker_signal
+
+        if marker is None or part == 1:
+            try:
+                if marker is not None:
+                    worker_os.close(worker_os.open(marker, worker_os.O_CREAT | worker_os.O_EXCL))
+                worker_os.kill(worker_os.getpid(), worker_signal.SIGKILL)
+            except FileExistsError:
+                pass
+        return maker(plan, root, part)
+
+    return make
+
+
+def test_a_worker_that_dies_does_not_end_the_sweep(
+    parts_plan, parts_text, parts_folder, tmp_path, monkeypatch, digests
+):
+    marker = tmp_path / "died"
+    monkeypatch.setitem(SWEEP_RUN._MAKERS, "rows", deadly(str(marker), SWEEP_RUN._MAKERS["rows"]))
+    summary = run(parts_plan, tmp_path / "signatures", recipe=parts_text, jobs=2)
+    assert marker.exists()
+    assert summary.made == 5060
+    assert digests(tmp_path / "signatures") == digests(parts_folder)
+
+
+def test_workers_that_keep_dying_end_the_sweep_with_a_sentence(parts_plan, parts_text, tmp_path, monkeypatch):
+    monkeypatch.setitem(SWEEP_RUN._MAKERS, "rows", deadly(None, SWEEP_RUN._MAKERS["rows"]))
+    with pytest.raises(DatabaseError, match=r"keep dying .* 0 of 5060 rows are kept; run .* with fewer --jobs"):
+        run(parts_plan, tmp_path / "signatures", recipe=parts_text, jobs=2)
+
+
+def test_two_writers_of_one_file_do_not_disturb_each_other(tmp_path):
+    """A worker that outlives its parent and the sweep that goes on may publish the same part at the same time."""
+    path = tmp_path / "file"
+    written, published = threading.Event(), threading.Event()
+    failures = []
+
+    def slow(temporary):
+        temporary.write_text("same", encoding="utf-8")
+        written.set()
+        published.wait(10)
+
+    def first():
+        try:
+            publish(path, slow)
+        except OSError as error:
+            failures.append(error)
+
+    thread = threading.Thread(target=first)
+    thread.start()
+    written.wait(10)
+    other = "import pathlib, sys; from sigdb.database.storage import publish_text; "
+    subprocess.run(
+        [sys.executable, "-c", other + "publish_text(pathlib.Path(sys.argv[1]), 'same')", str(path)], check=True
+    )
+    published.set()
+    thread.join(10)
+    assert failures == []
+    assert path.read_text(encoding="utf-8") == "same"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_file_that_cannot_be_finished_leaves_nothing(tmp_path):
+    publish_text(tmp_path / "file", "old")
+
+    def broken(temporary):
+        temporary.write_text("half", encoding="utf-8")
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(OSError, match="No space left"):
+        publish(tmp_path / "file", broken)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+    assert (tmp_path / "file").read_text(encoding="utf-8") == "old"
