@@ -5,8 +5,10 @@ import sys
 
 import click
 
+from sigdb.cli.describe import describe
 from sigdb.cli.evaluate import evaluate
 from sigdb.cli.modes import modes
+from sigdb.cli.new_rig import new_rig
 from sigdb.cli.query import query
 from sigdb.cli.show import show
 from sigdb.cli.sweep import sweep
@@ -23,7 +25,7 @@ def cli() -> None:
     """Fault-signature databases for gear transmissions: make, query, learn from them."""
 
 
-for _command in (modes, sweep, query, show, train, evaluate):
+for _command in (new_rig, describe, modes, sweep, query, show, train, evaluate):
     cli.add_command(_command)
 
 

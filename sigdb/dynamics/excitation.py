@@ -1,7 +1,7 @@
 """What excites a rig besides its varying stiffness: torque, tooth errors, unbalance, run-out, a fluctuating load.
 
-All of it is expressed for one revolution of the averaged shaft, at angle theta. An excitation of another shaft is seen
-by the average only where it turns a whole number of times with it; otherwise it cancels over whole tooth cycles.
+All of it is expressed over the angle theta of the averaged shaft. An excitation of another shaft is seen by the average
+only where it turns a whole number of times in the common period of the meshes; otherwise it cancels.
 """
 
 from dataclasses import dataclass
@@ -27,25 +27,25 @@ class Harmonic:
         (meshes,) complex amplitude of the error that all tooth pairs of a mesh have in common, m.
     """
 
-    order: int
+    order: float
     force: ComplexArray
     error: ComplexArray
 
 
-def harmonics(rig: Transmission, system: ModalSystem, shaft: str) -> tuple[Harmonic, ...]:
-    """Unbalance, run-out and fluctuating load, by order of a shaft."""
+def harmonics(rig: Transmission, system: ModalSystem, shaft: str, revolutions: int = 1) -> tuple[Harmonic, ...]:
+    """Unbalance, run-out and fluctuating load, by order of a shaft: those of whole cycles in some revolutions."""
     found: dict[int, Harmonic] = {}
 
     def at(speed: float, cycles: int = 1) -> Harmonic | None:
-        order = cycles * abs(speed / rig.speed(shaft))
-        if not np.isclose(order, round(order)) or round(order) == 0:
+        turns = cycles * revolutions * abs(speed / rig.speed(shaft))
+        if not np.isclose(turns, round(turns)) or round(turns) == 0:
             return None
         none = Harmonic(
-            order=round(order),
+            order=round(turns) / revolutions,
             force=np.zeros(system.inputs.shape[1], complex),
             error=np.zeros(len(rig.meshes), complex),
         )
-        return found.setdefault(round(order), none)
+        return found.setdefault(round(turns), none)
 
     for i, name in enumerate(system.unbalanced):
         harmonic = at(rig.speed(name))
@@ -63,7 +63,7 @@ def harmonics(rig: Transmission, system: ModalSystem, shaft: str) -> tuple[Harmo
         if harmonic is not None:
             angle = operating.load_order * np.deg2rad(operating.load_angle_deg)
             harmonic.force[len(rig.meshes) + 1] += operating.load_fluctuation * np.exp(-1j * angle)
-    return tuple(found[order] for order in sorted(found))
+    return tuple(found[turns] for turns in sorted(found))
 
 
 def profile_error(mesh: Mesh, x: FloatArray) -> FloatArray:

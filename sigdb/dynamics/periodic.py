@@ -152,7 +152,7 @@ class PeriodicRig:
         theta = 2 * np.pi * np.arange(total) / self.samples
         for i, one in enumerate(self.harmonics):
             phasor = np.exp(1j * one.order * theta)
-            wave = (self.transfer[one.order * self.revolutions] @ one.force)[:, None] * phasor
+            wave = (self.transfer[round(one.order * self.revolutions)] @ one.force)[:, None] * phasor
             error = one.error[:, None] * phasor
             for phase, part in enumerate((np.real, lambda z: -np.imag(z))):
                 column = 1 + self.teeth + 2 * i + phase
@@ -263,7 +263,7 @@ def prepare(rig: Transmission, *, gear: str | None = None, samples_per_tooth: in
         shaft_speed=speed,
         revolutions=revolutions,
         samples=n,
-        harmonics=tuple(replace(one, error=one.error[order]) for one in harmonics(rig, system, shaft)),
+        harmonics=tuple(replace(one, error=one.error[order]) for one in harmonics(rig, system, shaft, revolutions)),
         healthy=healthy,
         transfer=transfer,
         influence=_influence(transfer[:, 0, 0], healthy[0] - meshes[0].stiffness) if len(meshes) == 1 else None,

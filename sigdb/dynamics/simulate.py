@@ -12,7 +12,6 @@ from sigdb.dynamics.periodic import LEAST_SAMPLES_PER_TOOTH, SAMPLES_PER_TOOTH, 
 from sigdb.dynamics.stability import floquet_multiplier
 from sigdb.transmission import Damage, Transmission
 
-
 STABILITY_MODES = 48
 """Modes kept to judge stability: those that take part in the meshes; the others decay by themselves."""
 

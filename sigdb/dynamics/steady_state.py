@@ -40,7 +40,7 @@ class SteadyState:
     signals: FloatArray
     specimen_response: FloatArray
     harmonic_response: FloatArray
-    orders: tuple[int, ...]
+    orders: tuple[float, ...]
     compression: FloatArray
     compression_response: FloatArray
     compression_harmonic: FloatArray

@@ -5,11 +5,17 @@ from typing import TYPE_CHECKING
 from sigdb.core.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from sigdb.report.campbell import campbell_figure
     from sigdb.report.figures import save_figure, signature_figure
+    from sigdb.report.rig_drawing import rig_figure
+    from sigdb.report.rig_page import rig_text
     from sigdb.report.settings import Report
 
 __all__ = [
     "Report",
+    "campbell_figure",
+    "rig_figure",
+    "rig_text",
     "save_figure",
     "signature_figure",
 ]
@@ -18,6 +24,9 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "Report": "sigdb.report.settings",
+        "campbell_figure": "sigdb.report.campbell",
+        "rig_figure": "sigdb.report.rig_drawing",
+        "rig_text": "sigdb.report.rig_page",
         "save_figure": "sigdb.report.figures",
         "signature_figure": "sigdb.report.figures",
     },

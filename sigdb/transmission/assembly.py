@@ -269,7 +269,7 @@ def _drive(rig: Transmission, at: _Layout) -> FloatArray:
     force = np.zeros(at.size)
     if rig.operating.drive is not None:
         shaft = rig.couplings[rig.operating.drive].shaft
-        force[at.machines[rig.operating.drive]] = rig.operating.torque * np.sign(rig.speed(shaft))
+        force[at.machines[rig.operating.drive]] = rig.operating.torque * np.sign(rig.ratio(shaft))
     return force
 
 
@@ -277,10 +277,10 @@ def _load(rig: Transmission, at: _Layout) -> FloatArray:
     """The load's torque against its sense of rotation, of the drive's power."""
     force = np.zeros(at.size)
     if rig.operating.drive is not None and rig.operating.load is not None:
-        speed_in, speed_out = (
-            rig.speed(rig.couplings[name].shaft) for name in (rig.operating.drive, rig.operating.load)
+        ratio_in, ratio_out = (
+            rig.ratio(rig.couplings[name].shaft) for name in (rig.operating.drive, rig.operating.load)
         )
-        force[at.machines[rig.operating.load]] = -rig.operating.torque * abs(speed_in) / speed_out
+        force[at.machines[rig.operating.load]] = -rig.operating.torque * abs(ratio_in) / ratio_out
     return force
 
 
@@ -302,7 +302,7 @@ def _free_rotation(rig: Transmission, at: _Layout) -> FloatArray:
     """Angles of all nodes and machines when the train turns, scaled to 1 at the fastest shaft."""
     v = np.zeros(at.size)
     for name in rig.shafts:
-        v[at.shaft(name, (5,)) + at.machines_on(name)] = rig.speed(name)
+        v[at.shaft(name, (5,)) + at.machines_on(name)] = rig.ratio(name)
     return v / np.abs(v).max()
 
 

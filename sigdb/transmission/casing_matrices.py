@@ -73,7 +73,7 @@ class CasingMatrices(Described):
         path = folder / (name if self.file is None else self.file)
         try:
             content: Any = mmread(path) if self.file is None else _arrays(path)
-        except (OSError, ValueError, NotImplementedError) as error:
+        except Exception as error:  # the readers raise a dozen kinds for a damaged file
             raise InputError(f"casing.matrices: {path} cannot be read ({error})") from None
         if self.file is not None:
             if name not in content:
@@ -81,16 +81,21 @@ class CasingMatrices(Described):
                 raise InputError(f"casing.matrices: {path} holds no array {name!r}; it holds {known}")
             content = content[name]
         dense = content.toarray() if hasattr(content, "toarray") else content
-        return np.asarray(dense, float)
+        matrix = np.asarray(dense)
+        if matrix.dtype.kind not in "iuf" or not np.isfinite(matrix).all():
+            raise InputError(f"casing.matrices: {name} must hold finite real numbers")
+        return matrix.astype(float)
 
 
 def _arrays(path: Path) -> Any:
-    if path.suffix == ".npz":
-        with np.load(path, allow_pickle=False) as content:
+    if path.suffix not in (".npz", ".mat"):
+        raise ValueError("its name must end in .npz or .mat")
+    # Opened here, since the readers leave a damaged file open.
+    with path.open("rb") as file:
+        if path.suffix == ".mat":
+            return loadmat(file)
+        with np.load(file, allow_pickle=False) as content:
             return dict(content)
-    if path.suffix == ".mat":
-        return loadmat(path)
-    raise ValueError("its name must end in .npz or .mat")
 
 
 def _symmetric(matrix: FloatArray) -> FloatArray:

@@ -64,7 +64,7 @@ class Transmission(Described):
     def _dangling(self) -> Iterator[str]:
         """References to parts and nodes that do not exist."""
         operating = self.operating
-        machines = {name for name, coupling in self.couplings.items() if coupling.to_shaft is None}
+        machines = [name for name, coupling in self.couplings.items() if coupling.to_shaft is None]
         yield from _missing("operating.shaft", operating.shaft, self.shafts)
         yield from _missing("operating.drive", operating.drive, machines)
         yield from _missing("operating.load", operating.load, machines)
@@ -194,9 +194,13 @@ class Transmission(Described):
         """Geometry of each mesh."""
         return self._solved[0]
 
+    def ratio(self, shaft: str) -> float:
+        """Signed speed of a shaft about its own z axis per speed of the drive's; 0 for one that no mesh drives."""
+        return self._solved[1].get(shaft, 0.0)
+
     def speed(self, shaft: str) -> float:
         """Signed speed of a shaft about its own z axis, rad/s; 0 for one that no mesh drives."""
-        return self._solved[1].get(shaft, 0.0) * self.operating.speed_rpm * 2 * np.pi / 60
+        return self.ratio(shaft) * self.operating.speed_rpm * 2 * np.pi / 60
 
     def mesh_frequency(self, mesh: str) -> float:
         """Mesh frequency, Hz."""

@@ -154,7 +154,7 @@ def test_the_unchanged_file_loads(changed):
         (
             'driving = "pinion"\ndriven = "gear"',
             'driving = "gear"\ndriven = "pinion"',
-            "power must flow from operating.drive = 'motor'",
+            "its driving gear's shaft is not driven; power must flow from shaft 'pinion-shaft' through the meshes",
         ),
         ("[gears.pinion]", '[gears."pin.ion"]', "gears.pin.ion"),
     ],

@@ -253,6 +253,6 @@ def test_the_floquet_multiplier_is_that_of_the_assembled_equations(tmp_path):
     elastic = multipliers[np.argsort(np.abs(multipliers - 1))[2:]]
 
     prepared = prepare(rig, samples_per_tooth=300)
-    found = floquet_multiplier(prepared.system, prepared.healthy_stiffness[:300], marched.revolution / 7)
+    found = floquet_multiplier(prepared.system, prepared.healthy[0, :300], marched.revolution / 7)
     assert found > 1.15
     assert_allclose(found, np.abs(elastic).max(), rtol=1e-4)
