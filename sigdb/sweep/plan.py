@@ -195,8 +195,8 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
 
     points: dict[Transmission, RigPoint] = {}
     healthy: dict[tuple[int, Measurement], None] = {}
-    wanted: dict[tuple[int, Damage], dict[tuple[int, Measurement], None]] = {}
-    for grid in design.grid:
+    rows: dict[tuple[int, Damage, int, Measurement], int] = {}
+    for block, grid in enumerate(design.grid):
         measured = tuple(_with(measurement, values) for values in grid.measurements())
         for values in grid.rig_points():
             changed = rig.replace(values)
@@ -207,10 +207,14 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
                 healthy[number, one] = None
             for damage in grid.damages(design.patterns, gear):
                 damage.on_teeth(point.teeth)
-                cases = itertools.product(teeth_of(grid, point.teeth), measured)
-                wanted.setdefault((number, damage), {}).update(dict.fromkeys(cases))
+                for tooth, one in itertools.product(teeth_of(grid, point.teeth), measured):
+                    rows.setdefault((number, damage, tooth, one), block)  # a case that grids share belongs to the first
 
-    templates = [(number, Damage(gear=gear)) for number in range(len(points))] + list(wanted)
+    wanted: dict[tuple[int, int, Damage], list[tuple[int, Measurement]]] = {}
+    for (number, damage, tooth, one), block in rows.items():
+        wanted.setdefault((block, number, damage), []).append((tooth, one))
+    cases = dict.fromkeys((number, damage) for _, number, damage in wanted)
+    templates = [(number, Damage(gear=gear)) for number in range(len(points))] + list(cases)
     order = {case: i for i, case in enumerate(sorted(templates, key=lambda case: case[0]))}
     segments = [
         Segment(
@@ -224,10 +228,14 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
         if design.healthy
     ] + [
         Segment(
-            template=order[case], teeth=teeth, measurements=measured, specimens=design.specimens, draws=design.draws
+            template=order[number, damage],
+            teeth=teeth,
+            measurements=measured,
+            specimens=design.specimens,
+            draws=design.draws,
         )
-        for case, cases in wanted.items()
-        for teeth, measured in _rectangles(cases)
+        for (_, number, damage), places in wanted.items()
+        for teeth, measured in _rectangles(places)
     ]
     if not segments:
         raise InputError(
