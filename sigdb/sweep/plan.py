@@ -136,7 +136,8 @@ class Plan:
     @property
     def hash(self) -> str:
         """SHA-256 of :attr:`resolved`, sources of the rig's numbers and descriptions aside."""
-        text = json.dumps(_without(self.resolved, ("sources", "title")), sort_keys=True)
+        counted = self.resolved | {"rig": _without(self.resolved["rig"], ("sources", "title"))}
+        text = json.dumps(counted, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
     def case_columns(self, template: int) -> dict[str, Any]:

@@ -243,7 +243,8 @@ def test_a_pattern_counts_whatever_its_name(plan_of, name):
 
 def test_sources_and_title_of_a_rig_change_no_row(plan_of, tmp_path):
     text = BUILT_IN.read_text(encoding="utf-8")
-    reworded = text.replace('title = "', 'title = "A better name: ').replace('"published: the paper"', '"measured"')
+    renamed = text.replace('title = "', 'title = "A better name: ')
+    reworded = renamed.replace("published: the paper", "published: measured")
     assert reworded.count("measured") > 1
     (tmp_path / "rig.toml").write_text(reworded, encoding="utf-8")
     recipe = f'[sweep]\nrig = "{(tmp_path / "rig.toml").as_posix()}"\n' + GRID
