@@ -64,7 +64,8 @@ class Database:
         files = [str(self.path / table / part_name(part)) for part in parts]
         if not files:
             raise DatabaseError(f"{self.path}: no {table} are finished yet; run the sweep that makes this database")
-        return ds.dataset(files, format=_CHECKED)
+        with self._reading():
+            return ds.dataset(files, format=_CHECKED)
 
     @contextmanager
     def _reading(self) -> Iterator[None]:

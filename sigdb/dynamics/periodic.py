@@ -238,7 +238,8 @@ def prepare(rig: Transmission, *, gear: str | None = None, samples_per_tooth: in
     meshes = tuple(list(rig.meshes.values())[i] for i in order)
     shaft = rig.gears[gear].shaft
     speed = abs(rig.speed(shaft))
-    revolutions, passes = _common_period(rig, meshes, speed)
+    revolutions, all_passes = common_period(rig, gear)
+    passes = tuple(all_passes[i] for i in order)
 
     teeth = rig.gears[gear].teeth
     n = samples_per_tooth * teeth
@@ -278,11 +279,23 @@ def _influence(receptance: ComplexArray, kappa: FloatArray) -> FloatArray:
     return np.linalg.solve(np.eye(n) + circulant * kappa, circulant)
 
 
-def _common_period(rig: Transmission, meshes: tuple[Mesh, ...], speed: float) -> tuple[int, tuple[int, ...]]:
-    """Least revolutions of a shaft in which every mesh makes whole tooth passes, and those passes."""
-    per_turn = [
-        rig.gears[mesh.driving].teeth * abs(rig.speed(rig.gears[mesh.driving].shaft)) / speed for mesh in meshes
-    ]
+def common_period(rig: Transmission, gear: str) -> tuple[int, tuple[int, ...]]:
+    """Least revolutions of a gear in which every mesh makes whole tooth passes, and each mesh's passes in them.
+
+    Raises
+    ------
+    InputError
+        If that takes too many revolutions to be solved.
+
+    Examples
+    --------
+    >>> import sigdb
+    >>> common_period(sigdb.load_transmission("two-stage-gearbox"), "input-pinion")
+    (5, (160, 96))
+    """
+    own = abs(rig.ratio(rig.gears[gear].shaft))
+    driving = [rig.gears[mesh.driving] for mesh in rig.meshes.values()]
+    per_turn = [one.teeth * abs(rig.ratio(one.shaft)) / own for one in driving]
     for revolutions in range(1, _MOST_REVOLUTIONS + 1):
         passes = [revolutions * one for one in per_turn]
         if np.allclose(passes, np.round(passes), rtol=0, atol=1e-6):

@@ -10,7 +10,7 @@ from sigdb.transmission.bodies import Disk
 from sigdb.transmission.gears import Gear
 
 _WIDTH = 7.0
-_LEAST_WIDTH = 4.5
+_LEAST_WIDTH = 4.3
 _TALLEST, _LEAST_TALL, _LONE = 1.4, 0.7, 1.0
 """Inches: bounds of the greatest radius as drawn, and that radius where shafts have no length."""
 

@@ -7,6 +7,7 @@ teeth, measurements, specimens and noise draws that it is stored for; rows are n
 import hashlib
 import itertools
 import json
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +20,7 @@ from sigdb.core.errors import InputError
 from sigdb.core.fields import validated
 from sigdb.core.streams import NOISE_BLOCK
 from sigdb.database.manifest import FORMAT
-from sigdb.dynamics.periodic import damaged_gear
+from sigdb.dynamics.periodic import common_period, damaged_gear
 from sigdb.measurement import Measurement, tooth_cycle
 from sigdb.signature.settings import Signature
 from sigdb.sweep.design import Design, teeth_of
@@ -31,12 +32,13 @@ _LEAST_PART, _GREATEST_PART, _PARTS_WANTED = 2048, 32768, 16
 
 @dataclass(frozen=True, kw_only=True)
 class RigPoint:
-    """A rig at one combination of swept values: one operating point, one tooth count."""
+    """A rig at one combination of swept values, and the revolutions after which all its meshes repeat."""
 
     values: dict[str, float]
     rig: Transmission
     teeth: int
     mate_teeth: int
+    revolutions: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,7 +138,8 @@ class Plan:
     @property
     def hash(self) -> str:
         """SHA-256 of :attr:`resolved`, sources of the rig's numbers and descriptions aside."""
-        text = json.dumps(_without(self.resolved, ("sources", "title")), sort_keys=True)
+        counted = self.resolved | {"rig": _without(self.resolved["rig"], ("sources", "title"))}
+        text = json.dumps(counted, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
     def case_columns(self, template: int) -> dict[str, Any]:
@@ -193,8 +196,8 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
 
     points: dict[Transmission, RigPoint] = {}
     healthy: dict[tuple[int, Measurement], None] = {}
-    wanted: dict[tuple[int, Damage], dict[tuple[int, Measurement], None]] = {}
-    for grid in design.grid:
+    rows: dict[tuple[int, Damage, int, Measurement], int] = {}
+    for block, grid in enumerate(design.grid):
         measured = tuple(_with(measurement, values) for values in grid.measurements())
         for values in grid.rig_points():
             changed = rig.replace(values)
@@ -207,9 +210,14 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
                 damage.on_teeth(point.teeth)
                 for tooth, one in itertools.product(teeth_of(grid, point.teeth), measured):
                     placed = damage if rig.turns_exactly(gear) else damage.model_copy(update={"tooth": tooth})
-                    wanted.setdefault((number, placed), {})[tooth, one] = None
+                    # A case that grids share belongs to the first.
+                    rows.setdefault((number, placed, tooth, one), block)
 
-    templates = [(number, Damage(gear=gear)) for number in range(len(points))] + list(wanted)
+    wanted: dict[tuple[int, int, Damage], list[tuple[int, Measurement]]] = {}
+    for (number, damage, tooth, one), block in rows.items():
+        wanted.setdefault((block, number, damage), []).append((tooth, one))
+    cases = dict.fromkeys((number, damage) for _, number, damage in wanted)
+    templates = [(number, Damage(gear=gear)) for number in range(len(points))] + list(cases)
     order = {case: i for i, case in enumerate(sorted(templates, key=lambda case: case[0]))}
     segments = [
         Segment(
@@ -223,10 +231,14 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
         if design.healthy
     ] + [
         Segment(
-            template=order[case], teeth=teeth, measurements=measured, specimens=design.specimens, draws=design.draws
+            template=order[number, damage],
+            teeth=teeth,
+            measurements=measured,
+            specimens=design.specimens,
+            draws=design.draws,
         )
-        for case, cases in wanted.items()
-        for teeth, measured in _rectangles(cases)
+        for (_, number, damage), places in wanted.items()
+        for teeth, measured in _rectangles(places)
     ]
     if not segments:
         raise InputError(
@@ -265,6 +277,7 @@ def _rig_point(changed: Transmission, gear: str, values: dict[str, float]) -> Ri
         rig=changed,
         teeth=changed.gears[gear].teeth,
         mate_teeth=changed.gears[changed.mate(gear)].teeth,
+        revolutions=common_period(changed, gear)[0],
     )
 
 
@@ -273,12 +286,12 @@ def _with(measurement: Measurement, values: dict[str, float]) -> Measurement:
 
 
 def _whole_cycles(measurement: Measurement, point: RigPoint) -> None:
-    cycle = tooth_cycle(point.teeth, point.mate_teeth)
+    cycle = math.lcm(tooth_cycle(point.teeth, point.mate_teeth), point.revolutions)
     if measurement.averages % cycle:
         near = max(1, round(measurement.averages / cycle)) * cycle
         raise InputError(
-            f"measurement.averages = {measurement.averages} is not a whole number of tooth cycles: with {point.teeth} "
-            f"and {point.mate_teeth} teeth the same teeth meet every {cycle} revolutions; use for example {near}"
+            f"measurement.averages = {measurement.averages} is not a whole number of tooth cycles: the same teeth of "
+            f"{point.teeth} and {point.mate_teeth} meet every {cycle} revolutions; use for example {near}"
         )
 
 

@@ -176,7 +176,7 @@ def _first_difference(old: Any, new: Any, path: str = "") -> str:
     if isinstance(old, dict) and isinstance(new, dict):
         # A key that holds None is not in TOML.
         for key in sorted({*old, *new}):
-            if old.get(key) != new.get(key) and key not in ("sources", "title"):
+            if old.get(key) != new.get(key) and not (path.startswith("rig") and key in ("sources", "title")):
                 found = _first_difference(old.get(key), new.get(key), f"{path}.{key}" if path else key)
                 if found:
                     return found

@@ -148,6 +148,9 @@ def test_a_file_that_is_no_parquet_is_an_error(copy, table):
         read[table]()
     with pytest.raises(DatabaseError, match=r"damaged"):
         database.sql(f"select count(*) from {table}")
+    if table == "signals":
+        with pytest.raises(DatabaseError, match=r"damaged"):
+            database.unit("tsa")
 
 
 def test_a_file_that_goes_while_the_database_is_open(copy):

@@ -16,14 +16,14 @@ from sigdb.core.errors import DatabaseError
 from sigdb.database.storage import publish, publish_text
 from sigdb.sweep import run
 
-ROWS, PARTS = 320 * 44, 7
+ROWS, PARTS = 210 * 44, 5
 SWEEP_RUN = importlib.import_module("sigdb.sweep.run")
 
 
 @pytest.fixture(scope="module")
 def recipe(recipe_of, parts_text):
-    """Rows of some seconds, in seven parts."""
-    return recipe_of(parts_text.replace("specimens = 115", "specimens = 320"))
+    """Rows of some seconds, in five parts."""
+    return recipe_of(parts_text.replace("specimens = 115", "specimens = 210"))
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,7 @@ def test_killed_three_times_it_goes_on_to_the_same_bytes(recipe, start, tmp_path
     instants = (
         lambda: receipts(folder, "templates") == 1,
         lambda: any((folder / "signals").glob(".*.tmp")),
-        lambda: receipts(folder) >= 3,
+        lambda: receipts(folder) >= 2,
     )
     for instant in instants:
         process = start()

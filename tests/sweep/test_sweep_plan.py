@@ -2,6 +2,7 @@
 
 import itertools
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from sigdb.core.streams import NOISE_BLOCK
 
-LABELS = ["tooth", "damaged_teeth", "phase_shift_deg", "stiffness_loss", "loss_extent", "pattern"]
+BUILT_IN = Path(__file__).parents[2] / "data" / "transmissions" / "nasa_spiral_bevel.toml"
 
 
 def rows_of(plan):
@@ -231,3 +232,20 @@ def test_every_template_is_at_tooth_1_or_healthy(small_plan):
     # Four operating points or tooth counts, each with its healthy template; 6 + 1 + 1 + 1 + 1 kinds of damage.
     assert sum(case.damage.tooth == 0 for case in small_plan.templates) == 4
     assert len(small_plan.templates) == 4 + 10
+
+
+@pytest.mark.parametrize("name", ["x", "title", "sources"])
+def test_a_pattern_counts_whatever_its_name(plan_of, name):
+    """Titles and sources of a rig's numbers are left out of the hash; a pattern of such a name is not."""
+    text = '[[sweep.grid]]\npattern = "{0}"\n[sweep.patterns]\n{0} = [{{ stiffness_loss = {1} }}]\n'
+    assert plan_of(text.format(name, 0.2)).hash != plan_of(text.format(name, 0.4)).hash
+
+
+def test_sources_and_title_of_a_rig_change_no_row(plan_of, tmp_path):
+    text = BUILT_IN.read_text(encoding="utf-8")
+    renamed = text.replace('title = "', 'title = "A better name: ')
+    reworded = renamed.replace("published: the paper", "published: measured")
+    assert reworded.count("measured") > 1
+    (tmp_path / "rig.toml").write_text(reworded, encoding="utf-8")
+    recipe = f'[sweep]\nrig = "{(tmp_path / "rig.toml").as_posix()}"\n' + GRID
+    assert plan_of(recipe).hash == plan_of(GRID).hash
