@@ -199,7 +199,13 @@ class PeriodicRig:
         return np.fft.irfft(response, n=force.shape[1], axis=1)
 
 
-def prepare(rig: Transmission, *, gear: str | None = None, samples_per_tooth: int = SAMPLES_PER_TOOTH) -> PeriodicRig:
+def prepare(
+    rig: Transmission,
+    *,
+    gear: str | None = None,
+    samples_per_tooth: int = SAMPLES_PER_TOOTH,
+    system: ModalSystem | None = None,
+) -> PeriodicRig:
     """Prepare the periodic problem of a gear: all that its damage does not change.
 
     Parameters
@@ -210,6 +216,8 @@ def prepare(rig: Transmission, *, gear: str | None = None, samples_per_tooth: in
         The damaged gear; the driving gear of the first mesh if left out.
     samples_per_tooth
         Samples in a tooth pass; n is this times the gear's teeth.
+    system
+        The rig's modal system, for example a truncated one; synthesised in full if left out.
 
     Raises
     ------
@@ -244,7 +252,7 @@ def prepare(rig: Transmission, *, gear: str | None = None, samples_per_tooth: in
     teeth = rig.gears[gear].teeth
     n = samples_per_tooth * teeth
     total = n * revolutions
-    system = modal_system(rig)
+    system = system or modal_system(rig)
     outputs = [*order, *range(len(order), len(order) + len(rig.sensors))]
     inputs = [*order, *range(len(order), system.inputs.shape[1])]
     transfer = system.transfer(speed / revolutions * np.arange(total // 2 + 1))[:, outputs][:, :, inputs]

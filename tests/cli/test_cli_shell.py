@@ -11,7 +11,7 @@ from click.testing import CliRunner
 import sigdb
 from sigdb.cli.main import cli, main
 
-COMMANDS = ("modes", "sweep", "query", "show", "train", "evaluate")
+COMMANDS = ("new-rig", "describe", "modes", "sweep", "query", "show", "train", "evaluate")
 SIGDB = Path(sys.executable).with_name("sigdb")
 
 
@@ -73,7 +73,7 @@ def test_python_m_sigdb_is_sigdb(shell):
         (["train", "{missing}", "--target", "location", "--out", "{missing}"], "is not a sigdb database"),
         (["evaluate", "{missing}", "{db}"], "is not a model folder"),
         (["evaluate", "{model}", "{missing}"], "is not a sigdb database"),
-        (["modes", "nothing"], "no built-in rig 'nothing'; known: nasa-spiral-bevel"),
+        (["modes", "nothing"], "no built-in rig 'nothing'; known: chaari-8dof, "),
         (["modes", "nothing.toml"], "nothing.toml: no such file"),
     ],
 )
