@@ -35,4 +35,4 @@ def modes(rig: str, form: str, count: int | None) -> None:
     click.echo(f"{'mode':>4}  {'frequency, Hz':>13}  {'damping ratio':>13}  moves (share of kinetic energy)")
     for i, row in enumerate(rows, start=1):
         most = ", ".join(f"{name} {share:.0%}" for name, share in list(row["moves"].items())[:3] if share >= 0.05)
-        click.echo(f"{i:>4}  {row['frequency_hz']:>13.1f}  {row['damping_ratio']:>13.4f}  {most}")
+        click.echo(f"{i:>4}  {row['frequency_hz']:>13.1f}  {row['damping_ratio']:>z13.4f}  {most}")

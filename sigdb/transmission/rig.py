@@ -36,7 +36,7 @@ class Transmission(Described):
     13
     """
 
-    name: Name = Field(description="Name of the rig.")
+    name: str = Field(description="Name of the rig.", pattern=r"^[A-Za-z][A-Za-z0-9._-]*$")
     title: str = Field(default="", description="What the rig is, in a line.")
     damping_ratio: float = quantity(
         "-", "Fraction of critical damping of every mode of the rotors, torsion included.", ge=0, lt=1

@@ -87,7 +87,7 @@ def test_torque_goes_through_two_stages():
 
 
 def test_masses_of_shafts_and_bodies():
-    facts = described("friswell-5-9-1")
+    facts = described("friswell-5.9.1")
     (shaft,) = facts["shafts"]
     assert shaft["mass"] == pytest.approx(7810 * pi / 4 * 0.05**2 * 1.5)
     assert shaft["length"] == pytest.approx(1.5)
@@ -106,9 +106,9 @@ def test_every_built_in_rig_is_described(name):
 
 
 def test_pictures_are_drawn_beside_the_page(tmp_path):
-    code, out, err, _ = call("describe", "friswell-5-9-1", "--out", tmp_path / "new", "--format", "json")
+    code, out, err, _ = call("describe", "friswell-5.9.1", "--out", tmp_path / "new", "--format", "json")
     assert code == 0
-    assert json.loads(out)["name"] == "friswell-5-9-1"
+    assert json.loads(out)["name"] == "friswell-5.9.1"
     assert err.splitlines() == [f"drawn: {tmp_path / 'new' / name}" for name in ("rig.png", "campbell.png")]
     for name in ("rig.png", "campbell.png"):
         assert (tmp_path / "new" / name).read_bytes().startswith(b"\x89PNG")

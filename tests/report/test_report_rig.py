@@ -12,7 +12,7 @@ from sigdb.report import campbell_figure, rig_figure, rig_text
 from sigdb.report.rig_layout import lay_out
 from sigdb.transmission import Transmission, built_in_transmissions, coupled_modes
 
-SMALL = ("friswell-5-9-1", "luo-10dof")
+SMALL = ("friswell-5.9.1", "luo-10dof")
 
 
 def rig(name):
@@ -78,7 +78,7 @@ def test_a_drawing_is_to_scale():
 
 
 def test_whirl_splits_in_the_campbell_diagram():
-    one = rig("friswell-5-9-1")
+    one = rig("friswell-5.9.1")
     figure = campbell_figure(one)
     (marks,) = figure.axes[0].collections
     x, y = marks.get_offsets().T
@@ -107,7 +107,7 @@ def test_the_campbell_diagram_has_the_orders_of_shafts_and_meshes():
 
 
 def test_a_rig_that_stands_still_has_no_campbell_diagram(tmp_path):
-    still = rig("friswell-5-9-1").replace({"operating.speed_rpm": 0.0})
+    still = rig("friswell-5.9.1").replace({"operating.speed_rpm": 0.0})
     with pytest.raises(InputError, match=r"stands still; .* operating.speed_rpm above 0"):
         campbell_figure(still)
     assert draw_rig(still, tmp_path) == [tmp_path / "rig.png"]

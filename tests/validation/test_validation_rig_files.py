@@ -46,7 +46,7 @@ def test_the_turbo_generators_one_low_axial_mode_is_that_of_the_generator_shaft(
 )
 def test_the_file_of_friswells_example_591(rpm, published):
     """Published to 0.01 rad/s."""
-    rig = load_transmission("friswell-5-9-1").replace({"operating.speed_rpm": rpm})
+    rig = load_transmission("friswell-5.9.1").replace({"operating.speed_rpm": rpm})
     assert_allclose(2 * np.pi * coupled_modes(rig).frequency_hz[:6], published, atol=0.011)
 
 
