@@ -3,6 +3,22 @@
 Each message names the owner (a file, a table, a function), the field, the rule, the value and the remedy.
 """
 
+import difflib
+from collections.abc import Iterable
+
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """The end of a message about an unknown word: the nearest known one, or all of them.
+
+    Examples
+    --------
+    >>> suggestion("teht", ["teeth", "node"])
+    "; did you mean 'teeth'?"
+    """
+    known = sorted(known)
+    near = difflib.get_close_matches(word, known, n=1)
+    return f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(known)}" if known else ""
+
 
 class SigdbError(Exception):
     """Something that a user can understand and act on; the base of all of sigdb's own errors."""

@@ -3,7 +3,6 @@
 Validation, error messages, docs, command-line help and the metadata of database columns read them from there.
 """
 
-import difflib
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError
 from pydantic.fields import FieldInfo
 
-from sigdb.core.errors import InputError
+from sigdb.core.errors import InputError, suggestion
 
 Vector = Annotated[tuple[float, float, float], Strict(False)]
 """Three components in the casing's frame (X, Y, Z)."""
@@ -124,9 +123,7 @@ def _closest(model: type[BaseModel], location: tuple[Any, ...]) -> str:
     owner = _section_at(model, location[:-1])
     if owner is None:
         return "; remove it"
-    known = sorted(owner.model_fields)
-    near = difflib.get_close_matches(str(location[-1]), known, n=1)
-    return f"; did you mean {near[0]!r}?" if near else f"; known keys: {', '.join(known)}"
+    return suggestion(str(location[-1]), owner.model_fields)
 
 
 def _section_at(model: type[BaseModel], location: tuple[Any, ...]) -> type[BaseModel] | None:

@@ -152,7 +152,12 @@ def database_schema(
                 unit="m",
                 help="Compression under harmonic excitations, (n, orders, 2) row-major.",
             ),
-            Column(name="orders", type=pa.list_(pa.float64()), unit="1/rev", help="Orders of harmonic excitations."),
+            Column(
+                name="orders",
+                type=pa.list_(pa.field("element", pa.float64())),
+                unit="1/rev",
+                help="Orders of harmonic excitations.",
+            ),
             Column(
                 name="mesh_force", type=_LIST, unit="N", help="Nominal mesh force along the normal.", formula="k delta"
             ),

@@ -4,7 +4,7 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-from sigdb.core.errors import InputError
+from sigdb.core.errors import InputError, suggestion
 from sigdb.core.fields import read_toml, validated
 from sigdb.transmission.casing_matrices import CasingMatrices
 from sigdb.transmission.rig import Transmission
@@ -38,7 +38,7 @@ def load_transmission(name_or_path: str | Path) -> Transmission:
         return _read(Path(text), owner=text)
     files = _built_in_files()
     if text not in files:
-        raise InputError(f"no built-in rig {text!r}; known: {', '.join(files)}; a rig file's name ends in .toml")
+        raise InputError(f"no built-in rig {text!r}{suggestion(text, files)} (a rig file's name ends in .toml)")
     with resources.as_file(files[text]) as path:
         return _read(path, owner=path.name)
 

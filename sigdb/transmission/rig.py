@@ -1,6 +1,5 @@
 """A transmission as it is described: parts by name, checked against each other."""
 
-import difflib
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any, Self
@@ -8,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
-from sigdb.core.errors import InputError
+from sigdb.core.errors import InputError, suggestion
 from sigdb.core.fields import quantity, validated
 from sigdb.transmission.bodies import Body, Disk
 from sigdb.transmission.described import Described, Name
@@ -264,7 +263,9 @@ class Transmission(Described):
             tables = [table for table in _TABLES if parts[0] in getattr(self, table)]
             if not tables:
                 known = [*type(self).model_fields, *(name for table in _TABLES for name in getattr(self, table))]
-                raise InputError(f"rig {self.name!r} has no part {parts[0]!r} (in {dotted!r}){_near(parts[0], known)}")
+                raise InputError(
+                    f"rig {self.name!r} has no part {parts[0]!r} (in {dotted!r}){suggestion(parts[0], known)}"
+                )
             parts = (tables[0], *parts)
         value = self._value(parts, dotted)
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -286,7 +287,7 @@ class Transmission(Described):
             else:
                 here = None
             if here is None:
-                raise InputError(f"rig {self.name!r} has no parameter {dotted!r}{_near(part, known)}")
+                raise InputError(f"rig {self.name!r} has no parameter {dotted!r}{suggestion(part, known)}")
         return here
 
     def value(self, dotted: str) -> float:
@@ -330,8 +331,3 @@ def _missing(key: str, name: str | None, known: Any) -> Iterator[str]:
 
 def _known(known: Any) -> str:
     return f"known: {', '.join(known)}" if known else "the rig has none"
-
-
-def _near(word: str, known: list[str]) -> str:
-    near = difflib.get_close_matches(word, known, n=1)
-    return f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(known)}" if known else ""

@@ -39,7 +39,7 @@ def test_a_valid_section_holds_what_was_given():
             {"diametre": 0.7, "diameter": 0.7},
             r"^cart.toml: unknown key wheels\.left\.diametre; did you mean 'diameter'\?$",
         ),
-        ({"xyz": 1, "diameter": 0.7}, r"unknown key wheels\.left\.xyz; known keys: centre, diameter, maker, spokes$"),
+        ({"xyz": 1, "diameter": 0.7}, r"unknown key wheels\.left\.xyz; known: centre, diameter, maker, spokes$"),
         ({}, r"^cart.toml: wheels\.left\.diameter is missing; add it$"),
         ({"diameter": -0.7}, r"^cart.toml: wheels\.left\.diameter = -0\.7 must be greater than 0$"),
         ({"diameter": "big"}, r"wheels\.left\.diameter = 'big' must be a valid number"),

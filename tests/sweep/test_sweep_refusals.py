@@ -53,7 +53,7 @@ GRID = "[[sweep.grid]]\nstiffness_loss = 0.2\n"
         (GRID + "pinion.tooth = 12\n", r"has no parameter 'pinion\.tooth'; did you mean 'teeth'\?"),
         (GRID + "pinion.shaft = 12\n", r"'pinion\.shaft' of rig 'nasa-spiral-bevel' is not a number"),
         (GRID + "pinion.teeth = 12.5\n", r"gears\.pinion\.teeth = 12\.5 must be a valid integer"),
-        (GRID + "operating.torque = -1.0\n", r"operating\.torque = -1\.0 must be greater than 0"),
+        (GRID + "operating.torque = -1.0\n", r"operating\.torque = -1\.0 must be greater than or equal to 0"),
         ("[[sweep.grid]]\ntooth = 1\n", r"no rows: no grid damages anything and healthy = 0; give a loss, a shift or"),
         ("[[sweep.grid]]\nstiffness_loss = 0.0\nloss_extent = 0.5\n", r"the sweep has no rows"),
     ],
@@ -82,7 +82,7 @@ def test_the_remedy_for_broken_tooth_cycles_works(plan_of):
 @pytest.mark.parametrize(
     ("rig", "says"),
     [
-        ("nasa-spiral-bevell", r"no built-in rig 'nasa-spiral-bevell'; known: nasa-spiral-bevel"),
+        ("nasa-spiral-bevell", r"no built-in rig 'nasa-spiral-bevell'; did you mean 'nasa-spiral-bevel'"),
         ("rigs/none.toml", r"none\.toml: no such file"),
     ],
 )

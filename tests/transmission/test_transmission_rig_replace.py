@@ -36,7 +36,7 @@ def test_values_are_those_of_the_file(rig):
         ("pinon.teeth", r"has no part 'pinon' \(in 'pinon\.teeth'\); did you mean 'pinion'\?"),
         ("speed", r"rig 'nasa-spiral-bevel' has no part 'speed'"),
         ("pinion.teth", r"has no parameter 'pinion\.teth'; did you mean 'teeth'\?"),
-        ("gears.wheel.teeth", r"has no parameter 'gears\.wheel\.teeth'; known: pinion, gear"),
+        ("gears.wheel.teeth", r"has no parameter 'gears\.wheel\.teeth'; known: gear, pinion"),
         ("casing.modes.3.frequency_hz", r"has no parameter 'casing\.modes\.3\.frequency_hz'"),
         ("pinion", r"'pinion' of rig 'nasa-spiral-bevel' is not a number; name a numeric field"),
         ("pinion.shaft", r"'pinion\.shaft' of rig .* is not a number"),
