@@ -218,7 +218,8 @@ def _component_basis(parts: Assembly, count: int | None) -> FloatArray:
     """(n, r) columns: each rotor's component modes and attachment modes, and the casing's modes."""
     if count is None:
         return np.eye(len(parts.mass))
-    interfaces = np.column_stack([parts.meshes, parts.bearings, parts.torque, parts.sensors.T])
+    forces = [parts.meshes, parts.bearings, parts.torque, parts.load, parts.unbalance]
+    interfaces = np.column_stack([*forces, parts.sensors.T])
     blocks, order = [], []
     for dofs in parts.rotors.values():
         take = np.ix_(dofs, dofs)
