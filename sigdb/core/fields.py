@@ -4,7 +4,7 @@ Validation, error messages, docs, command-line help and the metadata of database
 """
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -60,6 +60,16 @@ def unit_of(field: FieldInfo) -> str:
     return str(extra.get("unit", "-")) if isinstance(extra, dict) else "-"
 
 
+def without_defaults(section: BaseModel, dumped: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
+    """A dumped section without those of the named fields that have their default.
+
+    What is stored of a section, and hashes of it, then stay as they were before it had these fields.
+    """
+    fields = type(section).model_fields
+    left_out = {name for name in names if getattr(section, name) == fields[name].default}
+    return {name: value for name, value in dumped.items() if name not in left_out}
+
+
 S = TypeVar("S", bound=BaseModel)
 
 
@@ -102,10 +112,13 @@ def _input_error(model: type[BaseModel], error: ValidationError, owner: str) -> 
 
 def _sentence(model: type[BaseModel], problem: Any) -> str:
     """What is wrong, in the words of the file: one line for each problem."""
-    location = problem["loc"]
+    location = _as_written(model, problem["loc"])
     key = ".".join(str(part) for part in location) or "(top level)"
     if problem["type"] == "extra_forbidden":
-        return f"unknown key {key}{_closest(model, location)}"
+        return f"unknown key {key}{_closest(model, problem['loc'])}"
+    if problem["type"] == "union_tag_invalid":
+        told_apart_by = problem["ctx"]["discriminator"].strip("()'")
+        return f"{key}.{told_apart_by} = {problem['ctx']['tag']!r} must be one of {problem['ctx']['expected_tags']}"
     if problem["type"] == "missing":
         return f"{key} is missing; add it"
     if problem["type"] == "string_pattern_mismatch":
@@ -128,22 +141,35 @@ def _closest(model: type[BaseModel], location: tuple[Any, ...]) -> str:
 
 def _section_at(model: type[BaseModel], location: tuple[Any, ...]) -> type[BaseModel] | None:
     """The section that a path of keys ends in, looked up through tables of sections and unions."""
-    here: Any = model
-    for part in location:
-        if isinstance(here, type) and issubclass(here, BaseModel):
-            field = here.model_fields.get(str(part))
-            here = field.annotation if field else _named_member(here, part)
-        else:
-            here = _named_member(here, part)
-    candidates = _sections_in(here)
+    candidates = _sections_in(_walked(model, location)[0])
     return candidates[0] if len(candidates) == 1 else None
 
 
-def _named_member(annotation: Any, part: Any) -> Any:
+def _as_written(model: type[BaseModel], location: tuple[Any, ...]) -> tuple[Any, ...]:
+    """A path of keys as a file has them, without the names of members of unions."""
+    return _walked(model, location)[1]
+
+
+def _walked(model: type[BaseModel], location: tuple[Any, ...]) -> tuple[Any, tuple[Any, ...]]:
+    """What a path of keys leads to, and the path without the names of members of unions."""
+    here: Any = model
+    written: list[Any] = []
+    for part in location:
+        field = here.model_fields.get(str(part)) if isinstance(here, type) and issubclass(here, BaseModel) else None
+        named = None if field else next((one for one in _sections_in(here) if part in _names(one)), None)
+        if not named:
+            written.append(part)
+        here = field.annotation if field else named or _member(here, part)
+    return here, tuple(written)
+
+
+def _names(section: type[BaseModel]) -> set[Any]:
+    """What a member of a union is called in a path: its class, or the kind that tells it apart."""
+    return {section.__name__} | ({section.model_fields["kind"].default} if "kind" in section.model_fields else set())
+
+
+def _member(annotation: Any, part: Any) -> Any:
     sections = _sections_in(annotation)
-    named = [section for section in sections if section.__name__ == part]
-    if named:
-        return named[0]
     if len(sections) == 1 and str(part) in sections[0].model_fields:
         return sections[0].model_fields[str(part)].annotation
     return annotation

@@ -1,15 +1,24 @@
 """Tooth damage: what it does to the stiffness of the tooth pair, for one tooth and for several."""
 
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
-from pydantic import Field, Strict, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer, model_validator
 
 from sigdb.core.errors import InputError
-from sigdb.core.fields import Section, quantity
+from sigdb.core.fields import Section, quantity, without_defaults
+
+FLAWS = {
+    "crack_depth": ("crack_angle_deg",),
+    "pit_diameter": ("pit_depth", "pits", "pit_place"),
+    "wear_depth": (),
+    "chip_height": ("chip_extent",),
+}
+"""Sizes of a tooth's geometric damage, each with the fields that mean something only beside it."""
+FLAW_FIELDS = tuple(name for size, beside in FLAWS.items() for name in (size, *beside))
 
 
 class ToothDamage(Section):
-    """Damage of one tooth."""
+    """Damage of one tooth: of its stiffness, or of its geometry where the mesh's profile is by the energy method."""
 
     phase_shift_deg: float = quantity(
         "deg",
@@ -22,6 +31,31 @@ class ToothDamage(Section):
     loss_extent: float = quantity(
         "-", "Fraction of the tooth's contact over which the loss acts, from first contact.", ge=0, le=1, default=1.0
     )
+
+    crack_depth: float = quantity(
+        "m", "Length of a crack from the loaded side of the root, through the whole face width.", ge=0, default=0.0
+    )
+    crack_angle_deg: float = quantity(
+        "deg", "Angle of the crack from the tooth's centre line.", gt=0, le=90, default=70.0
+    )
+    pit_diameter: float = quantity("m", "Diameter of round pits in a row across the loaded flank.", ge=0, default=0.0)
+    pit_depth: float = quantity("m", "Depth of the pits; 0 takes only width of contact.", ge=0, default=0.0)
+    pits: int = quantity("-", "Number of pits.", ge=1, default=1)
+    pit_place: float = quantity(
+        "-",
+        "Place of the pits' centres, as a fraction of the contact from first contact; off it below 0 and above 1.",
+        default=0.5,
+    )
+    wear_depth: float = quantity("m", "Depth worn evenly off the flank, along its normal.", ge=0, default=0.0)
+    chip_height: float = quantity(
+        "m", "Height that is broken off the tooth, from its tip; all of the tooth is missing at its height.",
+        ge=0, default=0.0,
+    )  # fmt: skip
+    chip_extent: float = quantity("-", "Fraction of the face width that is broken off.", ge=0, le=1, default=1.0)
+
+    @model_serializer(mode="wrap")
+    def _as_used(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_defaults(self, handler(self), FLAW_FIELDS)
 
     def shift_in_passes(self, teeth: int) -> float:
         """The phase shift in tooth passes of a gear.
@@ -45,7 +79,18 @@ class ToothDamage(Section):
     @property
     def is_damage(self) -> bool:
         """Whether it changes anything."""
-        return self.phase_shift_deg != 0 or (self.stiffness_loss > 0 and self.loss_extent > 0)
+        return self.phase_shift_deg != 0 or (self.stiffness_loss > 0 and self.loss_extent > 0) or bool(self.flaws)
+
+    @property
+    def flaws(self) -> tuple[str, ...]:
+        """Sizes of geometric damage that are not zero."""
+        idle = () if self.chip_extent else ("chip_height",)
+        return tuple(name for name in FLAWS if getattr(self, name) and name not in idle)
+
+    @property
+    def geometry(self) -> "ToothDamage":
+        """The part that changes the tooth's geometry, without what means nothing beside it."""
+        return ToothDamage(**{name: getattr(self, name) for size in self.flaws for name in (size, *FLAWS[size])})
 
 
 class Damage(ToothDamage):
@@ -92,7 +137,7 @@ class Damage(ToothDamage):
             )
         if self.tooth == 0 and (super().is_damage or self.each):
             raise ValueError("damage is given without a tooth; say with tooth which tooth is the first damaged one")
-        beside = {"phase_shift_deg", "stiffness_loss", "loss_extent"} & self.model_fields_set
+        beside = set(ToothDamage.model_fields) & self.model_fields_set
         if self.each and (beside or self.damaged_teeth != len(self.each)):
             raise ValueError(
                 f"pattern {self.pattern!r} gives the damage of {len(self.each)} teeth one by one; leave out "

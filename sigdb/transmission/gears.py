@@ -1,12 +1,20 @@
 """Gears and meshes as they are described in a rig file."""
 
-from typing import Literal, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+import numpy as np
+from pydantic import Discriminator, Field, SerializerFunctionWrapHandler, Tag, model_serializer, model_validator
 
+from sigdb.core.errors import InputError
 from sigdb.core.fields import Vector, quantity
 from sigdb.transmission.bodies import Body, Rotating, cylinder
+from sigdb.transmission.cylindrical_pair import CylindricalPair
 from sigdb.transmission.described import Described
+from sigdb.transmission.energy_method import Elastic, ElasticPair
+from sigdb.transmission.geometry_profiles import EnergyMethod, GeometryProfile, Iso6336
+from sigdb.transmission.profiles import Harmonic, Table, Trapezoid, kind
+from sigdb.transmission.shafts import Material
 
 
 class Gear(Rotating):
@@ -53,21 +61,15 @@ class ProfileError(Described):
     amplitude: float = quantity("m", "Material missing at both ends of the contact, along the mesh normal.")
 
 
-class Trapezoid(Described):
-    """Stiffness of one tooth pair along its contact: a rising flank, a plateau, a falling flank.
-
-    The contact is ``contact_ratio`` tooth passes long, each flank ``flank`` passes; flanks are raised cosines,
-    so that results converge with the time grid.
-    """
-
-    contact_ratio: float = quantity("pass", "Length of one pair's contact, in tooth passes.", ge=1, lt=3)
-    flank: float = quantity("pass", "Length of each flank, in tooth passes.", gt=0)
-
-    @model_validator(mode="after")
-    def _flanks_fit(self) -> Self:
-        if 2 * self.flank > self.contact_ratio:
-            raise ValueError(f"flank = {self.flank} must be at most half of contact_ratio = {self.contact_ratio}")
-        return self
+AnyProfile = Annotated[
+    Annotated[Trapezoid, Tag("trapezoid")]
+    | Annotated[Harmonic, Tag("harmonic")]
+    | Annotated[Table, Tag("table")]
+    | Annotated[EnergyMethod, Tag("energy-method")]
+    | Annotated[Iso6336, Tag("iso-6336")],
+    Discriminator(kind),
+]
+"""The kinds of profile that a mesh can have, told apart by their key ``kind``."""
 
 
 class Mesh(Described):
@@ -85,10 +87,67 @@ class Mesh(Described):
     line_of_centres: Vector | None = quantity(
         "-", "Parallel shafts: direction from the driving to the driven gear, in the casing's frame.", default=None
     )
-    stiffness: float = quantity("N/m", "Mean mesh stiffness along the normal.", gt=0)
+    stiffness: float = quantity(
+        "N/m", "Mean mesh stiffness along the normal; that of the profile, where it gives one, if left out.",
+        gt=0, default=None,
+    )  # fmt: skip
     damping: float = quantity("N s/m", "Viscous damping along the normal.", ge=0, default=0.0)
-    profile: Trapezoid = Field(description="Stiffness of one tooth pair along its contact.")
+    profile: AnyProfile = Field(description="Stiffness of one tooth pair along its contact.")
     profile_error: ProfileError | None = Field(default=None, description="Deviation of the tooth profiles.")
+
+    @model_validator(mode="after")
+    def _mean_known(self) -> Self:
+        if isinstance(self.profile, GeometryProfile):
+            return self
+        if self.stiffness is None and self.profile.mean_stiffness is None:
+            raise ValueError(
+                "stiffness is missing; add it, or a profile that gives it (kind = 'table', 'energy-method', 'iso-6336')"
+            )
+        return self._with_mean()
+
+    @model_serializer(mode="wrap")
+    def _as_given(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Without a mean stiffness that follows from the profile, so that it follows again."""
+        return {name: value for name, value in handler(self).items() if name != "stiffness" or self._given}
+
+    def fitted(self, driving: Gear, driven: Gear, materials: Mapping[str, Material]) -> Self:
+        """The mesh with a profile that knows its gears, on parallel shafts.
+
+        Raises
+        ------
+        InputError
+            If the profile does not hold for these gears.
+        """
+        if not isinstance(self.profile, GeometryProfile):
+            return self
+        elastic = []
+        for name, gear in ((self.driving, driving), (self.driven, driven)):
+            material = materials.get(self.profile.material or gear.material or "")
+            if material is None:
+                raise InputError(
+                    f"the material of gear {name!r} is not known; give profile.material, one of "
+                    f"{', '.join(materials) or 'those of the table materials'}"
+                )
+            elastic.append(Elastic(young_modulus=material.young_modulus, shear_modulus=material.shear_modulus))
+        geometry = CylindricalPair(
+            teeth=(driving.teeth, driven.teeth),
+            normal_module=self.module * float(np.cos(np.deg2rad(self.helix_angle_deg))),
+            face_width=self.face_width,
+            pressure_angle_deg=self.pressure_angle_deg,
+            helix_angle_deg=self.helix_angle_deg,
+        )
+        pair = ElasticPair(geometry=geometry, materials=(elastic[0], elastic[1]), bores=(driving.bore, driven.bore))
+        return self.model_copy(update={"profile": self.profile.fitted(pair)})._with_mean()
+
+    @property
+    def _given(self) -> bool:
+        return "stiffness" in self.model_fields_set
+
+    def _with_mean(self) -> Self:
+        """Itself, with the mean stiffness of its profile where none is given."""
+        if not self._given:
+            self.__dict__["stiffness"] = self.profile.mean_stiffness
+        return self
 
 
 class Operating(Described):

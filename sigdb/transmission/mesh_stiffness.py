@@ -10,23 +10,24 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray
 from sigdb.transmission.damage import ToothDamage
-from sigdb.transmission.gears import Mesh, Trapezoid
+from sigdb.transmission.gears import AnyProfile, Mesh
+from sigdb.transmission.geometry_profiles import EnergyMethod
+from sigdb.transmission.raised_cosine import raised_cosine
 
 _LEAST_EDGE = 0.1
 _EDGE_PER_SHIFT = 1.6
 """Edge width, in passes, for a shift of one pass: above pi / 2, so that ``x - s w(x)`` rises everywhere."""
 
 
-def pair_stiffness(profile: Trapezoid, x: FloatArray) -> FloatArray:
+def pair_stiffness(profile: AnyProfile, x: FloatArray) -> FloatArray:
     """Stiffness of one tooth pair at x passes after first contact, for a mesh of unit mean stiffness.
 
     The sum over the pairs in contact has mean 1: the profile's area is 1.
     """
-    rise = _raised_cosine(x / profile.flank)
-    fall = _raised_cosine((profile.contact_ratio - x) / profile.flank)
-    return rise * fall / (profile.contact_ratio - profile.flank)
+    return profile.pair_stiffness(x)
 
 
 def place_in_contact(u: FloatArray, teeth: int) -> FloatArray:
@@ -39,7 +40,9 @@ def pairs_in_contact(u: FloatArray) -> FloatArray:
     return u % 1 + np.arange(3)[:, None]
 
 
-def tooth_stiffness(mesh: Mesh, teeth: int, u: FloatArray, damage: Mapping[int, ToothDamage]) -> FloatArray:
+def tooth_stiffness(
+    mesh: Mesh, teeth: int, u: FloatArray, damage: Mapping[int, ToothDamage], *, gear: str | None = None
+) -> FloatArray:
     """Stiffness of each tooth's pair over one revolution of a gear, N/m.
 
     Parameters
@@ -52,6 +55,8 @@ def tooth_stiffness(mesh: Mesh, teeth: int, u: FloatArray, damage: Mapping[int, 
         (n,) pass coordinate, 0 at the tacho mark, ``teeth`` a revolution later.
     damage
         Damage by tooth number, from 1.
+    gear
+        Name of the gear; needed only for damage by its geometry where both gears have as many teeth.
 
     Returns
     -------
@@ -61,7 +66,7 @@ def tooth_stiffness(mesh: Mesh, teeth: int, u: FloatArray, damage: Mapping[int, 
     Raises
     ------
     InputError
-        If a phase shift is more than half a tooth pass.
+        If a phase shift is more than half a tooth pass, or the damage does not fit the mesh's profile.
 
     Examples
     --------
@@ -72,25 +77,44 @@ def tooth_stiffness(mesh: Mesh, teeth: int, u: FloatArray, damage: Mapping[int, 
     >>> bool(np.isclose(k.mean(), mesh.stiffness, rtol=1e-4))
     True
     """
-    profile = mesh.profile
     rows = place_in_contact(u, teeth)
-    return mesh.stiffness * np.array(
-        [
-            _damaged_pair(profile, x, damage[tooth], teeth) if tooth in damage else pair_stiffness(profile, x)
-            for tooth, x in enumerate(rows, start=1)
-        ]
-    )
+    stiffness = pair_stiffness(mesh.profile, rows)
+    for tooth, one in damage.items():
+        profile = damaged_profile(mesh, teeth, one, gear=gear)
+        stiffness[tooth - 1] = _damaged_pair(profile, rows[tooth - 1], one, teeth)
+    return mesh.stiffness * stiffness
 
 
-def _damaged_pair(profile: Trapezoid, x: FloatArray, damage: ToothDamage, teeth: int) -> FloatArray:
+def damaged_profile(mesh: Mesh, teeth: int, damage: ToothDamage, *, gear: str | None = None) -> AnyProfile:
+    """The profile of a pair of which one tooth of a gear is damaged: the mesh's own but for damage by its geometry.
+
+    Raises
+    ------
+    InputError
+        If the damage does not fit the mesh's profile, or it is not clear which gear is meant.
+    """
+    if not damage.flaws:
+        return mesh.profile
+    if isinstance(mesh.profile, EnergyMethod):
+        return mesh.profile.damaged(damage, _member(mesh, mesh.profile.pair.teeth, teeth, gear))
+    return mesh.profile.damaged(damage, 0)
+
+
+def _member(mesh: Mesh, both: tuple[int, int], teeth: int, gear: str | None) -> int:
+    """0 for the driving gear, 1 for the driven one."""
+    if gear is not None:
+        return (mesh.driving, mesh.driven).index(gear)
+    if both[0] == both[1]:
+        raise InputError(
+            f"{mesh.driving!r} and {mesh.driven!r} have {teeth} teeth each; say with gear which is damaged"
+        )
+    return both.index(teeth)
+
+
+def _damaged_pair(profile: AnyProfile, x: FloatArray, damage: ToothDamage, teeth: int) -> FloatArray:
     shift = damage.shift_in_passes(teeth)
     end, edge = profile.contact_ratio, max(_LEAST_EDGE, _EDGE_PER_SHIFT * abs(shift))
-    x = x - shift * _raised_cosine(1 + x / edge) * _raised_cosine(1 + (end - x) / edge)
+    x = x - shift * raised_cosine(1 + x / edge) * raised_cosine(1 + (end - x) / edge)
     # The loss fades over `edge`, which slides from before the contact (extent 0) to behind it (extent 1).
-    fading = _raised_cosine((damage.loss_extent * (end + edge) - x) / edge)
+    fading = raised_cosine((damage.loss_extent * (end + edge) - x) / edge)
     return pair_stiffness(profile, x) * (1 - damage.stiffness_loss * fading)
-
-
-def _raised_cosine(x: FloatArray) -> FloatArray:
-    """From 0 at x <= 0 to 1 at x >= 1."""
-    return (1 - np.cos(np.pi * np.clip(x, 0, 1))) / 2

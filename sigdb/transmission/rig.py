@@ -12,6 +12,7 @@ from sigdb.core.fields import quantity, validated
 from sigdb.transmission.bodies import Body, Disk
 from sigdb.transmission.described import Described, Name
 from sigdb.transmission.gears import Gear, Mesh, Operating
+from sigdb.transmission.geometry_profiles import GeometryProfile
 from sigdb.transmission.mesh_geometry import MeshGeometry, PairMember, mesh_geometry
 from sigdb.transmission.sensors import Sensor
 from sigdb.transmission.shafts import Material, Shaft
@@ -56,9 +57,26 @@ class Transmission(Described):
         problems = list(self._dangling())
         if not problems:
             problems = list(self._geometry_problems())
+        if not problems:
+            problems = list(self._fit_meshes())
         if problems:
             raise ValueError("\n".join(problems))
         return self
+
+    def _fit_meshes(self) -> Iterator[str]:
+        """Let profiles that follow from the gears' geometry know their gears."""
+        fitted = {}
+        for name, mesh in self.meshes.items():
+            if isinstance(mesh.profile, GeometryProfile) and any(self.geometries[name].pitch_angles_deg):
+                yield (
+                    f"meshes.{name}.profile.kind = {mesh.profile.kind!r} is for gears on parallel shafts; name another"
+                )
+                continue
+            try:
+                fitted[name] = mesh.fitted(self.gears[mesh.driving], self.gears[mesh.driven], self.materials)
+            except ValueError as error:
+                yield f"meshes.{name}.profile: {error}"
+        self.__dict__["meshes"] = fitted
 
     def _dangling(self) -> Iterator[str]:
         """References to parts and nodes that do not exist."""
