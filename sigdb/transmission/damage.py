@@ -22,6 +22,7 @@ class ToothDamage(Section):
     loss_extent: float = quantity(
         "-", "Fraction of the tooth's contact over which the loss acts, from first contact.", ge=0, le=1, default=1.0
     )
+    friction: float = quantity("-", "Coulomb friction coefficient of the tooth.", ge=0, le=1, default=0.0)
 
     def shift_in_passes(self, teeth: int) -> float:
         """The phase shift in tooth passes of a gear.
@@ -45,7 +46,7 @@ class ToothDamage(Section):
     @property
     def is_damage(self) -> bool:
         """Whether it changes anything."""
-        return self.phase_shift_deg != 0 or (self.stiffness_loss > 0 and self.loss_extent > 0)
+        return self.phase_shift_deg != 0 or (self.stiffness_loss > 0 and self.loss_extent > 0) or self.friction > 0
 
 
 class Damage(ToothDamage):
@@ -92,11 +93,11 @@ class Damage(ToothDamage):
             )
         if self.tooth == 0 and (super().is_damage or self.each):
             raise ValueError("damage is given without a tooth; say with tooth which tooth is the first damaged one")
-        beside = {"phase_shift_deg", "stiffness_loss", "loss_extent"} & self.model_fields_set
+        beside = set(ToothDamage.model_fields) & self.model_fields_set
         if self.each and (beside or self.damaged_teeth != len(self.each)):
             raise ValueError(
                 f"pattern {self.pattern!r} gives the damage of {len(self.each)} teeth one by one; leave out "
-                "phase_shift_deg, stiffness_loss, loss_extent and damaged_teeth beside it"
+                f"{', '.join(ToothDamage.model_fields)} and damaged_teeth beside it"
             )
         return self
 

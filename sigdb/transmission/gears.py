@@ -69,6 +69,11 @@ class Trapezoid(Described):
             raise ValueError(f"flank = {self.flank} must be at most half of contact_ratio = {self.contact_ratio}")
         return self
 
+    @property
+    def pitch_point(self) -> float:
+        """Place of the pitch point in a pair's contact, in passes after first contact: assumed midway."""
+        return self.contact_ratio / 2
+
 
 class Mesh(Described):
     """A gear pair: straight or spiral bevel where the shafts meet at an angle, else spur or helical."""
@@ -87,6 +92,12 @@ class Mesh(Described):
     )
     stiffness: float = quantity("N/m", "Mean mesh stiffness along the normal.", gt=0)
     damping: float = quantity("N s/m", "Viscous damping along the normal.", ge=0, default=0.0)
+    backlash: float | None = quantity(
+        "m",
+        "Way from one flank to the other along the normal, where the teeth part; no contact of the backs if left out.",
+        gt=0,
+        default=None,
+    )
     profile: Trapezoid = Field(description="Stiffness of one tooth pair along its contact.")
     profile_error: ProfileError | None = Field(default=None, description="Deviation of the tooth profiles.")
 

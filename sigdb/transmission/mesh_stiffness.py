@@ -76,19 +76,28 @@ def tooth_stiffness(mesh: Mesh, teeth: int, u: FloatArray, damage: Mapping[int, 
     rows = place_in_contact(u, teeth)
     return mesh.stiffness * np.array(
         [
-            _damaged_pair(profile, x, damage[tooth], teeth) if tooth in damage else pair_stiffness(profile, x)
+            damaged_pair_stiffness(profile, x, damage[tooth], teeth) if tooth in damage else pair_stiffness(profile, x)
             for tooth, x in enumerate(rows, start=1)
         ]
     )
 
 
-def _damaged_pair(profile: Trapezoid, x: FloatArray, damage: ToothDamage, teeth: int) -> FloatArray:
+def damaged_pair_stiffness(profile: Trapezoid, x: FloatArray, damage: ToothDamage, teeth: int) -> FloatArray:
+    """Stiffness of a pair with a damaged tooth of a gear, at x passes after first contact, as of `pair_stiffness`.
+
+    Away from the contact by a pass or more it is zero, as that of a healthy pair.
+    """
     shift = damage.shift_in_passes(teeth)
     end, edge = profile.contact_ratio, max(_LEAST_EDGE, _EDGE_PER_SHIFT * abs(shift))
     x = x - shift * _raised_cosine(1 + x / edge) * _raised_cosine(1 + (end - x) / edge)
     # The loss fades over `edge`, which slides from before the contact (extent 0) to behind it (extent 1).
     fading = _raised_cosine((damage.loss_extent * (end + edge) - x) / edge)
     return pair_stiffness(profile, x) * (1 - damage.stiffness_loss * fading)
+
+
+def sliding_sense(profile: Trapezoid, x: FloatArray) -> FloatArray:
+    """From -1 before the pitch point to 1 after it, turning within a tenth of a pass, at x passes after first contact."""
+    return 2 * _raised_cosine((x - profile.pitch_point) / _LEAST_EDGE + 0.5) - 1
 
 
 def _raised_cosine(x: FloatArray) -> FloatArray:

@@ -81,7 +81,7 @@ def test_names_follow_the_rig(system):
     assert system.sensors == ("pinion-vertical", "pinion-housing-vertical")
     assert system.outputs.shape[0] == 3
     assert system.unbalanced == ()
-    assert system.inputs.shape[1] == 3
+    assert system.inputs.shape[1] == 5
     assert_allclose(system.mesh_stiffness, [2.2e8])
 
 
@@ -165,10 +165,10 @@ def test_component_modes_keep_the_static_response(rig, count):
     displaced = Transmission.model_validate(data)
     full, few = (modal_system(displaced, component_modes=n) for n in (None, count))
     assert len(few.poles) < len(full.poles) / 2
-    exact = full.transfer(np.zeros(1))[0]
+    exact = full.transfer(np.zeros(1))[0, :, :3]
     # A free train answers a force along its mesh with compression alone, so that the sensors stay at rest.
     assert_allclose(exact[1:, 0] * 1e4, 0, atol=1e-12)
-    error = np.abs(few.transfer(np.zeros(1))[0] - exact)
+    error = np.abs(few.transfer(np.zeros(1))[0, :, :3] - exact)
     assert (error < 1e-8 * np.abs(exact) + [[1e-16, 0, 0]]).all()
 
 
