@@ -96,7 +96,7 @@ def damaged_pair_stiffness(profile: Trapezoid, x: FloatArray, damage: ToothDamag
 
 
 def sliding_sense(profile: Trapezoid, x: FloatArray) -> FloatArray:
-    """From -1 before the pitch point to 1 after it, turning within a tenth of a pass, at x passes after first contact."""
+    """From -1 before the pitch point to 1 after it, within a tenth of a pass, at x passes after first contact."""
     return 2 * _raised_cosine((x - profile.pitch_point) / _LEAST_EDGE + 0.5) - 1
 
 

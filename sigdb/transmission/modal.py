@@ -22,8 +22,8 @@ class ModalSystem:
     Transfer function: ``H(w) = outputs diag(1 / (i w - poles)) inputs + direct``.
     Inputs are a force along each mesh vector h (positive compresses the mesh), the mean torque through the train and
     the load's torque alone, each as a multiple of itself, the unbalance of each shaft that has one, in phase with the
-    cosine and the sine of its angle, and two friction vectors for each mesh
-    (:attr:`~sigdb.transmission.mesh_geometry.MeshGeometry.friction`). Outputs are each mesh's compression and each sensor.
+    cosine and the sine of its angle, and each mesh's two friction vectors (those of its geometry). Outputs are each
+    mesh's compression and each sensor.
 
     Attributes
     ----------
