@@ -53,7 +53,7 @@ def main():
     mesh = Mesh(*pair)
     versions = f"ross-rotordynamics {version('ross-rotordynamics')}, numpy {version('numpy')}, scipy {version('scipy')}"
     with OUT.open("w", encoding="utf-8", newline="") as file:
-        file.write("# Spur pair 19/48, module 3.175 mm, 16 mm wide, 20 deg, bores 30 mm, E 206.8 GPa, nu 0.3, by ROSS:\n")
+        file.write("# Spur pair 19/48, module 3.175 mm, 16 mm wide, 20 deg, bores 30 mm, E 206.8 GPa, nu 0.3: ROSS\n")
         file.write("# tooth: pressure angle, compliance in bending, shear, compression and of the foundation, m/N\n")
         file.write("# mesh: contact ratio, contact stiffness; mesh-stiffness: tooth passes, N/m\n")
         file.write(f"# {versions}, Python {platform.python_version()}; benchmarks/ross_mesh_stiffness.py\n")

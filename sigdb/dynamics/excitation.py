@@ -4,13 +4,19 @@ All of it is expressed over the angle theta of the averaged shaft. An excitation
 only where it turns a whole number of times in the common period of the meshes; otherwise it cancels.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from sigdb.core.typing import ComplexArray, FloatArray
+from sigdb.dynamics.period import Period
 from sigdb.transmission import ModalSystem, Transmission
 from sigdb.transmission.gears import Mesh
+from sigdb.transmission.mesh_stiffness import pair_stiffness, pairs_in_contact
+
+SAMPLES_OF_A_PASS = 1024
+"""Samples of a tooth pass from which the Fourier coefficients of healthy stiffness and errors are taken."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,3 +77,85 @@ def profile_error(mesh: Mesh, x: FloatArray) -> FloatArray:
     if mesh.profile_error is None:
         return np.zeros_like(x)
     return mesh.profile_error.amplitude * (2 * x / mesh.profile.contact_ratio - 1) ** 2
+
+
+def over_a_pass(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
+    """(SAMPLES_OF_A_PASS,) stiffness of a healthy mesh, N/m, and the force of its profile errors, N."""
+    x = pairs_in_contact(np.arange(SAMPLES_OF_A_PASS) / SAMPLES_OF_A_PASS)
+    pairs = mesh.stiffness * pair_stiffness(mesh.profile, x)
+    return pairs.sum(axis=0), (pairs * profile_error(mesh, x)).sum(axis=0)
+
+
+def excitation(
+    period: Period, meshes: Sequence[Mesh], teeth: int, found: Sequence[Harmonic], transfer: ComplexArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Spectra of all that excites a healthy rig, as columns: torque and profile errors, each tooth's index error along
+    the first mesh, each order's two phases.
+
+    Parameters
+    ----------
+    period
+        The common period.
+    meshes, teeth
+        The meshes, and the teeth of the averaged gear in the first.
+    found
+        Harmonic excitations.
+    transfer
+        (K, outputs, inputs) of the mean system at the harmonics of the period.
+
+    Returns
+    -------
+    free, force : ndarray, (outputs, K, columns) and (meshes, K, columns)
+        ``rfft`` over the period of the outputs that forces cause in the mean system, and of the errors' mesh forces.
+    """
+    N, m = period.samples, len(meshes)
+    K, outputs, _ = transfer.shape
+    columns = 1 + teeth + 2 * len(found)
+    free, force = np.zeros((outputs, K, columns), complex), np.zeros((m, K, columns), complex)
+    free[:, 0, 0] = N * transfer[0, :, m].real
+    passes = [over_a_pass(mesh) for mesh in meshes]
+    for i, (count, (_, error)) in enumerate(zip(period.passes, passes, strict=True)):
+        _place(force[i, :, 0], N * np.fft.rfft(error) / len(error), count)
+
+    first = _tooth_coefficients(meshes[0], teeth)
+    order = np.arange(len(first))
+    for tooth in range(teeth):
+        turned = first * np.exp(-2j * np.pi * order * tooth / teeth)
+        _place(force[0, :, 1 + tooth], N * turned, period.revolutions)
+
+    for i, one in enumerate(found):
+        k = round(one.order * period.revolutions)
+        for phase, unit in enumerate((1, 1j)):
+            column = 1 + teeth + 2 * i + phase
+            free[:, k, column] = N / 2 * unit * (transfer[k] @ one.force)
+            for mesh, error in enumerate(one.error):
+                if error:
+                    stiffness = np.fft.rfft(passes[mesh][0]) / SAMPLES_OF_A_PASS
+                    _modulate(force[mesh, :, column], N / 2 * unit * error, k, stiffness, period.passes[mesh])
+    return free, force
+
+
+def _tooth_coefficients(mesh: Mesh, teeth: int) -> ComplexArray:
+    """Fourier coefficients over a revolution of the stiffness of tooth 1's pair."""
+    n = teeth * SAMPLES_OF_A_PASS
+    pair = np.zeros(n)
+    x = np.arange(min(n, int(np.ceil(mesh.profile.contact_ratio)) * SAMPLES_OF_A_PASS)) / SAMPLES_OF_A_PASS
+    pair[: len(x)] = mesh.stiffness * pair_stiffness(mesh.profile, x)
+    return np.fft.rfft(pair) / n
+
+
+def _place(spectrum: ComplexArray, coefficients: ComplexArray, step: int) -> None:
+    """Put coefficients at every ``step``-th harmonic."""
+    places = spectrum[::step]
+    count = min(len(places), len(coefficients))
+    places[:count] = coefficients[:count]
+
+
+def _modulate(spectrum: ComplexArray, phasor: complex, k: int, coefficients: ComplexArray, step: int) -> None:
+    """Add the product of ``2 Re(phasor exp(i k t))`` with a real function that has every ``step``-th harmonic."""
+    j = np.arange(1 - len(coefficients), len(coefficients))
+    two_sided = np.concatenate([coefficients[:0:-1].conj(), coefficients])
+    for carrier, amplitude in ((k, phasor), (-k, np.conj(phasor))):
+        at = carrier + step * j
+        inside = (at >= 0) & (at < len(spectrum))
+        spectrum[at[inside]] += amplitude * two_sided[inside]

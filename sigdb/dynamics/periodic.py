@@ -1,35 +1,42 @@
 """The periodic steady state of a rig, exact for the linear, time-periodic equations.
 
-On N points of the common period, the compressions of the meshes obey ``delta = delta_0 + G (g - kappa o delta)``:
-delta_0 from torque and other forces with the mean mesh stiffness, G the periodic receptance between meshes, kappa the
-mesh stiffness less its mean, and ``g = sum_j k_j e_j`` from the errors e_j of the teeth.
+The healthy rig is solved once for an operating point (:mod:`sigdb.dynamics.hill`). Damage then adds the forces
+``f = g - D o delta`` on the samples S that it touches, and ``delta = R + P_S f`` with the healthy rig's response R and
+its influence P, the response to a unit force at each sample. So only ``(I + P_SS D) delta_S = R_S + P_SS g`` is left to
+solve, and every output is the healthy one plus a few columns: ``y = y_0 + A_S f``.
 
-One mesh: the period is one revolution. Split kappa into the healthy part and the damage D, which is zero away from the
-damaged teeth: then ``delta = R - P_S (D o delta)_S`` with the healthy rig's response R and its influence matrix
-``P = (I + G kappa)^-1 G``, and only the system on the damaged samples S is left to solve. Several meshes: the period is
-the revolutions after which all meshes repeat, and the whole system is solved by GMRES with G applied by FFT.
+D on samples holds the alias of its finest details. What that does is estimated for every case; where it is more than
+`TOLERANCE` the alias is computed from a finer grid and taken out by iteration.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
+from math import gcd
 
 import numpy as np
-from scipy.sparse.linalg import LinearOperator, gmres
 
-from sigdb.core.errors import InputError, SigdbError
-from sigdb.core.typing import ComplexArray, FloatArray
-from sigdb.dynamics.excitation import Harmonic, harmonics, profile_error
+from sigdb.core.errors import SigdbError
+from sigdb.core.typing import ComplexArray, FloatArray, IntArray
+from sigdb.dynamics.change import change
+from sigdb.dynamics.damaged import Correction, LocalCorrection, LocalForces, inputs_of, local_forces, resampled
+from sigdb.dynamics.excitation import Harmonic
+from sigdb.dynamics.hill import Hill
+from sigdb.dynamics.long_period import IteratedCorrection, LongPeriod
+from sigdb.dynamics.period import Period
 from sigdb.dynamics.steady_state import SteadyState
-from sigdb.transmission import ModalSystem, Transmission, modal_system
+from sigdb.transmission import ModalSystem
 from sigdb.transmission.damage import ToothDamage
 from sigdb.transmission.gears import Mesh
-from sigdb.transmission.mesh_stiffness import pair_stiffness, pairs_in_contact, place_in_contact, tooth_stiffness
 
 SAMPLES_PER_TOOTH = 64
 LEAST_SAMPLES_PER_TOOTH = 16
-_TOLERANCE = 1e-10
-_MOST_REVOLUTIONS = 60
-"""Longest common period that is solved; a longer one is refused."""
+TOLERANCE = 1e-4
+"""Error by alias, as a fraction of a signal's peak-to-peak, above which it is taken out."""
+_COARSE, _FINE = 2, 8
+"""How much finer the grids are from which alias is estimated and computed."""
+_MOST_ITERATIONS = 30
+_GATHERED = 3
+"""Sets of samples whose influence is kept: those of one case, which the next case often shares."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,288 +51,213 @@ class PeriodicRig:
         The rig's modal system.
     gear, teeth
         The damaged gear, and its tooth count.
-    meshes, passes
-        The meshes, the damaged gear's first, and their tooth passes in the common period. All begin at the mark.
+    meshes
+        The meshes, the damaged gear's first. All begin a tooth pass at the mark.
+    base_pitch
+        Way of the first mesh's contact along its normal in a tooth pass, m.
     shaft_speed
         Speed of the damaged gear's shaft, rad/s.
-    revolutions
-        Revolutions of that shaft in the common period.
+    period
+        The common period on the grid of the solution.
     samples
-        n, samples in a revolution.
+        n, samples given out in a revolution; N in the common period.
     harmonics
         Harmonic excitations, by order of that shaft.
+    static_compression
+        (meshes,) compression under the mean torque and stiffness, m.
     healthy
         (meshes, N) mesh stiffness without damage, N/m.
-    transfer
-        (harmonics of the common period, meshes + sensors, inputs) with the damaged gear's mesh first.
-    influence
-        (n, n) P for a rig with one mesh: healthy compression per unit force along the mesh at each sample.
+    excitation
+        Spectra of what excites the rig: outputs with the mean mesh stiffness, and forces of errors.
+    solver
+        The healthy rig, solved; its inputs are the meshes and the two friction vectors of the first.
+    response
+        (rows, columns) of the healthy rig: compressions of each mesh on the grid, n averaged samples of each sensor,
+        under torque and profile errors, each tooth's index error, each order's two phases.
+    error
+        Estimated error of its signals by the harmonics that are left out, as a fraction of their peak-to-peak.
     """
 
     system: ModalSystem
     gear: str
     teeth: int
     meshes: tuple[Mesh, ...]
-    passes: tuple[int, ...]
+    base_pitch: float
     shaft_speed: float
-    revolutions: int
+    period: Period
     samples: int
     harmonics: tuple[Harmonic, ...]
+    static_compression: FloatArray
     healthy: FloatArray
-    transfer: ComplexArray
-    influence: FloatArray | None
+    excitation: tuple[ComplexArray, ComplexArray]
+    solver: Hill | LongPeriod
+    response: FloatArray
+    error: float
+    _influences: dict[int, FloatArray] = field(default_factory=dict, repr=False, compare=False)
+    _gathered: dict[bytes, FloatArray] = field(default_factory=dict, repr=False, compare=False)
 
     @property
-    def period(self) -> float:
-        """The common period, s."""
-        return self.revolutions * 2 * np.pi / self.shaft_speed
+    def samples_per_tooth(self) -> int:
+        """Samples in a tooth pass."""
+        return self.samples // self.teeth
 
-    def tooth_stiffness(self, damage: Mapping[int, ToothDamage]) -> FloatArray:
-        """(teeth, n) stiffness of each tooth's pair, N/m; the mesh stiffness is the sum over teeth."""
-        u = np.arange(self.samples) * self.teeth / self.samples
-        return tooth_stiffness(self.meshes[0], self.teeth, u, damage)
+    @property
+    def seconds(self) -> float:
+        """The common period, s."""
+        return self.period.revolutions * 2 * np.pi / self.shaft_speed
 
     def mesh_stiffness(self, damage: Mapping[int, ToothDamage]) -> FloatArray:
         """(meshes, N) mesh stiffness with damage, N/m."""
+        made = change(self.meshes[0], self.teeth, self.base_pitch, damage, self.samples_per_tooth)
         stiffness = self.healthy.copy()
-        stiffness[0] = np.tile(self.tooth_stiffness(damage).sum(axis=0), self.revolutions)
+        stiffness[0].reshape(-1, self.samples)[:, made.samples] += made.stiffness[0]
         return stiffness
 
-    def steady_state(self, damage: Mapping[int, ToothDamage]) -> SteadyState:
+    def steady_state(self, damage: Mapping[int, ToothDamage], *, specimens: bool = True) -> SteadyState:
         """Steady state with damage by tooth number; an empty mapping is the healthy rig.
+
+        Parameters
+        ----------
+        damage
+            Damage by tooth number, from 1.
+        specimens
+            Whether to compute the response to index errors too.
 
         Raises
         ------
         SigdbError
-            If the solution for several meshes does not converge.
+            If the alias of the damage cannot be taken out; the grid is far too coarse then.
         """
-        stiffness = self.mesh_stiffness(damage)
-        free, forcing, direct = self._excitation(stiffness, self.tooth_stiffness(damage))
-        kappa = stiffness - self._mean[:, None]
-        delta = self._solve(kappa, free, forcing)
-        force = forcing - kappa[:, :, None] * delta
-        signals = direct + self._applied(force, slice(len(self.meshes), None))
+        columns = np.arange(self.response.shape[1])
+        if not specimens:
+            columns = np.delete(columns, slice(1, 1 + self.teeth))
+        if not any(one.is_damage for one in damage.values()):
+            return self._steady_state(damage, self.response[:, columns], self.error, specimens)
+        correction = self._correction(damage, columns)
+        force, rows = correction.solved()
+        error = self._alias_error(damage, force[:, :, :1], rows[:, :1])
+        if error > TOLERANCE:
+            rows, error = self._without_alias(damage, columns, correction, force, rows)
+        return self._steady_state(damage, rows, self.error + error, specimens)
 
-        columns = signals.shape[2]
-        n, teeth, orders = self.samples, self.teeth, len(self.harmonics)
-        average = signals.reshape(len(signals), self.revolutions, n, columns).mean(axis=1)
-        own = delta[0]
-        static = self.transfer[0, : len(self.meshes), len(self.meshes)].real
-        nominal = delta[1:, :, 0] + delta[1:, :, 1 + teeth :: 2].sum(axis=2)
+    def _forces(self, damage: Mapping[int, ToothDamage], columns: IntArray, factor: int = 1) -> LocalForces:
+        n = factor * self.period.refinement * self.samples
+        made = change(self.meshes[0], self.teeth, self.base_pitch, damage, n // self.teeth)
+        return local_forces(made, self.teeth, n, self.period.revolutions, self.harmonics, columns)
+
+    def _correction(self, damage: Mapping[int, ToothDamage], columns: IntArray) -> Correction:
+        forces = self._forces(damage, columns)
+        if isinstance(self.solver, LongPeriod):
+            free, force = self.excitation
+            return IteratedCorrection(self.solver, forces, (free[:, :, columns], force[:, :, columns]), self.rows)
+        influences = [self._influence_at(forces.samples, q) for q in inputs_of(forces, len(self.meshes))]
+        return LocalCorrection(
+            forces, self.response[:, columns], influences, lambda force: self.rows(self.solver.respond(force))
+        )
+
+    def _alias(self, forces: LocalForces, delta: FloatArray, known: ComplexArray) -> ComplexArray:
+        """(inputs of the rig, K, columns) what true forces, on a finer grid, hold beside those that are known."""
+        fine = resampled(delta, forces.total // self.period.samples)
+        found = np.zeros((self.solver.transfer.shape[2], self.period.harmonics, delta.shape[1]), complex)
+        true = forces.everywhere(forces(fine[forces.samples]))
+        found[inputs_of(forces, len(self.meshes))] = self.period.spectrum(true) - known
+        return found
+
+    def _alias_error(self, damage: Mapping[int, ToothDamage], force: FloatArray, rows: FloatArray) -> float:
+        """Estimate of the signals' error by alias: the answer of the mean system to it."""
+        coarse, fine = (self._forces(damage, np.zeros(1, int), factor) for factor in (1, _COARSE))
+        known = self.period.spectrum(coarse.everywhere(force))
+        alias = self._alias(fine, rows[: self.period.samples], known)
+        answer = np.einsum("koi,ikc->okc", self.solver.transfer, alias)
+        return self._of_peak_to_peak(self.rows(answer), rows)
+
+    def _without_alias(
+        self,
+        damage: Mapping[int, ToothDamage],
+        columns: IntArray,
+        correction: Correction,
+        force: FloatArray,
+        rows: FloatArray,
+    ) -> tuple[FloatArray, float]:
+        """Rows without alias by iteration, and the size of the last correction."""
+        coarse, fine = (self._forces(damage, columns, factor) for factor in (1, _FINE))
+        inputs = inputs_of(fine, len(self.meshes))
+        known = self.period.spectrum(coarse.everywhere(force))
+        for _ in range(_MOST_ITERATIONS):
+            alias = self._alias(fine, rows[: self.period.samples], known)
+            more, further = correction.followed(alias)
+            rows = rows + further
+            known = known + alias[inputs] + self.period.spectrum(coarse.everywhere(more))
+            error = self._of_peak_to_peak(further, rows)
+            if error < TOLERANCE / 10:
+                return rows, error
+        raise SigdbError(
+            f"{self.samples_per_tooth} samples a tooth are too few for this damage: its response does not converge; "
+            "give more samples_per_tooth"
+        )
+
+    def _of_peak_to_peak(self, error: FloatArray, rows: FloatArray) -> float:
+        """Greatest error of a sensor under torque, as a fraction of its signal's peak-to-peak."""
+        first = len(self.meshes) * self.period.samples
+        signals, errors = (one[first:, 0].reshape(-1, self.samples) for one in (rows, error))
+        size = np.ptp(signals, axis=1)
+        return float((np.abs(errors).max(axis=1) / np.where(size > 0, size, np.inf)).max(initial=0.0))
+
+    def rows(self, spectrum: ComplexArray) -> FloatArray:
+        """(rows, columns) of a spectrum of outputs: compressions, and sensors averaged over the revolutions."""
+        m, columns = len(self.meshes), spectrum.shape[2]
+        compressions, sensors = self.period.sampled(spectrum[:m]), self.period.averaged(spectrum[m:])
+        return np.concatenate([compressions.reshape(-1, columns), sensors.reshape(-1, columns)])
+
+    def _influence(self, source: int) -> FloatArray:
+        """(rows, L) response to a unit force on an input at each of the first L samples; others are turns of it."""
+        if source not in self._influences:
+            N, L = self.period.samples, self.period.samples // gcd(*self.period.passes)
+            force = np.zeros((self.solver.transfer.shape[2], self.period.harmonics, L), complex)
+            k = np.arange((N + 1) // 2)
+            force[source, : len(k)] = np.exp(-2j * np.pi / N * k[:, None] * np.arange(L))
+            self._influences[source] = self.rows(self.solver.respond(force))
+        return self._influences[source]
+
+    def _influence_at(self, samples: IntArray, source: int) -> FloatArray:
+        """(rows, s) response of the healthy rig to a unit force on an input at samples of the period."""
+        key = samples.tobytes() + bytes([source])
+        if key not in self._gathered:
+            N, m, finer = self.period.samples, len(self.meshes), self.period.refinement
+            first = self._influence(source)
+            L = first.shape[1]
+            found = np.empty((len(first), len(samples)))
+            blocks = samples // L
+            for block in np.unique(blocks):
+                here = np.flatnonzero(blocks == block)
+                column = first[:, samples[here] % L]
+                for rows, n, shift in ((slice(m * N), N, L), (slice(m * N, None), self.samples, L // finer)):
+                    turned = np.roll(column[rows].reshape(-1, n, len(here)), block * shift, axis=1)
+                    found[rows, here] = turned.reshape(-1, len(here))
+            if len(self._gathered) >= _GATHERED:
+                self._gathered.clear()
+            self._gathered[key] = found
+        return self._gathered[key]
+
+    def _steady_state(
+        self, damage: Mapping[int, ToothDamage], rows: FloatArray, error: float, specimens: bool
+    ) -> SteadyState:
+        m, N, n, orders = len(self.meshes), self.period.samples, self.samples, len(self.harmonics)
+        teeth, columns = self.teeth if specimens else 0, rows.shape[1]
+        compressions = rows[: m * N].reshape(m, N, columns)[:, :: self.period.refinement]
+        sensors = rows[m * N :].reshape(-1, n, columns)
+        own = compressions[0]
+        nominal = compressions[1:, :, 0] + compressions[1:, :, 1 + teeth :: 2].sum(axis=2)
         return SteadyState(
-            signals=average[:, :, 0],
-            specimen_response=average[:, :, 1 : 1 + teeth],
-            harmonic_response=average[:, :, 1 + teeth :].reshape(len(average), n, orders, 2),
+            signals=sensors[:, :, 0],
+            specimen_response=sensors[:, :, 1 : 1 + teeth],
+            harmonic_response=sensors[:, :, 1 + teeth :].reshape(len(sensors), n, orders, 2),
             orders=tuple(one.order for one in self.harmonics),
             compression=own[:, 0],
             compression_response=own[:, 1 : 1 + teeth],
             compression_harmonic=own[:, 1 + teeth :].reshape(len(own), orders, 2),
-            mesh_stiffness=stiffness,
-            static_compression=float(static[0]),
-            least_elsewhere=float((nominal / static[1:, None]).min(initial=np.inf)),
+            mesh_stiffness=self.mesh_stiffness(damage),
+            static_compression=float(self.static_compression[0]),
+            least_elsewhere=float((nominal / self.static_compression[1:, None]).min(initial=np.inf)),
+            error=error,
         )
-
-    @property
-    def _mean(self) -> FloatArray:
-        return np.array([mesh.stiffness for mesh in self.meshes])
-
-    def _excitation(self, stiffness: FloatArray, by_tooth: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Excitations as columns: torque and profile errors, each tooth's index error, each order's two phases.
-
-        Returns the compressions (meshes, N, columns) that forces cause with the mean mesh stiffness, the mesh forces
-        ``g`` (meshes, N, columns) of errors, and the signals (sensors, N, columns) that forces cause.
-        """
-        m, sensors = len(self.meshes), self.transfer.shape[1] - len(self.meshes)
-        total = self.samples * self.revolutions
-        columns = 1 + self.teeth + 2 * len(self.harmonics)
-        outputs = np.zeros((m + sensors, total, columns))
-        forcing = np.zeros((m, total, columns))
-
-        outputs[:, :, 0] = self.transfer[0, :, m].real[:, None]
-        u = np.arange(self.samples) * self.teeth / self.samples
-        own = by_tooth * profile_error(self.meshes[0], place_in_contact(u, self.teeth))
-        forcing[0, :, 0] = np.tile(own.sum(axis=0), self.revolutions)
-        for i, (mesh, passes) in enumerate(zip(self.meshes[1:], self.passes[1:], strict=True), start=1):
-            x = pairs_in_contact(passes * np.arange(total) / total)
-            forcing[i, :, 0] = (mesh.stiffness * pair_stiffness(mesh.profile, x) * profile_error(mesh, x)).sum(axis=0)
-        forcing[0, :, 1 : 1 + self.teeth] = np.tile(by_tooth.T, (self.revolutions, 1))
-        theta = 2 * np.pi * np.arange(total) / self.samples
-        for i, one in enumerate(self.harmonics):
-            phasor = np.exp(1j * one.order * theta)
-            wave = (self.transfer[round(one.order * self.revolutions)] @ one.force)[:, None] * phasor
-            error = one.error[:, None] * phasor
-            for phase, part in enumerate((np.real, lambda z: -np.imag(z))):
-                column = 1 + self.teeth + 2 * i + phase
-                outputs[:, :, column] = part(wave)
-                forcing[:, :, column] = stiffness * part(error)
-        return outputs[:m], forcing, outputs[m:]
-
-    def _solve(self, kappa: FloatArray, free: FloatArray, forcing: FloatArray) -> FloatArray:
-        """(meshes, N, columns) compressions."""
-        if self.influence is None:
-            return self._solve_by_gmres(kappa, free + self._applied(forcing, slice(len(self.meshes))))
-        healthy = (self.healthy[0] - self._mean[0])[:, None]
-        response = free[0] + self.influence @ (forcing[0] - healthy * free[0])
-        change = kappa[0] - healthy[:, 0]
-        damaged = np.flatnonzero(change)
-        if damaged.size:
-            columns = self.influence[:, damaged] * change[damaged]
-            local = np.linalg.solve(np.eye(damaged.size) + columns[damaged], response[damaged])
-            response -= columns @ local
-        return response[None]
-
-    def _solve_by_gmres(self, kappa: FloatArray, right: FloatArray) -> FloatArray:
-        shape = kappa.shape
-        meshes = slice(len(self.meshes))
-
-        def apply(x: FloatArray) -> FloatArray:
-            delta = x.reshape(shape)
-            return (delta + self._applied((kappa * delta)[:, :, None], meshes)[:, :, 0]).ravel()
-
-        operator = LinearOperator((kappa.size, kappa.size), matvec=apply, dtype=float)
-        solved = np.empty_like(right)
-        for column in range(right.shape[2]):
-            wanted = right[:, :, column].ravel()
-            found, info = gmres(operator, wanted, rtol=_TOLERANCE, atol=0.0, restart=60, maxiter=20)
-            if info:
-                raise SigdbError("the periodic solution of the meshes does not converge; the rig may be unstable")
-            solved[:, :, column] = found.reshape(shape)
-        return solved
-
-    def _applied(self, force: FloatArray, outputs: slice) -> FloatArray:
-        """Outputs (k, N, columns) of forces along the meshes (meshes, N, columns), with the mean mesh stiffness."""
-        spectrum = np.fft.rfft(force, axis=1)
-        response = np.einsum("woi,iwc->owc", self.transfer[:, outputs, : len(self.meshes)], spectrum, optimize=True)
-        return np.fft.irfft(response, n=force.shape[1], axis=1)
-
-
-def prepare(
-    rig: Transmission,
-    *,
-    gear: str | None = None,
-    samples_per_tooth: int = SAMPLES_PER_TOOTH,
-    system: ModalSystem | None = None,
-) -> PeriodicRig:
-    """Prepare the periodic problem of a gear: all that its damage does not change.
-
-    Parameters
-    ----------
-    rig
-        A transmission with torque through its meshes.
-    gear
-        The damaged gear; the driving gear of the first mesh if left out.
-    samples_per_tooth
-        Samples in a tooth pass; n is this times the gear's teeth.
-    system
-        The rig's modal system, for example a truncated one; synthesised in full if left out.
-
-    Raises
-    ------
-    InputError
-        If the rig has no such gear, no torque, or meshes that do not repeat within a reasonable time.
-
-    Examples
-    --------
-    >>> import sigdb
-    >>> healthy = prepare(sigdb.load_transmission("nasa-spiral-bevel")).steady_state({})
-    >>> healthy.signals.shape, bool(healthy.min_compression > 0)
-    ((2, 768), True)
-    """
-    gear = damaged_gear(rig, gear)
-    if rig.operating.drive is None or not rig.operating.torque or not rig.operating.speed_rpm:
-        raise InputError(
-            f"rig {rig.name!r} has no torque through its meshes; give operating.drive, load, speed and torque"
-        )
-    own = rig.meshes_of(gear)
-    if len(own) > 1:
-        raise InputError(
-            f"gear {gear!r} of rig {rig.name!r} takes part in {len(own)} meshes; damage is simulated in one"
-        )
-    first = list(rig.meshes).index(own[0])
-    order = [first, *(i for i in range(len(rig.meshes)) if i != first)]
-    meshes = tuple(list(rig.meshes.values())[i] for i in order)
-    shaft = rig.gears[gear].shaft
-    speed = abs(rig.speed(shaft))
-    revolutions, all_passes = common_period(rig, gear)
-    passes = tuple(all_passes[i] for i in order)
-
-    teeth = rig.gears[gear].teeth
-    n = samples_per_tooth * teeth
-    total = n * revolutions
-    system = system or modal_system(rig)
-    outputs = [*order, *range(len(order), len(order) + len(rig.sensors))]
-    inputs = [*order, *range(len(order), system.inputs.shape[1])]
-    transfer = system.transfer(speed / revolutions * np.arange(total // 2 + 1))[:, outputs][:, :, inputs]
-    healthy = np.array(
-        [
-            mesh.stiffness
-            * pair_stiffness(mesh.profile, pairs_in_contact(count * np.arange(total) / total)).sum(axis=0)
-            for mesh, count in zip(meshes, passes, strict=True)
-        ]
-    )
-    return PeriodicRig(
-        system=system,
-        gear=gear,
-        teeth=teeth,
-        meshes=meshes,
-        passes=passes,
-        shaft_speed=speed,
-        revolutions=revolutions,
-        samples=n,
-        harmonics=tuple(replace(one, error=one.error[order]) for one in harmonics(rig, system, shaft, revolutions)),
-        healthy=healthy,
-        transfer=transfer,
-        influence=_influence(transfer[:, 0, 0], healthy[0] - meshes[0].stiffness) if len(meshes) == 1 else None,
-    )
-
-
-def _influence(receptance: ComplexArray, kappa: FloatArray) -> FloatArray:
-    """``P = (I + G kappa)^-1 G`` with G the circulant of a receptance at harmonics of the period."""
-    n = len(kappa)
-    response = np.fft.irfft(receptance, n=n)
-    circulant = response[(np.arange(n)[:, None] - np.arange(n)) % n]
-    return np.linalg.solve(np.eye(n) + circulant * kappa, circulant)
-
-
-def common_period(rig: Transmission, gear: str) -> tuple[int, tuple[int, ...]]:
-    """Least revolutions of a gear in which every mesh makes whole tooth passes, and each mesh's passes in them.
-
-    Raises
-    ------
-    InputError
-        If that takes too many revolutions to be solved.
-
-    Examples
-    --------
-    >>> import sigdb
-    >>> common_period(sigdb.load_transmission("two-stage-gearbox"), "input-pinion")
-    (5, (160, 96))
-    """
-    own = abs(rig.ratio(rig.gears[gear].shaft))
-    driving = [rig.gears[mesh.driving] for mesh in rig.meshes.values()]
-    per_turn = [one.teeth * abs(rig.ratio(one.shaft)) / own for one in driving]
-    for revolutions in range(1, _MOST_REVOLUTIONS + 1):
-        passes = [revolutions * one for one in per_turn]
-        if np.allclose(passes, np.round(passes), rtol=0, atol=1e-6):
-            return revolutions, tuple(round(one) for one in passes)
-    raise InputError(
-        f"the meshes of rig {rig.name!r} do not repeat within {_MOST_REVOLUTIONS} revolutions; choose tooth counts "
-        "with a shorter common period"
-    )
-
-
-def damaged_gear(rig: Transmission, gear: str | None) -> str:
-    """The gear that damage refers to: the one named, or the driving gear of the first mesh.
-
-    Raises
-    ------
-    InputError
-        If the rig has no such gear, or the gear meshes with none.
-    """
-    if gear is None:
-        if not rig.meshes:
-            raise InputError(f"rig {rig.name!r} has no mesh, so no gear can be damaged")
-        return next(iter(rig.meshes.values())).driving
-    if not rig.meshes_of(gear):
-        raise InputError(f"gear {gear!r} of rig {rig.name!r} takes part in no mesh; name a gear that does")
-    return gear

@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 
 from sigdb.core.errors import InputError, UnstableRigError
 from sigdb.core.typing import FloatArray
-from sigdb.dynamics.periodic import LEAST_SAMPLES_PER_TOOTH, SAMPLES_PER_TOOTH, PeriodicRig, prepare
+from sigdb.dynamics.periodic import LEAST_SAMPLES_PER_TOOTH, SAMPLES_PER_TOOTH, PeriodicRig
+from sigdb.dynamics.prepare import prepare
 from sigdb.dynamics.stability import floquet_multiplier
 from sigdb.transmission import Damage, Transmission
 
@@ -179,7 +180,7 @@ def stable_multiplier(rig: Transmission, prepared: PeriodicRig, stiffness: Float
     """
     order = [list(rig.meshes.values()).index(mesh) for mesh in prepared.meshes]
     system = prepared.system.truncated(STABILITY_MODES)
-    multiplier = floquet_multiplier(system, stiffness[np.argsort(order)], prepared.period)
+    multiplier = floquet_multiplier(system, stiffness[np.argsort(order)], prepared.seconds)
     if not multiplier < 1:
         raise UnstableRigError(
             f"rig {rig.name!r} is unstable at {rig.operating.speed_rpm:g} rpm (Floquet multiplier {multiplier:.3g} "

@@ -35,6 +35,8 @@ class SteadyState:
         Compression of the damaged gear's mesh under the mean torque and stiffness, m.
     least_elsewhere
         Least compression of the other meshes as a fraction of their static ones; infinite where there are none.
+    error
+        Estimated error of the signals by the grid, as a fraction of their peak-to-peak, the greatest of all sensors.
     """
 
     signals: FloatArray
@@ -47,6 +49,7 @@ class SteadyState:
     mesh_stiffness: FloatArray
     static_compression: float
     least_elsewhere: float
+    error: float
 
     @property
     def mesh_force(self) -> FloatArray:

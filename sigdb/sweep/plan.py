@@ -20,7 +20,7 @@ from sigdb.core.errors import InputError
 from sigdb.core.fields import validated
 from sigdb.core.streams import NOISE_BLOCK
 from sigdb.database.manifest import FORMAT
-from sigdb.dynamics.periodic import common_period, damaged_gear
+from sigdb.dynamics.period import common_period, damaged_gear
 from sigdb.measurement import Measurement, tooth_cycle
 from sigdb.signature.settings import Signature
 from sigdb.sweep.design import Design, teeth_of

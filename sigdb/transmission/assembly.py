@@ -37,6 +37,8 @@ class Assembly:
         (n, meshes) mesh vectors h.
     mesh_stiffness
         (meshes,) mean mesh stiffness, N/m.
+    friction
+        (n, 2 meshes) vectors f0, f1 of each mesh's friction.
     bearings
         (n, k) directions in which bearings act.
     torque
@@ -62,6 +64,7 @@ class Assembly:
     gyroscopic: FloatArray
     meshes: FloatArray
     mesh_stiffness: FloatArray
+    friction: FloatArray
     bearings: FloatArray
     torque: FloatArray
     load: FloatArray
@@ -81,7 +84,7 @@ class Assembly:
         """The assembly with only some degrees of freedom; the others do not move."""
         place = {int(old): new for new, old in enumerate(kept)}
         square, both = np.ix_(kept, kept), ("mass", "stiffness", "damping", "gyroscopic")
-        tall = ("meshes", "bearings", "torque", "load", "unbalance", "free_rotation")
+        tall = ("meshes", "friction", "bearings", "torque", "load", "unbalance", "free_rotation")
         return type(self)(
             **{name: getattr(self, name)[square] for name in both},
             **{name: getattr(self, name)[kept] for name in tall},
@@ -169,7 +172,8 @@ def assemble(rig: Transmission) -> Assembly:
         stiffness[i, i] += mode.modal_mass * omega**2
         damping[i, i] += 2 * mode.damping_ratio * omega * mode.modal_mass
 
-    meshes = np.array([_mesh_vector(rig, at, name) for name in rig.meshes]).reshape(-1, n).T
+    meshes = np.array([_on_pair(rig, at, name, rig.geometries[name].vector) for name in rig.meshes]).reshape(-1, n).T
+    across = [_on_pair(rig, at, name, f) for name in rig.meshes for f in rig.geometries[name].friction]
     damping += meshes @ np.diag([mesh.damping for mesh in rig.meshes.values()]) @ meshes.T
     load = _load(rig, at)
     directions = np.hstack([*bearings, np.zeros((n, 0))])
@@ -180,6 +184,7 @@ def assemble(rig: Transmission) -> Assembly:
         gyroscopic=gyroscopic,
         meshes=meshes,
         mesh_stiffness=np.array([mesh.stiffness for mesh in rig.meshes.values()]),
+        friction=np.array(across).reshape(-1, n).T,
         bearings=directions[:, np.any(directions.T @ (stiffness + damping), axis=1)],
         torque=_drive(rig, at) + load,
         load=load,
@@ -254,10 +259,10 @@ def _bearing_directions(rig: Transmission, at: _Layout, bearing: Bearing) -> Flo
     return b
 
 
-def _mesh_vector(rig: Transmission, at: _Layout, name: str) -> FloatArray:
-    """h of a mesh, turned from the casing's frame into those of the two shafts."""
+def _on_pair(rig: Transmission, at: _Layout, name: str, pair: FloatArray) -> FloatArray:
+    """A (12,) vector of a gear pair, turned from the casing's frame into those of the two shafts."""
     mesh, vector = rig.meshes[name], np.zeros(at.size)
-    for gear_name, h in zip((mesh.driving, mesh.driven), rig.geometries[name].vector.reshape(2, 2, 3), strict=True):
+    for gear_name, h in zip((mesh.driving, mesh.driven), pair.reshape(2, 2, 3), strict=True):
         gear = rig.gears[gear_name]
         node = at.node(gear.shaft, gear.node)
         vector[node : node + DOF] += (h @ rig.shafts[gear.shaft].rotation).ravel()

@@ -31,7 +31,7 @@ class ToothDamage(Section):
     loss_extent: float = quantity(
         "-", "Fraction of the tooth's contact over which the loss acts, from first contact.", ge=0, le=1, default=1.0
     )
-
+    friction: float = quantity("-", "Coulomb friction coefficient of the tooth.", ge=0, le=1, default=0.0)
     crack_depth: float = quantity(
         "m", "Length of a crack from the loaded side of the root, through the whole face width.", ge=0, default=0.0
     )
@@ -79,7 +79,8 @@ class ToothDamage(Section):
     @property
     def is_damage(self) -> bool:
         """Whether it changes anything."""
-        return self.phase_shift_deg != 0 or (self.stiffness_loss > 0 and self.loss_extent > 0) or bool(self.flaws)
+        stiffness = self.phase_shift_deg != 0 or (self.stiffness_loss > 0 and self.loss_extent > 0)
+        return stiffness or self.friction > 0 or bool(self.flaws)
 
     @property
     def flaws(self) -> tuple[str, ...]:
@@ -141,7 +142,7 @@ class Damage(ToothDamage):
         if self.each and (beside or self.damaged_teeth != len(self.each)):
             raise ValueError(
                 f"pattern {self.pattern!r} gives the damage of {len(self.each)} teeth one by one; leave out "
-                "phase_shift_deg, stiffness_loss, loss_extent and damaged_teeth beside it"
+                f"{', '.join(ToothDamage.model_fields)} and damaged_teeth beside it"
             )
         return self
 

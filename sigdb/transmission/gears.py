@@ -92,6 +92,12 @@ class Mesh(Described):
         gt=0, default=None,
     )  # fmt: skip
     damping: float = quantity("N s/m", "Viscous damping along the normal.", ge=0, default=0.0)
+    backlash: float | None = quantity(
+        "m",
+        "Way from one flank to the other along the normal, where the teeth part; no contact of the backs if left out.",
+        gt=0,
+        default=None,
+    )
     profile: AnyProfile = Field(description="Stiffness of one tooth pair along its contact.")
     profile_error: ProfileError | None = Field(default=None, description="Deviation of the tooth profiles.")
 

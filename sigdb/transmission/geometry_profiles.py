@@ -121,14 +121,17 @@ class EnergyMethod(GeometryProfile):
         """Mean mesh stiffness, N/m."""
         return _mean(self.elastic, self.flank)
 
-    def damaged(self, damage: ToothDamage, member: int) -> Self:
-        """The profile of a pair of which one tooth's geometry is damaged: the driving gear's (0) or the driven's (1).
+    def damaged(self, damage: ToothDamage, teeth: int, driving: bool | None) -> Self:
+        """The profile of a pair of which a tooth's geometry is damaged, on the gear of that many teeth.
 
         Raises
         ------
         InputError
-            If the damage does not fit the tooth.
+            If the damage does not fit the tooth, or it is not clear whose tooth is meant.
         """
+        both = self.pair.teeth
+        if driving is None and both[0] == both[1]:
+            raise InputError(f"both gears have {teeth} teeth; say with driving which of them is damaged")
         width = self.pair.face_width
         if damage.pits * damage.pit_diameter > width:
             raise InputError(
@@ -136,7 +139,8 @@ class EnergyMethod(GeometryProfile):
                 f"{width} m; give fewer or smaller ones"
             )
         known = self.model_copy()
-        known._damage, known._member = damage.geometry, member
+        known._damage = damage.geometry
+        known._member = both.index(teeth) if driving is None else int(not driving)
         return known
 
     def pair_stiffness(self, x: FloatArray) -> FloatArray:

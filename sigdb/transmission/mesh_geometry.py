@@ -50,6 +50,11 @@ class MeshGeometry:
     force_per_torque
         Static mesh force along the normal for a unit torque on the driving gear,
         ``1 / (r cos(phi_n) cos(psi))``, 1/m.
+    sliding
+        (3,) unit vector in which the driving tooth slides over the driven one after the pitch point, and against
+        which it slides before it.
+    base_pitch
+        Way of the contact along the normal in a tooth pass, m.
     """
 
     radii: tuple[float, float]
@@ -58,6 +63,8 @@ class MeshGeometry:
     arms: FloatArray
     driven_rotation: int
     force_per_torque: float
+    sliding: FloatArray
+    base_pitch: float
 
     @property
     def vector(self) -> FloatArray:
@@ -70,6 +77,21 @@ class MeshGeometry:
         n = self.normal
         r1, r2 = self.arms
         return np.concatenate([n, np.cross(r1, n), -n, -np.cross(r2, n)])
+
+    @property
+    def friction(self) -> FloatArray:
+        """(2, 12) vectors f0, f1 of friction: a contact ``xi`` behind the pitch point along the normal, with the force
+        N and the coefficient mu, puts ``-mu N (sgn(xi) f0 + |xi| f1)`` on the gears.
+
+        f0 acts across the line of action at the pitch point, f1 holds the moments of its arm's growth; together they
+        take the power ``mu N |xi| |omega_1 - omega_2|`` from the rotation.
+        """
+        t = self.sliding
+        r1, r2 = self.arms
+        arm, nothing = np.cross(self.normal, t), np.zeros(3)
+        return np.array(
+            [np.concatenate([t, np.cross(r1, t), -t, -np.cross(r2, t)]), np.concatenate([nothing, arm, nothing, -arm])]
+        )
 
 
 def mesh_geometry(mesh: Mesh, driving: PairMember, driven: PairMember, rotation: int) -> MeshGeometry:
@@ -109,13 +131,19 @@ def mesh_geometry(mesh: Mesh, driving: PairMember, driven: PairMember, rotation:
     hand = 1.0 if mesh.hand == "right" else -1.0
     n = np.cos(phi) * (np.cos(psi) * t - hand * spin * np.sin(psi) * e) + np.sin(phi) * g
 
+    driven_rotation = int(np.sign(np.cross(driven.axis, radial2) @ t))
+    relative = rotation * driving.axis - driven_rotation * driving.teeth / driven.teeth * driven.axis
+    sliding = np.cross(relative, n)
+    lever = radii[0] * np.cos(phi) * np.cos(psi)
     return MeshGeometry(
         radii=radii,
         pitch_angles_deg=(float(np.rad2deg(gammas[0])), float(np.rad2deg(gammas[1]))),
         normal=n,
         arms=np.array([radii[0] * radial1, radii[1] * radial2]),
-        driven_rotation=int(np.sign(np.cross(driven.axis, radial2) @ t)),
-        force_per_torque=float(1 / (radii[0] * np.cos(phi) * np.cos(psi))),
+        driven_rotation=driven_rotation,
+        force_per_torque=float(1 / lever),
+        sliding=sliding / np.linalg.norm(sliding),
+        base_pitch=float(2 * np.pi * lever / driving.teeth),
     )
 
 

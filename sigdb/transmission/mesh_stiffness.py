@@ -10,11 +10,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray
 from sigdb.transmission.damage import ToothDamage
 from sigdb.transmission.gears import AnyProfile, Mesh
-from sigdb.transmission.geometry_profiles import EnergyMethod
 from sigdb.transmission.raised_cosine import raised_cosine
 
 _LEAST_EDGE = 0.1
@@ -41,7 +39,7 @@ def pairs_in_contact(u: FloatArray) -> FloatArray:
 
 
 def tooth_stiffness(
-    mesh: Mesh, teeth: int, u: FloatArray, damage: Mapping[int, ToothDamage], *, gear: str | None = None
+    mesh: Mesh, teeth: int, u: FloatArray, damage: Mapping[int, ToothDamage], *, driving: bool | None = None
 ) -> FloatArray:
     """Stiffness of each tooth's pair over one revolution of a gear, N/m.
 
@@ -55,8 +53,8 @@ def tooth_stiffness(
         (n,) pass coordinate, 0 at the tacho mark, ``teeth`` a revolution later.
     damage
         Damage by tooth number, from 1.
-    gear
-        Name of the gear; needed only for damage by its geometry where both gears have as many teeth.
+    driving
+        Whether the gear is the driving one; needed only for damage of its geometry where both have as many teeth.
 
     Returns
     -------
@@ -80,41 +78,28 @@ def tooth_stiffness(
     rows = place_in_contact(u, teeth)
     stiffness = pair_stiffness(mesh.profile, rows)
     for tooth, one in damage.items():
-        profile = damaged_profile(mesh, teeth, one, gear=gear)
-        stiffness[tooth - 1] = _damaged_pair(profile, rows[tooth - 1], one, teeth)
+        stiffness[tooth - 1] = damaged_pair_stiffness(mesh.profile, rows[tooth - 1], one, teeth, driving=driving)
     return mesh.stiffness * stiffness
 
 
-def damaged_profile(mesh: Mesh, teeth: int, damage: ToothDamage, *, gear: str | None = None) -> AnyProfile:
-    """The profile of a pair of which one tooth of a gear is damaged: the mesh's own but for damage by its geometry.
+def damaged_pair_stiffness(
+    profile: AnyProfile, x: FloatArray, damage: ToothDamage, teeth: int, *, driving: bool | None = None
+) -> FloatArray:
+    """Stiffness of a pair with a damaged tooth of a gear, at x passes after first contact, as of `pair_stiffness`.
 
-    Raises
-    ------
-    InputError
-        If the damage does not fit the mesh's profile, or it is not clear which gear is meant.
+    Away from the contact by a pass or more it is zero, as that of a healthy pair. ``driving`` is as of
+    `tooth_stiffness`.
     """
-    if not damage.flaws:
-        return mesh.profile
-    if isinstance(mesh.profile, EnergyMethod):
-        return mesh.profile.damaged(damage, _member(mesh, mesh.profile.pair.teeth, teeth, gear))
-    return mesh.profile.damaged(damage, 0)
-
-
-def _member(mesh: Mesh, both: tuple[int, int], teeth: int, gear: str | None) -> int:
-    """0 for the driving gear, 1 for the driven one."""
-    if gear is not None:
-        return (mesh.driving, mesh.driven).index(gear)
-    if both[0] == both[1]:
-        raise InputError(
-            f"{mesh.driving!r} and {mesh.driven!r} have {teeth} teeth each; say with gear which is damaged"
-        )
-    return both.index(teeth)
-
-
-def _damaged_pair(profile: AnyProfile, x: FloatArray, damage: ToothDamage, teeth: int) -> FloatArray:
+    if damage.flaws:
+        profile = profile.damaged(damage, teeth, driving)
     shift = damage.shift_in_passes(teeth)
     end, edge = profile.contact_ratio, max(_LEAST_EDGE, _EDGE_PER_SHIFT * abs(shift))
     x = x - shift * raised_cosine(1 + x / edge) * raised_cosine(1 + (end - x) / edge)
     # The loss fades over `edge`, which slides from before the contact (extent 0) to behind it (extent 1).
     fading = raised_cosine((damage.loss_extent * (end + edge) - x) / edge)
     return pair_stiffness(profile, x) * (1 - damage.stiffness_loss * fading)
+
+
+def sliding_sense(profile: AnyProfile, x: FloatArray) -> FloatArray:
+    """From -1 before the pitch point to 1 after it, within a tenth of a pass, at x passes after first contact."""
+    return 2 * raised_cosine((x - profile.pitch_point) / _LEAST_EDGE + 0.5) - 1

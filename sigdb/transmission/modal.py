@@ -21,15 +21,16 @@ class ModalSystem:
 
     Transfer function: ``H(w) = outputs diag(1 / (i w - poles)) inputs + direct``.
     Inputs are a force along each mesh vector h (positive compresses the mesh), the mean torque through the train and
-    the load's torque alone, each as a multiple of itself, and the unbalance of each shaft that has one, in phase with
-    the cosine and the sine of its angle. Outputs are each mesh's compression and each sensor.
+    the load's torque alone, each as a multiple of itself, the unbalance of each shaft that has one, in phase with the
+    cosine and the sine of its angle, and each mesh's two friction vectors (those of its geometry). Outputs are each
+    mesh's compression and each sensor.
 
     Attributes
     ----------
     poles
         (m,) complex, 1/s; of a conjugate pair the one with positive imaginary part comes first, its partner next.
     inputs
-        (m, meshes + 2 + 2 unbalanced).
+        (m, meshes + 2 + 2 unbalanced + 2 meshes).
     outputs
         (meshes + sensors, m), with the time derivative that each sensor takes folded in.
     direct
@@ -58,15 +59,16 @@ class ModalSystem:
     def truncated(self, modes: int) -> "ModalSystem":
         """The system with the conjugate pairs that take part most in the meshes' and sensors' response.
 
-        Never the lowest modes: they are ranked by their greatest share in any output's response to any input, and
-        the static response of displacements is kept exact by residual flexibility.
+        Never the lowest modes: they are ranked by their greatest share in any output's response to any input but
+        friction, and the static response of displacements is kept exact by residual flexibility.
 
         Parameters
         ----------
         modes
             Number of pairs to keep; real poles count as one.
         """
-        static = np.abs(self.outputs[:, None, :] * self.inputs.T[None] / self.poles)
+        ranking = self.inputs[:, : self.inputs.shape[1] - 2 * len(self.meshes)]
+        static = np.abs(self.outputs[:, None, :] * ranking.T[None] / self.poles)
         share = (static / static.sum(axis=2, keepdims=True).clip(min=1e-300)).max(axis=(0, 1))
         upper = np.flatnonzero(self.poles.imag >= 0)
         chosen = upper[np.argsort(-share[upper], kind="stable")[:modes]]
@@ -147,7 +149,9 @@ def modal_system(rig: Transmission, *, component_modes: int | None = None) -> Mo
     """
     found = _synthesise(rig, component_modes)
     parts, poles = found.parts, found.poles
-    inputs = found.participation @ np.column_stack([parts.meshes, parts.torque, parts.load, parts.unbalance])
+    inputs = found.participation @ np.column_stack(
+        [parts.meshes, parts.torque, parts.load, parts.unbalance, parts.friction]
+    )
     displacement = np.vstack([parts.meshes.T, parts.sensors]) @ found.shapes
     order = np.array([0] * len(rig.meshes) + [sensor.derivative for sensor in rig.sensors.values()])
     first_moment = ((displacement * poles) @ inputs).real
@@ -218,7 +222,7 @@ def _component_basis(parts: Assembly, count: int | None) -> FloatArray:
     """(n, r) columns: each rotor's component modes and attachment modes, and the casing's modes."""
     if count is None:
         return np.eye(len(parts.mass))
-    forces = [parts.meshes, parts.bearings, parts.torque, parts.load, parts.unbalance]
+    forces = [parts.meshes, parts.friction, parts.bearings, parts.torque, parts.load, parts.unbalance]
     interfaces = np.column_stack([*forces, parts.sensors.T])
     blocks, order = [], []
     for dofs in parts.rotors.values():

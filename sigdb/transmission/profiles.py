@@ -6,6 +6,7 @@ known) and ``pair_stiffness(x)`` for a mesh of unit mean stiffness: the sum over
 """
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -32,8 +33,10 @@ class Profile(Described):
         """Mean mesh stiffness that follows from the profile, N/m."""
         return None
 
-    def damaged(self, damage: ToothDamage, member: int) -> Self:
-        """The profile of a pair of which one tooth's geometry is damaged: the driving gear's (0) or the driven's (1).
+    def damaged(self, damage: ToothDamage, teeth: int, driving: bool | None) -> Self:
+        """The profile of a pair of which a tooth's geometry is damaged, on the gear of that many teeth.
+
+        Where both gears have as many, ``driving`` says which of them.
 
         Raises
         ------
@@ -166,15 +169,12 @@ class Table(Profile):
     @property
     def mean_stiffness(self) -> float:
         """The curve's area, N/m."""
-        return area(self._curve, self.contact_ratio, self.flank)
+        return _table_area(self.places, self.pair_stiffnesses, self.flank)
 
     def pair_stiffness(self, x: FloatArray) -> FloatArray:
         """Stiffness of a pair at x passes after first contact."""
-        return smooth_ends(self._curve, x, self.contact_ratio, self.flank) / self.mean_stiffness
-
-    def _curve(self, place: FloatArray) -> FloatArray:
-        curve: FloatArray = PchipInterpolator(self.places, self.pair_stiffnesses)(place)
-        return curve
+        curve = PchipInterpolator(self.places, self.pair_stiffnesses)
+        return smooth_ends(curve, x, self.contact_ratio, self.flank) / self.mean_stiffness
 
 
 def trapezoid(x: FloatArray, contact_ratio: float, flank: float) -> FloatArray:
@@ -195,6 +195,11 @@ def area(curve: Callable[[FloatArray], FloatArray], contact_ratio: float, flank:
     """Integral of the smoothed curve over the contact."""
     x = np.linspace(0, contact_ratio, 8193)
     return float(np.trapezoid(smooth_ends(curve, x, contact_ratio, flank), x))
+
+
+@lru_cache(maxsize=64)
+def _table_area(places: tuple[float, ...], stiffnesses: tuple[float, ...], flank: float) -> float:
+    return area(PchipInterpolator(places, stiffnesses), places[-1] + flank, flank)
 
 
 def check_contact(length: float, flank: float) -> None:

@@ -81,7 +81,7 @@ def test_names_follow_the_rig(system):
     assert system.sensors == ("pinion-vertical", "pinion-housing-vertical")
     assert system.outputs.shape[0] == 3
     assert system.unbalanced == ()
-    assert system.inputs.shape[1] == 3
+    assert system.inputs.shape[1] == 5
     assert_allclose(system.mesh_stiffness, [2.2e8])
 
 
@@ -165,10 +165,10 @@ def test_component_modes_keep_the_static_response(rig, count):
     displaced = Transmission.model_validate(data)
     full, few = (modal_system(displaced, component_modes=n) for n in (None, count))
     assert len(few.poles) < len(full.poles) / 2
-    exact = full.transfer(np.zeros(1))[0]
+    exact = full.transfer(np.zeros(1))[0, :, :3]
     # A free train answers a force along its mesh with compression alone, so that the sensors stay at rest.
     assert_allclose(exact[1:, 0] * 1e4, 0, atol=1e-12)
-    error = np.abs(few.transfer(np.zeros(1))[0] - exact)
+    error = np.abs(few.transfer(np.zeros(1))[0, :, :3] - exact)
     assert (error < 1e-8 * np.abs(exact) + [[1e-16, 0, 0]]).all()
 
 
@@ -180,8 +180,9 @@ def test_truncation_keeps_that_many_pairs_and_the_static_response(system):
 
 
 def test_truncation_converges_to_the_full_system(system):
-    exact = system.transfer(OMEGA)
-    errors = [worst(system.truncated(count).transfer(OMEGA), exact) for count in (16, 32, 48, 64, 90, 112)]
+    """By their part in all but friction, which needs more of them."""
+    exact = system.transfer(OMEGA)[:, :, :3]
+    errors = [worst(system.truncated(count).transfer(OMEGA)[:, :, :3], exact) for count in (16, 32, 48, 64, 90, 112)]
     assert (np.array(errors) < [0.1, 0.02, 2e-3, 5e-4, 2e-6, 1e-12]).all()
 
 

@@ -1,0 +1,73 @@
+"""What damage changes over a revolution of the damaged gear: the forces of the damaged teeth."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sigdb.core.typing import FloatArray, IntArray
+from sigdb.dynamics.excitation import profile_error
+from sigdb.transmission.damage import ToothDamage
+from sigdb.transmission.gears import Mesh
+from sigdb.transmission.mesh_stiffness import damaged_pair_stiffness, pair_stiffness, sliding_sense
+
+_BEFORE = 1
+"""Passes by which a shifted contact may begin early or end late, at most."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Change:
+    """Forces that damage adds to those of the healthy mesh: ``f_q = sum_p errors_qp e_p - stiffness_q delta``.
+
+    Inputs q are the mesh's normal and, where a damaged tooth has friction, its two friction vectors.
+
+    Attributes
+    ----------
+    samples
+        (s,) samples of the revolution that it touches, rising.
+    stiffness
+        (inputs, s) N/m.
+    errors
+        (inputs, teeth, s) force per index error of a tooth, N/m.
+    profile
+        (inputs, s) force of the profile errors, N.
+    """
+
+    samples: IntArray
+    stiffness: FloatArray
+    errors: dict[int, FloatArray]
+    profile: FloatArray
+
+
+def change(
+    mesh: Mesh, teeth: int, base_pitch: float, damage: Mapping[int, ToothDamage], samples_per_tooth: int
+) -> Change:
+    """The change that damage by tooth number makes to a mesh, on so many samples a tooth pass."""
+    n, inputs = samples_per_tooth * teeth, 3 if any(one.friction for one in damage.values()) else 1
+    width = int(np.ceil(mesh.profile.contact_ratio)) + 2 * _BEFORE
+    places = np.arange(min(width, teeth) * samples_per_tooth)
+    x = places / samples_per_tooth - _BEFORE
+    healthy = mesh.stiffness * pair_stiffness(mesh.profile, x)
+    relief = profile_error(mesh, x)
+
+    stiffness, profile = np.zeros((inputs, n)), np.zeros((inputs, n))
+    errors = {}
+    for tooth, one in damage.items():
+        at = (places + (tooth - 1 - _BEFORE) * samples_per_tooth) % n
+        pair = mesh.stiffness * damaged_pair_stiffness(mesh.profile, x, one, teeth)
+        added = np.zeros((inputs, len(x)))
+        added[0] = pair - healthy
+        if one.friction:
+            way = (x - mesh.profile.pitch_point) * base_pitch
+            added[1:] = one.friction * pair * sliding_sense(mesh.profile, x) * np.array([np.ones_like(x), way])
+        stiffness[:, at] += added
+        profile[:, at] += added * relief
+        errors[tooth] = np.zeros((inputs, n))
+        errors[tooth][:, at] = added
+    touched = np.flatnonzero(stiffness.any(axis=0))
+    return Change(
+        samples=touched,
+        stiffness=stiffness[:, touched],
+        errors={tooth: one[:, touched] for tooth, one in errors.items()},
+        profile=profile[:, touched],
+    )

@@ -1,0 +1,187 @@
+"""Rigs whose meshes repeat so late that the healthy rig is too large to be factored: solved by iteration.
+
+Hill's equations are solved by GMRES, the products with the mesh stiffness on a finer grid and so without aliasing. Each
+mesh alone repeats after a tooth pass and is factored in small blocks: that is the preconditioner, and only what the
+meshes do to each other is left to iterate.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from sigdb.core.errors import SigdbError
+from sigdb.core.typing import ComplexArray, FloatArray, IntArray
+from sigdb.dynamics.damaged import LocalForces, inputs_of
+from sigdb.dynamics.hill import at_harmonics, hill_blocks
+from sigdb.dynamics.period import Period
+
+_RESIDUAL = 1e-10
+_PADDING = 2
+"""Products are formed on a grid this much finer."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Alone:
+    """A mesh without the others: inverse blocks (blocks, L, L) and their harmonics (blocks, L)."""
+
+    harmonics: IntArray
+    inverses: ComplexArray
+
+    def solve(self, spectrum: ComplexArray) -> ComplexArray:
+        """Compression (K,) of the varying mesh, where the mean system has this one."""
+        found = np.matmul(self.inverses, at_harmonics(spectrum, self.harmonics)[:, :, None])[:, :, 0]
+        solved = np.zeros_like(spectrum)
+        right = self.harmonics >= 0
+        solved[-self.harmonics[~right]] = found[~right].conj()
+        solved[self.harmonics[right]] = found[right]
+        return solved
+
+
+@dataclass(frozen=True, kw_only=True)
+class LongPeriod:
+    """The healthy rig, and the damaged one, by iteration.
+
+    Attributes
+    ----------
+    transfer
+        See :class:`~sigdb.dynamics.hill.Healthy`.
+    period
+        The common period.
+    kappa
+        (meshes, F) stiffness less its mean on a padded grid of the period, N/m.
+    alone
+        Each mesh without the others.
+    """
+
+    transfer: ComplexArray
+    period: Period
+    kappa: FloatArray
+    alone: tuple[Alone, ...]
+
+    def respond(
+        self, force: ComplexArray, free: ComplexArray | None = None, change: LocalForces | None = None
+    ) -> ComplexArray:
+        """Outputs of the healthy rig under forces, or of one with a change; see :class:`~sigdb.dynamics.hill.Healthy`.
+
+        Raises
+        ------
+        SigdbError
+            If the iteration does not converge.
+        """
+        outputs = np.einsum("koi,ikc->okc", self.transfer, force, optimize=True)
+        if free is not None:
+            outputs += free
+        meshes = len(self.kappa)
+        for column in range(outputs.shape[2]):
+            delta = self._solved(outputs[:meshes, :, column], change)
+            outputs[:, :, column] -= np.einsum("koi,ik->ok", self.transfer, self._restoring(delta, change))
+        return outputs
+
+    def _restoring(self, delta: ComplexArray, change: LocalForces | None) -> ComplexArray:
+        """(inputs, K) forces of the varying stiffness against compressions (meshes, K)."""
+        grid = replace(self.period, samples=self.kappa.shape[1])
+        fine = np.fft.irfft(delta, n=grid.samples, axis=1) * (grid.samples / self.period.samples)
+        force = np.zeros((self.transfer.shape[2], self.period.harmonics), complex)
+        force[: len(delta)] = self.period.spectrum((self.kappa * fine)[:, :, None])[:, :, 0]
+        if change is not None:
+            inputs = inputs_of(change, len(delta))
+            sampled = self.period.sampled(delta[0, :, None])[change.samples]
+            against = change.everywhere(change.stiffness[:, :, None] * sampled)
+            force[inputs] += self.period.spectrum(against)[:, :, 0]
+        return force
+
+    def _solved(self, mean: ComplexArray, change: LocalForces | None) -> ComplexArray:
+        """(meshes, K) compressions, where the mean system has these."""
+        shape, meshes = mean.shape, len(mean)
+        if not mean.any():
+            return np.zeros_like(mean)
+        scale = np.abs(mean).max()
+
+        def packed(spectrum: ComplexArray) -> FloatArray:
+            return spectrum.ravel().view(float)
+
+        def equation(x: FloatArray) -> FloatArray:
+            delta = x.view(complex).reshape(shape)
+            answer = np.einsum("koi,ik->ok", self.transfer[:, :meshes], self._restoring(delta, change))
+            return packed(delta + answer)
+
+        def alone(x: FloatArray) -> FloatArray:
+            delta = x.view(complex).reshape(shape)
+            return packed(np.array([one.solve(part) for one, part in zip(self.alone, delta, strict=True)]))
+
+        size = 2 * mean.size
+        operator, inverse = (LinearOperator((size, size), matvec=one, dtype=float) for one in (equation, alone))
+        found, info = gmres(operator, packed(mean / scale), M=inverse, rtol=_RESIDUAL, atol=0.0, restart=60, maxiter=10)
+        if info:
+            raise SigdbError("the periodic solution of the meshes does not converge; the rig may be unstable")
+        return scale * found.view(complex).reshape(shape)
+
+
+def long_period(transfer: ComplexArray, kappa: Sequence[FloatArray], period: Period) -> LongPeriod:
+    """Prepare the iteration; arguments as of :func:`~sigdb.dynamics.hill.hill`."""
+    F = _PADDING * period.samples
+    return LongPeriod(
+        transfer=transfer,
+        period=period,
+        kappa=np.array([over_the_period(one, count, F) for one, count in zip(kappa, period.passes, strict=True)]),
+        alone=tuple(
+            _alone(transfer[:, i : i + 1, i : i + 1], one, replace(period, passes=(count,)))
+            for i, (one, count) in enumerate(zip(kappa, period.passes, strict=True))
+        ),
+    )
+
+
+def _alone(transfer: ComplexArray, kappa: FloatArray, period: Period) -> Alone:
+    harmonics, _, blocks = hill_blocks(transfer, [kappa], period)
+    return Alone(harmonics=harmonics, inverses=np.array([np.linalg.inv(block) for block in blocks]))
+
+
+def over_the_period(kappa: FloatArray, passes: int, F: int) -> FloatArray:
+    """(F,) samples over the period of a function given over one pass, without harmonics above F / 2."""
+    coefficients = np.fft.rfft(kappa) / len(kappa)
+    spectrum = np.zeros(F // 2 + 1, complex)
+    places = spectrum[: (F + 1) // 2 : passes]
+    count = min(len(places), len(coefficients))
+    places[:count] = coefficients[:count]
+    return np.fft.irfft(spectrum, n=F) * F
+
+
+class IteratedCorrection:
+    """A :class:`~sigdb.dynamics.damaged.Correction` of a rig with a long period.
+
+    Parameters
+    ----------
+    rig
+        The rig.
+    forces
+        Forces of the change.
+    excitation
+        Spectra ``free`` and ``force`` of what excites the rig, for the columns asked for.
+    rows
+        Makes rows of a spectrum of outputs.
+    """
+
+    def __init__(
+        self,
+        rig: LongPeriod,
+        forces: LocalForces,
+        excitation: tuple[ComplexArray, ComplexArray],
+        rows: Callable[[ComplexArray], FloatArray],
+    ) -> None:
+        self._rig, self._forces, self._excitation, self._rows = rig, forces, excitation, rows
+
+    def solved(self) -> tuple[FloatArray, FloatArray]:
+        """Under all that excites it."""
+        free, force = self._excitation
+        force = force.copy()
+        errors = self._forces.everywhere(self._forces.errors)
+        force[inputs_of(self._forces, len(self._rig.kappa))] += self._rig.period.spectrum(errors)
+        rows = self._rows(self._rig.respond(force, free, self._forces))
+        return self._forces(rows[self._forces.samples]), rows
+
+    def followed(self, force: ComplexArray) -> tuple[FloatArray, FloatArray]:
+        """Under further forces, without errors."""
+        rows = self._rows(self._rig.respond(force, None, self._forces))
+        return -self._forces.stiffness[:, :, None] * rows[self._forces.samples], rows

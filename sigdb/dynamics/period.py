@@ -1,0 +1,110 @@
+"""The period over which a rig with periodic mesh stiffness repeats, and the gear whose damage it is about."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sigdb.core.errors import InputError
+from sigdb.core.typing import ComplexArray, FloatArray
+from sigdb.transmission import Transmission
+
+_MOST_REVOLUTIONS = 60
+"""Longest common period that is solved; a longer one is refused."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Period:
+    """The common period of all meshes, on a grid.
+
+    Spectra are those of ``rfft`` over its samples.
+
+    Attributes
+    ----------
+    samples
+        N, samples in it.
+    revolutions
+        Revolutions of the averaged shaft in it.
+    passes
+        Tooth passes of each mesh in it.
+    refinement
+        Samples for each one of what is given out.
+    """
+
+    samples: int
+    revolutions: int
+    passes: tuple[int, ...]
+    refinement: int = 1
+
+    @property
+    def harmonics(self) -> int:
+        """K: harmonics 0 to K - 1 are in a spectrum, the last of which may be the Nyquist one and is zero then."""
+        return self.samples // 2 + 1
+
+    def sampled(self, spectrum: ComplexArray) -> FloatArray:
+        """(..., N, columns) values of a spectrum (..., K, columns)."""
+        return np.fft.irfft(spectrum, n=self.samples, axis=-2)
+
+    def averaged(self, spectrum: ComplexArray) -> FloatArray:
+        """(..., n, columns) average over the revolutions, without what the n samples given out cannot hold."""
+        n = self.samples // (self.revolutions * self.refinement)
+        held = spectrum[..., : self.revolutions * (n // 2) + 1 : self.revolutions, :]
+        if n % 2 == 0:
+            held = held.copy()
+            held[..., n // 2 :, :] = 0
+        return np.fft.irfft(held, n=n, axis=-2) / (self.revolutions * self.refinement)
+
+    def spectrum(self, values: FloatArray) -> ComplexArray:
+        """(..., K, columns) spectrum of values (..., F, columns) on a grid of the period, fine or not."""
+        F, K = values.shape[-2], self.harmonics
+        found = np.fft.rfft(values, axis=-2) * (self.samples / F)
+        if F % 2 == 0:
+            found[..., -1, :] = 0
+        if found.shape[-2] >= K:
+            return found[..., :K, :]
+        whole = np.zeros((*found.shape[:-2], K, found.shape[-1]), complex)
+        whole[..., : found.shape[-2], :] = found
+        return whole
+
+
+def common_period(rig: Transmission, gear: str) -> tuple[int, tuple[int, ...]]:
+    """Least revolutions of a gear in which every mesh makes whole tooth passes, and each mesh's passes in them.
+
+    Raises
+    ------
+    InputError
+        If that takes too many revolutions to be solved.
+
+    Examples
+    --------
+    >>> import sigdb
+    >>> common_period(sigdb.load_transmission("two-stage-gearbox"), "input-pinion")
+    (5, (160, 96))
+    """
+    own = abs(rig.ratio(rig.gears[gear].shaft))
+    driving = [rig.gears[mesh.driving] for mesh in rig.meshes.values()]
+    per_turn = [one.teeth * abs(rig.ratio(one.shaft)) / own for one in driving]
+    for revolutions in range(1, _MOST_REVOLUTIONS + 1):
+        passes = [revolutions * one for one in per_turn]
+        if np.allclose(passes, np.round(passes), rtol=0, atol=1e-6):
+            return revolutions, tuple(round(one) for one in passes)
+    raise InputError(
+        f"the meshes of rig {rig.name!r} do not repeat within {_MOST_REVOLUTIONS} revolutions; choose tooth counts "
+        "with a shorter common period"
+    )
+
+
+def damaged_gear(rig: Transmission, gear: str | None) -> str:
+    """The gear that damage refers to: the one named, or the driving gear of the first mesh.
+
+    Raises
+    ------
+    InputError
+        If the rig has no such gear, or the gear meshes with none.
+    """
+    if gear is None:
+        if not rig.meshes:
+            raise InputError(f"rig {rig.name!r} has no mesh, so no gear can be damaged")
+        return next(iter(rig.meshes.values())).driving
+    if not rig.meshes_of(gear):
+        raise InputError(f"gear {gear!r} of rig {rig.name!r} takes part in no mesh; name a gear that does")
+    return gear

@@ -1,0 +1,164 @@
+"""Preparing the periodic problem of a rig: all that its damage does not change."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sigdb.core.errors import InputError
+from sigdb.core.typing import ComplexArray, FloatArray
+from sigdb.dynamics.excitation import excitation, harmonics, over_a_pass
+from sigdb.dynamics.hill import Hill, entries, hill
+from sigdb.dynamics.long_period import LongPeriod, long_period, over_the_period
+from sigdb.dynamics.period import Period, common_period, damaged_gear
+from sigdb.dynamics.periodic import SAMPLES_PER_TOOTH, TOLERANCE, PeriodicRig
+from sigdb.transmission import ModalSystem, Transmission, modal_system
+from sigdb.transmission.gears import Mesh
+from sigdb.transmission.mesh_stiffness import pair_stiffness, pairs_in_contact
+
+_MOST_ENTRIES = 40_000_000
+"""Complex numbers in the factors of a healthy rig; one that has more is solved by iteration."""
+_MOST_REFINEMENT = 8
+
+
+def prepare(
+    rig: Transmission,
+    *,
+    gear: str | None = None,
+    samples_per_tooth: int = SAMPLES_PER_TOOTH,
+    system: ModalSystem | None = None,
+) -> PeriodicRig:
+    """Prepare the periodic problem of a gear: all that its damage does not change.
+
+    Parameters
+    ----------
+    rig
+        A transmission with torque through its meshes.
+    gear
+        The damaged gear; the driving gear of the first mesh if left out.
+    samples_per_tooth
+        Samples in a tooth pass; n is this times the gear's teeth.
+    system
+        The rig's modal system, for example a truncated one; synthesised in full if left out.
+
+    Raises
+    ------
+    InputError
+        If the rig has no such gear, no torque, or meshes that do not repeat within a reasonable time.
+
+    Examples
+    --------
+    >>> import sigdb
+    >>> healthy = prepare(sigdb.load_transmission("nasa-spiral-bevel")).steady_state({})
+    >>> healthy.signals.shape, bool(healthy.min_compression > 0)
+    ((2, 768), True)
+    """
+    gear = damaged_gear(rig, gear)
+    if rig.operating.drive is None or not rig.operating.torque or not rig.operating.speed_rpm:
+        raise InputError(
+            f"rig {rig.name!r} has no torque through its meshes; give operating.drive, load, speed and torque"
+        )
+    own = rig.meshes_of(gear)
+    if len(own) > 1:
+        raise InputError(
+            f"gear {gear!r} of rig {rig.name!r} takes part in {len(own)} meshes; damage is simulated in one"
+        )
+    names = sorted(rig.meshes, key=lambda name: name != own[0])
+    order = [list(rig.meshes).index(name) for name in names]
+    meshes, m = tuple(rig.meshes[name] for name in names), len(names)
+    revolutions, passes = common_period(rig, gear)
+    teeth, shaft = rig.gears[gear].teeth, rig.gears[gear].shaft
+    n, speed = samples_per_tooth * teeth, abs(rig.speed(shaft))
+    period = Period(samples=n * revolutions, revolutions=revolutions, passes=tuple(passes[i] for i in order))
+
+    system = system or modal_system(rig)
+    found = tuple(replace(one, error=one.error[order]) for one in harmonics(rig, system, shaft, revolutions))
+    kappa = [over_a_pass(mesh)[0] - mesh.stiffness for mesh in meshes]
+    while True:
+        transfer = _transfer(system, order, period, speed)
+        friction = transfer.shape[2] - 2 * m + 2 * order[0]
+        solver = _solver(transfer[:, :, [*range(m), friction, friction + 1]], kappa, period)
+        free, force = excitation(period, meshes, teeth, found, transfer)
+        force = np.concatenate([force, np.zeros((2, *force.shape[1:]))])
+        response = solver.respond(force, free)
+        error = _truncation_error(system, order, period, speed, solver, kappa, response)
+        if error < TOLERANCE or period.refinement >= _MOST_REFINEMENT:
+            break
+        period = _finer(period)
+    prepared = PeriodicRig(
+        system=system,
+        gear=gear,
+        teeth=teeth,
+        meshes=meshes,
+        base_pitch=rig.geometries[own[0]].base_pitch,
+        shaft_speed=speed,
+        period=period,
+        samples=n,
+        harmonics=found,
+        static_compression=transfer[0, :m, m].real,
+        healthy=_healthy_stiffness(meshes, period),
+        excitation=(free, force),
+        solver=solver,
+        response=np.empty((0, 0)),
+        error=error,
+    )
+    return replace(prepared, response=prepared.rows(response))
+
+
+def _finer(period: Period) -> Period:
+    return replace(period, samples=2 * period.samples, refinement=2 * period.refinement)
+
+
+def _solver(transfer: ComplexArray, kappa: Sequence[FloatArray], period: Period) -> Hill | LongPeriod:
+    return (hill if entries(period) <= _MOST_ENTRIES else long_period)(transfer, kappa, period)
+
+
+def _transfer(system: ModalSystem, order: Sequence[int], period: Period, speed: float) -> ComplexArray:
+    """(K, outputs, inputs) at the harmonics of a period, the meshes in that order."""
+    m = len(order)
+    outputs, inputs = [*order, *range(m, len(system.outputs))], [*order, *range(m, system.inputs.shape[1])]
+    found = system.transfer(speed / period.revolutions * np.arange(period.harmonics))[:, outputs][:, :, inputs]
+    if period.samples % 2 == 0:
+        found[-1] = 0
+    return found
+
+
+def _truncation_error(
+    system: ModalSystem,
+    order: Sequence[int],
+    period: Period,
+    speed: float,
+    solver: Hill | LongPeriod,
+    kappa: Sequence[FloatArray],
+    response: ComplexArray,
+) -> float:
+    """What the harmonics left out would add to a healthy rig's signals, by the first of a series of corrections.
+
+    Those up to twice as high answer to the forces that are known, and by the mesh stiffness act back on those kept.
+    """
+    m, wider = len(order), _finer(period)
+    transfer = _transfer(system, order, wider, speed)[:, :m, :m]
+    F = 2 * wider.samples
+    stiffness = np.array([over_the_period(one, count, F) for one, count in zip(kappa, period.passes, strict=True)])
+
+    def force(delta: ComplexArray) -> FloatArray:
+        return -stiffness * np.fft.irfft(delta, n=F, axis=1) * (F / period.samples)
+
+    beyond = wider.spectrum(force(response[:m, :, 0])[:, :, None])
+    beyond[:, : period.harmonics] = 0
+    delta = np.einsum("kij,jkc->ikc", transfer, beyond)[:, :, 0]
+    back = np.zeros((solver.transfer.shape[2], period.harmonics, 1), complex)
+    back[:m] = period.spectrum(force(delta)[:, :, None])
+    signals, errors = (period.averaged(one[m:, :, :1])[:, :, 0] for one in (response, solver.respond(back)))
+    size = np.ptp(signals, axis=1)
+    return float((np.abs(errors).max(axis=1) / np.where(size > 0, size, np.inf)).max(initial=0.0))
+
+
+def _healthy_stiffness(meshes: tuple[Mesh, ...], period: Period) -> FloatArray:
+    u = np.arange(0, period.samples, period.refinement) / period.samples
+    return np.array(
+        [
+            mesh.stiffness * pair_stiffness(mesh.profile, pairs_in_contact(count * u)).sum(axis=0)
+            for mesh, count in zip(meshes, period.passes, strict=True)
+        ]
+    )
