@@ -23,7 +23,7 @@ def plan_schema(plan: Plan) -> Schema:
             _declared(Operating, "speed_rpm"),
             _declared(Operating, "torque"),
             _declared(Damage, "damaged_teeth"),
-            *(_declared(ToothDamage, name) for name in ToothDamage.model_fields),
+            *(_declared(ToothDamage, name) for name in plan.damage_fields),
             _declared(Damage, "pattern"),
             *(Column(name=path, type=pa.float64(), help="Swept parameter of the rig.") for path in plan.swept),
         ],

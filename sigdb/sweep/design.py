@@ -4,11 +4,19 @@ import itertools
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, Strict, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    Strict,
+    model_serializer,
+    model_validator,
+)
 
 from sigdb.core.errors import InputError
-from sigdb.core.fields import Section, quantity
+from sigdb.core.fields import Section, quantity, without_defaults
 from sigdb.transmission import Damage, ToothDamage
+from sigdb.transmission.damage import FLAW_FIELDS, FLAWS
 
 
 def _listed(value: Any) -> Any:
@@ -26,7 +34,9 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
 Values = Annotated[tuple[float, ...], Strict(False), BeforeValidator(_listed)]
 Counts = Annotated[tuple[int, ...], Strict(False), BeforeValidator(_listed)]
 Names = Annotated[tuple[str, ...], Strict(False), BeforeValidator(_listed)]
-DAMAGE_AXES = ("damaged_teeth", "phase_shift_deg", "stiffness_loss", "loss_extent")
+DAMAGE_AXES = ("damaged_teeth", "phase_shift_deg", "stiffness_loss", "loss_extent", *FLAW_FIELDS)
+_SIZES = {"stiffness_loss": ("loss_extent",), **FLAWS}
+"""Sizes of damage, each with the axes that mean nothing where it is zero."""
 MEASUREMENT_AXES = ("averages", "snr_db", "index_error")
 
 
@@ -48,6 +58,15 @@ class Grid(Section):
     loss_extent: Values = quantity(
         "-", "Fraction of the contact over which the loss acts.", default=(1.0,), min_length=1
     )
+    crack_depth: Values = quantity("m", "Length of a crack from the root.", default=(0.0,), min_length=1)
+    crack_angle_deg: Values = quantity("deg", "Angle of the crack.", default=(70.0,), min_length=1)
+    pit_diameter: Values = quantity("m", "Diameter of round pits.", default=(0.0,), min_length=1)
+    pit_depth: Values = quantity("m", "Depth of the pits.", default=(0.0,), min_length=1)
+    pits: Counts = quantity("-", "Number of pits in a row across the flank.", default=(1,), min_length=1)
+    pit_place: Values = quantity("-", "Place of the pits along the contact.", default=(0.5,), min_length=1)
+    wear_depth: Values = quantity("m", "Depth worn evenly off the flank.", default=(0.0,), min_length=1)
+    chip_height: Values = quantity("m", "Height broken off the tooth.", default=(0.0,), min_length=1)
+    chip_extent: Values = quantity("-", "Fraction of the face width broken off.", default=(1.0,), min_length=1)
     pattern: Names = quantity("-", "Names of patterns, in place of the axes of damage.", default=())
     averages: Counts = quantity("rev", "Revolutions in the average; [measurement] if left out.", default=())
     snr_db: Values = quantity("dB", "Signal-to-noise ratio; [measurement] if left out.", default=())
@@ -77,6 +96,10 @@ class Grid(Section):
             raise ValueError("tooth = [] names no tooth; name some, or 'all'")
         return self
 
+    @model_serializer(mode="wrap")
+    def _as_used(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_defaults(self, handler(self), FLAW_FIELDS)
+
     def rig_points(self) -> Iterator[dict[str, float]]:
         """Each combination of values of the rig's axes."""
         for values in itertools.product(*self.rig.values()):
@@ -89,8 +112,9 @@ class Grid(Section):
         if not self.pattern:
             for values in itertools.product(*(getattr(self, axis) for axis in DAMAGE_AXES)):
                 case = dict(zip(DAMAGE_AXES, values, strict=True))
-                if not case["stiffness_loss"]:
-                    case["loss_extent"] = 1.0  # without a loss its extent means nothing
+                for size, beside in _SIZES.items():
+                    if not case[size]:
+                        case |= {axis: ToothDamage.model_fields[axis].default for axis in beside}
                 damage = Damage(gear=gear, tooth=1, **case)
                 if damage.is_damage:
                     yield damage

@@ -24,7 +24,9 @@ from sigdb.dynamics.period import common_period, damaged_gear
 from sigdb.measurement import Measurement, tooth_cycle
 from sigdb.signature.settings import Signature
 from sigdb.sweep.design import Design, teeth_of
-from sigdb.transmission import Damage, Transmission
+from sigdb.transmission import Damage, ToothDamage, Transmission
+from sigdb.transmission.damage import FLAW_FIELDS, FLAWS
+from sigdb.transmission.mesh_stiffness import damaged_profile
 
 PART_TEMPLATES = 64
 _LEAST_PART, _GREATEST_PART, _PARTS_WANTED = 2048, 32768, 16
@@ -116,6 +118,13 @@ class Plan:
         own = {"operating.speed_rpm", "operating.torque", f"{self.gear}.teeth", f"gears.{self.gear}.teeth"}
         return tuple(dict.fromkeys(path for point in self.rig_points for path in point.values if path not in own))
 
+    @cached_property
+    def damage_fields(self) -> tuple[str, ...]:
+        """Fields of a tooth's damage that have a column: those of its geometry only where a case has such damage."""
+        used = {size for case in self.templates for size in case.damage.flaws}
+        flaws = (name for size, beside in FLAWS.items() for name in (size, *beside) if size in used)
+        return (*(name for name in ToothDamage.model_fields if name not in FLAW_FIELDS), *flaws)
+
     @property
     def seed(self) -> int:
         """Seed of specimens and noise."""
@@ -154,11 +163,10 @@ class Plan:
             "speed_rpm": point.rig.operating.speed_rpm,
             "torque": point.rig.operating.torque,
             "damaged_teeth": damage.damaged_teeth,
-            "phase_shift_deg": None if damage.each else damage.phase_shift_deg,
-            "stiffness_loss": None if damage.each else damage.stiffness_loss,
-            "loss_extent": None if damage.each else damage.loss_extent,
+            **{name: None if damage.each else getattr(damage, name) for name in self.damage_fields},
             "pattern": damage.pattern,
-        } | {path: point.rig.value(path) for path in self.swept}
+            **{path: point.rig.value(path) for path in self.swept},
+        }
 
     def table(self, start: int, stop: int) -> pd.DataFrame:
         """Rows ``start`` to ``stop - 1`` of the plan: id, template, parameters and labels."""
@@ -206,8 +214,10 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
             for one in measured:
                 _whole_cycles(one, point)
                 healthy[number, one] = None
+            mesh = changed.meshes[changed.meshes_of(gear)[0]]
             for damage in grid.damages(design.patterns, gear):
-                damage.on_teeth(point.teeth)
+                for of_tooth in damage.on_teeth(point.teeth).values():
+                    damaged_profile(mesh.profile, of_tooth, point.teeth)
                 for tooth, one in itertools.product(teeth_of(grid, point.teeth), measured):
                     placed = damage if rig.turns_exactly(gear) else damage.model_copy(update={"tooth": tooth})
                     # A case that grids share belongs to the first.

@@ -82,6 +82,17 @@ def tooth_stiffness(
     return mesh.stiffness * stiffness
 
 
+def damaged_profile(profile: AnyProfile, damage: ToothDamage, teeth: int, *, driving: bool | None = None) -> AnyProfile:
+    """The profile of a pair with a damaged tooth: another only where its geometry is damaged.
+
+    Raises
+    ------
+    InputError
+        If the profile knows no geometry, the damage does not fit it, or it is not clear whose tooth is meant.
+    """
+    return profile.damaged(damage, teeth, driving) if damage.flaws else profile
+
+
 def damaged_pair_stiffness(
     profile: AnyProfile, x: FloatArray, damage: ToothDamage, teeth: int, *, driving: bool | None = None
 ) -> FloatArray:
@@ -90,8 +101,7 @@ def damaged_pair_stiffness(
     Away from the contact by a pass or more it is zero, as that of a healthy pair. ``driving`` is as of
     `tooth_stiffness`.
     """
-    if damage.flaws:
-        profile = profile.damaged(damage, teeth, driving)
+    profile = damaged_profile(profile, damage, teeth, driving=driving)
     shift = damage.shift_in_passes(teeth)
     end, edge = profile.contact_ratio, max(_LEAST_EDGE, _EDGE_PER_SHIFT * abs(shift))
     x = x - shift * raised_cosine(1 + x / edge) * raised_cosine(1 + (end - x) / edge)
