@@ -28,7 +28,7 @@ from sigdb.transmission.tooth_form import ToothForm
 from sigdb.transmission.tooth_sections import Sections, broken_off, contact_width, sections
 
 POINTS = 1025
-"""Points of contact at which a pair's stiffness is computed; between them it is linear, to 1e-7 of its size."""
+"""Points of contact at which a pair's stiffness is computed; between them it is linear, to 4e-7 of its size."""
 _SHEAR = 1.2
 _SAINSOT = np.array(
     [

@@ -141,7 +141,8 @@ def chipped(form: ToothForm, y: FloatArray, damage: ToothDamage) -> FloatArray:
 
 def pitted_width(form: ToothForm, rho: FloatArray, centre: float, damage: ToothDamage) -> FloatArray:
     """Width that round pits take from the flank at radii of curvature rho: their chords, m."""
-    along = (rho**2 - centre**2) / (2 * form.base_radius)
+    # Centres below the base circle, off any flank, count as negative.
+    along = (rho**2 - centre * abs(centre)) / (2 * form.base_radius)
     return damage.pits * np.sqrt(np.maximum(damage.pit_diameter**2 - 4 * along**2, 0.0))
 
 
