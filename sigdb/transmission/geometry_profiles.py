@@ -91,7 +91,7 @@ class EnergyMethod(GeometryProfile):
     ``stiffness`` may be left out: its mean is then the method's. Damage may be given by its geometry.
     """
 
-    kind: Literal["energy-method"] = quantity("-", "Which profile it is.", default="energy-method")
+    kind: Literal["energy-method"] = quantity("-", "Kind of profile.", default="energy-method")
     fillet_radius: float = quantity(
         "-", "Radius of the rack's rounded tip, which cuts the root fillet, in modules.", gt=0, default=0.38
     )
@@ -156,7 +156,7 @@ class Iso6336(GeometryProfile):
     the normal: ``c_gamma_alpha b / cos(beta_b)^2``, since the standard's is in the transverse plane.
     """
 
-    kind: Literal["iso-6336"] = quantity("-", "Which profile it is.", default="iso-6336")
+    kind: Literal["iso-6336"] = quantity("-", "Kind of profile.", default="iso-6336")
     blank_factor: float = quantity(
         "-", "C_R of the standard: 1 for solid disks, less for gears with a thin web.", gt=0, le=1, default=1.0
     )

@@ -57,7 +57,7 @@ class Trapezoid(Profile):
     so that results converge with the time grid. The pitch point is taken to be at its middle.
     """
 
-    kind: Literal["trapezoid"] = quantity("-", "Which profile it is.", default="trapezoid")
+    kind: Literal["trapezoid"] = quantity("-", "Kind of profile.", default="trapezoid")
     contact_ratio: float = quantity("pass", "Length of one pair's contact, in tooth passes.", ge=1, lt=MOST_PASSES)
     flank: float = quantity("pass", "Length of each flank, in tooth passes.", gt=0)
 
@@ -89,7 +89,7 @@ class Harmonic(Profile):
     The pitch point is taken to be at the window's middle.
     """
 
-    kind: Literal["harmonic"] = quantity("-", "Which profile it is.", default="harmonic")
+    kind: Literal["harmonic"] = quantity("-", "Kind of profile.", default="harmonic")
     amplitudes: Values = quantity(
         "-", "Amplitude of each harmonic of the mesh frequency, as a fraction of the mean.", min_length=1
     )
@@ -138,7 +138,7 @@ class Table(Profile):
     given only the curve's shape counts, else its values do. The pitch point is taken to be at its middle.
     """
 
-    kind: Literal["table"] = quantity("-", "Which profile it is.", default="table")
+    kind: Literal["table"] = quantity("-", "Kind of profile.", default="table")
     places: Values = quantity("pass", "Places along the contact, ascending from 0 at its beginning.", min_length=2)
     pair_stiffnesses: Values = quantity("N/m", "Stiffness of the pair at each place.", min_length=2)
     flank: float = quantity("pass", "Length over which a pair takes up and gives up its load.", gt=0)
