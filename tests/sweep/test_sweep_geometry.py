@@ -24,6 +24,8 @@ def test_every_combination_of_sizes_and_none_that_means_nothing(plan_of):
     """Without a crack its angle means nothing: 2 depths x 2 angles, and the undamaged case once."""
     found = [(one["crack_depth"], one["crack_angle_deg"]) for one in cases(plan_of(HEAD + CRACKS + AVERAGES))]
     assert found == [(0.0, 70.0), (1e-3, 45.0), (1e-3, 70.0), (2e-3, 45.0), (2e-3, 70.0)]
+    lossy = cases(plan_of(HEAD + CRACKS.replace(", 2e-3", "") + "stiffness_loss = 0.2\n" + AVERAGES))[1:]
+    assert [(one["crack_depth"], one["crack_angle_deg"]) for one in lossy] == [(0.0, 70.0), (1e-3, 45.0), (1e-3, 70.0)]
 
 
 def test_only_damage_that_is_swept_has_columns(plan_of):
@@ -46,6 +48,7 @@ def test_naming_a_size_of_zero_keeps_the_hash(plan_of):
     plain = plan_of(HEAD + LOSS + AVERAGES)
     named = plan_of(HEAD + LOSS + "crack_depth = 0.0\npits = 1\n" + AVERAGES)
     assert named.hash == plain.hash
+    assert not set(plain.resolved["sweep"]["grid"][0]) & set(FLAW_FIELDS)
     assert plan_of(HEAD + LOSS + "crack_depth = 1e-4\n" + AVERAGES).hash != plain.hash
 
 

@@ -129,6 +129,23 @@ def test_a_mean_that_is_left_out_follows_from_the_profile(rig_with, name):
 
 
 @pytest.mark.parametrize("name", ["energy-method", "iso-6336"])
+def test_the_pitch_point_by_geometry(rig_with, name):
+    """Contact begins at the wheel's tip, as far before the pitch point as its radius of curvature is greater there."""
+    profile = rig_with(PROFILES[name]).meshes["main"].profile
+    base, tip = 48 / 2 * np.cos(np.deg2rad(20)), 48 / 2 + 1
+    before = np.sqrt(tip**2 - base**2) - 48 / 2 * np.sin(np.deg2rad(20))
+    expected = before / (np.pi * np.cos(np.deg2rad(20))) + profile.flank / 2
+    assert_allclose(profile.pitch_point, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["energy-method", "iso-6336"])
+def test_profile_shift_of_the_driving_gear_comes_with_its_opposite(rig_with, name):
+    """Tips move with the shifts, by 0.2 modules out and in; the centre distance stays."""
+    pair = rig_with(PROFILES[name] + "profile_shift = 0.2\n").meshes["main"].profile.pair
+    assert_allclose(np.array(pair.tip_radii) / 3.175e-3, [19 / 2 + 1.2, 48 / 2 + 0.8], rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["energy-method", "iso-6336"])
 def test_a_profile_by_geometry_follows_the_gears(rig_with, name):
     """Contact ratio of 25/48 teeth by the radii of curvature at both tips, written out here."""
     rig = rig_with(PROFILES[name])

@@ -13,7 +13,7 @@ from sigdb.core.errors import InputError
 from sigdb.transmission import Damage, ToothDamage, load_transmission
 from sigdb.transmission.energy_method import SOUND, pair_curve, tooth_compliance
 from sigdb.transmission.mesh_stiffness import damaged_pair_stiffness, tooth_stiffness
-from sigdb.transmission.tooth_sections import crack_start, sections
+from sigdb.transmission.tooth_sections import chipped, crack_start, sections
 
 MESH = load_transmission("spur-test-rig").meshes["main"]
 PAIR = MESH.profile.elastic
@@ -164,6 +164,29 @@ def test_a_level_crack_takes_its_depth_from_the_sections_above_it(member):
     assert_allclose(cut.thickness[above], (half + np.minimum(half, crack_start(form)[1] - 1e-3))[above], rtol=1e-12)
 
 
+@MEMBERS
+def test_below_its_beginning_a_crack_leaves_what_is_left_there(member):
+    """At 45 deg and 1 mm: down to 0.71 mm below the beginning, the section there without 0.71 mm of its thickness."""
+    form = PAIR.forms[member]
+    rho = PAIR.curvatures(X)[member][:: 1 - 2 * member]
+    sound, cut = (
+        sections(form, WIDTH, rho, 0.0, one) for one in (SOUND, ToothDamage(crack_depth=1e-3, crack_angle_deg=45.0))
+    )
+    (y, x), drop = crack_start(form), 1e-3 / np.sqrt(2)
+    beside = (sound.height < y) & (sound.height > y - drop)
+    assert beside.any()
+    assert_allclose(cut.thickness[beside], 2 * x - drop, rtol=1e-12)
+    assert_array_equal(cut.thickness[sound.height < y - drop], sound.thickness[sound.height < y - drop])
+
+
+@MEMBERS
+def test_a_chip_of_the_tooths_height_takes_all_of_it_down_to_the_root(member):
+    form = PAIR.forms[member]
+    height, y = form.tip_radius - form.root_radius, np.linspace(form.root_radius, form.tip_radius, 50)
+    assert_array_equal(chipped(form, y, ToothDamage(chip_height=height)), 1)
+    assert_array_equal(chipped(form, y, ToothDamage(chip_height=1e-12 * height, chip_extent=0.4))[:-1], 0)
+
+
 def test_pits_act_where_they_are():
     """Contact before a pit feels nothing of it. In it width is lost, and above it the tooth is a little softer."""
     pitted = ToothDamage(pit_diameter=1e-3, pit_depth=1e-4, pits=4, pit_place=0.5)
@@ -282,6 +305,7 @@ def test_the_gear_is_told_by_its_teeth_or_by_name():
     one = damaged_pair_stiffness(alike.profile, x, damage[2], 19, driving=True)
     other = damaged_pair_stiffness(alike.profile, x[::-1], damage[2], 19, driving=False)
     assert_allclose(one, other, rtol=1e-6, atol=1e-9)
+    assert one[50] > one[-51]  # the driving tooth is touched last at its tip
 
 
 def test_geometry_needs_a_profile_that_knows_it():
