@@ -25,7 +25,9 @@ def pair_stiffness(profile: AnyProfile, x: FloatArray) -> FloatArray:
 
     The sum over the pairs in contact has mean 1: the profile's area is 1.
     """
-    return profile.pair_stiffness(x)
+    stiffness, touching = np.zeros(x.shape), (x > 0) & (x < profile.contact_ratio)
+    stiffness[touching] = profile.pair_stiffness(x[touching])
+    return stiffness
 
 
 def place_in_contact(u: FloatArray, teeth: int) -> FloatArray:
