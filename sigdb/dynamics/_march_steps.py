@@ -160,7 +160,7 @@ def march_steps(
 
         for i in range(meshes):
             f[i] = alpha[i] - beta[i] * delta[i]
-            mesh_force[n, i] = mean[i] * delta[i] - f[i]
+            mesh_force[n, i] = 0.0 if state[i] == _OPEN else mean[i] * delta[i] - f[i]
         for q in range(sliding):
             f[meshes + q] = v[q] - w[q] * delta[0] if state[0] == _CLOSED else 0.0
         for o in range(rows):
