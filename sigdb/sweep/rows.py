@@ -28,7 +28,7 @@ from sigdb.sweep.plan import Plan, RigPoint
 from sigdb.sweep.templates import contact_loss_sentence
 
 _BESIDE = (
-    "the mesh loses contact, and unbalance, run-out or a fluctuating load act beside the damage: its motion with damage "
+    "the mesh loses contact, and unbalance, run-out or a fluctuating load act beside the damage: the motion with damage "
     "at one tooth is not that at another turned; reduce the damage, or leave those out"
 )
 
@@ -118,6 +118,8 @@ class _Averages:
             for row in rows[turns != 0]:
                 self.status[row], self.least[row], self.contact_loss[row] = _BESIDE, template.min_compression, True
             cases, rows, turns = cases[turns == 0], rows[turns == 0], turns[turns == 0]
+            if not len(rows):
+                return
         errors = _turned(_index_errors(plan, point, cases), -turns)
         phases = _phases(template.orders, turns * 2 * np.pi / point.teeth)
         compression = template.compression + errors @ template.compression_response.T
