@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from sigdb import recognition, signature
     from sigdb.core.errors import SigdbError
     from sigdb.database import open
-    from sigdb.dynamics import Periodic, simulate
+    from sigdb.dynamics import Periodic, TimeProfile, Transient, march, simulate
     from sigdb.recognition import load_model
     from sigdb.transmission import Damage, load_transmission
 
@@ -28,9 +28,12 @@ __all__ = [
     "Damage",
     "Periodic",
     "SigdbError",
+    "TimeProfile",
+    "Transient",
     "__version__",
     "load_model",
     "load_transmission",
+    "march",
     "open",
     "recognition",
     "signature",
@@ -43,8 +46,11 @@ __getattr__, __dir__ = lazy_names(
         "Damage": "sigdb.transmission",
         "Periodic": "sigdb.dynamics",
         "SigdbError": "sigdb.core.errors",
+        "TimeProfile": "sigdb.dynamics",
+        "Transient": "sigdb.dynamics",
         "load_model": "sigdb.recognition",
         "load_transmission": "sigdb.transmission",
+        "march": "sigdb.dynamics",
         "open": "sigdb.database",
         "recognition": "sigdb.recognition",
         "signature": "sigdb.signature",

@@ -8,3 +8,4 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.floating[Any]]
 ComplexArray = NDArray[np.complexfloating[Any, Any]]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]

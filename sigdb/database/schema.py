@@ -84,7 +84,12 @@ _MIN_COMPRESSION = Column(
     help="Least mesh compression over the revolution; below 0 the mesh loses contact.",
     formula="min(delta) / static delta",
 )
-_CONTACT_LOSS = Column(name="contact_loss", type=pa.bool_(), help="Whether the mesh loses contact in this case.")
+_CONTACT_LOSS = Column(
+    name="contact_loss",
+    type=pa.bool_(),
+    help="Whether the mesh loses contact in this case. Its clean average comes from the march in time then, without "
+    "index errors.",
+)
 
 
 def database_schema(
@@ -144,6 +149,12 @@ def database_schema(
                 name="least_elsewhere", type=_FLOAT, help="The same of the other meshes; infinite where there are none."
             ),
             _CONTACT_LOSS,
+            Column(
+                name="error",
+                type=_FLOAT,
+                help="Estimated error of the clean averages by the grid or the step, the greatest of all sensors.",
+                formula="max |error| / peak-to-peak",
+            ),
             Column(name="compression", type=_LIST, unit="m", help="Compression under torque and profile errors."),
             Column(name="compression_response", type=_LIST, help="Compression per index error, (n, teeth) row-major."),
             Column(

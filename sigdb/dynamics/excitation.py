@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from sigdb.core.errors import InputError
 from sigdb.core.typing import ComplexArray, FloatArray
 from sigdb.dynamics.period import Period
 from sigdb.transmission import ModalSystem, Transmission
@@ -38,38 +40,80 @@ class Harmonic:
     error: ComplexArray
 
 
-def harmonics(rig: Transmission, system: ModalSystem, shaft: str, revolutions: int = 1) -> tuple[Harmonic, ...]:
-    """Unbalance, run-out and fluctuating load, by order of a shaft: those of whole cycles in some revolutions."""
-    found: dict[int, Harmonic] = {}
+@dataclass(frozen=True, kw_only=True)
+class Turning:
+    """An excitation that turns with a shaft: unbalance, run-out, a fluctuating load.
 
-    def at(speed: float, cycles: int = 1) -> Harmonic | None:
-        turns = cycles * revolutions * abs(speed / rig.speed(shaft))
-        if not np.isclose(turns, round(turns)) or round(turns) == 0:
-            return None
-        none = Harmonic(
-            order=round(turns) / revolutions,
+    Attributes
+    ----------
+    harmonic
+        Its order of the averaged shaft, whole or not, and its amplitudes at the operating speed.
+    inertial
+        Whether its force grows with the square of the speed.
+    """
+
+    harmonic: Harmonic
+    inertial: bool
+
+
+def turning(rig: Transmission, system: ModalSystem, shaft: str) -> tuple[Turning, ...]:
+    """All excitations that turn with some shaft, by their order of one of them."""
+    found = []
+
+    def add(speed: float, cycles: int = 1, inertial: bool = False) -> Harmonic:
+        one = Harmonic(
+            order=float(cycles * abs(speed / rig.speed(shaft))),
             force=np.zeros(system.inputs.shape[1], complex),
             error=np.zeros(len(rig.meshes), complex),
         )
-        return found.setdefault(round(turns), none)
+        found.append(Turning(harmonic=one, inertial=inertial))
+        return one
 
     for i, name in enumerate(system.unbalanced):
-        harmonic = at(rig.speed(name))
-        if harmonic is not None:
-            cosine = len(rig.meshes) + 2 + 2 * i
-            harmonic.force[cosine : cosine + 2] += [1.0, -1.0j]
+        cosine = len(rig.meshes) + 2 + 2 * i
+        add(rig.speed(name), inertial=True).force[cosine : cosine + 2] = [1.0, -1.0j]
     for i, mesh in enumerate(rig.meshes.values()):
         for gear in (rig.gears[mesh.driving], rig.gears[mesh.driven]):
-            harmonic = at(rig.speed(gear.shaft)) if gear.runout else None
-            if harmonic is not None:
-                harmonic.error[i] += gear.runout * np.exp(-1j * np.deg2rad(gear.runout_angle_deg))
+            if gear.runout:
+                add(rig.speed(gear.shaft)).error[i] = gear.runout * np.exp(-1j * np.deg2rad(gear.runout_angle_deg))
     operating = rig.operating
     if operating.load is not None and operating.load_fluctuation:
-        harmonic = at(rig.speed(rig.couplings[operating.load].shaft), operating.load_order)
-        if harmonic is not None:
-            angle = operating.load_order * np.deg2rad(operating.load_angle_deg)
-            harmonic.force[len(rig.meshes) + 1] += operating.load_fluctuation * np.exp(-1j * angle)
-    return tuple(found[turns] for turns in sorted(found))
+        angle = operating.load_order * np.deg2rad(operating.load_angle_deg)
+        one = add(rig.speed(rig.couplings[operating.load].shaft), operating.load_order)
+        one.force[len(rig.meshes) + 1] = operating.load_fluctuation * np.exp(-1j * angle)
+    return tuple(found)
+
+
+def harmonics(rig: Transmission, system: ModalSystem, shaft: str, revolutions: int = 1) -> tuple[Harmonic, ...]:
+    """The excitations that turn, by order of a shaft: those of whole cycles in some revolutions, merged."""
+    merged: dict[int, Harmonic] = {}
+    for one in turning(rig, system, shaft):
+        cycles: float = revolutions * one.harmonic.order
+        if bool(np.isclose(cycles, round(cycles))) and round(cycles) != 0:
+            other = merged.get(round(cycles))
+            merged[round(cycles)] = Harmonic(
+                order=round(cycles) / revolutions,
+                force=one.harmonic.force + (other.force if other else 0),
+                error=one.harmonic.error + (other.error if other else 0),
+            )
+    return tuple(merged[cycles] for cycles in sorted(merged))
+
+
+def checked_index_errors(index_errors: ArrayLike | None, teeth: int) -> FloatArray:
+    """(teeth,) index errors, zero where none are given.
+
+    Raises
+    ------
+    InputError
+        If they are not so many finite numbers.
+    """
+    errors = np.zeros(teeth) if index_errors is None else np.asarray(index_errors, dtype=float)
+    if errors.shape != (teeth,) or not np.isfinite(errors).all():
+        raise InputError(
+            f"index_errors must be {teeth} finite numbers, one a tooth of the damaged gear, not an array of "
+            f"shape {errors.shape}"
+        )
+    return errors
 
 
 def profile_error(mesh: Mesh, x: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ greatest common divisor of all passes, are coupled: the system falls apart into 
 factored once. Products hold all harmonics that are kept and none by aliasing.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import gcd
 from typing import Protocol
@@ -108,32 +108,22 @@ def hill(transfer: ComplexArray, kappa: Sequence[FloatArray], period: Period) ->
     period
         The common period.
     """
-    harmonics, stiffness, blocks = hill_blocks(transfer, kappa, period)
-    factors = tuple(lu_factor(block, overwrite_a=True, check_finite=False) for block in blocks)
-    return Hill(transfer=transfer, harmonics=harmonics, stiffness=stiffness, factors=factors)
-
-
-def hill_blocks(
-    transfer: ComplexArray, kappa: Sequence[FloatArray], period: Period
-) -> tuple[IntArray, ComplexArray, Iterator[ComplexArray]]:
-    """Harmonics (blocks, L) and stiffness (meshes, L, L) of a :class:`Hill`, and its blocks (meshes L, meshes L)."""
     passes, total = period.passes, period.samples
     g, meshes = gcd(*passes), len(passes)
     L = total // g
-    stiffness = np.array([_toeplitz(one, count // g, L) for one, count in zip(kappa, passes, strict=True)])
+    stiffness = np.array([stiffness_matrix(one, count // g, L) for one, count in zip(kappa, passes, strict=True)])
     steps = g * np.arange(L)
     harmonics = np.array([np.sort((b + steps + total // 2) % total - total // 2) for b in range(g // 2 + 1)])
-
-    def block(k: IntArray) -> ComplexArray:
+    factors = []
+    for k in harmonics:
         H = at_harmonics(transfer, k)[:, :meshes, :meshes]
-        found = np.einsum("kil,lkj->iklj", H, stiffness, optimize=True).reshape(meshes * L, meshes * L)
-        found[np.diag_indices_from(found)] += 1
-        return found
+        block = np.einsum("kil,lkj->iklj", H, stiffness, optimize=True).reshape(meshes * L, meshes * L)
+        block[np.diag_indices_from(block)] += 1
+        factors.append(lu_factor(block, overwrite_a=True, check_finite=False))
+    return Hill(transfer=transfer, harmonics=harmonics, stiffness=stiffness, factors=tuple(factors))
 
-    return harmonics, stiffness, (block(k) for k in harmonics)
 
-
-def _toeplitz(kappa: FloatArray, step: int, L: int) -> ComplexArray:
+def stiffness_matrix(kappa: FloatArray, step: int, L: int) -> ComplexArray:
     """(L, L) coefficients kappa_(k-k') of harmonics in a block, where the stiffness has every ``step``-th of them."""
     coefficients = np.fft.rfft(kappa) / len(kappa)
     column = np.zeros(L, complex)

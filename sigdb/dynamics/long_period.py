@@ -12,9 +12,9 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from sigdb.core.errors import SigdbError
-from sigdb.core.typing import ComplexArray, FloatArray, IntArray
+from sigdb.core.typing import BoolArray, ComplexArray, FloatArray, IntArray
 from sigdb.dynamics.damaged import LocalForces, inputs_of
-from sigdb.dynamics.hill import at_harmonics, hill_blocks
+from sigdb.dynamics.hill import at_harmonics, stiffness_matrix
 from sigdb.dynamics.period import Period
 
 _RESIDUAL = 1e-10
@@ -24,17 +24,19 @@ _PADDING = 2
 
 @dataclass(frozen=True, kw_only=True)
 class Alone:
-    """A mesh without the others: inverse blocks (blocks, L, L) and their harmonics (blocks, L)."""
+    """A mesh without the others: inverse blocks (blocks, L, L), their harmonics (blocks, L), and which are kept."""
 
     harmonics: IntArray
+    kept: BoolArray
     inverses: ComplexArray
 
     def solve(self, spectrum: ComplexArray) -> ComplexArray:
         """Compression (K,) of the varying mesh, where the mean system has this one."""
-        found = np.matmul(self.inverses, at_harmonics(spectrum, self.harmonics)[:, :, None])[:, :, 0]
+        mean = np.where(self.kept, at_harmonics(spectrum, self.harmonics), 0)
+        found = np.matmul(self.inverses, mean[:, :, None])[:, :, 0]
         solved = np.zeros_like(spectrum)
-        right = self.harmonics >= 0
-        solved[-self.harmonics[~right]] = found[~right].conj()
+        right, left = self.kept & (self.harmonics >= 0), self.kept & (self.harmonics < 0)
+        solved[-self.harmonics[left]] = found[left].conj()
         solved[self.harmonics[right]] = found[right]
         return solved
 
@@ -127,15 +129,21 @@ def long_period(transfer: ComplexArray, kappa: Sequence[FloatArray], period: Per
         period=period,
         kappa=np.array([over_the_period(one, count, F) for one, count in zip(kappa, period.passes, strict=True)]),
         alone=tuple(
-            _alone(transfer[:, i : i + 1, i : i + 1], one, replace(period, passes=(count,)))
+            _alone(transfer[:, i, i], one, count, period.samples)
             for i, (one, count) in enumerate(zip(kappa, period.passes, strict=True))
         ),
     )
 
 
-def _alone(transfer: ComplexArray, kappa: FloatArray, period: Period) -> Alone:
-    harmonics, _, blocks = hill_blocks(transfer, [kappa], period)
-    return Alone(harmonics=harmonics, inverses=np.array([np.linalg.inv(block) for block in blocks]))
+def _alone(transfer: ComplexArray, kappa: FloatArray, passes: int, N: int) -> Alone:
+    """Blocks of one mesh, whose passes need not divide the samples."""
+    j = np.arange(-(N // (2 * passes)) - 1, N // (2 * passes) + 1)
+    k = np.arange(passes // 2 + 1)[:, None] + passes * j
+    kept = 2 * np.abs(k) < N
+    k = np.where(kept, k, 0)
+    H = np.where(kept, at_harmonics(transfer, k), 0)
+    inverses = np.linalg.inv(np.eye(len(j)) + H[:, :, None] * stiffness_matrix(kappa, 1, len(j)))
+    return Alone(harmonics=k, kept=kept, inverses=inverses)
 
 
 def over_the_period(kappa: FloatArray, passes: int, F: int) -> FloatArray:

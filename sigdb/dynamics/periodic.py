@@ -51,8 +51,8 @@ class PeriodicRig:
         The rig's modal system.
     gear, teeth
         The damaged gear, and its tooth count.
-    meshes
-        The meshes, the damaged gear's first. All begin a tooth pass at the mark.
+    meshes, order
+        The meshes, the damaged gear's first, and their places in the modal system. All begin a tooth pass at the mark.
     base_pitch
         Way of the first mesh's contact along its normal in a tooth pass, m.
     shaft_speed
@@ -66,7 +66,7 @@ class PeriodicRig:
     static_compression
         (meshes,) compression under the mean torque and stiffness, m.
     healthy
-        (meshes, N) mesh stiffness without damage, N/m.
+        (meshes, samples of the grid) mesh stiffness without damage, N/m.
     excitation
         Spectra of what excites the rig: outputs with the mean mesh stiffness, and forces of errors.
     solver
@@ -82,6 +82,7 @@ class PeriodicRig:
     gear: str
     teeth: int
     meshes: tuple[Mesh, ...]
+    order: tuple[int, ...]
     base_pitch: float
     shaft_speed: float
     period: Period
@@ -109,7 +110,7 @@ class PeriodicRig:
     def mesh_stiffness(self, damage: Mapping[int, ToothDamage]) -> FloatArray:
         """(meshes, N) mesh stiffness with damage, N/m."""
         made = change(self.meshes[0], self.teeth, self.base_pitch, damage, self.samples_per_tooth)
-        stiffness = self.healthy.copy()
+        stiffness = self.healthy[:, :: self.period.refinement].copy()
         stiffness[0].reshape(-1, self.samples)[:, made.samples] += made.stiffness[0]
         return stiffness
 
@@ -139,6 +140,36 @@ class PeriodicRig:
         if error > TOLERANCE:
             rows, error = self._without_alias(damage, columns, correction, force, rows)
         return self._steady_state(damage, rows, self.error + error, specimens)
+
+    def modal_state(self, damage: Mapping[int, ToothDamage], index_errors: FloatArray) -> ComplexArray:
+        """(m,) modal coordinates at the mark, one of each conjugate pair, less those of the steady torque.
+
+        They are those of the steady state with index errors (teeth,): a march that begins with them goes on in it.
+        """
+        m, N, columns = len(self.meshes), self.period.samples, np.arange(self.response.shape[1])
+        weights = np.concatenate([[1.0], index_errors, np.tile([1.0, 0.0], len(self.harmonics))])
+        damaged = any(one.is_damage for one in damage.values())
+        rows = self._correction(damage, columns).solved()[1] if damaged else self.response
+        delta = (rows[: m * N] @ weights).reshape(m, N)
+        mean = np.array([mesh.stiffness for mesh in self.meshes])
+        force = self.excitation[1] @ weights
+        force[:m] -= self.period.spectrum(((self.healthy - mean[:, None]) * delta)[:, :, None])[:, :, 0]
+        if damaged:
+            forces = self._forces(damage, columns)
+            added = forces.errors @ weights - forces.stiffness * delta[0, forces.samples]
+            force[inputs_of(forces, m)] += self.period.spectrum(forces.everywhere(added[:, :, None]))[:, :, 0]
+
+        upper = self.system.poles.imag >= 0
+        poles, inputs = self.system.poles[upper, None], self.system.inputs[upper]
+        friction = inputs.shape[1] - 2 * m + 2 * self.order[0]
+        spectrum = inputs[:, [*self.order, friction, friction + 1]] @ force / N
+        conjugate = inputs[:, [*self.order, friction, friction + 1]] @ force.conj() / N
+        omega = 2j * np.pi / self.seconds * np.arange(self.period.harmonics)
+        state = (spectrum / (omega - poles)).sum(axis=1) + (conjugate / (-omega - poles))[:, 1:].sum(axis=1)
+        for one in self.harmonics:
+            speed, pole = 1j * one.order * self.shaft_speed, poles[:, 0]
+            state += inputs @ one.force / 2 / (speed - pole) + inputs @ one.force.conj() / 2 / (-speed - pole)
+        return state
 
     def _forces(self, damage: Mapping[int, ToothDamage], columns: IntArray, factor: int = 1) -> LocalForces:
         n = factor * self.period.refinement * self.samples

@@ -90,6 +90,7 @@ def prepare(
         gear=gear,
         teeth=teeth,
         meshes=meshes,
+        order=tuple(order),
         base_pitch=rig.geometries[own[0]].base_pitch,
         shaft_speed=speed,
         period=period,
@@ -155,7 +156,7 @@ def _truncation_error(
 
 
 def _healthy_stiffness(meshes: tuple[Mesh, ...], period: Period) -> FloatArray:
-    u = np.arange(0, period.samples, period.refinement) / period.samples
+    u = np.arange(period.samples) / period.samples
     return np.array(
         [
             mesh.stiffness * pair_stiffness(mesh.profile, pairs_in_contact(count * u)).sum(axis=0)

@@ -1,6 +1,7 @@
 """One rig, one damage, one specimen: the response over a revolution of the damaged gear."""
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,10 +9,13 @@ from numpy.typing import ArrayLike
 
 from sigdb.core.errors import InputError, UnstableRigError
 from sigdb.core.typing import FloatArray
+from sigdb.dynamics.excitation import checked_index_errors
 from sigdb.dynamics.periodic import LEAST_SAMPLES_PER_TOOTH, SAMPLES_PER_TOOTH, PeriodicRig
 from sigdb.dynamics.prepare import prepare
 from sigdb.dynamics.stability import floquet_multiplier
+from sigdb.dynamics.transient import Transient, settle
 from sigdb.transmission import Damage, Transmission
+from sigdb.transmission.damage import ToothDamage
 
 STABILITY_MODES = 48
 """Modes kept to judge stability: those that take part in the meshes; the others decay by themselves."""
@@ -58,10 +62,14 @@ class Response:
     compression
         (N,) of the damaged gear's mesh along its normal over the common period of all meshes, m.
     min_compression
-        Least compression of any mesh as a fraction of its static one; below 0 a mesh loses contact. A tooth's
-        own index error, small against the static compression, is not subtracted.
+        Least compression of any mesh as a fraction of its static one. A tooth's own index error, small against the
+        static compression, is not subtracted.
+    contact_loss
+        Whether a mesh loses contact. The linear response does not hold then; that of the march in time does.
     floquet_multiplier
-        Largest Floquet multiplier over the revolution; below 1, or there would be no response.
+        Largest Floquet multiplier of the linear rig over the common period of its meshes: it is stable below 1.
+    error
+        Estimated error of the signals by the grid or the step, as a fraction of their peak-to-peak.
     """
 
     gear: str
@@ -70,12 +78,9 @@ class Response:
     units: dict[str, str]
     compression: FloatArray
     min_compression: float
+    contact_loss: bool
     floquet_multiplier: float
-
-    @property
-    def contact_loss(self) -> bool:
-        """Whether the mesh loses contact, so that this linear response does not hold."""
-        return self.min_compression < 0
+    error: float
 
     def signal(self, sensor: str) -> FloatArray:
         """(n,) signal of a sensor over the revolution.
@@ -95,7 +100,7 @@ def simulate(
     damage: Damage | None = None,
     *,
     index_errors: ArrayLike | None = None,
-    solver: Periodic | None = None,
+    solver: Periodic | Transient | None = None,
 ) -> Response:
     """Simulate a rig with damaged teeth at its operating point.
 
@@ -109,7 +114,7 @@ def simulate(
         (teeth,) index error of each tooth of the damaged gear along the mesh normal, m, positive where the tooth
         touches late: the mesh force is ``sum k_p (delta - e_p)``; none if left out.
     solver
-        How to solve; the periodic steady state if left out.
+        How to solve: :class:`Periodic` if left out, or :class:`Transient`, in which teeth part and come back.
 
     Returns
     -------
@@ -121,11 +126,13 @@ def simulate(
         If damage or index errors do not fit the rig.
     UnstableRigError
         If the varying mesh stiffness makes the rig unstable.
+    SigdbError
+        If the motion of a rig that loses contact does not repeat.
 
     Warns
     -----
     ContactLossWarning
-        If the mesh loses contact, where the linear response is wrong by order one.
+        If the mesh loses contact in the periodic solution, which is wrong by order one then.
 
     Examples
     --------
@@ -138,13 +145,11 @@ def simulate(
     damage = damage or Damage()
     solver = solver or Periodic()
     prepared = prepare(rig, gear=damage.gear, samples_per_tooth=solver.samples_per_tooth)
-    errors = np.zeros(prepared.teeth) if index_errors is None else np.asarray(index_errors, dtype=float)
-    if errors.shape != (prepared.teeth,) or not np.isfinite(errors).all():
-        raise InputError(
-            f"index_errors must be {prepared.teeth} finite numbers, one a tooth of the damaged gear, not an array of "
-            f"shape {errors.shape}"
-        )
-    state = prepared.steady_state(damage.on_teeth(prepared.teeth))
+    errors = checked_index_errors(index_errors, prepared.teeth)
+    teeth = damage.on_teeth(prepared.teeth)
+    if isinstance(solver, Transient):
+        return _marched(rig, prepared, damage, teeth, errors, solver)
+    state = prepared.steady_state(teeth)
     multiplier = stable_multiplier(rig, prepared, state.mesh_stiffness)
     compression = (
         state.compression + state.compression_response @ errors + state.compression_harmonic[..., 0].sum(axis=1)
@@ -158,16 +163,49 @@ def simulate(
         units={name: sensor.unit for name, sensor in rig.sensors.items()},
         compression=compression,
         min_compression=least,
+        contact_loss=least < 0,
         floquet_multiplier=multiplier,
+        error=state.error,
     )
     if response.contact_loss:
         warnings.warn(
-            f"the mesh loses contact (least compression {response.min_compression:.2f} of the static one); "
-            "the linear response does not hold there",
+            f"the mesh loses contact (least compression {response.min_compression:.2f} of the static one), where the "
+            "linear response does not hold; simulate with solver=sigdb.Transient(), which lets teeth part",
             ContactLossWarning,
             stacklevel=2,
         )
     return response
+
+
+def _marched(
+    rig: Transmission,
+    prepared: PeriodicRig,
+    damage: Damage,
+    teeth: Mapping[int, ToothDamage],
+    errors: FloatArray,
+    solver: Transient,
+) -> Response:
+    """The response by the march in time, from the linear steady state."""
+    orbit = settle(
+        rig,
+        gear=prepared.gear,
+        damage=teeth,
+        index_errors=errors,
+        state=prepared.modal_state(teeth, errors),
+        solver=solver,
+        system=prepared.system,
+    )
+    return Response(
+        gear=prepared.gear,
+        damage=damage,
+        signals=dict(zip(rig.sensors, orbit.signals, strict=True)),
+        units={name: sensor.unit for name, sensor in rig.sensors.items()},
+        compression=orbit.compression[0],
+        min_compression=orbit.min_compression,
+        contact_loss=orbit.contact_loss,
+        floquet_multiplier=_multiplier(prepared, prepared.mesh_stiffness(teeth)),
+        error=orbit.error,
+    )
 
 
 def stable_multiplier(rig: Transmission, prepared: PeriodicRig, stiffness: FloatArray) -> float:
@@ -178,12 +216,15 @@ def stable_multiplier(rig: Transmission, prepared: PeriodicRig, stiffness: Float
     UnstableRigError
         If it is not below 1.
     """
-    order = [list(rig.meshes.values()).index(mesh) for mesh in prepared.meshes]
-    system = prepared.system.truncated(STABILITY_MODES)
-    multiplier = floquet_multiplier(system, stiffness[np.argsort(order)], prepared.seconds)
+    multiplier = _multiplier(prepared, stiffness)
     if not multiplier < 1:
         raise UnstableRigError(
             f"rig {rig.name!r} is unstable at {rig.operating.speed_rpm:g} rpm (Floquet multiplier {multiplier:.3g} "
             "over a revolution): the varying mesh stiffness feeds a resonance; raise the damping or change the speed"
         )
     return multiplier
+
+
+def _multiplier(prepared: PeriodicRig, stiffness: FloatArray) -> float:
+    system = prepared.system.truncated(STABILITY_MODES)
+    return floquet_multiplier(system, stiffness[np.argsort(prepared.order)], prepared.seconds)

@@ -7,6 +7,7 @@ compression at the end of a step follows in closed form, so there is no iteratio
 import numpy as np
 
 from sigdb.core.typing import FloatArray
+from sigdb.dynamics.hold import first_order_hold
 from sigdb.transmission import ModalSystem
 
 
@@ -40,9 +41,8 @@ def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float
     weight = np.where(system.poles[upper].imag > 0, 2.0, 1.0)
     pole, b, c = system.poles[upper], system.inputs[upper, :meshes], weight * system.outputs[:meshes, upper]
     h = period / stiffness.shape[1]
-    decay = np.exp(pole * h)
-    g1 = b * ((decay - 1 - pole * h) / (pole**2 * h))[:, None]
-    g0 = b * ((decay - 1) / pole)[:, None] - g1
+    decay, *holds = first_order_hold(pole, h)
+    g0, g1 = (b * hold[:, None] for hold in holds)
     direct = system.direct[:meshes, :meshes]
     own = (c @ g1).real + direct
     kappa = (stiffness - system.mesh_stiffness[:, None]).T

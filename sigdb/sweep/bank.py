@@ -40,6 +40,8 @@ class Template:
         Least compression of meshes other than the damaged gear's, as a fraction of their static ones.
     reference_variance
         (sensors,) variance of the healthy clean average.
+    contact_loss
+        Whether the mesh loses contact: then it holds for gears without index errors, and has no responses to them.
     """
 
     status: str
@@ -54,6 +56,7 @@ class Template:
     harmonic_response: FloatArray
     orders: FloatArray
     reference_variance: FloatArray
+    contact_loss: bool
 
 
 class TemplateBank:
@@ -95,26 +98,36 @@ class TemplateBank:
                 harmonic_response=none,
                 orders=none,
                 reference_variance=none,
+                contact_loss=row["contact_loss"] is True,
             )
 
-        def each_sensor(name: str) -> FloatArray:
-            return np.array([row[suffixed(name, self._sensors, sensor)] for sensor in self._sensors], dtype=float)
+        def stored(name: str) -> list[Any]:
+            return [row[suffixed(name, self._sensors, sensor)] for sensor in self._sensors]
 
-        signals, static = each_sensor("tsa"), row["static_compression"]
+        def each_sensor(name: str) -> FloatArray:
+            return np.array(stored(name), dtype=float)
+
+        signals, static, teeth = each_sensor("tsa"), row["static_compression"], row["teeth"]
         compression = row["compression"].astype(float) / static
         orders = np.asarray(row["orders"], float)
+        loses = bool(row["contact_loss"])
+        n = signals.shape[1]
+
+        def response(stored: Any, *shape: int) -> FloatArray:
+            return np.zeros(shape) if loses else np.array(stored, dtype=float).reshape(shape)
+
         return Template(
             status="ok",
             tooth=row["tooth"],
             min_compression=row["min_compression"],
             least_elsewhere=row["least_elsewhere"],
             compression=compression,
-            compression_response=row["compression_response"].astype(float).reshape(-1, row["teeth"]) / static,
+            compression_response=response(row["compression_response"], len(compression), teeth) / static,
             signals=signals,
-            specimen_response=each_sensor("specimen_response").reshape(*signals.shape, -1),
-            compression_harmonic=row["compression_harmonic"].astype(float).reshape(len(compression), len(orders), 2)
-            / static,
-            harmonic_response=each_sensor("harmonic_response").reshape(*signals.shape, len(orders), 2),
+            specimen_response=response(stored("specimen_response"), len(signals), n, teeth),
+            compression_harmonic=response(row["compression_harmonic"], len(compression), len(orders), 2) / static,
+            harmonic_response=response(stored("harmonic_response"), len(signals), n, len(orders), 2),
             orders=orders,
             reference_variance=each_sensor("reference_variance"),
+            contact_loss=loses,
         )

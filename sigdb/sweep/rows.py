@@ -27,6 +27,11 @@ from sigdb.sweep.columns import plan_schema
 from sigdb.sweep.plan import Plan, RigPoint
 from sigdb.sweep.templates import contact_loss_sentence
 
+_BESIDE = (
+    "the mesh loses contact, and unbalance, run-out or a fluctuating load act beside the damage: the motion "
+    "with damage at one tooth is not that at another turned; reduce the damage, or leave those out"
+)
+
 
 def make_row_part(plan: Plan, root: Path, part: int) -> Receipt:
     """Make the rows of a part from the stored templates and write their features and signals."""
@@ -88,6 +93,7 @@ class _Averages:
     def __init__(self, rows: int, sensors: int) -> None:
         self.status = ["ok"] * rows
         self.least = np.full(rows, np.nan)
+        self.contact_loss: list[bool | None] = [None] * rows
         self.white: list[FloatArray] = []
         self.scatter = np.full((rows, sensors), np.nan)
         self.tsa: list[FloatArray | None] = [None] * rows
@@ -105,19 +111,29 @@ class _Averages:
         if template.status != "ok":
             for row in rows:
                 self.status[row], self.least[row] = template.status, template.min_compression
+                self.contact_loss[row] = template.contact_loss
             return
         turns = cases["tooth"].to_numpy() - template.tooth
+        if template.contact_loss and len(template.orders):
+            for row in rows[turns != 0]:
+                self.status[row], self.least[row], self.contact_loss[row] = _BESIDE, template.min_compression, True
+            cases, rows, turns = cases[turns == 0], rows[turns == 0], turns[turns == 0]
+            if not len(rows):
+                return
         errors = _turned(_index_errors(plan, point, cases), -turns)
         phases = _phases(template.orders, turns * 2 * np.pi / point.teeth)
         compression = template.compression + errors @ template.compression_response.T
         compression += np.einsum("nop,rop->rn", template.compression_harmonic, phases)
         self.least[rows] = np.minimum(compression.min(axis=1), template.least_elsewhere)
+        if template.contact_loss:
+            self.least[rows] = template.min_compression
         clean = template.signals + np.einsum("snt,rt->rsn", template.specimen_response, errors, optimize=True)
         clean += np.einsum("snop,rop->rsn", template.harmonic_response, phases)
         clean = _turned(clean, turns * plan.signature.samples_per_tooth)
         deviation = noise_deviation(template.reference_variance, cases["snr_db"].to_numpy()[:, None])
         for row, signals, sigma in zip(rows, clean, deviation, strict=True):
-            if self.least[row] < 0:
+            self.contact_loss[row] = template.contact_loss or bool(self.least[row] < 0)
+            if self.contact_loss[row] and not template.contact_loss:
                 self.status[row] = contact_loss_sentence(self.least[row])
             else:
                 self.tsa[row] = (signals + sigma[:, None] * self.white[row]).astype(np.float32)
@@ -129,7 +145,7 @@ class _Averages:
         columns: dict[str, Any] = {
             "status": self.status,
             "min_compression": self.least,
-            "contact_loss": [None if np.isnan(least) else bool(least < 0) for least in self.least],
+            "contact_loss": self.contact_loss,
         }
         for i, sensor in enumerate(plan.sensors):
             names = ("tsa", "scatter")

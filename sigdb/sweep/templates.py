@@ -12,9 +12,12 @@ from sigdb.core.typing import FloatArray
 from sigdb.database.receipts import Receipt
 from sigdb.database.schema import suffixed
 from sigdb.database.writer import write_part
-from sigdb.dynamics import PeriodicRig, SteadyState, prepare, stable_multiplier
+from sigdb.dynamics import PeriodicRig, SteadyState, Transient, prepare, settle, stable_multiplier
 from sigdb.sweep.columns import plan_schema
-from sigdb.sweep.plan import PART_TEMPLATES, Plan, RigPoint
+from sigdb.sweep.plan import PART_TEMPLATES, Plan, RigPoint, TemplateCase
+
+_STEPS = 8
+"""Steps of the march for each sample that is stored."""
 
 
 def make_template_part(plan: Plan, root: Path, part: int) -> Receipt:
@@ -81,35 +84,73 @@ def _template_row(plan: Plan, number: int, prepared: _Prepared | str) -> dict[st
         "contact_loss": state.min_compression < 0,
     }
     if state.min_compression < 0:
-        return row | {"status": contact_loss_sentence(state.min_compression)}
+        return row | _marched(plan, prepared, case)
     return row | _arrays(plan, prepared, state)
 
 
+def _marched(plan: Plan, prepared: _Prepared, case: TemplateCase) -> dict[str, Any]:
+    """Columns of a case that loses contact: its motion with backlash, for gears without index errors."""
+    damage, none = case.damage.on_teeth(prepared.rig.teeth), np.zeros(prepared.rig.teeth)
+    solver = Transient(
+        samples_per_tooth=plan.signature.samples_per_tooth, steps_per_tooth=_STEPS * plan.signature.samples_per_tooth
+    )
+    try:
+        orbit = settle(
+            plan.rig_points[case.rig_point].rig,
+            gear=prepared.rig.gear,
+            damage=damage,
+            index_errors=none,
+            state=prepared.rig.modal_state(damage, none),
+            solver=solver,
+            system=prepared.rig.system,
+        )
+    except SigdbError as error:
+        return {"status": str(error)}
+    return {
+        "error": orbit.error,
+        "min_compression": orbit.min_compression,
+        "compression": _list(orbit.compression[0]),
+        "mesh_force": _list(orbit.mesh_force[0]),
+        "orders": [one.order for one in prepared.rig.harmonics],
+        **_of_sensors(plan, prepared, tsa=orbit.signals),
+    }
+
+
 def contact_loss_sentence(min_compression: float) -> str:
-    """Status of a case in which the mesh loses contact."""
+    """Status of a row whose specimen takes a mesh out of contact that its template keeps in."""
     return (
-        f"the mesh loses contact (least compression {min_compression:.3f} of the static one), where the linear "
-        "periodic solution does not hold; reduce the damage or raise the torque"
+        f"with this specimen the mesh loses contact (least compression {min_compression:.3f} of the static one), where "
+        "the linear solution does not hold; reduce the damage or the index errors, or raise the torque"
     )
 
 
 def _arrays(plan: Plan, prepared: _Prepared, state: SteadyState) -> dict[str, Any]:
-    arrays: dict[str, Any] = {
+    return {
+        "error": state.error,
         "compression": _list(state.compression),
         "compression_response": _list(state.compression_response),
         "compression_harmonic": _list(state.compression_harmonic),
         "mesh_force": _list(state.mesh_force),
         "orders": list(state.orders),
+        **_of_sensors(
+            plan,
+            prepared,
+            tsa=state.signals,
+            specimen_response=state.specimen_response,
+            harmonic_response=state.harmonic_response,
+        ),
     }
+
+
+def _of_sensors(plan: Plan, prepared: _Prepared, **arrays: FloatArray) -> dict[str, Any]:
+    """Columns of the stored sensors of arrays (sensors of the rig, ...)."""
     at = {name: i for i, name in enumerate(plan.rig.sensors)}
+    columns: dict[str, Any] = {}
     for sensor in plan.sensors:
-        arrays |= {
-            suffixed("reference_variance", plan.sensors, sensor): prepared.reference_variance[sensor],
-            suffixed("tsa", plan.sensors, sensor): _list(state.signals[at[sensor]]),
-            suffixed("specimen_response", plan.sensors, sensor): _list(state.specimen_response[at[sensor]]),
-            suffixed("harmonic_response", plan.sensors, sensor): _list(state.harmonic_response[at[sensor]]),
-        }
-    return arrays
+        columns[suffixed("reference_variance", plan.sensors, sensor)] = prepared.reference_variance[sensor]
+        for name, values in arrays.items():
+            columns[suffixed(name, plan.sensors, sensor)] = _list(values[at[sensor]])
+    return columns
 
 
 def _list(values: FloatArray) -> FloatArray:

@@ -27,8 +27,11 @@ NAMES = {
     "Damage": "sigdb.transmission",
     "Periodic": "sigdb.dynamics",
     "SigdbError": "sigdb.core",
+    "TimeProfile": "sigdb.dynamics",
+    "Transient": "sigdb.dynamics",
     "load_model": "sigdb.recognition",
     "load_transmission": "sigdb.transmission",
+    "march": "sigdb.dynamics",
     "open": "sigdb.database",
     "simulate": "sigdb.dynamics",
 }
