@@ -40,9 +40,14 @@ class Change:
 
 
 def change(
-    mesh: Mesh, teeth: int, base_pitch: float, damage: Mapping[int, ToothDamage], samples_per_tooth: int
+    mesh: Mesh,
+    gear: str,
+    teeth: int,
+    base_pitch: float,
+    damage: Mapping[int, ToothDamage],
+    samples_per_tooth: int,
 ) -> Change:
-    """The change that damage by tooth number makes to a mesh, on so many samples a tooth pass."""
+    """The change that damage of a gear by tooth number makes to its mesh, on so many samples a tooth pass."""
     n, inputs = samples_per_tooth * teeth, 3 if any(one.friction for one in damage.values()) else 1
     width = int(np.ceil(mesh.profile.contact_ratio)) + 2 * _BEFORE
     places = np.arange(min(width, teeth) * samples_per_tooth)
@@ -54,7 +59,7 @@ def change(
     errors = {}
     for tooth, one in damage.items():
         at = (places + (tooth - 1 - _BEFORE) * samples_per_tooth) % n
-        pair = mesh.stiffness * damaged_pair_stiffness(mesh.profile, x, one, teeth)
+        pair = mesh.stiffness * damaged_pair_stiffness(mesh.profile, x, one, teeth, driving=gear == mesh.driving)
         added = np.zeros((inputs, len(x)))
         added[0] = pair - healthy
         if one.friction:

@@ -109,7 +109,7 @@ class PeriodicRig:
 
     def mesh_stiffness(self, damage: Mapping[int, ToothDamage]) -> FloatArray:
         """(meshes, N) mesh stiffness with damage, N/m."""
-        made = change(self.meshes[0], self.teeth, self.base_pitch, damage, self.samples_per_tooth)
+        made = change(self.meshes[0], self.gear, self.teeth, self.base_pitch, damage, self.samples_per_tooth)
         stiffness = self.healthy[:, :: self.period.refinement].copy()
         stiffness[0].reshape(-1, self.samples)[:, made.samples] += made.stiffness[0]
         return stiffness
@@ -173,7 +173,7 @@ class PeriodicRig:
 
     def _forces(self, damage: Mapping[int, ToothDamage], columns: IntArray, factor: int = 1) -> LocalForces:
         n = factor * self.period.refinement * self.samples
-        made = change(self.meshes[0], self.teeth, self.base_pitch, damage, n // self.teeth)
+        made = change(self.meshes[0], self.gear, self.teeth, self.base_pitch, damage, n // self.teeth)
         return local_forces(made, self.teeth, n, self.period.revolutions, self.harmonics, columns)
 
     def _correction(self, damage: Mapping[int, ToothDamage], columns: IntArray) -> Correction:

@@ -34,7 +34,7 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
 Values = Annotated[tuple[float, ...], Strict(False), BeforeValidator(_listed)]
 Counts = Annotated[tuple[int, ...], Strict(False), BeforeValidator(_listed)]
 Names = Annotated[tuple[str, ...], Strict(False), BeforeValidator(_listed)]
-DAMAGE_AXES = ("damaged_teeth", "phase_shift_deg", "stiffness_loss", "loss_extent", *FLAW_FIELDS)
+DAMAGE_AXES = ("damaged_teeth", "phase_shift_deg", "stiffness_loss", "loss_extent", "friction", *FLAW_FIELDS)
 _SIZES = {"stiffness_loss": ("loss_extent",), **FLAWS}
 """Sizes of damage, each with the axes that mean nothing where it is zero."""
 MEASUREMENT_AXES = ("averages", "snr_db", "index_error")
@@ -58,6 +58,7 @@ class Grid(Section):
     loss_extent: Values = quantity(
         "-", "Fraction of the contact over which the loss acts.", default=(1.0,), min_length=1
     )
+    friction: Values = quantity("-", "Coulomb friction coefficient of the tooth.", default=(0.0,), min_length=1)
     crack_depth: Values = quantity("m", "Length of a crack from the root.", default=(0.0,), min_length=1)
     crack_angle_deg: Values = quantity("deg", "Angle of the crack.", default=(70.0,), min_length=1)
     pit_diameter: Values = quantity("m", "Diameter of round pits.", default=(0.0,), min_length=1)

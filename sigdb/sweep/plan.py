@@ -217,7 +217,7 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
             mesh = changed.meshes[changed.meshes_of(gear)[0]]
             for damage in grid.damages(design.patterns, gear):
                 for of_tooth in damage.on_teeth(point.teeth).values():
-                    damaged_profile(mesh.profile, of_tooth, point.teeth)
+                    damaged_profile(mesh.profile, of_tooth, point.teeth, driving=gear == mesh.driving)
                 for tooth, one in itertools.product(teeth_of(grid, point.teeth), measured):
                     placed = damage if rig.turns_exactly(gear) else damage.model_copy(update={"tooth": tooth})
                     # A case that grids share belongs to the first.
