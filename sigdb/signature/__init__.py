@@ -4,6 +4,8 @@ A time-synchronous average (TSA) is one revolution of a shaft in n samples, so b
 per revolution). The mesh of a gear with Z teeth is at order Z, tooth j passes during samples (j-1) n/Z ... j n/Z - 1.
 """
 
+from sigdb.signature.averager import SynchronousAverage, SynchronousAverager
+from sigdb.signature.averaging import synchronous_average
 from sigdb.signature.definitions import INDICATORS, Indicator
 from sigdb.signature.difference_moments import energy_ratio, fm4, m6a, m8a
 from sigdb.signature.indicators import indicators
@@ -17,6 +19,8 @@ from sigdb.signature.wigner_ville import wigner_ville
 __all__ = [
     "INDICATORS",
     "Indicator",
+    "SynchronousAverage",
+    "SynchronousAverager",
     "crest_factor",
     "difference_signal",
     "energy_operator",
@@ -37,5 +41,6 @@ __all__ = [
     "sideband_energy_ratio",
     "sideband_index",
     "sideband_level_factor",
+    "synchronous_average",
     "wigner_ville",
 ]
