@@ -45,12 +45,20 @@ def _precision(dtype: np.dtype[Any]) -> float:
     return max(coarse, float(np.finfo(np.float64).eps))
 
 
+def finite(owner: str, name: str, value: Any) -> float:
+    """A finite number."""
+    number = np.asarray(value)
+    if number.ndim or number.dtype.kind not in "iuf" or not np.isfinite(number):
+        raise InputError(f"{owner}: {name} = {value!r} must be a finite number; pass one float")
+    return float(number)
+
+
 def positive(owner: str, name: str, value: Any) -> float:
     """A finite number above 0."""
-    number = np.asarray(value)
-    if number.ndim or number.dtype.kind not in "iuf" or not np.isfinite(number) or number <= 0:
-        raise InputError(f"{owner}: {name} = {value!r} must be a finite number above 0; check its unit")
-    return float(number)
+    number = finite(owner, name, value)
+    if number <= 0:
+        raise InputError(f"{owner}: {name} = {value!r} must be above 0; check its sign and unit")
+    return number
 
 
 def increasing_times(owner: str, name: str, times: ArrayLike, *, after: float) -> Float64Array:
