@@ -102,7 +102,7 @@ class SynchronousAverager:
         self._pulses = count(_OWNER, "pulses_per_rev", pulses_per_rev, least=1) / positive(_OWNER, "ratio", ratio)
         self._most = np.inf if revolutions is None else count(_OWNER, "revolutions", revolutions, least=1)
         self._record = Record()
-        self._phase = ShaftPhase()
+        self._phase = ShaftPhase(_OWNER)
         self._channels: tuple[int, ...] | None = None
         self._done = _Progress(mean=np.empty((0, 0)), squares=np.empty((0, 0)))
 
@@ -197,7 +197,9 @@ class SynchronousAverager:
         # A ratio such as 12/36 may miss the last pulse by rounding.
         last = min(self._most, int((self._phase.count - 1 - guard) / self._pulses + 1e-9))
         revolutions = np.arange(self._done.revolutions, max(last, self._done.revolutions) + 1)
-        edges = self._phase.times(spline, revolutions * self._pulses) * self._fs
+        places = revolutions * self._pulses
+        self._phase.check_forwards(spline, places[0], places[-1])
+        edges = self._phase.times(spline, places) * self._fs
         lengths = np.diff(edges)
         stretch = _stretch(lengths, self._done.length, self._n)
         room = 0 if ended else np.ceil(HALF_WIDTH * stretch) + 1

@@ -50,8 +50,9 @@ def synchronous_average(
     Raises
     ------
     InputError
-        If ``x`` is empty, complex or not finite, pulse times are not finite and increasing or begin before the record,
-        an option is out of its range, or no revolution, or fewer than asked for, lie within pulses and record.
+        If ``x`` is empty, complex or not finite, pulse times are not finite and increasing, begin before the record or
+        are so uneven that a pulse must be missing, an option is out of its range, or no revolution, or fewer than asked
+        for, lie within pulses and record.
 
     Notes
     -----

@@ -11,7 +11,7 @@ from sigdb.signature._validation import Float64Array, count, positive, real_sign
 _OWNER = "mesh_pulses"
 
 _PASSES = 3
-"""The phase found is that of the next demodulation; after three a guess that is 1 % off leaves nothing of it."""
+"""The phase found serves the next demodulation. Of a guess 1 % off, three leave less than a thousandth of a pass."""
 
 
 def mesh_pulses(
@@ -27,7 +27,8 @@ def mesh_pulses(
 
     The record is demodulated with ``exp(-j psi)``, ``psi = 2 pi h integral f dt``, and smoothed with a Blackman window;
     the phase of what is left corrects psi. A pulse is where psi, counted from a crest of the harmonic, passes a
-    multiple of ``2 pi h``.
+    multiple of ``2 pi h``. Where the window reaches beyond the record, in its first and last ``1.5 / bandwidth``
+    seconds, there are no pulses.
 
     The pulses take a tacho's place in :func:`synchronous_average`, with ``pulses_per_rev = teeth``. They do not know
     which tooth is which: tooth 1 of such an average is the one at the first pulse. Tooth numbers are relative, and
@@ -78,7 +79,7 @@ def mesh_pulses(
     >>> times = mesh_pulses(x, fs, teeth=12, mesh_frequency=119.0)
     >>> average = synchronous_average(x, fs, times, pulses_per_rev=12, samples_per_rev=768)
     >>> average.revolutions, float(np.abs(average.tsa).max().round(2))
-    (99, 1.2)
+    (96, 1.2)
     """
     record, _ = real_signal(_OWNER, "x", x)
     if record.ndim != 1:
@@ -97,8 +98,13 @@ def mesh_pulses(
             f"{_OWNER}: the phase of mesh harmonic {h} runs backwards; check mesh_frequency, take a stronger harmonic"
             " or a smaller bandwidth"
         )
-    crests = 2 * np.pi * (np.ceil(psi[0] / (2 * np.pi)) + h * np.arange(np.ptp(psi) // (2 * np.pi * h) + 1))
-    return np.interp(crests[crests <= psi[-1]], psi, np.arange(record.size) / rate)
+    inside = slice(window.size // 2, record.size - window.size // 2)
+    return _crests(psi[inside] / (2 * np.pi), np.arange(record.size)[inside] / rate, h)
+
+
+def _crests(turns: Float64Array, t: Float64Array, every: int) -> Float64Array:
+    """Times of the whole turns of a phase, the first and every so many after it."""
+    return np.interp(np.arange(np.ceil(turns[0]), turns[-1], every), turns, t)
 
 
 def _frequency(mesh_frequency: ArrayLike, samples: int, fs: float, harmonic: int) -> Float64Array:

@@ -116,7 +116,7 @@ def _smoothed(r: NDArray[np.complex128], g: Float64Array, boundary: str) -> NDAr
     weights = np.concatenate([g[:0:-1], g])
     if weights.sum() <= 0:
         raise InputError(
-            f"wigner_ville: time_window sums to {weights.sum():g}, which must be above 0; smooth with weights of one sign"
+            f"wigner_ville: time_window sums to {weights.sum():g}, which must be above 0; pass weights of one sign"
         )
     return convolve1d(r, weights / weights.sum(), axis=-2, mode=boundary)
 
