@@ -95,7 +95,7 @@ def na4_star(residuals: ArrayLike, *, baseline: int, scale: ArrayLike | None = N
     >>> na4_star([tone, 2 * tone], baseline=1).round(12).tolist()
     [1.5, 24.0]
     """
-    return _of_residuals("na4_star", residuals, scale, baseline)
+    return _of_residuals("na4_star", residuals, scale, count("na4_star", "baseline", baseline, least=1))
 
 
 def nb4(averages: ArrayLike, *, teeth: int) -> Float64Array:
@@ -172,39 +172,38 @@ def nb4_star(averages: ArrayLike, *, teeth: int, baseline: int) -> Float64Array:
     >>> nb4_star(records, teeth=16, baseline=1).round(12).tolist()
     [1.5, 24.0]
     """
-    return _of_envelopes("nb4_star", averages, teeth, baseline)
+    return _of_envelopes("nb4_star", averages, teeth, count("nb4_star", "baseline", baseline, least=1))
 
 
 def _of_residuals(owner: str, residuals: ArrayLike, scale: ArrayLike | None, baseline: int | None) -> Float64Array:
-    r, eps, healthy = _history(owner, "residuals", residuals, baseline)
+    r, eps = _history(owner, "residuals", residuals, baseline)
     peaks = _moments.peak(r)
     s = signal_scale(owner, scale, peaks)
     unit = _unit(peaks)
-    return _quotients(r / unit[..., None], s / unit, eps, healthy)
+    return _quotients(r / unit[..., None], s / unit, eps, baseline)
 
 
 def _of_envelopes(owner: str, averages: ArrayLike, teeth: int, baseline: int | None) -> Float64Array:
-    x, eps, healthy = _history(owner, "averages", averages, baseline)
+    x, eps = _history(owner, "averages", averages, baseline)
     n = x.shape[-1]
     z = mesh_teeth(owner, teeth, n)
     peaks = _moments.peak(x)
     unit = _unit(peaks)
     X = np.fft.rfft(x / unit[..., None])
     c = baseband(X, n, _dominant(X, z, n)[..., None], default_half_width(z))
-    return _quotients(np.abs(c), peaks / unit, eps, healthy)
+    return _quotients(np.abs(c), peaks / unit, eps, baseline)
 
 
-def _history(owner: str, name: str, x: ArrayLike, baseline: int | None) -> tuple[Float64Array, float, int | None]:
+def _history(owner: str, name: str, x: ArrayLike, baseline: int | None) -> tuple[Float64Array, float]:
     a, eps = real_signal(owner, name, x)
     if a.ndim < 2:
         raise InputError(f"{owner}: {name} of shape {a.shape} must be (..., records, n); pass a history of records")
-    healthy = None if baseline is None else count(owner, "baseline", baseline, least=1)
-    if healthy is not None and healthy > a.shape[-2]:
+    if baseline is not None and baseline > a.shape[-2]:
         raise InputError(
-            f"{owner}: baseline = {healthy} must be at most {a.shape[-2]}, the count of records; pass the healthy"
+            f"{owner}: baseline = {baseline} must be at most {a.shape[-2]}, the count of records; pass the healthy"
             " records first"
         )
-    return a, eps, healthy
+    return a, eps
 
 
 def _unit(peaks: Float64Array) -> Float64Array:
