@@ -69,7 +69,7 @@ def synchronous_average(
     .. [1] McFadden, "A revised model for the extraction of periodic waveforms by time domain averaging", Mechanical
        Systems and Signal Processing 1(1), 1987, doi:10.1016/0888-3270(87)90085-9.
     .. [2] McFadden, "Interpolation techniques for time domain averaging of gear vibration", Mechanical Systems and
-       Signal Processing 3(1), 1989, doi:10.1016/0888-3270(89)90024-1.
+       Signal Processing 3(1), 1989.
 
     Examples
     --------
