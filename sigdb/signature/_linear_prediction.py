@@ -13,7 +13,7 @@ _ORDER = 32
 
 def predicted(x: Float64Array, count: int) -> Float64Array:
     """``(channels, count)`` samples that continue x, ``(channels, samples)``; exact for up to 16 steady tones."""
-    return np.stack([_continued(one[-MEMORY:], count) for one in x])
+    return np.array([_continued(one[-MEMORY:], count) for one in x]).reshape(len(x), count)
 
 
 def _continued(x: Float64Array, count: int) -> Float64Array:

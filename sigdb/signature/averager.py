@@ -23,9 +23,6 @@ _STEPS_AN_OCTAVE = 16
 _TOLERANCE = 1e-6
 """Samples by which a last pulse may pass the record's end, by rounding."""
 
-_SLOWEST = 4.0
-"""A revolution that takes longer than this many of the last one is filtered as if it took that."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class SynchronousAverage:
@@ -201,7 +198,9 @@ class SynchronousAverager:
         self._phase.check_forwards(spline, places[0], places[-1])
         edges = self._phase.times(spline, places) * self._fs
         lengths = np.diff(edges)
-        stretch = _stretch(lengths, self._done.length, self._n)
+        previous = np.append(self._done.length, lengths)[:-1]
+        # A kernel reaches back over the revolution before at most: no more is kept.
+        stretch = np.minimum(_stretch(lengths / self._n), np.maximum(previous / HALF_WIDTH, 1.0))
         room = 0 if ended else np.ceil(HALF_WIDTH * stretch) + 1
         inside = edges[1:] + room <= self._record.count + _TOLERANCE
         ready = int(np.argmin(np.append(inside, False)))
@@ -213,13 +212,11 @@ class SynchronousAverager:
         if done.revolutions == self._most:
             self._record.forget_before(self._record.count)
         elif done.revolutions:
-            margin = reach(max(1.0, _SLOWEST * done.length / self._n)) + 2
-            self._record.forget_before(int(done.end) - margin)
+            self._record.forget_before(int(done.end - max(done.length, HALF_WIDTH)) - 3)
             self._phase.forget_before(int(done.revolutions * self._pulses))
 
 
-def _stretch(lengths: Float64Array, before: float, n: int) -> Float64Array:
-    """How much wider each revolution's kernel is than a sinc of the record's samples, so that it cuts off at n/2."""
-    previous = np.append(before, lengths)[:-1]
-    samples = np.minimum(lengths, _SLOWEST * previous) / n
-    return 2 ** (np.round(_STEPS_AN_OCTAVE * np.log2(np.maximum(samples, 1.0))) / _STEPS_AN_OCTAVE)
+def _stretch(samples: Float64Array) -> Float64Array:
+    """How much wider a kernel is than a sinc of the record's samples, by the count of those for each one it makes."""
+    steps = np.round(_STEPS_AN_OCTAVE * np.log2(np.maximum(samples, 1.0)))
+    return 2 ** (steps / _STEPS_AN_OCTAVE)

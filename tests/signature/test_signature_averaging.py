@@ -313,12 +313,24 @@ def test_pulses_may_come_early_or_late():
     whole = synchronous_average(x, 1.0, pulses, samples_per_rev=256)
     early = SynchronousAverager(1.0, samples_per_rev=256)
     early.push(x[:100], pulses)
-    early.push(x[100:])
+    for start in range(100, 20_000, 97):
+        early.push(x[start : min(start + 97, 20_000)])
     late = SynchronousAverager(1.0, samples_per_rev=256)
     late.push(x[:-100])
     late.push(x[-100:], pulses)
     for averager in (early, late):
         assert_allclose(averager.result().tsa, whole.tsa, atol=1e-12)
+
+
+def test_short_revolutions_wait_for_what_the_beginning_is_predicted_from():
+    # 80 samples a revolution and two between pulses: several revolutions lie within the first 256 samples.
+    x = np.random.default_rng(0).normal(size=5000)
+    pulses = np.arange(2400) * 2.0
+    options = {"samples_per_rev": 64, "pulses_per_rev": 40}
+    whole = synchronous_average(x, 1.0, pulses, **options)
+    parts = in_blocks(x, pulses, [30] * 167, **options)
+    assert parts.revolutions == whole.revolutions
+    assert_allclose(parts.tsa, whole.tsa, atol=1e-12)
 
 
 def test_a_result_on_the_way_is_that_of_the_record_so_far():
@@ -359,6 +371,17 @@ def test_a_sudden_slowness_gives_the_same_numbers_in_blocks():
     whole = synchronous_average(x, 1.0, pulses, samples_per_rev=128)
     parts = in_blocks(x, pulses, [500] * 80, samples_per_rev=128)
     assert parts.revolutions == whole.revolutions == 101
+    assert_allclose(parts.tsa, whole.tsa, atol=1e-11)
+
+
+def test_coasting_down_gives_the_same_numbers_in_blocks():
+    # With 40 pulses a revolution, each 5 % longer than the last, a revolution takes seven times as long as the last.
+    x = np.random.default_rng(0).normal(size=120_000)
+    pulses = np.cumsum(np.r_[np.full(8000, 2.0), 2.0 * 1.05 ** np.arange(159)])
+    options = {"samples_per_rev": 16, "pulses_per_rev": 40}
+    whole = synchronous_average(x, 1.0, pulses, **options)
+    parts = in_blocks(x, pulses, [300] * 400, **options)
+    assert parts.revolutions == whole.revolutions == 203
     assert_allclose(parts.tsa, whole.tsa, atol=1e-11)
 
 

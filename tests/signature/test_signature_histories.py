@@ -153,6 +153,16 @@ def test_a_steady_envelope_has_no_variance():
     assert np.isfinite(nb4([modulated(1e-12)], teeth=TEETH)).all()
 
 
+def test_the_limits_of_an_envelope_and_of_a_carrier():
+    # An envelope 1 + depth cos(2 theta) has the variance depth^2 / 2, the record the scale 1 + depth.
+    assert np.isnan(nb4([modulated(0.97 * LIMIT, mesh=(1.0, 0.0))], teeth=TEETH)).all()
+    assert np.isfinite(nb4([modulated(1.03 * LIMIT, mesh=(1.0, 0.0))], teeth=TEETH)).all()
+    # A carrier of amplitude a has |c| = a.
+    for factor, found in ((0.9, False), (1.1, True)):
+        x = np.cos(5 * THETA) + factor * 64 * EPS * np.cos(30 * THETA)
+        assert np.isfinite(demodulate(x, teeth=30, half_width=0)[0]).all() == found
+
+
 @pytest.mark.parametrize("teeth", [1, 2])
 def test_a_band_of_one_order_has_a_constant_envelope(teeth):
     assert np.isnan(nb4(np.random.default_rng(0).normal(size=(2, 32)), teeth=teeth)).all()
