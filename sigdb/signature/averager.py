@@ -173,7 +173,7 @@ class SynchronousAverager:
         from sigdb.signature._revolutions import add_revolutions
 
         done = replace(self._done, mean=self._done.mean.copy(), squares=self._done.squares.copy())
-        if self._phase.count < 2:
+        if self._phase.count < 2 or done.revolutions == self._most:
             return done
         spline = self._phase.spline()
         edges, stretches = self._pending(spline, ended=ended)
@@ -211,6 +211,7 @@ class SynchronousAverager:
         done = self._done
         if done.revolutions == self._most:
             self._record.forget_before(self._record.count)
+            self._phase.forget_before(self._phase.count)
         elif done.revolutions:
             self._record.forget_before(int(done.end - max(done.length, HALF_WIDTH)) - 3)
             self._phase.forget_before(int(done.revolutions * self._pulses))

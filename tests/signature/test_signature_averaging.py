@@ -364,6 +364,19 @@ def test_blocks_take_bounded_memory(most):
     assert averager.result().revolutions == (most or 1999)
 
 
+def test_what_comes_after_the_last_revolution_asked_for_is_let_go():
+    averager = SynchronousAverager(1.0, samples_per_rev=16, pulses_per_rev=3, ratio=0.7, revolutions=5)
+    averager.push(np.random.default_rng(0).normal(size=6000), np.arange(300) * 20.0)
+    before = averager.result()
+    tracemalloc.start()
+    for i in range(1, 100):
+        averager.push(np.zeros(6000), i * 6000 + np.arange(300) * 20.0)
+    grown, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert grown < 20_000  # bytes; the pulses alone are 240 000
+    assert_array_equal(averager.result().tsa, before.tsa)
+
+
 def test_a_sudden_slowness_gives_the_same_numbers_in_blocks():
     # One revolution takes four times as long as those before.
     x = np.random.default_rng(0).normal(size=40_000)
