@@ -5,13 +5,14 @@ BIN := .venv/bin
 QUICK := data/quick
 .DEFAULT_GOAL := help
 
-.PHONY: help quickstart test check docs wheel clean
+.PHONY: help quickstart test check docs peers wheel clean
 
 help:
 	@echo "make quickstart   install, make the quick database, train, query, draw"
 	@echo "make test         run the test suite"
 	@echo "make check        lint, format, types, layer contract"
 	@echo "make docs         build the documentation into docs/_build"
+	@echo "make peers        install what the benchmarks compare with"
 	@echo "make wheel        build the wheel and try it in a clean environment"
 
 .venv/pip:
@@ -58,6 +59,10 @@ check: .venv/check
 docs: .venv/docs
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
+
+# tftb's metadata asks for a numpy older than 2, which it runs without.
+peers: .venv/peers
+	$(BIN)/python -m pip install --quiet --no-deps tftb
 
 wheel: .venv/check
 	rm -rf dist build/wheel

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from sigdb.recognition.settings import Recognition
     from sigdb.recognition.severity import SeverityRegressor
     from sigdb.recognition.training import Evaluation, Model, evaluate, train
+    from sigdb.recognition.transformer import SignatureTransformer
 
 __all__ = [
     "Evaluation",
@@ -17,6 +18,7 @@ __all__ = [
     "Model",
     "Recognition",
     "SeverityRegressor",
+    "SignatureTransformer",
     "evaluate",
     "load_model",
     "save_model",
@@ -31,6 +33,7 @@ __getattr__, __dir__ = lazy_names(
         "Model": "sigdb.recognition.training",
         "Recognition": "sigdb.recognition.settings",
         "SeverityRegressor": "sigdb.recognition.severity",
+        "SignatureTransformer": "sigdb.recognition.transformer",
         "evaluate": "sigdb.recognition.training",
         "load_model": "sigdb.recognition.persist",
         "save_model": "sigdb.recognition.persist",

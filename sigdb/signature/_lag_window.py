@@ -20,19 +20,26 @@ def lag_weights(owner: str, lag_window: LagWindow, n: int, n_bins: int | None, *
         # The lag of half a period is one lag, so n lags fit n bins although 2L + 1 = n + 1.
         least = n if circular else 2 * h.size - 1
     else:
-        h = _given(owner, lag_window)
+        h = half_window(owner, "lag_window", lag_window, n)
         least = 2 * h.size - 1
-    if h.size - 1 > n // 2:
-        raise InputError(
-            f"{owner}: lag_window has L = {h.size - 1}, which must be at most n//2 = {n // 2}, half a revolution;"
-            " shorten it"
-        )
     if least > K:
         raise InputError(
             f"{owner}: n_bins = {K} must be at least {least} for the lags of this window, else they alias;"
             " ask for more bins or shorten lag_window"
         )
     return h, K
+
+
+def half_window(owner: str, name: str, window: Any, n: int) -> Float64Array:
+    """The half h[0..L] of a symmetric window: given, or of Hamming's from a half-length."""
+    h = np.asarray(window)
+    h = hamming(count(owner, name, window, least=0)) if h.ndim == 0 else _given(owner, name, h)
+    if h.size - 1 > n // 2:
+        raise InputError(
+            f"{owner}: {name} has L = {h.size - 1}, which must be at most n//2 = {n // 2}, half a revolution;"
+            " shorten it"
+        )
+    return h
 
 
 def hamming(half_length: int) -> Float64Array:
@@ -52,13 +59,10 @@ def _full(owner: str, name: str, n: int, *, circular: bool) -> Float64Array:
     return h
 
 
-def _given(owner: str, lag_window: Any) -> Float64Array:
-    h = np.asarray(lag_window)
-    if h.ndim == 0:
-        return hamming(count(owner, "lag_window", lag_window, least=0))
+def _given(owner: str, name: str, h: Any) -> Float64Array:
     if h.ndim != 1 or h.size == 0 or h.dtype.kind not in "iuf" or not np.all(np.isfinite(h)) or h[0] != 1:
         raise InputError(
-            f"{owner}: lag_window of shape {h.shape} must be real, finite, one-dimensional h[0..L] with h[0] = 1;"
+            f"{owner}: {name} of shape {h.shape} must be real, finite, one-dimensional h[0..L] with h[0] = 1;"
             " pass the half from lag 0 on, divided by its value there"
         )
     return h.astype(np.float64)

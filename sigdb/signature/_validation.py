@@ -45,6 +45,40 @@ def _precision(dtype: np.dtype[Any]) -> float:
     return max(coarse, float(np.finfo(np.float64).eps))
 
 
+def finite(owner: str, name: str, value: Any) -> float:
+    """A finite number."""
+    number = np.asarray(value)
+    if number.ndim or number.dtype.kind not in "iuf" or not np.isfinite(number):
+        raise InputError(f"{owner}: {name} = {value!r} must be a finite number; pass one float")
+    return float(number)
+
+
+def positive(owner: str, name: str, value: Any) -> float:
+    """A finite number above 0."""
+    number = finite(owner, name, value)
+    if number <= 0:
+        raise InputError(f"{owner}: {name} = {value!r} must be above 0; check its sign and unit")
+    return number
+
+
+def increasing_times(owner: str, name: str, times: ArrayLike, *, after: float) -> Float64Array:
+    """Finite, increasing times, all later than ``after``; there may be none."""
+    t = np.asarray(times)
+    if t.ndim != 1 or (t.size and t.dtype.kind not in "iuf"):
+        raise InputError(f"{owner}: {name} of shape {t.shape} must be a one-dimensional array of times, s")
+    t = t.astype(np.float64)
+    if not np.all(np.isfinite(t)):
+        raise InputError(f"{owner}: {name} must be finite; leave out those that are nan or inf")
+    wrong = np.flatnonzero(np.diff(t, prepend=after) <= 0)
+    if wrong.size:
+        i = int(wrong[0])
+        raise InputError(
+            f"{owner}: {name} must increase, but entry {i}, {t[i]:g} s, is not after {t[i - 1] if i else after:g} s;"
+            " sort them and drop repeated ones, or detect them with more hysteresis"
+        )
+    return t
+
+
 def count(owner: str, name: str, value: Any, *, least: int) -> int:
     """A whole number of at least ``least``; a float or a bool is refused even where it is whole."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer) or value < least:

@@ -6,18 +6,29 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigdb.core.errors import InputError
 from sigdb.signature._analytic import analytic
-from sigdb.signature._lag_window import LagWindow, lag_weights
+from sigdb.signature._lag_window import LagWindow, half_window, lag_weights
 from sigdb.signature._validation import Float64Array, real_or_complex_signal
 
 _PADDING = {"circular": "wrap", "zero": "constant"}
+_SMOOTHING = {"circular": "grid-wrap", "zero": "constant"}
 
 
 def wigner_ville(
-    x: ArrayLike, *, lag_window: LagWindow | None = None, boundary: str = "circular", n_bins: int | None = None
+    x: ArrayLike,
+    *,
+    lag_window: LagWindow | None = None,
+    time_window: int | ArrayLike | None = None,
+    record_window: ArrayLike | None = None,
+    boundary: str = "circular",
+    n_bins: int | None = None,
 ) -> Float64Array:
     r"""Wigner-Ville distribution, (11) and (12) of [1]_, with a window on the lag.
 
     ``W[i, k] = sum_{m=-L}^{L} h[|m|] z[i+m] conj(z[i-m]) exp(-2 pi j m k / K)``
+
+    With ``lag_window="full"`` this is the distribution itself, with a shorter window the pseudo distribution, and with
+    a ``time_window`` as well the smoothed pseudo distribution,
+    ``sum_{p=-G}^{G} g[|p|] W[i-p, k] / sum_{p=-G}^{G} g[|p|]``.
 
     Bin k is order ``k n / (2 K)``: half an order a bin at K = n. The period in order is n/2.
 
@@ -31,6 +42,12 @@ def wigner_ville(
         symmetric about h[0] = 1; or ``"full"``: all lags with weight 1, on the circle n consecutive ones. At most half
         a revolution, L = n//2; by default L = n//6, 60 degrees. Up to n/4 the two samples of a lag stay within half a
         revolution of each other; longer circular windows repeat each event half a revolution later.
+    time_window : int or array_like, optional
+        Smoothing along the revolution: a half-length G, for a Hamming window, or the weights g[0..G], symmetric about
+        g[0] = 1; at most half a revolution. None by default.
+    record_window : array_like, (n,), optional
+        Weights on z itself. The literal form of the weighting in [1]_ is this with ``boundary="zero"`` and
+        ``lag_window="full"``; it does not turn with the signal, since it prefers the middle of the record.
     boundary : {"circular", "zero"}
         Samples outside the record: the average as a period, or zeros.
     n_bins : int, optional
@@ -39,12 +56,13 @@ def wigner_ville(
     Returns
     -------
     (..., n, K) float64
-        Time first, in the square of the unit of ``x``: ``sum_k W[i, k] = K |z[i]|^2`` for any window.
+        Time first, in the square of the unit of ``x``: ``sum_k W[i, k] = K |z[i]|^2`` for any window on the lag, the
+        same smoothed for one on time.
 
     Raises
     ------
     InputError
-        If ``x`` is empty or not finite, ``boundary`` is unknown, the window is malformed or longer than half a
+        If ``x`` is empty or not finite, ``boundary`` is unknown, a window is malformed or longer than half a
         revolution, or ``n_bins`` is too few for it.
 
     Notes
@@ -74,7 +92,33 @@ def wigner_ville(
     n = a.shape[-1]
     window = n // 6 if lag_window is None else lag_window
     h, K = lag_weights("wigner_ville", window, n, n_bins, circular=boundary == "circular")
-    return _over_lag(_lag_products(analytic(a), h.size - 1, _PADDING[boundary]) * h, K)
+    z = analytic(a) if record_window is None else analytic(a) * _record_weights(record_window, n)
+    r = _lag_products(z, h.size - 1, _PADDING[boundary]) * h
+    if time_window is not None:
+        r = _smoothed(r, half_window("wigner_ville", "time_window", time_window, n), _SMOOTHING[boundary])
+    return _over_lag(r, K)
+
+
+def _record_weights(record_window: ArrayLike, n: int) -> Float64Array:
+    w = np.asarray(record_window)
+    if w.shape != (n,) or w.dtype.kind not in "iuf" or not np.all(np.isfinite(w)):
+        raise InputError(
+            f"wigner_ville: record_window of shape {w.shape} must be real, finite and of shape ({n},);"
+            " pass a weight for each sample"
+        )
+    return w.astype(np.float64)
+
+
+def _smoothed(r: NDArray[np.complex128], g: Float64Array, boundary: str) -> NDArray[np.complex128]:
+    """Lag products averaged over neighbouring samples; the transform over the lag commutes with that."""
+    from scipy.ndimage import convolve1d
+
+    weights = np.concatenate([g[:0:-1], g])
+    if weights.sum() <= 0:
+        raise InputError(
+            f"wigner_ville: time_window sums to {weights.sum():g}, which must be above 0; pass weights of one sign"
+        )
+    return convolve1d(r, weights / weights.sum(), axis=-2, mode=boundary)
 
 
 def _lag_products(z: NDArray[np.complex128], L: int, padding: str) -> NDArray[np.complex128]:

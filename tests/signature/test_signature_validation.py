@@ -6,6 +6,7 @@ import pytest
 from sigdb.core.errors import InputError
 from sigdb.signature import (
     crest_factor,
+    demodulate,
     difference_signal,
     energy_operator,
     energy_ratio,
@@ -16,6 +17,10 @@ from sigdb.signature import (
     m6a,
     m8a,
     mesh_bands,
+    na4,
+    na4_star,
+    nb4,
+    nb4_star,
     order_spectrum,
     peak_to_peak,
     pooled_wigner_ville,
@@ -49,6 +54,11 @@ OF_ONE_SIGNAL = {
     "sideband_level_factor": (sideband_level_factor, {"teeth": 8}),
     "sideband_energy_ratio": (sideband_energy_ratio, {"teeth": 8}),
     "indicators": (indicators, {"teeth": 8}),
+    "demodulate": (demodulate, {"teeth": 8}),
+    "na4": (na4, {}),
+    "na4_star": (na4_star, {"baseline": 1}),
+    "nb4": (nb4, {"teeth": 8}),
+    "nb4_star": (nb4_star, {"teeth": 8, "baseline": 1}),
     "wigner_ville": (wigner_ville, {}),
     "pooled_wigner_ville": (pooled_wigner_ville, {"teeth": 8, "bands": BANDS}),
 }
@@ -151,7 +161,7 @@ def test_there_must_be_a_pair_of_sidebands():
         sideband_energy_ratio(X, teeth=8, pairs=0)
 
 
-@pytest.mark.parametrize("moment", [fm4, m6a, m8a])
+@pytest.mark.parametrize("moment", [fm4, m6a, m8a, na4])
 def test_scales_must_be_sizes(moment):
     name = moment.__name__
     for scale in (-1.0, np.nan, np.inf, "large"):
@@ -204,6 +214,24 @@ def test_the_full_window_between_zeros_needs_its_lags_only():
 def test_there_are_two_boundaries(boundary):
     with pytest.raises(InputError, match=r'^wigner_ville: boundary = .* must be "circular" or "zero"; pass'):
         wigner_ville(X, boundary=boundary)
+
+
+def test_windows_along_time_and_on_the_record():
+    for time_window in (-1, 5.0, True):
+        with pytest.raises(InputError, match=r"^wigner_ville: time_window = .* must be an integer >= 0; pass"):
+            wigner_ville(X, time_window=time_window)
+    for time_window in ([], [0.5], [1.0, np.inf]):
+        with pytest.raises(InputError, match=r"^wigner_ville: time_window of shape .* must be real, finite, one-dim"):
+            wigner_ville(X, time_window=time_window)
+    with pytest.raises(InputError, match=r"^wigner_ville: time_window has L = 49, which must be at most n//2 = 48"):
+        wigner_ville(X, time_window=49)
+    with pytest.raises(InputError, match=r"^wigner_ville: time_window sums to -1, which must be above 0; pass weights"):
+        wigner_ville(X, time_window=[1.0, -1.0])
+    for record_window in (np.ones(95), np.ones((2, 96)), np.full(96, np.nan), np.ones(96) + 0j, 3):
+        with pytest.raises(
+            InputError, match=r"^wigner_ville: record_window of shape .* must be real, finite and of shape"
+        ):
+            wigner_ville(X, record_window=record_window)
 
 
 def test_more_tooth_passes_than_samples():

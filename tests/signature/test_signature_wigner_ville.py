@@ -248,3 +248,66 @@ def test_the_shortest_records(n):
     z = complex_noise(n)
     for window in (None, 0, "full"):
         assert_allclose(wigner_ville(z, lag_window=window).sum(axis=-1), n * np.abs(z) ** 2, rtol=1e-12)
+
+
+@pytest.mark.parametrize("boundary", ["circular", "zero"])
+@pytest.mark.parametrize("g", [[1.0, 0.5, 0.25], [1.0], np.hamming(9)[4:]])
+def test_the_literal_smoothing_along_the_revolution(boundary, g):
+    n, L = 14, 4
+    z = complex_noise(n)
+    W = literal(z, mirrored(np.hamming(2 * L + 1)[L:]), n, boundary)
+    weights = mirrored(g)
+    expected = np.zeros((n, n))
+    for i in range(n):
+        for p, weight in weights.items():
+            if boundary == "circular" or 0 <= i - p < n:
+                expected[i] += weight * W[(i - p) % n] / sum(weights.values())
+    assert_allclose(wigner_ville(z, lag_window=L, time_window=g, boundary=boundary), expected, atol=1e-11)
+
+
+def test_a_half_length_in_time_is_a_hamming_window():
+    x = np.random.default_rng(2).normal(size=40)
+    assert_allclose(wigner_ville(x, time_window=6), wigner_ville(x, time_window=np.hamming(13)[6:]), atol=1e-12)
+    assert_allclose(wigner_ville(x, time_window=0), wigner_ville(x), atol=1e-12)
+
+
+def test_smoothing_takes_the_cross_term_of_two_tones_down():
+    # The cross-term goes with cos(2 pi 7 i / n): smoothing multiplies it by the window's transform at order 7.
+    n, G = 40, 5
+    i = np.arange(n)
+    z = np.exp(2j * np.pi * 4 * i / n) + 0.6 * np.exp(2j * np.pi * 11 * i / n)
+    g = np.hamming(2 * G + 1)
+    gain = np.sum(g * np.cos(2 * np.pi * 7 * np.arange(-G, G + 1) / n)) / g.sum()
+    expected = np.zeros((n, n))
+    expected[:, 8], expected[:, 22] = n, n * 0.36
+    expected[:, 15] = gain * 2 * n * 0.6 * np.cos(2 * np.pi * 7 * i / n)
+    assert abs(gain) < 0.2
+    assert_allclose(wigner_ville(z, lag_window="full", time_window=G), expected, atol=1e-11)
+
+
+def test_smoothing_keeps_the_energy_and_turns_with_the_signal():
+    x = np.random.default_rng(7).normal(size=36)
+    W = wigner_ville(x, time_window=7)
+    assert_allclose(W.sum(), wigner_ville(x).sum(), rtol=1e-12)
+    assert_allclose(wigner_ville(np.roll(x, 5), time_window=7), np.roll(W, 5, axis=0), atol=1e-11)
+
+
+def test_the_weight_on_the_record():
+    # The paper's form: the record, weighted, between zeros, all its lags.
+    n = 13
+    x, w = np.random.default_rng(2).normal(size=n), np.hamming(n)
+    lags = dict.fromkeys(range(-(n - 1) // 2, (n - 1) // 2 + 1), 1.0)
+    W = wigner_ville(x, record_window=w, lag_window="full", boundary="zero")
+    assert_allclose(W, literal(w * analytic(x), lags, n, "zero"), atol=1e-12)
+    assert_allclose(W.sum(axis=-1), n * np.abs(w * analytic(x)) ** 2, rtol=1e-11)
+
+
+def test_a_weighted_tone():
+    # z = w e^(j o theta): a ridge at the tone whose shape is the transform of w[i+m] w[i-m].
+    n, order = 33, 6
+    w = np.hanning(n)
+    z = np.exp(2j * np.pi * order * np.arange(n) / n)
+    W = wigner_ville(z, record_window=w, lag_window="full", boundary="zero")
+    i, m = n // 2, np.arange(-(n // 2), n // 2 + 1)
+    ridge = [np.sum(w[i + m] * w[i - m] * np.cos(2 * np.pi * m * (2 * order - k) / n)) for k in range(n)]
+    assert_allclose(W[i], ridge, atol=1e-11)
