@@ -3,11 +3,12 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from sigdb.core.compiled import kernel
 
-@njit(cache=True, fastmath=True, nogil=True)
+
+@kernel
 def add_revolutions(
     x: Any,
     start: float,
