@@ -5,6 +5,8 @@ from rest until it repeats. Mesh stiffness, damage, errors, unbalance, load and 
 stated laws (PHYSICS.md, section 1).
 """
 
+import importlib
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -354,6 +356,52 @@ def test_runout_is_an_index_error_that_varies_within_the_contact():
 def without_alias(monkeypatch):
     """The alias of damage is taken out where it is more than 1e-6."""
     monkeypatch.setattr(periodic, "TOLERANCE", 1e-6)
+
+
+PREPARE = importlib.import_module("sigdb.dynamics.prepare")
+
+
+@pytest.mark.parametrize(
+    "damage", [{}, {3: ToothDamage(stiffness_loss=0.5, friction=0.3), 4: ToothDamage(friction=0.1)}]
+)
+def test_the_iteration_for_long_periods_gives_what_the_factored_blocks_do(damage, monkeypatch):
+    """Two revolutions of 20 and 13 passes, with index errors, unbalance, run-out and profile errors."""
+    rig, solvers, states = two_stages((13, 18), excited=True), [], []
+    for most in (PREPARE._MOST_ENTRIES, 0):
+        monkeypatch.setattr(PREPARE, "_MOST_ENTRIES", most)
+        prepared = prepare(rig, gear="small", samples_per_tooth=16)
+        solvers.append(type(prepared.solver).__name__)
+        states.append(prepared.steady_state(damage))
+    assert solvers == ["Hill", "LongPeriod"]
+    for field in (
+        "signals", "specimen_response", "harmonic_response",
+        "compression", "compression_response", "compression_harmonic",
+    ):  # fmt: skip
+        factored, iterated = (getattr(state, field) for state in states)
+        assert_allclose(iterated, factored, rtol=0, atol=1e-8 * np.abs(factored).max())
+    assert_allclose(states[1].error, states[0].error, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("gear", "torque"), [("small", 30.0), ("fourth", 30.0 * 36 / 13 * 40 / 17)])
+def test_a_train_of_hunting_teeth_carries_its_torque(gear, torque, monkeypatch):
+    """13/36 and 17/40 teeth: 36 revolutions of the first pinion, 17 of the last wheel, to close the tooth cycle."""
+    monkeypatch.setattr(PREPARE, "_MOST_ENTRIES", 0)
+    data = two_stages((17, 40)).model_dump()
+    for name, teeth in (("small", 13), ("large", 36)):
+        data["gears"][name]["teeth"] = teeth
+    damage = {2: ToothDamage(stiffness_loss=0.5, friction=0.1)}
+    prepared = prepare(Transmission.model_validate(data), gear=gear, samples_per_tooth=16)
+    assert prepared.period.revolutions == {"small": 36, "fourth": 17}[gear]
+    state, teeth = prepared.steady_state(damage, specimens=False), prepared.teeth
+    fine = tooth_stiffness(prepared.meshes[0], teeth, np.arange(128 * teeth) / 128, damage).sum(axis=0)
+    force = np.tile(fine, prepared.period.revolutions) * held(state.compression, 8 * len(state.compression))
+    carried = torque / (0.006 * teeth * np.cos(np.deg2rad(20)) * np.cos(np.deg2rad(12)))
+    # Friction of one tooth in 13, at right angles to the normal, takes some torque by the change of its arm.
+    without = prepared.steady_state({2: ToothDamage(stiffness_loss=0.5)}, specimens=False)
+    plain = np.tile(fine, prepared.period.revolutions) * held(without.compression, 8 * len(state.compression))
+    assert_allclose(plain.mean(), carried, rtol=1e-6)
+    assert abs(force.mean() / carried - 1) < 5e-3
+    assert state.error < 1e-4
 
 
 STAGES = {
