@@ -69,6 +69,11 @@ def inputs_of(forces: LocalForces, meshes: int) -> list[int]:
 class Correction(Protocol):
     """How the rig answers with its damage: the local forces (inputs, s, columns), and all rows of the response."""
 
+    @property
+    def forces(self) -> LocalForces:
+        """Forces of the change."""
+        ...
+
     def solved(self) -> tuple[FloatArray, FloatArray]:
         """Under all that excites it."""
         ...
@@ -100,7 +105,7 @@ class LocalCorrection:
         influences: Sequence[FloatArray],
         respond: Callable[[ComplexArray], FloatArray],
     ) -> None:
-        self._forces, self._healthy, self._influences, self._respond = forces, healthy, influences, respond
+        self.forces, self._healthy, self._influences, self._respond = forces, healthy, influences, respond
         self._within = [P[forces.samples] for P in influences]
         local = np.eye(len(forces.samples))
         for P, D in zip(self._within, forces.stiffness, strict=True):
@@ -109,16 +114,16 @@ class LocalCorrection:
 
     def solved(self) -> tuple[FloatArray, FloatArray]:
         """Under all that excites it."""
-        right = self._healthy[self._forces.samples]
-        for P, g in zip(self._within, self._forces.errors, strict=True):
+        right = self._healthy[self.forces.samples]
+        for P, g in zip(self._within, self.forces.errors, strict=True):
             right = right + P @ g
-        return self._with(self._healthy, self._forces(lu_solve(self._factor, right, check_finite=False)))
+        return self._with(self._healthy, self.forces(lu_solve(self._factor, right, check_finite=False)))
 
     def followed(self, force: ComplexArray) -> tuple[FloatArray, FloatArray]:
         """Under further forces alone."""
         healthy = self._respond(force)
-        delta = lu_solve(self._factor, healthy[self._forces.samples], check_finite=False)
-        return self._with(healthy, -self._forces.stiffness[:, :, None] * delta)
+        delta = lu_solve(self._factor, healthy[self.forces.samples], check_finite=False)
+        return self._with(healthy, -self.forces.stiffness[:, :, None] * delta)
 
     def _with(self, healthy: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
         rows = healthy.copy()

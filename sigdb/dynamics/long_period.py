@@ -178,18 +178,18 @@ class IteratedCorrection:
         excitation: tuple[ComplexArray, ComplexArray],
         rows: Callable[[ComplexArray], FloatArray],
     ) -> None:
-        self._rig, self._forces, self._excitation, self._rows = rig, forces, excitation, rows
+        self._rig, self.forces, self._excitation, self._rows = rig, forces, excitation, rows
 
     def solved(self) -> tuple[FloatArray, FloatArray]:
         """Under all that excites it."""
         free, force = self._excitation
         force = force.copy()
-        errors = self._forces.everywhere(self._forces.errors)
-        force[inputs_of(self._forces, len(self._rig.kappa))] += self._rig.period.spectrum(errors)
-        rows = self._rows(self._rig.respond(force, free, self._forces))
-        return self._forces(rows[self._forces.samples]), rows
+        errors = self.forces.everywhere(self.forces.errors)
+        force[inputs_of(self.forces, len(self._rig.kappa))] += self._rig.period.spectrum(errors)
+        rows = self._rows(self._rig.respond(force, free, self.forces))
+        return self.forces(rows[self.forces.samples]), rows
 
     def followed(self, force: ComplexArray) -> tuple[FloatArray, FloatArray]:
         """Under further forces, without errors."""
-        rows = self._rows(self._rig.respond(force, None, self._forces))
-        return -self._forces.stiffness[:, :, None] * rows[self._forces.samples], rows
+        rows = self._rows(self._rig.respond(force, None, self.forces))
+        return -self.forces.stiffness[:, :, None] * rows[self.forces.samples], rows

@@ -57,8 +57,7 @@ class Period:
         """(..., K, columns) spectrum of values (..., F, columns) on a grid of the period, fine or not."""
         F, K = values.shape[-2], self.harmonics
         found = np.fft.rfft(values, axis=-2) * (self.samples / F)
-        if F % 2 == 0:
-            found[..., -1, :] = 0
+        found[..., (min(F, self.samples) + 1) // 2 :, :] = 0
         if found.shape[-2] >= K:
             return found[..., :K, :]
         whole = np.zeros((*found.shape[:-2], K, found.shape[-1]), complex)

@@ -11,6 +11,7 @@ D on samples holds the alias of its finest details. What that does is estimated 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import gcd
 
 import numpy as np
@@ -24,6 +25,7 @@ from sigdb.dynamics.hill import Hill
 from sigdb.dynamics.long_period import IteratedCorrection, LongPeriod
 from sigdb.dynamics.period import Period
 from sigdb.dynamics.steady_state import SteadyState
+from sigdb.dynamics.truncation import GRID, Truncation
 from sigdb.transmission import ModalSystem
 from sigdb.transmission.damage import ToothDamage
 from sigdb.transmission.gears import Mesh
@@ -32,8 +34,8 @@ SAMPLES_PER_TOOTH = 64
 LEAST_SAMPLES_PER_TOOTH = 16
 TOLERANCE = 1e-4
 """Error by alias, as a fraction of a signal's peak-to-peak, above which it is taken out."""
-_COARSE, _FINE = 2, 8
-"""How much finer the grids are from which alias is estimated and computed."""
+_FINE = 8
+"""How much finer the grid is from which alias is computed; it falls with the third power of that (C1 edges)."""
 _MOST_ITERATIONS = 30
 _GATHERED = 3
 """Sets of samples whose influence is kept: those of one case, which the next case often shares."""
@@ -71,11 +73,11 @@ class PeriodicRig:
         Spectra of what excites the rig: outputs with the mean mesh stiffness, and forces of errors.
     solver
         The healthy rig, solved; its inputs are the meshes and the two friction vectors of the first.
+    truncation
+        The harmonics beyond it.
     response
         (rows, columns) of the healthy rig: compressions of each mesh on the grid, n averaged samples of each sensor,
         under torque and profile errors, each tooth's index error, each order's two phases.
-    error
-        Estimated error of its signals by the harmonics that are left out, as a fraction of their peak-to-peak.
     """
 
     system: ModalSystem
@@ -92,8 +94,8 @@ class PeriodicRig:
     healthy: FloatArray
     excitation: tuple[ComplexArray, ComplexArray]
     solver: Hill | LongPeriod
+    truncation: Truncation
     response: FloatArray
-    error: float
     _influences: dict[int, FloatArray] = field(default_factory=dict, repr=False, compare=False)
     _gathered: dict[bytes, FloatArray] = field(default_factory=dict, repr=False, compare=False)
 
@@ -106,6 +108,12 @@ class PeriodicRig:
     def seconds(self) -> float:
         """The common period, s."""
         return self.period.revolutions * 2 * np.pi / self.shaft_speed
+
+    @cached_property
+    def error(self) -> float:
+        """Estimated error of the healthy signals by the grid, as a fraction of their peak-to-peak."""
+        back = self.truncation.acting_back(self._finely(self.response))
+        return self._of_peak_to_peak(self.rows(self.solver.respond(back)), self.response)
 
     def mesh_stiffness(self, damage: Mapping[int, ToothDamage]) -> FloatArray:
         """(meshes, N) mesh stiffness with damage, N/m."""
@@ -136,10 +144,12 @@ class PeriodicRig:
             return self._steady_state(damage, self.response[:, columns], self.error, specimens)
         correction = self._correction(damage, columns)
         force, rows = correction.solved()
-        error = self._alias_error(damage, force[:, :, :1], rows[:, :1])
+        known = self.period.spectrum(correction.forces.everywhere(force))
+        error = self._error(damage, known[:, :, :1], rows)
         if error > TOLERANCE:
-            rows, error = self._without_alias(damage, columns, correction, force, rows)
-        return self._steady_state(damage, rows, self.error + error, specimens)
+            rows = self._without_alias(damage, columns, correction, known, rows)
+            error = self._error(damage, None, rows) + error / _FINE**3
+        return self._steady_state(damage, rows, error, specimens)
 
     def modal_state(self, damage: Mapping[int, ToothDamage], index_errors: FloatArray) -> ComplexArray:
         """(m,) modal coordinates at the mark, one of each conjugate pair, less those of the steady torque.
@@ -194,12 +204,21 @@ class PeriodicRig:
         found[inputs_of(forces, len(self.meshes))] = self.period.spectrum(true) - known
         return found
 
-    def _alias_error(self, damage: Mapping[int, ToothDamage], force: FloatArray, rows: FloatArray) -> float:
-        """Estimate of the signals' error by alias: the answer of the mean system to it."""
-        coarse, fine = (self._forces(damage, np.zeros(1, int), factor) for factor in (1, _COARSE))
-        known = self.period.spectrum(coarse.everywhere(force))
-        alias = self._alias(fine, rows[: self.period.samples], known)
-        answer = np.einsum("koi,ikc->okc", self.solver.transfer, alias)
+    def _finely(self, rows: FloatArray) -> FloatArray:
+        """(meshes, F) compressions under torque on the grid of the truncation."""
+        first = rows[: len(self.meshes) * self.period.samples, 0]
+        return resampled(first.reshape(len(self.meshes), -1).T, GRID).T
+
+    def _error(self, damage: Mapping[int, ToothDamage], known: ComplexArray | None, rows: FloatArray) -> float:
+        """Estimate of the signals' error: the mean system's answer to forces left out, by truncation and by alias.
+
+        Where no forces are known there is no alias.
+        """
+        local = self._forces(damage, np.zeros(1, int), GRID)
+        left_out = self.truncation.acting_back(self._finely(rows), local)
+        if known is not None:
+            left_out += self._alias(local, rows[: self.period.samples, :1], known)
+        answer = np.einsum("koi,ikc->okc", self.solver.transfer, left_out)
         return self._of_peak_to_peak(self.rows(answer), rows)
 
     def _without_alias(
@@ -207,21 +226,19 @@ class PeriodicRig:
         damage: Mapping[int, ToothDamage],
         columns: IntArray,
         correction: Correction,
-        force: FloatArray,
+        known: ComplexArray,
         rows: FloatArray,
-    ) -> tuple[FloatArray, float]:
-        """Rows without alias by iteration, and the size of the last correction."""
-        coarse, fine = (self._forces(damage, columns, factor) for factor in (1, _FINE))
+    ) -> FloatArray:
+        """Rows without alias, but for that of a finer grid, by iteration from known forces of the damage."""
+        fine = self._forces(damage, columns, _FINE)
         inputs = inputs_of(fine, len(self.meshes))
-        known = self.period.spectrum(coarse.everywhere(force))
         for _ in range(_MOST_ITERATIONS):
             alias = self._alias(fine, rows[: self.period.samples], known)
             more, further = correction.followed(alias)
             rows = rows + further
-            known = known + alias[inputs] + self.period.spectrum(coarse.everywhere(more))
-            error = self._of_peak_to_peak(further, rows)
-            if error < TOLERANCE / 10:
-                return rows, error
+            known = known + alias[inputs] + self.period.spectrum(correction.forces.everywhere(more))
+            if self._of_peak_to_peak(further, rows) < TOLERANCE / 10:
+                return rows
         raise SigdbError(
             f"{self.samples_per_tooth} samples a tooth are too few for this damage: its response does not converge; "
             "give more samples_per_tooth"

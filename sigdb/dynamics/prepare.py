@@ -9,9 +9,10 @@ from sigdb.core.errors import InputError
 from sigdb.core.typing import ComplexArray, FloatArray
 from sigdb.dynamics.excitation import excitation, harmonics, over_a_pass
 from sigdb.dynamics.hill import Hill, entries, hill
-from sigdb.dynamics.long_period import LongPeriod, long_period, over_the_period
+from sigdb.dynamics.long_period import LongPeriod, long_period
 from sigdb.dynamics.period import Period, common_period, damaged_gear
 from sigdb.dynamics.periodic import SAMPLES_PER_TOOTH, TOLERANCE, PeriodicRig
+from sigdb.dynamics.truncation import truncation, twice
 from sigdb.transmission import ModalSystem, Transmission, modal_system
 from sigdb.transmission.gears import Mesh
 from sigdb.transmission.mesh_stiffness import pair_stiffness, pairs_in_contact
@@ -73,41 +74,39 @@ def prepare(
 
     system = system or modal_system(rig)
     found = tuple(replace(one, error=one.error[order]) for one in harmonics(rig, system, shaft, revolutions))
-    kappa = [over_a_pass(mesh)[0] - mesh.stiffness for mesh in meshes]
+    passes_of = [over_a_pass(mesh) for mesh in meshes]
+    varying = [(stiffness - mesh.stiffness, force) for mesh, (stiffness, force) in zip(meshes, passes_of, strict=True)]
     while True:
         transfer = _transfer(system, order, period, speed)
         friction = transfer.shape[2] - 2 * m + 2 * order[0]
-        solver = _solver(transfer[:, :, [*range(m), friction, friction + 1]], kappa, period)
+        inputs = [*range(m), friction, friction + 1]
+        solver = _solver(transfer[:, :, inputs], [kappa for kappa, _ in varying], period)
         free, force = excitation(period, meshes, teeth, found, transfer)
         force = np.concatenate([force, np.zeros((2, *force.shape[1:]))])
         response = solver.respond(force, free)
-        error = _truncation_error(system, order, period, speed, solver, kappa, response)
-        if error < TOLERANCE or period.refinement >= _MOST_REFINEMENT:
-            break
-        period = _finer(period)
-    prepared = PeriodicRig(
-        system=system,
-        gear=gear,
-        teeth=teeth,
-        meshes=meshes,
-        order=tuple(order),
-        base_pitch=rig.geometries[own[0]].base_pitch,
-        shaft_speed=speed,
-        period=period,
-        samples=n,
-        harmonics=found,
-        static_compression=transfer[0, :m, m].real,
-        healthy=_healthy_stiffness(meshes, period),
-        excitation=(free, force),
-        solver=solver,
-        response=np.empty((0, 0)),
-        error=error,
-    )
-    return replace(prepared, response=prepared.rows(response))
-
-
-def _finer(period: Period) -> Period:
-    return replace(period, samples=2 * period.samples, refinement=2 * period.refinement)
+        beyond = truncation(_transfer(system, order, twice(period), speed)[:, :m, inputs], varying, period)
+        prepared = PeriodicRig(
+            system=system,
+            gear=gear,
+            teeth=teeth,
+            meshes=meshes,
+            order=tuple(order),
+            base_pitch=rig.geometries[own[0]].base_pitch,
+            shaft_speed=speed,
+            period=period,
+            samples=n,
+            harmonics=found,
+            static_compression=transfer[0, :m, m].real,
+            healthy=_healthy_stiffness(meshes, period),
+            excitation=(free, force),
+            solver=solver,
+            truncation=beyond,
+            response=np.empty((0, 0)),
+        )
+        prepared = replace(prepared, response=prepared.rows(response))
+        if prepared.error < TOLERANCE or period.refinement >= _MOST_REFINEMENT:
+            return prepared
+        period = twice(period)
 
 
 def _solver(transfer: ComplexArray, kappa: Sequence[FloatArray], period: Period) -> Hill | LongPeriod:
@@ -122,37 +121,6 @@ def _transfer(system: ModalSystem, order: Sequence[int], period: Period, speed: 
     if period.samples % 2 == 0:
         found[-1] = 0
     return found
-
-
-def _truncation_error(
-    system: ModalSystem,
-    order: Sequence[int],
-    period: Period,
-    speed: float,
-    solver: Hill | LongPeriod,
-    kappa: Sequence[FloatArray],
-    response: ComplexArray,
-) -> float:
-    """What the harmonics left out would add to a healthy rig's signals, by the first of a series of corrections.
-
-    Those up to twice as high answer to the forces that are known, and by the mesh stiffness act back on those kept.
-    """
-    m, wider = len(order), _finer(period)
-    transfer = _transfer(system, order, wider, speed)[:, :m, :m]
-    F = 2 * wider.samples
-    stiffness = np.array([over_the_period(one, count, F) for one, count in zip(kappa, period.passes, strict=True)])
-
-    def force(delta: ComplexArray) -> FloatArray:
-        return -stiffness * np.fft.irfft(delta, n=F, axis=1) * (F / period.samples)
-
-    beyond = wider.spectrum(force(response[:m, :, 0])[:, :, None])
-    beyond[:, : period.harmonics] = 0
-    delta = np.einsum("kij,jkc->ikc", transfer, beyond)[:, :, 0]
-    back = np.zeros((solver.transfer.shape[2], period.harmonics, 1), complex)
-    back[:m] = period.spectrum(force(delta)[:, :, None])
-    signals, errors = (period.averaged(one[m:, :, :1])[:, :, 0] for one in (response, solver.respond(back)))
-    size = np.ptp(signals, axis=1)
-    return float((np.abs(errors).max(axis=1) / np.where(size > 0, size, np.inf)).max(initial=0.0))
 
 
 def _healthy_stiffness(meshes: tuple[Mesh, ...], period: Period) -> FloatArray:

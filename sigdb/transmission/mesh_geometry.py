@@ -55,6 +55,9 @@ class MeshGeometry:
         which it slides before it.
     base_pitch
         Way of the contact along the normal in a tooth pass, m.
+    path
+        (3,) way of the contact for a unit of that: in the plane across the pitch element, in which a section of the
+        teeth meets, so that it is the normal itself for spur gears.
     """
 
     radii: tuple[float, float]
@@ -65,6 +68,7 @@ class MeshGeometry:
     force_per_torque: float
     sliding: FloatArray
     base_pitch: float
+    path: FloatArray
 
     @property
     def vector(self) -> FloatArray:
@@ -84,11 +88,11 @@ class MeshGeometry:
         N and the coefficient mu, puts ``-mu N (sgn(xi) f0 + |xi| f1)`` on the gears.
 
         f0 acts across the line of action at the pitch point, f1 holds the moments of its arm's growth; together they
-        take the power ``mu N |xi| |omega_1 - omega_2|`` from the rotation.
+        take the power ``mu N |xi| |(omega_1 - omega_2) x path|`` from the rotation.
         """
         t = self.sliding
         r1, r2 = self.arms
-        arm, nothing = np.cross(self.normal, t), np.zeros(3)
+        arm, nothing = np.cross(self.path, t), np.zeros(3)
         return np.array(
             [np.concatenate([t, np.cross(r1, t), -t, -np.cross(r2, t)]), np.concatenate([nothing, arm, nothing, -arm])]
         )
@@ -134,6 +138,7 @@ def mesh_geometry(mesh: Mesh, driving: PairMember, driven: PairMember, rotation:
     driven_rotation = int(np.sign(np.cross(driven.axis, radial2) @ t))
     relative = rotation * driving.axis - driven_rotation * driving.teeth / driven.teeth * driven.axis
     sliding = np.cross(relative, n)
+    across = n - (n @ e) * e
     lever = radii[0] * np.cos(phi) * np.cos(psi)
     return MeshGeometry(
         radii=radii,
@@ -144,6 +149,7 @@ def mesh_geometry(mesh: Mesh, driving: PairMember, driven: PairMember, rotation:
         force_per_torque=float(1 / lever),
         sliding=sliding / np.linalg.norm(sliding),
         base_pitch=float(2 * np.pi * lever / driving.teeth),
+        path=across / (across @ across),
     )
 
 

@@ -46,7 +46,7 @@ def direct_transfer(rig):
     parts = assemble(rig)
     stiffness = parts.stiffness + parts.meshes @ np.diag(parts.mesh_stiffness) @ parts.meshes.T
     damping = parts.damping + parts.gyroscopic + rotor_damping(parts, stiffness, rig.damping_ratio)
-    forces = np.column_stack([parts.meshes, parts.torque, parts.load])
+    forces = np.column_stack([parts.meshes, parts.torque, parts.load, parts.friction])
     order = np.array([0] * len(rig.meshes) + [DERIVATIVE[sensor.quantity] for sensor in rig.sensors.values()])
     transfers = []
     for w in 2 * np.pi * np.array(FREQUENCIES_HZ):
@@ -80,8 +80,8 @@ def test_the_static_response_is_the_direct_one_without_the_free_rotation(rig):
     border = (parts.mass @ parts.free_rotation)[:, None]
     scale = np.abs(stiffness).max() / np.abs(border).max()
     bordered = np.block([[stiffness, scale * border], [scale * border.T, np.zeros((1, 1))]])
-    forces = np.vstack([np.column_stack([parts.meshes, parts.torque, parts.load]), np.zeros((1, 3))])
-    q = np.linalg.solve(bordered, forces)[:-1]
+    forces = np.column_stack([parts.meshes, parts.torque, parts.load, parts.friction])
+    q = np.linalg.solve(bordered, np.pad(forces, ((0, 1), (0, 0))))[:-1]
     static = modal_system(rig).transfer(np.zeros(1))[0].real
     displacements = [0] + [1 + i for i, sensor in enumerate(rig.sensors.values()) if sensor.quantity == "displacement"]
     exact = (np.vstack([parts.meshes.T, parts.sensors]) @ q)[displacements]

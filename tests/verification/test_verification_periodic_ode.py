@@ -111,6 +111,8 @@ direction = [0.0, 1.0, 0.0]
 quantity = "acceleration"
 """
 CONTACT_RATIO, FLANK, MEAN = 1.5, 0.25, 2.0e6
+PITCH_POINT = CONTACT_RATIO / 2
+BASE_PITCH = 2 * np.pi * 0.01 * np.cos(np.deg2rad(20.0)) * np.cos(np.deg2rad(15.0))
 SAMPLES = 128
 
 
@@ -154,17 +156,26 @@ class Marched:
         self.flow = -np.hstack([inverse @ parts.stiffness, inverse @ damping])
         self.torque, self.push = inverse @ parts.torque, inverse @ self.h
         self.errors = errors
-        self.damage = np.zeros((3, self.teeth))
+        self.across = inverse @ parts.friction
+        self.damage, self.friction = np.zeros((3, self.teeth)), np.zeros(self.teeth)
         for tooth, one in damage.items():
             self.damage[:, tooth - 1] = one.phase_shift_deg, one.stiffness_loss, one.loss_extent
+            self.friction[tooth - 1] = one.friction
 
     def mesh_force(self, t, state):
-        k = pair_stiffness(t / self.revolution * self.teeth, self.teeth, *self.damage)
-        return k @ (self.h @ state[: len(self.h)] - self.errors)
+        """Along the normal, and those of friction in f0 and f1."""
+        u = t / self.revolution * self.teeth
+        k = pair_stiffness(u, self.teeth, *self.damage)
+        force = k * (self.h @ state[: len(self.h)] - self.errors)
+        behind = (u - np.arange(self.teeth) + 2.0) % self.teeth - 2.0 - PITCH_POINT
+        sign = 2 * step(behind / 0.1 + 0.5) - 1
+        rubbing = self.friction * force * sign
+        return force.sum(), rubbing.sum(), rubbing @ (behind * BASE_PITCH)
 
     def slope(self, t, state):
         n = len(self.h)
-        acceleration = self.flow @ state + self.torque - self.push * self.mesh_force(t, state)
+        normal, rubbing, turning = self.mesh_force(t, state)
+        acceleration = self.flow @ state + self.torque - self.push * normal - self.across @ [rubbing, turning]
         return np.concatenate([state[n:], acceleration])
 
     def last_revolution(self, revolutions, samples):
@@ -202,13 +213,23 @@ DAMAGES = {
             ],
         ).on_teeth(7),
     ),
-    "driven-gear": ("large", {11: ToothDamage(phase_shift_deg=4.0, stiffness_loss=0.6)}),
+    "rubbing-and-pitted-with-a-rubbing-neighbour": (
+        "small",
+        {
+            4: ToothDamage(friction=0.3, stiffness_loss=0.5, loss_extent=0.5, phase_shift_deg=3.0),
+            5: ToothDamage(friction=0.2),
+        },
+    ),
+    "driven-gear-rubbing": ("large", {11: ToothDamage(phase_shift_deg=4.0, stiffness_loss=0.6, friction=0.2)}),
 }
 
 
 @pytest.mark.parametrize("name", DAMAGES)
 def test_the_periodic_solution_is_where_the_marched_equations_settle(name, tmp_path):
-    """With phase shift, stiffness loss and index errors together; errors relative to each signal's peak-to-peak."""
+    """With phase shift, loss, friction and index errors together; errors relative to each signal's peak-to-peak.
+
+    A pair rubs with ``mu k (delta - e)`` across its normal, one way before the pitch point and the other behind it.
+    """
     gear, damage = DAMAGES[name]
     rig = coarse_rig(tmp_path)
     errors = 4e-5 * np.random.default_rng(3).standard_normal(rig.gears[gear].teeth)
