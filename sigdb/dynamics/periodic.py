@@ -35,7 +35,8 @@ LEAST_SAMPLES_PER_TOOTH = 16
 TOLERANCE = 1e-4
 """Error by alias, as a fraction of a signal's peak-to-peak, above which it is taken out."""
 _FINE = 8
-"""How much finer the grid is from which alias is computed; it falls with the third power of that (C1 edges)."""
+"""How much finer the grid is from which alias is computed. Edges are C1, so that alias falls with the third power of
+that, and in the acceleration of a gear with the second."""
 _MOST_ITERATIONS = 30
 _GATHERED = 3
 """Sets of samples whose influence is kept: those of one case, which the next case often shares."""
@@ -148,7 +149,7 @@ class PeriodicRig:
         error = self._error(damage, known[:, :, :1], rows)
         if error > TOLERANCE:
             rows = self._without_alias(damage, columns, correction, known, rows)
-            error = self._error(damage, None, rows) + error / _FINE**3
+            error = self._error(damage, None, rows) + error / _FINE**2
         return self._steady_state(damage, rows, error, specimens)
 
     def modal_state(self, damage: Mapping[int, ToothDamage], index_errors: FloatArray) -> ComplexArray:

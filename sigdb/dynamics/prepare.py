@@ -20,6 +20,8 @@ from sigdb.transmission.mesh_stiffness import pair_stiffness, pairs_in_contact
 _MOST_ENTRIES = 40_000_000
 """Complex numbers in the factors of a healthy rig; one that has more is solved by iteration."""
 _MOST_REFINEMENT = 8
+_HEALTHY_SHARE = 0.25
+"""Part of the tolerance that the healthy rig may take; damage with sharp edges needs the rest."""
 
 
 def prepare(
@@ -104,7 +106,7 @@ def prepare(
             response=np.empty((0, 0)),
         )
         prepared = replace(prepared, response=prepared.rows(response))
-        if prepared.error < TOLERANCE or period.refinement >= _MOST_REFINEMENT:
+        if prepared.error < _HEALTHY_SHARE * TOLERANCE or period.refinement >= _MOST_REFINEMENT:
             return prepared
         period = twice(period)
 
