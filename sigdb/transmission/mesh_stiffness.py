@@ -89,7 +89,8 @@ def damaged_pair_stiffness(profile: Trapezoid, x: FloatArray, damage: ToothDamag
     """
     shift = damage.shift_in_passes(teeth)
     end, edge = profile.contact_ratio, max(_LEAST_EDGE, _EDGE_PER_SHIFT * abs(shift))
-    x = x - shift * _raised_cosine(1 + x / edge) * _raised_cosine(1 + (end - x) / edge)
+    if shift:
+        x = x - shift * _raised_cosine(1 + x / edge) * _raised_cosine(1 + (end - x) / edge)
     # The loss fades over `edge`, which slides from before the contact (extent 0) to behind it (extent 1).
     fading = _raised_cosine((damage.loss_extent * (end + edge) - x) / edge)
     return pair_stiffness(profile, x) * (1 - damage.stiffness_loss * fading)
@@ -102,4 +103,4 @@ def sliding_sense(profile: Trapezoid, x: FloatArray) -> FloatArray:
 
 def _raised_cosine(x: FloatArray) -> FloatArray:
     """From 0 at x <= 0 to 1 at x >= 1."""
-    return (1 - np.cos(np.pi * np.clip(x, 0, 1))) / 2
+    return (1 - np.cos(np.pi * x.clip(0, 1))) / 2
