@@ -43,6 +43,7 @@ CASES = 32
 TARGET = 1e-5
 """Error of all signals that DOP853 and the march are asked for, as a fraction of peak-to-peak."""
 TOLERANCES = (1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8)
+DOP853_RUNS = 3
 MARCHES = (256, 512, 1024, 2048, 4096)
 """Steps in a tooth pass."""
 Rows = list[dict[str, Any]]
@@ -191,6 +192,8 @@ def dop853(rig: Transmission, prepared: PeriodicRig) -> Rows:
             found, seconds = timed(partial(equations.solve, settled, tolerance, size))
             if error(found[0], exact) <= TARGET:
                 break
+        again = partial(equations.solve, settled, tolerance, size)
+        seconds = min(seconds, *(timed(again)[1] for _ in range(DOP853_RUNS)))
         rows.append(
             {
                 "specimens": specimens,
@@ -262,7 +265,7 @@ def growth_with_modes(rig: Transmission, system: ModalSystem) -> Rows:
     found = [1e9 / STEPS * stepping_seconds(rig, copied(few, count), STEPS) for count in copies]
     rows = growth("modes", "ns a mode", [4 * count for count in copies], found)
     further = [(b - a) / (4 * (n - m)) for (a, b), (m, n) in zip(pairwise(found), pairwise(copies), strict=True)]
-    for row, step, one in zip(rows, found, [np.nan, *further], strict=True):
+    for row, step, one in zip(rows, found, [None, *further], strict=True):
         row |= {"ns a step": step, "ns a further mode": one}
     return rows
 

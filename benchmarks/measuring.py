@@ -13,7 +13,8 @@ import numpy as np
 
 import sigdb
 
-REPEATS = 9
+REPEATS, SECONDS = 9, 1.0
+"""Least number of runs, and how long they are repeated at least, s: what disturbs them comes and goes."""
 _PEAK_SIZE = 768
 
 
@@ -40,11 +41,9 @@ def _processor() -> str:
 def least_seconds(call: Callable[[], Any], repeats: int = REPEATS) -> float:
     """Least processor time of several runs, s: other programs that share the machine count little in it."""
     call()
-    found = []
-    for _ in range(repeats):
-        started = time.process_time()
-        call()
-        found.append(time.process_time() - started)
+    found: list[float] = []
+    while len(found) < repeats or sum(found) < SECONDS:
+        found.append(timed(call)[1])
     return min(found)
 
 
@@ -57,7 +56,7 @@ def timed(call: Callable[[], Any]) -> tuple[Any, float]:
 def peak_flops() -> float:
     """Floating-point operations a second of this core, by a product of matrices."""
     A = np.random.default_rng(0).standard_normal((_PEAK_SIZE, _PEAK_SIZE))
-    return 2 * _PEAK_SIZE**3 / least_seconds(lambda: A @ A, 3 * REPEATS)
+    return 2 * _PEAK_SIZE**3 / least_seconds(lambda: A @ A)
 
 
 def peak_megabytes(call: Callable[[], Any]) -> float:
@@ -83,4 +82,4 @@ def print_table(title: str, rows: Sequence[Mapping[str, Any]]) -> None:
 def _shown(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
-    return str(value)
+    return "-" if value is None else str(value)
