@@ -23,6 +23,8 @@ class Change:
 
     Attributes
     ----------
+    total
+        Samples in the revolution.
     samples
         (s,) samples of the revolution that it touches, rising.
     stiffness
@@ -33,10 +35,22 @@ class Change:
         (inputs, s) force of the profile errors, N.
     """
 
+    total: int
     samples: IntArray
     stiffness: FloatArray
     errors: dict[int, FloatArray]
     profile: FloatArray
+
+    def every(self, step: int) -> "Change":
+        """The same on a grid that is coarser by a factor."""
+        kept = self.samples % step == 0
+        return Change(
+            total=self.total // step,
+            samples=self.samples[kept] // step,
+            stiffness=self.stiffness[:, kept],
+            errors={tooth: error[:, kept] for tooth, error in self.errors.items()},
+            profile=self.profile[:, kept],
+        )
 
 
 def change(
@@ -57,22 +71,39 @@ def change(
 
     stiffness, profile = np.zeros((inputs, n)), np.zeros((inputs, n))
     errors = {}
+    driving = gear == mesh.driving
+    added = {one: _added(mesh, base_pitch, one, teeth, driving, x, healthy, inputs) for one in set(damage.values())}
     for tooth, one in damage.items():
         at = (places + (tooth - 1 - _BEFORE) * samples_per_tooth) % n
-        pair = mesh.stiffness * damaged_pair_stiffness(mesh.profile, x, one, teeth, driving=gear == mesh.driving)
-        added = np.zeros((inputs, len(x)))
-        added[0] = pair - healthy
-        if one.friction:
-            way = (x - mesh.profile.pitch_point) * base_pitch
-            added[1:] = one.friction * pair * sliding_sense(mesh.profile, x) * np.array([np.ones_like(x), way])
-        stiffness[:, at] += added
-        profile[:, at] += added * relief
+        stiffness[:, at] += added[one]
+        profile[:, at] += added[one] * relief
         errors[tooth] = np.zeros((inputs, n))
-        errors[tooth][:, at] = added
+        errors[tooth][:, at] = added[one]
     touched = np.flatnonzero(stiffness.any(axis=0))
     return Change(
+        total=n,
         samples=touched,
         stiffness=stiffness[:, touched],
         errors={tooth: one[:, touched] for tooth, one in errors.items()},
         profile=profile[:, touched],
     )
+
+
+def _added(
+    mesh: Mesh,
+    base_pitch: float,
+    damage: ToothDamage,
+    teeth: int,
+    driving: bool,
+    x: FloatArray,
+    healthy: FloatArray,
+    inputs: int,
+) -> FloatArray:
+    """(inputs, x) what a damaged tooth adds to the stiffness of its pair, and the stiffness of its friction."""
+    pair = mesh.stiffness * damaged_pair_stiffness(mesh.profile, x, damage, teeth, driving=driving)
+    added = np.zeros((inputs, len(x)))
+    added[0] = pair - healthy
+    if damage.friction:
+        way = (x - mesh.profile.pitch_point) * base_pitch
+        added[1:] = damage.friction * pair * sliding_sense(mesh.profile, x) * np.array([np.ones_like(x), way])
+    return added

@@ -5,11 +5,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
 
 from sigdb.core.typing import ComplexArray, FloatArray, IntArray
 from sigdb.dynamics.change import Change
 from sigdb.dynamics.excitation import Harmonic
+
+Columns = IntArray | slice
+"""Those of the excitation that are asked for."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,20 +47,23 @@ class LocalForces:
 
 
 def local_forces(
-    made: Change, teeth: int, n: int, revolutions: int, orders: Sequence[Harmonic], columns: IntArray
+    made: Change, teeth: int, revolutions: int, orders: Sequence[Harmonic], columns: Columns
 ) -> LocalForces:
-    """The forces of a change on n samples a revolution, under those columns of the excitation that are asked for."""
+    """The forces of a change over some revolutions, under those columns of the excitation that are asked for."""
+    samples = (np.arange(revolutions)[:, None] * made.total + made.samples).ravel()
+    g = np.zeros((len(made.stiffness), revolutions, len(made.samples), 1 + teeth + 2 * len(orders)))
+    g[..., 0] = made.profile[:, None]
+    for tooth, one_error in made.errors.items():
+        g[..., tooth] = one_error[:, None]
+    errors = g.reshape(len(g), len(samples), g.shape[-1])
     stiffness = np.tile(made.stiffness, revolutions)
-    samples = (np.arange(revolutions)[:, None] * n + made.samples).ravel()
-    g = np.zeros((*stiffness.shape, 1 + teeth + 2 * len(orders)))
-    g[:, :, 0] = np.tile(made.profile, revolutions)
-    for tooth, error in made.errors.items():
-        g[:, :, tooth] = np.tile(error, revolutions)
     for i, one in enumerate(orders):
-        error = one.error[0] * np.exp(2j * np.pi / n * one.order * samples)
-        g[:, :, 1 + teeth + 2 * i] = stiffness * error.real
-        g[:, :, 2 + teeth + 2 * i] = stiffness * -error.imag
-    return LocalForces(total=n * revolutions, samples=samples, stiffness=stiffness, errors=g[:, :, columns])
+        error = one.error[0] * np.exp(2j * np.pi / made.total * one.order * samples)
+        errors[:, :, 1 + teeth + 2 * i] = stiffness * error.real
+        errors[:, :, 2 + teeth + 2 * i] = stiffness * -error.imag
+    return LocalForces(
+        total=made.total * revolutions, samples=samples, stiffness=stiffness, errors=errors[:, :, columns]
+    )
 
 
 def inputs_of(forces: LocalForces, meshes: int) -> list[int]:
@@ -107,28 +112,27 @@ class LocalCorrection:
     ) -> None:
         self.forces, self._healthy, self._influences, self._respond = forces, healthy, influences, respond
         self._within = [P[forces.samples] for P in influences]
-        local = np.eye(len(forces.samples))
-        for P, D in zip(self._within, forces.stiffness, strict=True):
-            local += P * D
-        self._factor = lu_factor(local, overwrite_a=True, check_finite=False)
+        self._local = sum(P * D for P, D in zip(self._within, forces.stiffness, strict=True))
+        self._local.flat[:: len(self._local) + 1] += 1
 
     def solved(self) -> tuple[FloatArray, FloatArray]:
         """Under all that excites it."""
         right = self._healthy[self.forces.samples]
         for P, g in zip(self._within, self.forces.errors, strict=True):
             right = right + P @ g
-        return self._with(self._healthy, self.forces(lu_solve(self._factor, right, check_finite=False)))
+        return self._with(self._healthy, self.forces(np.linalg.solve(self._local, right)))
 
     def followed(self, force: ComplexArray) -> tuple[FloatArray, FloatArray]:
         """Under further forces alone."""
         healthy = self._respond(force)
-        delta = lu_solve(self._factor, healthy[self.forces.samples], check_finite=False)
+        delta = np.linalg.solve(self._local, healthy[self.forces.samples])
         return self._with(healthy, -self.forces.stiffness[:, :, None] * delta)
 
     def _with(self, healthy: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
-        rows = healthy.copy()
-        for P, f in zip(self._influences, force, strict=True):
+        rows = self._influences[0] @ force[0]
+        for P, f in zip(self._influences[1:], force[1:], strict=True):
             rows += P @ f
+        rows += healthy
         return force, rows
 
 

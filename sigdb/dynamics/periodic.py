@@ -18,8 +18,8 @@ import numpy as np
 
 from sigdb.core.errors import SigdbError
 from sigdb.core.typing import ComplexArray, FloatArray, IntArray
-from sigdb.dynamics.change import change
-from sigdb.dynamics.damaged import Correction, LocalCorrection, LocalForces, inputs_of, local_forces, resampled
+from sigdb.dynamics.change import Change, change
+from sigdb.dynamics.damaged import Columns, Correction, LocalCorrection, LocalForces, inputs_of, local_forces, resampled
 from sigdb.dynamics.excitation import Harmonic
 from sigdb.dynamics.hill import Hill
 from sigdb.dynamics.long_period import IteratedCorrection, LongPeriod
@@ -118,7 +118,10 @@ class PeriodicRig:
 
     def mesh_stiffness(self, damage: Mapping[int, ToothDamage]) -> FloatArray:
         """(meshes, N) mesh stiffness with damage, N/m."""
-        made = change(self.meshes[0], self.gear, self.teeth, self.base_pitch, damage, self.samples_per_tooth)
+        return self._stiffness(self._change(damage))
+
+    def _stiffness(self, made: Change) -> FloatArray:
+        made = made.every(self.period.refinement)
         stiffness = self.healthy[:, :: self.period.refinement].copy()
         stiffness[0].reshape(-1, self.samples)[:, made.samples] += made.stiffness[0]
         return stiffness
@@ -138,35 +141,39 @@ class PeriodicRig:
         SigdbError
             If the alias of the damage cannot be taken out; the grid is far too coarse then.
         """
-        columns = np.arange(self.response.shape[1])
+        columns: Columns = slice(None)
         if not specimens:
-            columns = np.delete(columns, slice(1, 1 + self.teeth))
+            columns = np.delete(np.arange(self.response.shape[1]), slice(1, 1 + self.teeth))
         if not any(one.is_damage for one in damage.values()):
-            return self._steady_state(damage, self.response[:, columns], self.error, specimens)
-        correction = self._correction(damage, columns)
+            return self._steady_state(self.mesh_stiffness(damage), self.response[:, columns], self.error, specimens)
+        fine = self._change(damage, GRID)
+        made = fine.every(GRID)
+        forces = self._forces(made, columns)
+        correction = self._correction(forces, columns)
         force, rows = correction.solved()
-        known = self.period.spectrum(correction.forces.everywhere(force))
-        error = self._error(damage, known[:, :, :1], rows)
+        known = self.period.spectrum(forces.everywhere(force))
+        nominal = self._forces(fine, slice(1))
+        error = self._error(nominal, known[:, :, :1], rows)
         if error > TOLERANCE:
             rows = self._without_alias(damage, columns, correction, known, rows)
-            error = self._error(damage, None, rows) + error / _FINE**2
-        return self._steady_state(damage, rows, error, specimens)
+            error = self._error(nominal, None, rows) + error / _FINE**2
+        return self._steady_state(self._stiffness(made), rows, error, specimens)
 
     def modal_state(self, damage: Mapping[int, ToothDamage], index_errors: FloatArray) -> ComplexArray:
         """(m,) modal coordinates at the mark, one of each conjugate pair, less those of the steady torque.
 
         They are those of the steady state with index errors (teeth,): a march that begins with them goes on in it.
         """
-        m, N, columns = len(self.meshes), self.period.samples, np.arange(self.response.shape[1])
+        m, N, columns = len(self.meshes), self.period.samples, slice(None)
         weights = np.concatenate([[1.0], index_errors, np.tile([1.0, 0.0], len(self.harmonics))])
         damaged = any(one.is_damage for one in damage.values())
-        rows = self._correction(damage, columns).solved()[1] if damaged else self.response
+        forces = self._forces(self._change(damage), columns)
+        rows = self._correction(forces, columns).solved()[1] if damaged else self.response
         delta = (rows[: m * N] @ weights).reshape(m, N)
         mean = np.array([mesh.stiffness for mesh in self.meshes])
         force = self.excitation[1] @ weights
         force[:m] -= self.period.spectrum(((self.healthy - mean[:, None]) * delta)[:, :, None])[:, :, 0]
         if damaged:
-            forces = self._forces(damage, columns)
             added = forces.errors @ weights - forces.stiffness * delta[0, forces.samples]
             force[inputs_of(forces, m)] += self.period.spectrum(forces.everywhere(added[:, :, None]))[:, :, 0]
 
@@ -182,13 +189,14 @@ class PeriodicRig:
             state += inputs @ one.force / 2 / (speed - pole) + inputs @ one.force.conj() / 2 / (-speed - pole)
         return state
 
-    def _forces(self, damage: Mapping[int, ToothDamage], columns: IntArray, factor: int = 1) -> LocalForces:
-        n = factor * self.period.refinement * self.samples
-        made = change(self.meshes[0], self.gear, self.teeth, self.base_pitch, damage, n // self.teeth)
-        return local_forces(made, self.teeth, n, self.period.revolutions, self.harmonics, columns)
+    def _change(self, damage: Mapping[int, ToothDamage], factor: int = 1) -> Change:
+        step = factor * self.period.refinement * self.samples_per_tooth
+        return change(self.meshes[0], self.gear, self.teeth, self.base_pitch, damage, step)
 
-    def _correction(self, damage: Mapping[int, ToothDamage], columns: IntArray) -> Correction:
-        forces = self._forces(damage, columns)
+    def _forces(self, made: Change, columns: Columns) -> LocalForces:
+        return local_forces(made, self.teeth, self.period.revolutions, self.harmonics, columns)
+
+    def _correction(self, forces: LocalForces, columns: Columns) -> Correction:
         if isinstance(self.solver, LongPeriod):
             free, force = self.excitation
             return IteratedCorrection(self.solver, forces, (free[:, :, columns], force[:, :, columns]), self.rows)
@@ -210,12 +218,12 @@ class PeriodicRig:
         first = rows[: len(self.meshes) * self.period.samples, 0]
         return resampled(first.reshape(len(self.meshes), -1).T, GRID).T
 
-    def _error(self, damage: Mapping[int, ToothDamage], known: ComplexArray | None, rows: FloatArray) -> float:
+    def _error(self, local: LocalForces, known: ComplexArray | None, rows: FloatArray) -> float:
         """Estimate of the signals' error: the mean system's answer to forces left out, by truncation and by alias.
 
-        Where no forces are known there is no alias.
+        ``local`` are the forces under torque on the grid of the truncation; where no forces are known there is no
+        alias.
         """
-        local = self._forces(damage, np.zeros(1, int), GRID)
         left_out = self.truncation.acting_back(self._finely(rows), local)
         if known is not None:
             left_out += self._alias(local, rows[: self.period.samples, :1], known)
@@ -225,13 +233,13 @@ class PeriodicRig:
     def _without_alias(
         self,
         damage: Mapping[int, ToothDamage],
-        columns: IntArray,
+        columns: Columns,
         correction: Correction,
         known: ComplexArray,
         rows: FloatArray,
     ) -> FloatArray:
         """Rows without alias, but for that of a finer grid, by iteration from known forces of the damage."""
-        fine = self._forces(damage, columns, _FINE)
+        fine = self._forces(self._change(damage, _FINE), columns)
         inputs = inputs_of(fine, len(self.meshes))
         for _ in range(_MOST_ITERATIONS):
             alias = self._alias(fine, rows[: self.period.samples], known)
@@ -288,9 +296,7 @@ class PeriodicRig:
             self._gathered[key] = found
         return self._gathered[key]
 
-    def _steady_state(
-        self, damage: Mapping[int, ToothDamage], rows: FloatArray, error: float, specimens: bool
-    ) -> SteadyState:
+    def _steady_state(self, stiffness: FloatArray, rows: FloatArray, error: float, specimens: bool) -> SteadyState:
         m, N, n, orders = len(self.meshes), self.period.samples, self.samples, len(self.harmonics)
         teeth, columns = self.teeth if specimens else 0, rows.shape[1]
         compressions = rows[: m * N].reshape(m, N, columns)[:, :: self.period.refinement]
@@ -305,7 +311,7 @@ class PeriodicRig:
             compression=own[:, 0],
             compression_response=own[:, 1 : 1 + teeth],
             compression_harmonic=own[:, 1 + teeth :].reshape(len(own), orders, 2),
-            mesh_stiffness=self.mesh_stiffness(damage),
+            mesh_stiffness=stiffness,
             static_compression=float(self.static_compression[0]),
             least_elsewhere=float((nominal / self.static_compression[1:, None]).min(initial=np.inf)),
             error=error,

@@ -106,7 +106,8 @@ def damaged_pair_stiffness(
     profile = damaged_profile(profile, damage, teeth, driving=driving)
     shift = damage.shift_in_passes(teeth)
     end, edge = profile.contact_ratio, max(_LEAST_EDGE, _EDGE_PER_SHIFT * abs(shift))
-    x = x - shift * raised_cosine(1 + x / edge) * raised_cosine(1 + (end - x) / edge)
+    if shift:
+        x = x - shift * raised_cosine(1 + x / edge) * raised_cosine(1 + (end - x) / edge)
     # The loss fades over `edge`, which slides from before the contact (extent 0) to behind it (extent 1).
     fading = raised_cosine((damage.loss_extent * (end + edge) - x) / edge)
     return pair_stiffness(profile, x) * (1 - damage.stiffness_loss * fading)

@@ -1,0 +1,156 @@
+"""How often teeth part: in the templates and rows of the recipes, and over a grid of damage on every built-in rig.
+
+A case counts where the least compression of a mesh, in the linear periodic solution, is below zero. Compressions are
+fractions of the static one. Rows of a recipe have their specimen's index errors; a template has none. The grid has
+every stiffness loss with every phase shift, the latter in tooth passes so that it means the same on every gear.
+
+    python benchmarks/contact_loss.py [--json]
+"""
+
+import argparse
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from measuring import environment, print_table
+from threadpoolctl import threadpool_limits
+
+import sigdb
+from sigdb.core.streams import specimen_stream
+from sigdb.dynamics import PeriodicRig, SteadyState, prepare
+from sigdb.measurement import index_errors
+from sigdb.pipeline.recipe import load_recipe
+from sigdb.sweep.plan import Plan, Segment
+from sigdb.transmission import ToothDamage, Transmission, built_in_transmissions
+
+RECIPES = sorted((Path(__file__).parents[1] / "pipelines").glob("*.toml"))
+LOSSES = tuple(round(0.1 * i, 1) for i in range(11))
+SHIFTS = (-0.2, -0.1, -0.05, 0.0, 0.05, 0.1, 0.2)
+"""Tooth passes; positive is later."""
+DAMAGED_TEETH = (1, 2, 3)
+SAMPLES_PER_TOOTH = 32
+
+
+def main() -> None:
+    """Print the tables, or a JSON document with the same numbers and every case of the grid."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    as_json = parser.parse_args().json
+    with threadpool_limits(1):
+        recipes = [of_recipe(load_recipe(path).plan(), path.stem) for path in RECIPES]
+        cases = {rig.name: list(grid(rig)) for rig in loaded()}
+    rigs = [row for name, found in cases.items() for row in summaries(name, found)]
+    machine = environment("numpy", "scipy")
+    if as_json:
+        print(json.dumps({"machine": machine, "recipes": recipes, "rigs": rigs, "cases": cases}, indent=1))
+        return
+    print(", ".join(f"{key} {value}" for key, value in machine.items()))
+    print_table("Recipes", recipes)
+    print_table(f"Losses {LOSSES[0]} to {LOSSES[-1]}, shifts {SHIFTS[0]} to {SHIFTS[-1]} passes", rigs)
+
+
+def loaded() -> Iterator[Transmission]:
+    """The built-in rigs that have torque through a mesh."""
+    for name in built_in_transmissions():
+        rig = sigdb.load_transmission(name)
+        if rig.meshes and rig.operating.torque:
+            yield rig
+
+
+def grid(rig: Transmission) -> Iterator[dict[str, Any]]:
+    """The healthy rig, then least compression by case."""
+    prepared = prepare(rig, samples_per_tooth=SAMPLES_PER_TOOTH)
+    for teeth in (0, *DAMAGED_TEETH):
+        for loss in LOSSES if teeth else (0.0,):
+            for shift in SHIFTS if teeth else (0.0,):
+                if bool(teeth) == bool(loss or shift):
+                    least = least_compression(prepared, teeth, loss, shift)
+                    yield {"damaged_teeth": teeth, "stiffness_loss": loss, "shift": shift, "min_compression": least}
+
+
+def least_compression(prepared: PeriodicRig, teeth: int, loss: float, shift: float) -> float:
+    """Of a case with damage from tooth 1 on."""
+    one = ToothDamage(stiffness_loss=loss, phase_shift_deg=360 / prepared.teeth * shift)
+    return prepared.steady_state(dict.fromkeys(range(1, teeth + 1), one), specimens=False).min_compression
+
+
+def summaries(name: str, cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """A row for each number of damaged teeth."""
+    rows = []
+    healthy = cases[0]["min_compression"]
+    for teeth in DAMAGED_TEETH:
+        found = [case for case in cases if case["damaged_teeth"] == teeth]
+        lost = [case for case in found if case["min_compression"] < 0]
+        rows.append(
+            {
+                "rig": name,
+                "healthy": healthy,
+                "damaged teeth": teeth,
+                "cases": len(found),
+                "parted": f"{len(lost) / len(found):.0%}",
+                "from loss, no shift": lowest(case["stiffness_loss"] for case in lost if not case["shift"]),
+                "from shift, no loss": lowest(abs(case["shift"]) for case in lost if not case["stiffness_loss"]),
+            }
+        )
+    return rows
+
+
+def lowest(values: Iterator[float]) -> float | str:
+    """The least of some values, or a dash."""
+    return min(values, default="-")
+
+
+def of_recipe(plan: Plan, name: str) -> dict[str, Any]:
+    """Templates and rows of a recipe that lose contact."""
+    prepared = [
+        prepare(point.rig, gear=plan.gear, samples_per_tooth=plan.signature.samples_per_tooth)
+        for point in plan.rig_points
+    ]
+    states = [prepared[case.rig_point].steady_state(case.damage.on_teeth(prepared[case.rig_point].teeth))
+              for case in plan.templates]  # fmt: skip
+    least = np.array([state.min_compression for state in states])
+    parted = [of_rows(plan, segment, states[segment.template]) for segment in plan.segments]
+    beside = sum(np.count_nonzero(one < 0) * segment.draws for one, segment in zip(parted, plan.segments, strict=True))
+    healthy = [least[i] for i, case in enumerate(plan.templates) if not case.damage.is_damage]
+    return {
+        "recipe": name,
+        "templates": len(least),
+        "parted": int(np.count_nonzero(least < 0)),
+        "healthy": float(min(healthy)),
+        "least": float(least.min()),
+        "rows": plan.rows,
+        "rows parted": int(beside),
+        "share of rows": f"{beside / plan.rows:.1%}",
+        "least of rows": float(min(one.min() for one in parted)),
+    }
+
+
+def of_rows(plan: Plan, segment: Segment, state: SteadyState) -> Any:
+    """(teeth, measurements, specimens) least compression of the rows of a template."""
+    case = plan.templates[segment.template]
+    point = plan.rig_points[case.rig_point]
+    unit = np.array(
+        [
+            index_errors(specimen_stream(plan.seed, one), point.teeth, point.mate_teeth)
+            for one in range(segment.specimens)
+        ]
+    )
+    least = np.empty(segment.shape[:3])
+    for i, tooth in enumerate(segment.teeth):
+        turn = tooth - case.damage.tooth
+        angle = np.array(state.orders) * turn * 2 * np.pi / point.teeth
+        phases = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        nominal = state.compression + np.einsum("nop,op->n", state.compression_harmonic, phases)
+        for j, measured in enumerate(segment.measurements):
+            errors = np.roll(unit, -turn, axis=1) * measured.index_error
+            found = (nominal + errors @ state.compression_response.T).min(axis=1) / state.static_compression
+            least[i, j] = np.minimum(found, state.least_elsewhere)
+    if state.min_compression < 0:
+        least[...] = state.min_compression
+    return least
+
+
+if __name__ == "__main__":
+    main()
