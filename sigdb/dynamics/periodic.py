@@ -206,10 +206,9 @@ class PeriodicRig:
         )
 
     def _alias(self, forces: LocalForces, delta: FloatArray, known: ComplexArray) -> ComplexArray:
-        """(inputs of the rig, K, columns) what true forces, on a finer grid, hold beside those that are known."""
-        fine = resampled(delta, forces.total // self.period.samples)
+        """(inputs of the rig, K, columns) what forces hold beside those known, delta being on their finer grid."""
         found = np.zeros((self.solver.transfer.shape[2], self.period.harmonics, delta.shape[1]), complex)
-        true = forces.everywhere(forces(fine[forces.samples]))
+        true = forces.everywhere(forces(delta[forces.samples]))
         found[inputs_of(forces, len(self.meshes))] = self.period.spectrum(true) - known
         return found
 
@@ -224,9 +223,10 @@ class PeriodicRig:
         ``local`` are the forces under torque on the grid of the truncation; where no forces are known there is no
         alias.
         """
-        left_out = self.truncation.acting_back(self._finely(rows), local)
+        delta = self._finely(rows)
+        left_out = self.truncation.acting_back(delta, local)
         if known is not None:
-            left_out += self._alias(local, rows[: self.period.samples, :1], known)
+            left_out += self._alias(local, delta[0, :, None], known)
         answer = np.einsum("koi,ikc->okc", self.solver.transfer, left_out)
         return self._of_peak_to_peak(self.rows(answer), rows)
 
@@ -242,7 +242,7 @@ class PeriodicRig:
         fine = self._forces(self._change(damage, _FINE), columns)
         inputs = inputs_of(fine, len(self.meshes))
         for _ in range(_MOST_ITERATIONS):
-            alias = self._alias(fine, rows[: self.period.samples], known)
+            alias = self._alias(fine, resampled(rows[: self.period.samples], _FINE), known)
             more, further = correction.followed(alias)
             rows = rows + further
             known = known + alias[inputs] + self.period.spectrum(correction.forces.everywhere(more))

@@ -14,7 +14,7 @@ from sigdb.dynamics.damaged import LocalForces, inputs_of
 from sigdb.dynamics.long_period import over_the_period
 from sigdb.dynamics.period import Period
 
-GRID = 4
+GRID = 2
 """How much finer than the solution's is the grid on which forces are formed."""
 
 

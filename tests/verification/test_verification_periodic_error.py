@@ -64,7 +64,7 @@ def test_few_samples_are_nearly_as_good_or_say_so(filed, samples_per_tooth):
     for damage in DAMAGES.values():
         state = prepared.steady_state(damage, specimens=False)
         error = true_error(state, fine.steady_state(damage, specimens=False))
-        assert error < max(1e-4, 2 * state.error)
+        assert error < max(1e-4, 3 * state.error)
 
 
 def test_the_healthy_estimate_is_the_error_itself():
