@@ -12,7 +12,6 @@ from sigdb.dynamics import ContactLossWarning, Periodic
 from sigdb.measurement import index_errors
 from sigdb.sweep import run
 
-
 ROUGH = (
     "seed = 1\nspecimens = 20\n[[sweep.grid]]\ntooth = 3\nstiffness_loss = 0.4\nindex_error = {error}\n"
     '[signature]\nsamples_per_tooth = 32\nsensors = ["pinion-vertical"]\n'
