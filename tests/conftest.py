@@ -23,7 +23,7 @@ def oscillator():
     """
     data = load_transmission("nasa-spiral-bevel").model_dump()
 
-    def made(stiffness, step, *, zeta=0.0, force=0.0, backlash=None, mean=1.0, total=None):
+    def made(stiffness, step, *, zeta=0.0, force=0.0, backlash=None, mean=1.0, total=None, error=0.0):
         omega = np.sqrt(total or mean)
         pole = omega * (-zeta + 1j * np.sqrt(1 - zeta**2))
         inputs = np.outer([1, -1], [1, force, 1, 0, 0]) / (2j * pole.imag)
@@ -39,7 +39,7 @@ def oscillator():
         data["meshes"]["main"] |= {"stiffness": mean, "backlash": backlash}
         tables = MeshTables(
             rates=np.ones(1),
-            forces=np.array([[stiffness, np.zeros_like(stiffness)]]),
+            forces=np.array([[stiffness, error * stiffness]]),
             friction=np.zeros((0, 2, len(stiffness))),
         )
         rig = Transmission.model_validate(data)

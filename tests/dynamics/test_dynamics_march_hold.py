@@ -1,5 +1,7 @@
 """Unit: the first-order hold is the exact step of a mode under a force that is linear within it."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -48,7 +50,7 @@ def test_many_steps_follow_a_piecewise_linear_force_exactly():
         f = np.interp(np.arange(3 * finer + 1) / finer, [0, 1, 2, 3], [0.0, 1.0, -2.0, 0.5])
         E, g0, g1 = first_order_hold(poles, H / finer)
         z = np.ones(3, complex)
-        for before, after in zip(f[:-1], f[1:], strict=True):
+        for before, after in pairwise(f):
             z = E * z + g0 * before + g1 * after
         ends.append(z)
     assert_allclose(ends[0], ends[1], rtol=1e-12)

@@ -57,11 +57,14 @@ def test_chattering_between_the_flanks_conserves_energy_to_second_order(oscillat
     assert errors[-1] < 1e-4
 
 
-def test_the_force_is_the_stiffness_times_what_is_beyond_a_flank(oscillator):
-    x, _, force = oscillator(3 * ONE, 0.01, mean=3.0, backlash=0.4)(0.5, 2.0, 5000)
-    expected = 3 * (np.maximum(x, 0) + np.minimum(x + 0.4, 0))
+@pytest.mark.parametrize("error", [0.0, 0.1, -0.1])
+def test_the_force_is_the_stiffness_times_what_is_beyond_a_flank(oscillator, error):
+    """``k max(x - e, 0) + k min(x - e + b, 0)``: without a jump at either flank, wherever an error puts it."""
+    x, _, force = oscillator(3 * ONE, 0.01, mean=3.0, backlash=0.4, error=error)(0.5, 2.0, 5000)
+    expected = 3 * (np.maximum(x - error, 0) + np.minimum(x - error + 0.4, 0))
     assert_allclose(force, expected, rtol=0, atol=1e-13)
     assert (force == 0).sum() > 100
+    assert force.min() < 0 < force.max()
 
 
 def forced(t, r, depth, zeta, amplitude):
