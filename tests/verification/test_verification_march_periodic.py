@@ -1,10 +1,10 @@
-"""Verification: the march in time against the periodic solution, where contact is kept: to the errors that both state."""
+"""Verification: where contact is kept, the march is the periodic solution, to the errors that both state."""
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from sigdb.dynamics import Periodic, Transient, march, prepare, settle, simulate
+from sigdb.dynamics import Periodic, Transient, prepare, settle, simulate
 from sigdb.transmission import Damage, ToothDamage, Transmission, load_transmission
 
 EXCITED = {

@@ -1,8 +1,8 @@
 """Verification: the periodic solution and the march against the second-order equations marched in time by DOP853.
 
-``M q'' + (C + G) q' + K q = F - h f``, not reduced to modes, with ``f = sum_j k_j(t) (h' q - e_j)``. With backlash b that
-is only where it is positive, and ``f = sum_j k_j(t) (h' q + b - e_j)`` where that is negative. Mesh stiffness, damage and
-modal damping of the rotors are built here from their stated laws.
+``M q'' + (C + G) q' + K q = F - h f``, not reduced to modes, with ``f = sum_j k_j(t) (h' q - e_j)``. With backlash b
+that is so where it is positive, and ``f = sum_j k_j(t) (h' q + b - e_j)`` where that is negative. Mesh stiffness,
+damage and modal damping of the rotors are built here from their stated laws.
 """
 
 import numpy as np
