@@ -63,7 +63,7 @@ def marched(history):
     for finer in (25, 50):
         t = np.arange((len(time) - 1) * finer + 1) * (time[1] / finer)
         angles = np.array([abs(rig.speed(shaft)) * t for shaft in system.unbalanced])
-        forces = np.stack([np.cos(angles), np.sin(angles)], axis=1).reshape(-1, len(t)).T
+        forces = np.ascontiguousarray(np.stack([np.cos(angles), np.sin(angles)], axis=1).reshape(-1, len(t)).T)
         marcher = Marcher(rig, "wheel", system, tables, t[1], others)
         rest = np.zeros((system.poles.imag >= 0).sum(), complex)
         first, _ = marcher.start(rest, 0.0, forces[0], np.zeros(0))

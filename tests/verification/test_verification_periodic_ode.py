@@ -265,11 +265,11 @@ def test_the_floquet_multiplier_is_that_of_the_assembled_equations(tmp_path):
     assert_allclose(found, np.abs(elastic).max(), rtol=1e-4)
 
 
-LOOSE = {"damping_ratio": 0.12, "casing.modes.0.damping_ratio": 0.1, "operating.torque": 10.0}
+LOOSE = {"damping_ratio": 0.2, "casing.modes.0.damping_ratio": 0.3, "operating.torque": 10.0}
 BACKLASH = 6e-5
-LATE = np.array([0.0, 0.0, -4e-4, -5e-5, 0.0, 2e-5, 0.0])
-"""Index errors; one tooth is early by five times the static compression and throws the gears apart."""
-SETTLED = 12
+LATE = np.array([0.0, 0.0, -8e-4, -5e-5, 0.0, 2e-5, 0.0])
+"""Index errors; one tooth is early by ten times the static compression and throws the gears apart."""
+SETTLED = 8
 """Revolutions after which the motion repeats to some 1e-6 of its size."""
 
 
