@@ -26,7 +26,7 @@ def first_order_hold(poles: ComplexArray, h: float) -> tuple[ComplexArray, Compl
     A constant force on an integrator:
 
     >>> E, g0, g1 = first_order_hold(np.array([0j]), 0.1)
-    >>> E[0].real, (g0 + g1)[0].real
+    >>> float(E[0].real), float((g0 + g1)[0].real)
     (1.0, 0.1)
     """
     x = poles * h
