@@ -1,10 +1,67 @@
-"""Settings for all tests: one thread for linear algebra, so that rounding does not depend on the machine."""
+"""For all tests: one thread for linear algebra, so that rounding does not depend on the machine; one oscillator."""
 
+import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
+
+from sigdb.dynamics.marcher import Marcher, MeshTables
+from sigdb.transmission import ModalSystem, Transmission, load_transmission
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _one_thread():
     with threadpool_limits(1):
         yield
+
+
+@pytest.fixture(scope="session")
+def oscillator():
+    """A unit mass on one mesh, ``x'' + 2 zeta w x' + (w^2 - mean) x + mesh force = force + others``, in the kernel.
+
+    It is called with the mesh's stiffness over its period (the last sample is the first again) and the step.
+    ``w^2 = total`` is the mean of the mesh's stiffness, if it is left out, or that with a spring beside it.
+    """
+    data = load_transmission("nasa-spiral-bevel").model_dump()
+
+    def made(stiffness, step, *, zeta=0.0, force=0.0, backlash=None, mean=1.0, total=None, error=0.0):
+        omega = np.sqrt(total or mean)
+        pole = omega * (-zeta + 1j * np.sqrt(1 - zeta**2))
+        inputs = np.outer([1, -1], [1, force, 1, 0, 0]) / (2j * pole.imag)
+        system = ModalSystem(
+            poles=np.array([pole, pole.conjugate()]),
+            inputs=inputs,
+            outputs=np.array([[1, 1], [pole, pole.conjugate()]]),
+            direct=np.zeros((2, 5)),
+            meshes=("main",),
+            sensors=("velocity",),
+            mesh_stiffness=np.array([mean]),
+        )
+        data["meshes"]["main"] |= {"stiffness": mean, "backlash": backlash}
+        tables = MeshTables(
+            rates=np.ones(1),
+            forces=np.array([[stiffness, error * stiffness]]),
+            friction=np.zeros((0, 2, len(stiffness))),
+        )
+        rig = Transmission.model_validate(data)
+        return OscillatorMarch(Marcher(rig, "pinion", system, tables, step, np.eye(5)[:, [2]]), pole)
+
+    return made
+
+
+class OscillatorMarch:
+    """The oscillator in motion. Its modal coordinate z gives ``x = 2 Re z`` and ``x' = 2 Re(pole z)``."""
+
+    def __init__(self, marcher, pole):
+        self._marcher, self._pole = marcher, pole
+
+    def __call__(self, x, v, steps, *, turns=None, forces=None):
+        """Compression, velocity and mesh force at the start and after each of the steps; x is from the static place.
+
+        ``turns`` and ``forces`` (steps + 1,) are periods of the stiffness and other forces.
+        """
+        turns = np.zeros(steps + 1) if turns is None else turns
+        forces = np.zeros(steps + 1) if forces is None else forces
+        z = x / 2 + 1j * (self._pole.real * x / 2 - v / 2) / self._pole.imag
+        first, first_force = self._marcher.start(np.array([z]), turns[0], forces[:1], np.zeros(0))
+        outputs, mesh_force = self._marcher.run(turns[1:], forces[1:, None], np.zeros((steps, 0)))
+        return (*np.vstack([first, outputs]).T, np.concatenate([first_force, mesh_force[:, 0]]))

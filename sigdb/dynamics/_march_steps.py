@@ -151,7 +151,7 @@ def march_steps(
                 pressing = k[i] * delta[i] - g[i]
                 wanted = _CLOSED
                 if pressing < 0.0:
-                    wanted = _BACK if delta[i] < -backlash[i] and pressing + k[i] * backlash[i] < 0.0 else _OPEN
+                    wanted = _BACK if pressing + k[i] * backlash[i] < 0.0 else _OPEN
                 if wanted != state[i]:
                     state[i] = wanted
                     holds = False

@@ -1,6 +1,7 @@
 """Raw signals over many revolutions: run-ups, load changes, contact loss, with the track of a tacho."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,7 +45,7 @@ class TimeHistory:
     contact
         Fraction of the time in which all meshes are closed.
     state
-        (m,) modal coordinates at the end, for a march that goes on.
+        (m,) modal coordinates one sample after the last, where a march that goes on has its first.
     """
 
     sampling_rate: float
@@ -106,7 +107,8 @@ def march(
         Pulses of the tacho in a revolution of its shaft.
     state
         Modal coordinates to begin with, of a history that ended or of
-        :meth:`~sigdb.dynamics.PeriodicRig.modal_state`; at rest under the first torque if left out.
+        :meth:`~sigdb.dynamics.PeriodicRig.modal_state`; at rest under the first torque if left out. All meshes begin
+        a tooth pass at time 0, so that a history goes on in its own motion where it lasted whole common periods.
     steps_per_tooth
         Least number of steps in a tooth pass, of the fastest mesh at the highest speed.
     system
@@ -158,15 +160,20 @@ def march(
     tables = mesh_tables(rig, gear, damage.on_teeth(teeth), errors)
     marcher = Marcher(rig, gear, system, tables, 1 / (finer * sampling_rate), drive.inputs)
     now = np.zeros(1)
+    upper = system.poles.imag >= 0
     if state is None:
-        upper = system.poles.imag >= 0
         excess = load(now)[0] / rig.operating.torque - 1
         state = system.inputs[upper, len(rig.meshes)] * excess / -system.poles[upper]
+    if np.shape(state) != (upper.sum(),):
+        raise InputError(
+            f"state has the shape {np.shape(state)}; this rig's modal system has {upper.sum()} coordinates: give the "
+            "state of a history of the same rig, or none"
+        )
     _, force, lift = drive(now)
     first = np.concatenate(marcher.start(state, 0.0, force[0], lift[0]))
 
     samples = max(1, round(duration * sampling_rate))
-    outputs, forces, closed = _recorded(marcher, drive, first, samples, finer, sampling_rate)
+    outputs, forces, closed, end = _recorded(marcher, drive, first, samples, finer, sampling_rate)
     time = np.arange(samples) / sampling_rate
     names, m = meshes_from(rig, gear), len(rig.meshes)
     wheel = tacho or shaft
@@ -184,7 +191,7 @@ def march(
         compression=dict(zip(names, outputs[:, :m].T, strict=True)),
         mesh_force=dict(zip(names, forces.T, strict=True)),
         contact=closed,
-        state=marcher.state,
+        state=end,
     )
 
 
@@ -262,22 +269,21 @@ class _AntiAlias:
 
 def _recorded(
     marcher: Marcher, drive: _Drive, first: FloatArray, samples: int, finer: int, sampling_rate: float
-) -> tuple[FloatArray, FloatArray, float]:
-    """Outputs (samples, outputs), mesh forces (samples, meshes), and the fraction of closed steps."""
+) -> tuple[FloatArray, FloatArray, float, ComplexArray]:
+    """Outputs (samples, outputs), mesh forces (samples, meshes), the fraction of closed steps, the state at the end."""
     m, step = marcher.meshes, 1 / (finer * sampling_rate)
     whole = _AntiAlias(finer, first[:-m])
-    outputs, forces, closed = [], [first[None, -m:]], 0
-    steps = (samples - 1) * finer + whole.beyond
-    chunk = max(1, _CHUNK // finer) * finer
-    for begin in range(0, steps, chunk):
-        time = np.arange(begin + 1, min(begin + chunk, steps) + 1) * step
-        found, mesh_force = marcher.run(*drive(time))
+    outputs, forces, closed, state = [], [first[None, -m:]], 0, marcher.state
+    end, chunk = samples * finer, max(1, _CHUNK // finer) * finer
+    steps = max(end, end - finer + whole.beyond)
+    for begin, stop in pairwise([*range(0, end, chunk), *range(end, steps, chunk), steps]):
+        found, mesh_force = marcher.run(*drive(np.arange(begin + 1, stop + 1) * step))
         outputs.append(whole(found))
         forces.append(mesh_force[finer - 1 :: finer])
-        closed += int((mesh_force > 0).all(axis=1).sum())
-    if not outputs:
-        outputs.append(whole(np.empty((0, len(first) - m))))
-    return np.concatenate(outputs)[:samples], np.concatenate(forces)[:samples], closed / max(steps, 1)
+        if stop <= end:
+            closed += int((mesh_force > 0).all(axis=1).sum())
+            state = marcher.state
+    return np.concatenate(outputs)[:samples], np.concatenate(forces)[:samples], closed / end, state
 
 
 def _profile(given: TimeProfile | float | None, usual: float) -> TimeProfile:

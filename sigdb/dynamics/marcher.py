@@ -144,12 +144,17 @@ class Marcher:
         place = turns * self._tables.rates
         at = np.rint((place - np.floor(place)) * (self._tables.forces.shape[2] - 1)).astype(int)
         k, g = self._tables.forces[range(m), :, at].T
-        g = g + (k * lift if lift.size else 0.0)
+        w, v = self._tables.friction[:, :, at[0]].T
+        if lift.size:
+            g, v = g + k * lift, v + w * lift[0]
         p = (static + (self._c @ state).real)[:m] + self._direct[:m, m + sliding :] @ forces
-        direct = self._direct[:m, :m]
-        delta = np.linalg.solve(np.eye(m) + direct * (k - mean), p + direct @ g)
+        direct, across = self._direct[:m, :m], self._direct[:m, m : m + sliding]
+        A = np.eye(m) + direct * (k - mean)
+        A[:, 0] += across @ w
+        delta = np.linalg.solve(A, p + direct @ g + across @ v)
         pressing = np.maximum(k * delta - g, 0.0)
         self._f[:m] = mean * delta - pressing
+        self._f[m : m + sliding] = (v - w * delta[0]) * (pressing[0] > 0)
         self._f[m + sliding :] = forces
         self._x = _parts(state - self._g1 @ self._f)
         return static + (self._c @ state).real + self._direct @ self._f, pressing

@@ -41,7 +41,8 @@ class Template:
     reference_variance
         (sensors,) variance of the healthy clean average.
     contact_loss
-        Whether the mesh loses contact: then it holds for gears without index errors, and has no responses to them.
+        Whether the mesh loses contact: then it holds for gears without index errors, and has no responses to them;
+        None where it is not known.
     """
 
     status: str
@@ -56,7 +57,7 @@ class Template:
     harmonic_response: FloatArray
     orders: FloatArray
     reference_variance: FloatArray
-    contact_loss: bool
+    contact_loss: bool | None
 
 
 class TemplateBank:
@@ -98,7 +99,7 @@ class TemplateBank:
                 harmonic_response=none,
                 orders=none,
                 reference_variance=none,
-                contact_loss=row["contact_loss"] is True,
+                contact_loss=row["contact_loss"],
             )
 
         def stored(name: str) -> list[Any]:

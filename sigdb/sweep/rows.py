@@ -28,8 +28,8 @@ from sigdb.sweep.plan import Plan, RigPoint
 from sigdb.sweep.templates import contact_loss_sentence
 
 _BESIDE = (
-    "the mesh loses contact, and unbalance, run-out or a fluctuating load act beside the damage: the motion "
-    "with damage at one tooth is not that at another turned; reduce the damage, or leave those out"
+    "the mesh loses contact, and unbalance, run-out or a fluctuating load act beside the damage: the motion with "
+    "damage at one tooth is not that at another turned; reduce the damage, or leave those out"
 )
 
 
