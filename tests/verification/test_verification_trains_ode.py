@@ -484,7 +484,7 @@ def test_the_common_period_is_the_least_that_all_meshes_repeat_in(teeth, gear, r
     prepared = prepare(two_stages(teeth), gear=gear, samples_per_tooth=16)
     assert (prepared.period.revolutions, prepared.period.passes) == (revolutions, passes)
     assert_allclose(prepared.seconds, revolutions * 2 * np.pi / prepared.shaft_speed, rtol=1e-12)
-    assert prepared.healthy.shape == (2, revolutions * prepared.samples)
+    assert prepared.mesh_stiffness({}).shape == (2, revolutions * prepared.samples)
 
 
 def test_a_common_period_that_is_too_long_is_refused():
