@@ -159,7 +159,9 @@ def template_seconds(prepared: PeriodicRig, damaged: int, specimens: bool, count
 def template_flops(prepared: PeriodicRig, damaged: int, specimens: bool) -> float:
     """Operations of a template; see the head of this file."""
     (damage,) = damages(1, damaged)
-    made = change(prepared.meshes[0], prepared.teeth, prepared.base_pitch, damage, prepared.samples_per_tooth)
+    made = change(
+        prepared.meshes[0], prepared.gear, prepared.teeth, prepared.base_pitch, damage, prepared.samples_per_tooth
+    )
     s, rows = len(made.samples), len(prepared.response)
     columns = 1 + (prepared.teeth if specimens else 0)
     return 2 / 3 * s**3 + 2 * (2 * s**2 * columns) + 2 * rows * s * columns

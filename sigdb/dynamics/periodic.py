@@ -151,11 +151,10 @@ class PeriodicRig:
         forces = self._forces(made, columns)
         correction = self._correction(forces, columns)
         force, rows = correction.solved()
-        known = self.period.spectrum(forces.everywhere(force))
         nominal = self._forces(fine, slice(1))
-        error = self._error(nominal, known[:, :, :1], rows)
+        error = self._error(nominal, self.period.spectrum(forces.everywhere(force[:, :, :1])), rows)
         if error > TOLERANCE:
-            rows = self._without_alias(damage, columns, correction, known, rows)
+            rows = self._without_alias(damage, columns, correction, force, rows)
             error = self._error(nominal, None, rows) + error / _FINE**2
         return self._steady_state(self._stiffness(made), rows, error, specimens)
 
@@ -235,11 +234,12 @@ class PeriodicRig:
         damage: Mapping[int, ToothDamage],
         columns: Columns,
         correction: Correction,
-        known: ComplexArray,
+        force: FloatArray,
         rows: FloatArray,
     ) -> FloatArray:
-        """Rows without alias, but for that of a finer grid, by iteration from known forces of the damage."""
+        """Rows without alias, but for that of a finer grid, by iteration from the forces of the damage."""
         fine = self._forces(self._change(damage, _FINE), columns)
+        known = self.period.spectrum(correction.forces.everywhere(force))
         inputs = inputs_of(fine, len(self.meshes))
         for _ in range(_MOST_ITERATIONS):
             alias = self._alias(fine, resampled(rows[: self.period.samples], _FINE), known)
