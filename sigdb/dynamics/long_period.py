@@ -15,7 +15,7 @@ from sigdb.core.errors import SigdbError
 from sigdb.core.typing import BoolArray, ComplexArray, FloatArray, IntArray
 from sigdb.dynamics.damaged import LocalForces, inputs_of
 from sigdb.dynamics.hill import at_harmonics, stiffness_matrix
-from sigdb.dynamics.period import Period
+from sigdb.dynamics.period import Period, over_the_period
 
 _RESIDUAL = 1e-10
 _PADDING = 2
@@ -144,16 +144,6 @@ def _alone(transfer: ComplexArray, kappa: FloatArray, passes: int, N: int) -> Al
     H = np.where(kept, at_harmonics(transfer, k), 0)
     inverses = np.linalg.inv(np.eye(len(j)) + H[:, :, None] * stiffness_matrix(kappa, 1, len(j)))
     return Alone(harmonics=k, kept=kept, inverses=inverses)
-
-
-def over_the_period(kappa: FloatArray, passes: int, F: int) -> FloatArray:
-    """(F,) samples over the period of a function given over one pass, without harmonics above F / 2."""
-    coefficients = np.fft.rfft(kappa) / len(kappa)
-    spectrum = np.zeros(F // 2 + 1, complex)
-    places = spectrum[: (F + 1) // 2 : passes]
-    count = min(len(places), len(coefficients))
-    places[:count] = coefficients[:count]
-    return np.fft.irfft(spectrum, n=F) * F
 
 
 class IteratedCorrection:

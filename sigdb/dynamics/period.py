@@ -65,6 +65,16 @@ class Period:
         return whole
 
 
+def over_the_period(kappa: FloatArray, passes: int, F: int) -> FloatArray:
+    """(F,) samples over the period of a function given over one pass, without harmonics above F / 2."""
+    coefficients = np.fft.rfft(kappa) / len(kappa)
+    spectrum = np.zeros(F // 2 + 1, complex)
+    places = spectrum[: (F + 1) // 2 : passes]
+    count = min(len(places), len(coefficients))
+    places[:count] = coefficients[:count]
+    return np.fft.irfft(spectrum, n=F) * F
+
+
 def common_period(rig: Transmission, gear: str) -> tuple[int, tuple[int, ...]]:
     """Least revolutions of a gear in which every mesh makes whole tooth passes, and each mesh's passes in them.
 

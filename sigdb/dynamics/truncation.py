@@ -11,8 +11,7 @@ import numpy as np
 
 from sigdb.core.typing import ComplexArray, FloatArray
 from sigdb.dynamics.damaged import LocalForces, inputs_of
-from sigdb.dynamics.long_period import over_the_period
-from sigdb.dynamics.period import Period
+from sigdb.dynamics.period import Period, over_the_period
 
 GRID = 2
 """How much finer than the solution's is the grid on which forces are formed."""
