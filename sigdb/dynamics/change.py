@@ -11,7 +11,7 @@ from sigdb.transmission.damage import ToothDamage
 from sigdb.transmission.gears import Mesh
 from sigdb.transmission.mesh_stiffness import damaged_pair_stiffness, pair_stiffness, sliding_sense
 
-_BEFORE = 1
+_BESIDE = 1
 """Passes by which a shifted contact may begin early or end late, at most."""
 
 
@@ -63,9 +63,10 @@ def change(
 ) -> Change:
     """The change that damage of a gear by tooth number makes to its mesh, on so many samples a tooth pass."""
     n, inputs = samples_per_tooth * teeth, 3 if any(one.friction for one in damage.values()) else 1
-    width = int(np.ceil(mesh.profile.contact_ratio)) + 2 * _BEFORE
+    beside = _BESIDE if any(one.phase_shift_deg for one in damage.values()) else 0
+    width = int(np.ceil(mesh.profile.contact_ratio)) + 2 * beside
     places = np.arange(min(width, teeth) * samples_per_tooth)
-    x = places / samples_per_tooth - _BEFORE
+    x = places / samples_per_tooth - beside
     healthy = mesh.stiffness * pair_stiffness(mesh.profile, x)
     relief = profile_error(mesh, x)
 
@@ -74,7 +75,7 @@ def change(
     driving = gear == mesh.driving
     added = {one: _added(mesh, base_pitch, one, teeth, driving, x, healthy, inputs) for one in set(damage.values())}
     for tooth, one in damage.items():
-        at = (places + (tooth - 1 - _BEFORE) * samples_per_tooth) % n
+        at = (places + (tooth - 1 - beside) * samples_per_tooth) % n
         stiffness[:, at] += added[one]
         profile[:, at] += added[one] * relief
         errors[tooth] = np.zeros((inputs, n))

@@ -114,7 +114,7 @@ class PeriodicRig:
     def error(self) -> float:
         """Estimated error of the healthy signals by the grid, as a fraction of their peak-to-peak."""
         back = self.truncation.acting_back(self._finely(self.response))
-        return self._of_peak_to_peak(self.rows(self.solver.respond(back)), self.response)
+        return _of_peak_to_peak(self._signals(self.rows(self.solver.respond(back))), self._signals(self.response))
 
     def mesh_stiffness(self, damage: Mapping[int, ToothDamage]) -> FloatArray:
         """(meshes, N) mesh stiffness with damage, N/m."""
@@ -226,8 +226,9 @@ class PeriodicRig:
         left_out = self.truncation.acting_back(delta, local)
         if known is not None:
             left_out += self._alias(local, delta[0, :, None], known)
-        answer = np.einsum("koi,ikc->okc", self.solver.transfer, left_out)
-        return self._of_peak_to_peak(self.rows(answer), rows)
+        m = len(self.meshes)
+        answer = self.period.averaged(np.einsum("koi,ikc->okc", self.solver.transfer[:, m:], left_out))
+        return _of_peak_to_peak(answer[:, :, 0], self._signals(rows))
 
     def _without_alias(
         self,
@@ -246,19 +247,16 @@ class PeriodicRig:
             more, further = correction.followed(alias)
             rows = rows + further
             known = known + alias[inputs] + self.period.spectrum(correction.forces.everywhere(more))
-            if self._of_peak_to_peak(further, rows) < TOLERANCE / 10:
+            if _of_peak_to_peak(self._signals(further), self._signals(rows)) < TOLERANCE / 10:
                 return rows
         raise SigdbError(
             f"{self.samples_per_tooth} samples a tooth are too few for this damage: its response does not converge; "
             "give more samples_per_tooth"
         )
 
-    def _of_peak_to_peak(self, error: FloatArray, rows: FloatArray) -> float:
-        """Greatest error of a sensor under torque, as a fraction of its signal's peak-to-peak."""
-        first = len(self.meshes) * self.period.samples
-        signals, errors = (one[first:, 0].reshape(-1, self.samples) for one in (rows, error))
-        size = np.ptp(signals, axis=1)
-        return float((np.abs(errors).max(axis=1) / np.where(size > 0, size, np.inf)).max(initial=0.0))
+    def _signals(self, rows: FloatArray) -> FloatArray:
+        """(sensors, n) signals under torque, of rows."""
+        return rows[len(self.meshes) * self.period.samples :, 0].reshape(-1, self.samples)
 
     def rows(self, spectrum: ComplexArray) -> FloatArray:
         """(rows, columns) of a spectrum of outputs: compressions, and sensors averaged over the revolutions."""
@@ -316,3 +314,9 @@ class PeriodicRig:
             least_elsewhere=float((nominal / self.static_compression[1:, None]).min(initial=np.inf)),
             error=error,
         )
+
+
+def _of_peak_to_peak(errors: FloatArray, signals: FloatArray) -> float:
+    """Greatest error (sensors, n) of a sensor, as a fraction of its signal's peak-to-peak."""
+    size = np.ptp(signals, axis=1)
+    return float((np.abs(errors).max(axis=1) / np.where(size > 0, size, np.inf)).max(initial=0.0))
