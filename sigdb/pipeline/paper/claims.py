@@ -86,6 +86,9 @@ def modulation_rises(s: PaperSignals) -> Finding:
     grows = all(one[0] > 0 and np.all(np.diff(one) > 0) for one in (amplitude, phase))
     numbers = {f"amplitude, {shift} deg": float(a) for shift, a in zip(SHIFTS, amplitude, strict=True)}
     numbers |= {f"phase, {shift} deg [deg]": float(b) for shift, b in zip(SHIFTS, phase, strict=True)}
+    numbers |= {
+        f"highest amplitude in pass 6, {shift} deg": measures.highest(s.shifts[shift], s.teeth, TOOTH) for shift in SHIFTS
+    }
     return Finding(value=float(amplitude[-1]), holds=bool(seen and grows), numbers=numbers)
 
 

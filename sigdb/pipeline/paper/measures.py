@@ -38,6 +38,12 @@ def rises(tsa: FloatArray, teeth: int, tooth: int) -> tuple[float, float]:
     return rise(amplitude, teeth, tooth), float(np.rad2deg(rise(phase, teeth, tooth)))
 
 
+def highest(tsa: FloatArray, teeth: int, tooth: int) -> float:
+    """Greatest amplitude modulation within a tooth's pass, over its median."""
+    amplitude, _ = demodulate(tsa, teeth=teeth)
+    return float(by_pass(amplitude - np.median(amplitude), teeth)[tooth - 1].max())
+
+
 def line(tsa: FloatArray, order: int) -> float:
     """Amplitude of one order."""
     return float(np.abs(order_spectrum(tsa)[1][order]))
