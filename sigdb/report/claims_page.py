@@ -24,13 +24,9 @@ def claims_text(facts: Mapping[str, Any]) -> str:
         table(columns, facts["claims"]),
     ]
     if facts["sensitivity"]:
-        ids = [claim["id"] for claim in facts["claims"]]
-        moved = [
-            ("one number changed", lambda row: f"{row['what']} {change(row['factor'])}"),
-            *((_short(name), lambda row, name=name: cell(row, name, True)) for name in ids),
-            ("least compression", lambda row: _number(row["min_compression"], 2)),
-        ]
-        parts += ["How the numbers move; a claim that does not hold in brackets", table(moved, _with_base(facts))]
+        head, rows = moved_cells(facts)
+        moved = [(_short(name), lambda row, i=i: row[i]) for i, name in enumerate(head)]
+        parts += ["How the numbers move; a claim that does not hold in brackets", table(moved, rows)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -81,8 +77,8 @@ def moved_cells(facts: Mapping[str, Any]) -> tuple[tuple[str, ...], list[tuple[s
     head = ("changed", *ids, "least compression")
     rows = [
         (
-            f"{row['what']} {change(row['factor'])}".strip(),
-            *(cell(row, name, True) for name in ids),
+            f"{row['what']} {_change(row['factor'])}".strip(),
+            *(_cell(row, name) for name in ids),
             _number(row["min_compression"], 2),
         )
         for row in _with_base(facts)
@@ -90,18 +86,18 @@ def moved_cells(facts: Mapping[str, Any]) -> tuple[tuple[str, ...], list[tuple[s
     return head, rows
 
 
-def change(factor: float) -> str:
+def _change(factor: float) -> str:
     """A factor as a change in per cent; nothing for 1."""
     return f"{100 * (factor - 1):+.0f} %" if factor != 1 else ""
 
 
-def cell(row: Mapping[str, Any], name: str, bracketed: bool = True) -> str:
-    """A claim's number in a varied rig, in brackets where the claim does not hold."""
+def _cell(row: Mapping[str, Any], name: str) -> str:
+    """A claim's number in a varied rig, in brackets where the claim does not hold; a dash where there is none."""
     if name not in row["claims"]:
-        return "unstable" if "unstable" in row["status"] else "-"
+        return "-"
     one = row["claims"][name]
     text = _number(one["value"], 3)
-    return f"({text})" if bracketed and one["holds"] is False else text
+    return f"({text})" if one["holds"] is False else text
 
 
 def _with_base(facts: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -111,7 +107,7 @@ def _with_base(facts: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _short(name: str) -> str:
-    return name.replace(", order 1", ", 1").replace(", the rest", ", rest")
+    return name.replace(", order 1", ", 1").replace(", the rest", ", rest").replace("least compression", "least")
 
 
 def _number(value: float | None, digits: int = 4) -> str:
