@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import asdict, replace
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from sigdb.core.errors import SigdbError
 from sigdb.pipeline.paper import truncation
 from sigdb.pipeline.paper.claims import CLAIMS, Finding
@@ -70,14 +72,16 @@ def paper_claims(
     ['P1', 'P2', 'P3', 'P4', 'P5', 'P6']
     """
     check_subject(rig, gear, sensor)
-    on_step("the paper's cases")
-    signals = paper_signals(rig, gear=gear, sensor=sensor)
-    claims = [_told(asdict(claim), claim.find(signals)) for claim in CLAIMS]
-    effort = truncation.truncated_against_full(rig, gear=gear, sensor=sensor)
-    rows = []
-    for one in variations(rig, gear) if sensitivity else ():
-        on_step(f"{one.what} times {one.factor:g}")
-        rows.append({"what": one.what, "factor": one.factor} | _varied(one.rig, gear, sensor))
+    # The matrices are small, and times on one thread can be compared.
+    with threadpool_limits(1):
+        on_step("the paper's cases")
+        signals = paper_signals(rig, gear=gear, sensor=sensor)
+        claims = [_told(asdict(claim), claim.find(signals)) for claim in CLAIMS]
+        effort = truncation.truncated_against_full(rig, gear=gear, sensor=sensor)
+        rows = []
+        for one in variations(rig, gear) if sensitivity else ():
+            on_step(f"{one.what} times {one.factor:g}")
+            rows.append({"what": one.what, "factor": one.factor} | _varied(one.rig, gear, sensor))
     return {
         "rig": rig.name,
         "gear": gear,
