@@ -118,7 +118,7 @@ def _stiffnesses(row: list[Axes], cases: Sequence[Case], settings: Report) -> No
         assert case.stiffness is not None
         draw_signal(axes, case.stiffness, case.teeth, case.damaged, case.healthy_stiffness)
         axes.set(xlabel=_ANGLE)
-        axes.set_ylim(bottom=0)
+        axes.set_ylim(0, 1.2 * max(float(np.max(one.stiffness)) for one in cases if one.stiffness is not None))
 
 
 def _signals(row: list[Axes], cases: Sequence[Case], settings: Report) -> None:

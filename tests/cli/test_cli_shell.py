@@ -11,7 +11,7 @@ from click.testing import CliRunner
 import sigdb
 from sigdb.cli.main import cli, main
 
-COMMANDS = ("new-rig", "describe", "modes", "sweep", "query", "show", "train", "evaluate")
+COMMANDS = ("new-rig", "describe", "modes", "run", "sweep", "query", "show", "train", "evaluate")
 SIGDB = Path(sys.executable).with_name("sigdb")
 
 
