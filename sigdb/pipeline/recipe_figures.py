@@ -136,7 +136,9 @@ def _stiffness(plan: Plan, template: int, damage: Damage, n: int) -> FloatArray:
 def _title(damage: Damage) -> str:
     if not damage.tooth:
         return "undamaged"
-    where = f"tooth {damage.tooth}" if damage.damaged_teeth == 1 else f"{damage.damaged_teeth} teeth from {damage.tooth}"
+    where = (
+        f"tooth {damage.tooth}" if damage.damaged_teeth == 1 else f"{damage.damaged_teeth} teeth from {damage.tooth}"
+    )
     if damage.pattern:
         return f"{where}: {damage.pattern}"
     set_apart = [

@@ -26,9 +26,7 @@ def draw_signal(
     _lay_grid(axes)
 
 
-def draw_spectrum(
-    axes: Axes, tsa: FloatArray, teeth: int, highest: float, healthy: FloatArray | None = None
-) -> None:
+def draw_spectrum(axes: Axes, tsa: FloatArray, teeth: int, highest: float, healthy: FloatArray | None = None) -> None:
     """Peak amplitudes against order, to a highest order; the healthy ones lightly behind them."""
     for values, colour, width in ((healthy, HEALTHY, 4.0), (tsa, INK, 1.4)):
         if values is not None:

@@ -69,7 +69,8 @@ class Grid(Section):
     chip_height: Values = quantity("m", "Height broken off the tooth.", default=(0.0,), min_length=1)
     chip_extent: Values = quantity("-", "Fraction of the face width broken off.", default=(1.0,), min_length=1)
     pattern: Names = quantity(
-        "-", "Names of patterns, in place of the axes of damage: those of [sweep.patterns], else pitted, broken, worn.",
+        "-",
+        "Names of patterns, in place of the axes of damage: those of [sweep.patterns], else pitted, broken, worn.",
         default=(),
     )
     averages: Counts = quantity("rev", "Revolutions in the average; [measurement] if left out.", default=())

@@ -163,11 +163,19 @@ def test_a_condition_that_does_not_select_one_case_is_told(out, condition, says)
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ('sensor = "pinion-housing-vertical"', 'sensor = "wheel"', "report.figures: pitted: sensor 'wheel' is not stored"),
+        (
+            'sensor = "pinion-housing-vertical"',
+            'sensor = "wheel"',
+            "report.figures: pitted: sensor 'wheel' is not stored",
+        ),
         ("dots_per_inch = 50", 'paper = true\ngear = "x"', "unknown key report.gear"),
         ('name = "pitted"', 'name = "both"', "the name 'both' is given twice"),
         ('name = "pitted"', 'name = "../pitted"', "name '../pitted' in report.figures.1.name"),
-        ('["stiffness", "distribution"]', '["scalogram"]', "must be 'stiffness', 'signal', 'spectrum' or 'distribution'"),
+        (
+            '["stiffness", "distribution"]',
+            '["scalogram"]',
+            "must be 'stiffness', 'signal', 'spectrum' or 'distribution'",
+        ),
         ("rows = [\"pattern = 'pitted'\"]", "rows = []", "report.figures.1.rows is empty; give at least 1"),
     ],
 )
@@ -180,7 +188,9 @@ def test_a_wrong_report_is_told_before_anything_is_made(load, tmp_path, old, new
 
 
 def test_the_paper_is_about_twelve_teeth(load, tmp_path):
-    wheel = RECIPE.replace("[report]\n", "[report]\npaper = true\n").replace("healthy = 2", 'healthy = 2\ngear = "gear"')
+    wheel = RECIPE.replace("[report]\n", "[report]\npaper = true\n").replace(
+        "healthy = 2", 'healthy = 2\ngear = "gear"'
+    )
     with pytest.raises(InputError, match=r"about the 12 teeth of a pinion, and gear 'gear' of rig .* is not one"):
         run_recipe(load(wheel.replace("tooth = 12", "tooth = 13")), tmp_path / "out", jobs=1)
     assert not (tmp_path / "out").exists()

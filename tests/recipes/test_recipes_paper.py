@@ -40,9 +40,7 @@ def ran(tmp_path_factory):
     out = tmp_path_factory.mktemp("paper")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sensitivity, "_FACTORS", {"speed": (0.97,), "bearing stiffness": (1.2,)})
-        result = CliRunner().invoke(
-            cli, ["run", str(PAPER), "--out", str(out), "--jobs", "1"], catch_exceptions=False
-        )
+        result = CliRunner().invoke(cli, ["run", str(PAPER), "--out", str(out), "--jobs", "1"], catch_exceptions=False)
     assert result.exit_code == 0, result.output
     return out, result.stdout, json.loads((out / "claims.json").read_text(encoding="utf-8"))
 

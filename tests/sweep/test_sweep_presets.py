@@ -10,7 +10,9 @@ from sigdb.transmission import ToothDamage
 
 HEAD = '[sweep]\nrig = "nasa-spiral-bevel"\nhealthy = 1\n'
 GRID = '[[sweep.grid]]\ntooth = {tooth}\npattern = "{pattern}"\n'
-FEW = "\n[measurement]\naverages = {averages}\nsnr_db = 300.0\nindex_error = 0.0\n\n[signature]\nsamples_per_tooth = 32\n"
+FEW = (
+    "\n[measurement]\naverages = {averages}\nsnr_db = 300.0\nindex_error = 0.0\n\n[signature]\nsamples_per_tooth = 32\n"
+)
 OWN = "[sweep.patterns]\npitted = [{ stiffness_loss = 0.3 }]\n"
 
 
@@ -50,7 +52,9 @@ def test_a_worn_gear_is_one_case_wherever_it_begins(plan_of, tooth):
 
 
 def test_a_worn_gear_follows_a_swept_tooth_count(plan_of):
-    plan = plan_of(HEAD + GRID.format(tooth=1, pattern="worn") + "pinion.teeth = [11, 13]\n\n[measurement]\naverages = 36")
+    plan = plan_of(
+        HEAD + GRID.format(tooth=1, pattern="worn") + "pinion.teeth = [11, 13]\n\n[measurement]\naverages = 36"
+    )
     assert [one.damaged_teeth for one in damaged(plan)] == [11, 13]
 
 

@@ -87,7 +87,8 @@ def modulation_rises(s: PaperSignals) -> Finding:
     numbers = {f"amplitude, {shift} deg": float(a) for shift, a in zip(SHIFTS, amplitude, strict=True)}
     numbers |= {f"phase, {shift} deg [deg]": float(b) for shift, b in zip(SHIFTS, phase, strict=True)}
     numbers |= {
-        f"highest amplitude in pass 6, {shift} deg": measures.highest(s.shifts[shift], s.teeth, TOOTH) for shift in SHIFTS
+        f"highest amplitude in pass 6, {shift} deg": measures.highest(s.shifts[shift], s.teeth, TOOTH)
+        for shift in SHIFTS
     }
     return Finding(value=float(amplitude[-1]), holds=bool(seen and grows), numbers=numbers)
 
@@ -148,7 +149,11 @@ def _relative_amplitudes(s: PaperSignals) -> np.ndarray:
 def pass_seven_largest(s: PaperSignals) -> Finding:
     """P5, pass 7."""
     relative = _relative_amplitudes(s)
-    numbers = {"greatest pass": float(relative.argmax() + 1), "pass 6": float(relative[5]), "pass 7": float(relative[6])}
+    numbers = {
+        "greatest pass": float(relative.argmax() + 1),
+        "pass 6": float(relative[5]),
+        "pass 7": float(relative[6]),
+    }
     holds = relative.argmax() == 6 and relative[6] >= 1.5
     return Finding(value=float(relative[6]), holds=bool(holds), numbers=numbers)
 
