@@ -27,6 +27,8 @@ STANDS_OUT = 2.0
 """What stands out somewhere is twice as large there as elsewhere."""
 MORE_THAN_BEFORE = 1.5
 """Twice the loss gives about twice the change; more than half as much again is growth."""
+MUCH_LARGER = 1.5
+"""A much larger amplitude is half as large again at least."""
 VANISHES = 0.25
 """Of an amplitude that almost vanishes a quarter is left at most."""
 
@@ -107,7 +109,8 @@ def sidebands_grow(s: PaperSignals) -> Finding:
 def _low_orders(s: PaperSignals, orders: tuple[int, ...]) -> tuple[dict[str, float], bool]:
     """Components at low orders in passes 6 and 7 of the greatest shift, and whether all are there."""
     W = measures.distribution(s.shifts[SHIFTS[-1]])
-    numbers, there = {}, True
+    numbers: dict[str, float] = {}
+    there = True
     for order in orders:
         here, elsewhere = measures.component(W, order, s.teeth, (TOOTH, TOOTH + 1))
         numbers |= {f"order {order}, passes 6 and 7": here, f"order {order}, elsewhere": elsewhere}
@@ -154,7 +157,7 @@ def pass_seven_largest(s: PaperSignals) -> Finding:
         "pass 6": float(relative[5]),
         "pass 7": float(relative[6]),
     }
-    holds = relative.argmax() == 6 and relative[6] >= 1.5
+    holds = relative.argmax() == 6 and relative[6] >= MUCH_LARGER
     return Finding(value=float(relative[6]), holds=bool(holds), numbers=numbers)
 
 
@@ -243,8 +246,8 @@ CLAIMS = (
         id="P1",
         figure="5",
         kind="check",
-        shows="A phase shift of 1.5, 3, 4.5 deg at tooth 6 lets amplitude and phase rise at the 6th tooth pass, more with "
-        "more shift.",
+        shows="A phase shift of 1.5, 3, 4.5 deg at tooth 6 lets amplitude and phase rise at the 6th tooth pass, more "
+        "with more shift.",
         leading="rise of the amplitude at 4.5 deg",
         rule="The greatest departures of amplitude and phase modulation from their medians in pass 6 are upwards, grow "
         "with the shift, and reach 0.05 and 5 deg of mesh phase at 4.5 deg.",
@@ -256,8 +259,8 @@ CLAIMS = (
         kind="check",
         shows="Sidebands grow with the shift, and the spectrum alone cannot tell when.",
         leading="sum of sidebands / mesh line at 4.5 deg",
-        rule="The sum of the five pairs of sidebands grows from 0 to 4.5 deg, and the amplitude spectra with the damage "
-        "at tooth 6 and at tooth 9 differ by less than 1e-3 of the highest line.",
+        rule="The sum of the five pairs of sidebands grows from 0 to 4.5 deg, and the amplitude spectra with the "
+        "damage at tooth 6 and at tooth 9 differ by less than 1e-3 of the highest line.",
         find=sidebands_grow,
     ),
     Claim(
@@ -266,8 +269,8 @@ CLAIMS = (
         kind="check",
         shows="The distribution has the mesh order all around, and components at orders 8 and 4 in passes 6 and 7.",
         leading="lesser of orders 8 and 4 in passes 6 and 7 / ridge",
-        rule="At 4.5 deg the ridge stays above 0.1 of its median, and at both orders the mean over passes 6 and 7 is at "
-        "least 0.02 of the ridge and twice the mean magnitude elsewhere.",
+        rule="At 4.5 deg the ridge stays above 0.1 of its median, and at both orders the mean over passes 6 and 7 is "
+        "at least 0.02 of the ridge and twice the mean magnitude elsewhere.",
         find=mesh_order_and_low_orders,
     ),
     Claim(
@@ -333,7 +336,8 @@ CLAIMS = (
         id="P8",
         figure="8B, 9B",
         kind="report",
-        shows="A broken tooth between two pitted ones gives a large cross at the 6th tooth pass, as measured at 17.8 h.",
+        shows="A broken tooth between two pitted ones gives a large cross at the 6th tooth pass, as measured at "
+        "17.8 h.",
         leading="arms of the cross in pass 6 / median",
         rule="As the cross of P6, and its arms are twice those of the single pitted tooth.",
         find=large_cross,
@@ -344,8 +348,8 @@ CLAIMS = (
         kind="report",
         shows="The measured signal has order 14 and a small modulation in passes 4 and 5, which the model has not.",
         leading="order 14 / greater neighbour",
-        rule="In the case of Figure 8B order 14 does not rise above both its neighbours, and the change in passes 4 and "
-        "5 is below 0.2 of the healthy rms.",
+        rule="In the case of Figure 8B order 14 does not rise above both its neighbours, and the change in passes 4 "
+        "and 5 is below 0.2 of the healthy rms.",
         find=no_order_fourteen,
     ),
 )

@@ -14,7 +14,7 @@ _FACTORS = {
     "contact ratio": (0.9, 1.1),
     "edge width": (0.8, 1.2),
 }
-"""The speed moved by up to 6 % in the tests that the paper is about; the rest is how far such numbers can be guessed."""
+"""The speed moved by up to 6 % in the tests that the paper is about; the others are known no better than this."""
 
 
 @dataclass(frozen=True, kw_only=True)
