@@ -240,3 +240,20 @@ def test_the_least_amplitude_is_found_where_it_is():
     least, angle = measures.least_amplitude(quiet, TEETH, 165, 15)
     assert least == pytest.approx(0.2, rel=0.01)
     assert angle == pytest.approx(165, abs=1)
+
+
+def test_sidebands_are_five_pairs():
+    inside = 0.1 * np.cos(7 * THETA) + 0.2 * np.cos(17 * THETA)
+    outside = np.cos(6 * THETA) + np.cos(18 * THETA)
+    assert measures.sidebands(MESH + inside + outside, TEETH) == pytest.approx(0.3, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("order", "counts"), [(1, 0), (2, 0), (3, 1), (9, 1), (10, 0), (14, 0), (15, 1), (21, 1), (22, 0)]
+)
+def test_arms_lie_between_the_ridges(order, counts):
+    """Bins of half an order, strictly more than two orders from 12 and from 0 and 24: 2 x 15 of them."""
+    W = np.zeros((N, N))
+    W[:, 2 * TEETH - 1 : 2 * TEETH + 2] = 2.0
+    W[:, 2 * order] = -1.0
+    assert_allclose(measures.arms(W, TEETH), counts / 30 / 2)
