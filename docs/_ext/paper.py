@@ -1,6 +1,7 @@
 """The page on the paper: its figures and tables, made at build time by a run of ``pipelines/paper.toml``.
 
-The directive ``claims`` makes the table of claims, or with ``moved`` that of how their numbers move.
+The directive ``claims`` makes the table of claims; with ``check`` or ``report`` that of how the numbers of this kind of
+claims move.
 """
 
 import json
@@ -29,15 +30,16 @@ def make(folder: Path) -> None:
 
 
 class Claims(SphinxDirective):
-    """``claims``, or ``claims`` with ``moved``."""
+    """``claims``, or ``claims`` with a kind."""
 
     optional_arguments = 1
 
     def run(self) -> list[nodes.Node]:
         path = Path(self.env.srcdir) / "generated" / "claims.json"
         facts = json.loads(path.read_text(encoding="utf-8"))
-        if self.arguments == ["moved"]:
-            return [text_table(*moved_cells(facts))]
+        if self.arguments:
+            head, rows = moved_cells(facts, self.arguments[0])
+            return [text_table(head, [[cell.replace(" %", "\u00a0%") for cell in row] for row in rows])]
         return [text_table(CLAIM_HEAD, [claim_cells(claim) for claim in facts["claims"]], sentence=3)]
 
 

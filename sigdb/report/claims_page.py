@@ -1,6 +1,7 @@
 """The table of the paper's claims: as text for a terminal, and as a page in Markdown."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from operator import itemgetter
 from typing import Any
 
 from sigdb.report.text_table import number, table, word
@@ -24,9 +25,10 @@ def claims_text(facts: Mapping[str, Any]) -> str:
         table(columns, facts["claims"]),
     ]
     if facts["sensitivity"]:
-        head, rows = moved_cells(facts)
-        moved = [(_short(name), lambda row, i=i: row[i]) for i, name in enumerate(head)]
-        parts += ["How the numbers move; a claim that does not hold in brackets", table(moved, rows)]
+        parts.append("How the numbers move; a claim that does not hold in brackets")
+        for kind in KINDS:
+            head, rows = moved_cells(facts, kind)
+            parts.append(table([(name, itemgetter(i)) for i, name in enumerate(head)], rows))
     return "\n\n".join(parts) + "\n"
 
 
@@ -57,8 +59,9 @@ def _page(facts: Mapping[str, Any]) -> Iterator[str]:
         yield "## How the numbers move"
         yield ""
         yield "One number of the rig is changed at a time. A claim that does not hold is in brackets."
-        yield ""
-        yield from _lines(*moved_cells(facts))
+        for kind in KINDS:
+            yield ""
+            yield from _lines(*moved_cells(facts, kind))
 
 
 CLAIM_HEAD = ("claim", "figure", "kind", "what the paper shows", "number", "value", "holds")
@@ -71,9 +74,13 @@ def claim_cells(claim: Mapping[str, Any]) -> tuple[str, ...]:
     return (*texts, _number(claim["value"]), _HOLDS[claim["holds"]])
 
 
-def moved_cells(facts: Mapping[str, Any]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Headings and rows of the table of how the claims' numbers move, the unchanged rig first."""
-    ids = [claim["id"] for claim in facts["claims"]]
+KINDS = ("check", "report")
+"""Kinds of claims, each with a table of how its numbers move."""
+
+
+def moved_cells(facts: Mapping[str, Any], kind: str) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Headings and rows of the table of how the numbers of a kind of claims move, the unchanged rig first."""
+    ids = [claim["id"] for claim in facts["claims"] if claim["kind"] == kind]
     head = ("changed", *ids, "least compression")
     rows = [
         (
@@ -104,10 +111,6 @@ def _with_base(facts: Mapping[str, Any]) -> list[dict[str, Any]]:
     base = {claim["id"]: claim for claim in facts["claims"]}
     first = {"what": "nothing", "factor": 1, "min_compression": facts["min_compression"], "claims": base}
     return [first, *facts["sensitivity"]]
-
-
-def _short(name: str) -> str:
-    return name.replace(", order 1", ", 1").replace(", the rest", ", rest").replace("least compression", "least")
 
 
 def _number(value: float | None, digits: int = 4) -> str:

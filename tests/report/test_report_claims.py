@@ -41,9 +41,8 @@ def test_the_text_has_a_line_for_each_claim_and_variation(facts):
     lines = {" ".join(line.split()) for line in text.splitlines()}
     assert "P1 5 check yes 0.25 number of P1" in lines
     assert "P2, the rest 5 report - 2 number of P2, the rest" in lines
-    assert "nothing 0.25 2 0.12" in lines
-    assert "speed -6 % (0.5) 3 -0.5" in lines
-    assert "damping +30 % - - -" in lines
+    assert {"nothing 0.25 0.12", "speed -6 % (0.5) -0.5", "damping +30 % - -"} <= lines
+    assert {"changed P2, the rest least compression", "nothing 2 0.12", "speed -6 % 3 -0.5"} <= lines
     assert "How the numbers move" not in claims_text(facts | {"sensitivity": []})
 
 
@@ -52,7 +51,8 @@ def test_the_page_has_rules_and_all_numbers(facts):
     assert "| P1 | 5 | check | Something about P1. | number of P1 | 0.25 | yes |" in page
     assert "Something about P1. It holds where: it is large." in page
     assert page.count("| another [deg] | 12.5 |") == 2
-    assert "| speed -6 % | (0.5) | 3 | -0.5 |" in page
+    assert "| speed -6 % | (0.5) | -0.5 |" in page
+    assert "| speed -6 % | 3 | -0.5 |" in page
     assert "How the numbers move" not in claims_markdown(facts | {"sensitivity": []})
     tables = [line for line in page.splitlines() if line.startswith("|")]
     assert all(line.endswith("|") for line in tables)
