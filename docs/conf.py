@@ -20,6 +20,7 @@ extensions = [
     "cli",
     "columns",
     "fields",
+    "paper",
     "pictures",
     "signatures",
 ]

@@ -10,6 +10,7 @@ from sigdb.cli.evaluate import evaluate
 from sigdb.cli.modes import modes
 from sigdb.cli.new_rig import new_rig
 from sigdb.cli.query import query
+from sigdb.cli.run import run
 from sigdb.cli.show import show
 from sigdb.cli.sweep import sweep
 from sigdb.cli.train import train
@@ -25,7 +26,7 @@ def cli() -> None:
     """Fault-signature databases for gear transmissions: make, query, learn from them."""
 
 
-for _command in (new_rig, describe, modes, sweep, query, show, train, evaluate):
+for _command in (new_rig, describe, modes, run, sweep, query, show, train, evaluate):
     cli.add_command(_command)
 
 

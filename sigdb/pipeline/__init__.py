@@ -1,4 +1,4 @@
-"""What joins the layers for a person: recipes, models from databases, pictures of rows, rigs described and begun."""
+"""What joins the layers for a person: whole recipes, models from databases, pictures, rigs described and begun."""
 
 from typing import TYPE_CHECKING
 
@@ -8,15 +8,20 @@ if TYPE_CHECKING:
     from sigdb.pipeline.describe import describe_rig, draw_rig
     from sigdb.pipeline.models import train_model
     from sigdb.pipeline.new_rig import write_new_rig
+    from sigdb.pipeline.paper.results import paper_claims
     from sigdb.pipeline.pictures import draw_signature
     from sigdb.pipeline.recipe import Recipe, load_recipe
+    from sigdb.pipeline.run import Made, run_recipe
 
 __all__ = [
+    "Made",
     "Recipe",
     "describe_rig",
     "draw_rig",
     "draw_signature",
     "load_recipe",
+    "paper_claims",
+    "run_recipe",
     "train_model",
     "write_new_rig",
 ]
@@ -24,11 +29,14 @@ __all__ = [
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
+        "Made": "sigdb.pipeline.run",
         "Recipe": "sigdb.pipeline.recipe",
         "describe_rig": "sigdb.pipeline.describe",
         "draw_rig": "sigdb.pipeline.describe",
         "draw_signature": "sigdb.pipeline.pictures",
         "load_recipe": "sigdb.pipeline.recipe",
+        "paper_claims": "sigdb.pipeline.paper.results",
+        "run_recipe": "sigdb.pipeline.run",
         "train_model": "sigdb.pipeline.models",
         "write_new_rig": "sigdb.pipeline.new_rig",
     },

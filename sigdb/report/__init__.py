@@ -6,14 +6,21 @@ from sigdb.core.lazy import lazy_names
 
 if TYPE_CHECKING:
     from sigdb.report.campbell import campbell_figure
+    from sigdb.report.claims_page import claims_markdown, claims_text
+    from sigdb.report.comparison import Case, comparison_figure
     from sigdb.report.figures import save_figure, signature_figure
     from sigdb.report.rig_drawing import rig_figure
     from sigdb.report.rig_page import rig_text
-    from sigdb.report.settings import Report
+    from sigdb.report.settings import Picture, Report
 
 __all__ = [
+    "Case",
+    "Picture",
     "Report",
     "campbell_figure",
+    "claims_markdown",
+    "claims_text",
+    "comparison_figure",
     "rig_figure",
     "rig_text",
     "save_figure",
@@ -23,8 +30,13 @@ __all__ = [
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
+        "Case": "sigdb.report.comparison",
+        "Picture": "sigdb.report.settings",
         "Report": "sigdb.report.settings",
         "campbell_figure": "sigdb.report.campbell",
+        "claims_markdown": "sigdb.report.claims_page",
+        "claims_text": "sigdb.report.claims_page",
+        "comparison_figure": "sigdb.report.comparison",
         "rig_figure": "sigdb.report.rig_drawing",
         "rig_text": "sigdb.report.rig_page",
         "save_figure": "sigdb.report.figures",

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-Column = tuple[str, Callable[[Mapping[str, Any]], str]]
+Column = tuple[str, Callable[[Any], str]]
 """A heading, and the text of a row in that column."""
 
 
@@ -27,7 +27,7 @@ def hertz(key: str) -> Callable[[Mapping[str, Any]], str]:
     return lambda row: f"{row[key]:.6g}"
 
 
-def table(columns: Sequence[Column], rows: Sequence[Mapping[str, Any]]) -> str:
+def table(columns: Sequence[Column], rows: Sequence[Any]) -> str:
     """Columns of text: numbers to the right, words to the left."""
     cells = [[head for head, _ in columns], *([cell(row) for _, cell in columns] for row in rows)]
     widths = [max(len(line[i]) for line in cells) for i in range(len(columns))]
@@ -43,4 +43,5 @@ def table(columns: Sequence[Column], rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _is_number(text: str) -> bool:
+    text = text.strip("()")
     return text == "-" or text.replace(".", "").replace("-", "").replace("e", "").replace("+", "").isdigit()

@@ -16,7 +16,7 @@ from pydantic import (
 from sigdb.core.errors import InputError
 from sigdb.core.fields import Section, quantity, without_defaults
 from sigdb.transmission import Damage, ToothDamage
-from sigdb.transmission.damage import FLAW_FIELDS, FLAWS
+from sigdb.transmission.damage import FLAW_FIELDS, FLAWS, PRESETS, preset_teeth
 
 
 def _listed(value: Any) -> Any:
@@ -68,7 +68,11 @@ class Grid(Section):
     wear_depth: Values = quantity("m", "Depth worn evenly off the flank.", default=(0.0,), min_length=1)
     chip_height: Values = quantity("m", "Height broken off the tooth.", default=(0.0,), min_length=1)
     chip_extent: Values = quantity("-", "Fraction of the face width broken off.", default=(1.0,), min_length=1)
-    pattern: Names = quantity("-", "Names of patterns, in place of the axes of damage.", default=())
+    pattern: Names = quantity(
+        "-",
+        "Names of patterns, in place of the axes of damage: those of [sweep.patterns], else pitted, broken, worn.",
+        default=(),
+    )
     averages: Counts = quantity("rev", "Revolutions in the average; [measurement] if left out.", default=())
     snr_db: Values = quantity("dB", "Signal-to-noise ratio; [measurement] if left out.", default=())
     index_error: Values = quantity("m", "Rms index error; [measurement] if left out.", default=())
@@ -106,10 +110,11 @@ class Grid(Section):
         for values in itertools.product(*self.rig.values()):
             yield dict(zip(self.rig, values, strict=True))
 
-    def damages(self, patterns: Mapping[str, tuple[ToothDamage, ...]], gear: str) -> Iterator[Damage]:
-        """Each kind of damage, placed at tooth 1."""
+    def damages(self, patterns: Mapping[str, tuple[ToothDamage, ...]], gear: str, teeth: int) -> Iterator[Damage]:
+        """Each kind of damage, placed at tooth 1 of a gear of that many teeth; own patterns go before presets."""
         for name in self.pattern:
-            yield Damage(gear=gear, tooth=1, pattern=name, each=patterns[name])
+            each = patterns[name] if name in patterns else preset_teeth(name, teeth)
+            yield Damage(gear=gear, tooth=1, pattern=name, each=each)
         if not self.pattern:
             for values in itertools.product(*(getattr(self, axis) for axis in DAMAGE_AXES)):
                 case = dict(zip(DAMAGE_AXES, values, strict=True))
@@ -140,14 +145,14 @@ class Design(Section):
     )
     grid: Annotated[tuple[Grid, ...], Strict(False)] = quantity("-", "Grids; the sweep is their union.", min_length=1)
     patterns: dict[str, Annotated[tuple[ToothDamage, ...], Strict(False)]] = Field(
-        default={}, description="Lists of damaged teeth that differ, by name."
+        default={}, description="Lists of damaged teeth that differ, by name; before a preset of the same name."
     )
 
     @model_validator(mode="after")
     def _patterns_exist(self) -> "Design":
         for name in (name for grid in self.grid for name in grid.pattern):
-            if name not in self.patterns:
-                known = ", ".join(self.patterns) or "none"
+            if name not in {*self.patterns, *PRESETS}:
+                known = ", ".join(dict.fromkeys((*self.patterns, *PRESETS)))
                 raise ValueError(f"pattern {name!r} is not defined; define it under [sweep.patterns] (known: {known})")
         for name, teeth in self.patterns.items():
             if not any(tooth.is_damage for tooth in teeth):
@@ -155,19 +160,20 @@ class Design(Section):
         return self
 
 
-def teeth_of(grid: Grid, teeth: int) -> tuple[int, ...]:
-    """Damaged teeth that a grid names on a gear of that many teeth.
+def teeth_of(grid: Grid, teeth: int, damage: Damage) -> tuple[int, ...]:
+    """Damaged teeth that a grid names on a gear of that many teeth; one where a pattern damages all of them alike.
 
     Raises
     ------
     InputError
         If it names a tooth that the gear does not have.
     """
+    alike = len(damage.each) == teeth and len(set(damage.each)) == 1
     if grid.tooth == "all":
-        return tuple(range(1, teeth + 1))
+        return (1,) if alike else tuple(range(1, teeth + 1))
     for tooth in grid.tooth:
         if not 1 <= tooth <= teeth:
             raise InputError(
                 f"sweep.grid: tooth = {tooth} is not on a gear of {teeth} teeth; name teeth from 1 to {teeth}, or 'all'"
             )
-    return grid.tooth
+    return grid.tooth[:1] if alike else grid.tooth

@@ -25,7 +25,7 @@ from sigdb.measurement import Measurement, tooth_cycle
 from sigdb.signature.settings import Signature
 from sigdb.sweep.design import Design, teeth_of
 from sigdb.transmission import Damage, ToothDamage, Transmission
-from sigdb.transmission.damage import FLAW_FIELDS, FLAWS
+from sigdb.transmission.damage import FLAW_FIELDS, FLAWS, preset_teeth
 from sigdb.transmission.mesh_stiffness import damaged_profile
 
 PART_TEMPLATES = 64
@@ -141,8 +141,20 @@ class Plan:
             "rig": self.rig.model_dump(mode="json"),
         }
         content["sweep"]["gear"] = self.gear
+        content["sweep"]["patterns"] |= self._presets
         content["signature"]["sensors"] = list(self.sensors)
         return content
+
+    @property
+    def _presets(self) -> dict[str, Any]:
+        """Patterns that the grids name and the design does not define, on the rig's own tooth count."""
+        teeth = self.rig.gears[self.gear].teeth
+        named = dict.fromkeys(name for grid in self.design.grid for name in grid.pattern)
+        return {
+            name: [one.model_dump(mode="json") for one in preset_teeth(name, teeth)]
+            for name in named
+            if name not in self.design.patterns
+        }
 
     @property
     def hash(self) -> str:
@@ -215,10 +227,10 @@ def make_plan(design: Design, measurement: Measurement, signature: Signature, ri
                 _whole_cycles(one, point)
                 healthy[number, one] = None
             mesh = changed.meshes[changed.meshes_of(gear)[0]]
-            for damage in grid.damages(design.patterns, gear):
+            for damage in grid.damages(design.patterns, gear, point.teeth):
                 for of_tooth in damage.on_teeth(point.teeth).values():
                     damaged_profile(mesh.profile, of_tooth, point.teeth, driving=gear == mesh.driving)
-                for tooth, one in itertools.product(teeth_of(grid, point.teeth), measured):
+                for tooth, one in itertools.product(teeth_of(grid, point.teeth, damage), measured):
                     placed = damage if rig.turns_exactly(gear) else damage.model_copy(update={"tooth": tooth})
                     # A case that grids share belongs to the first.
                     rows.setdefault((number, placed, tooth, one), block)

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer, model_validator
 
-from sigdb.core.errors import InputError
+from sigdb.core.errors import InputError, suggestion
 from sigdb.core.fields import Section, quantity, without_defaults
 
 FLAWS = {
@@ -94,6 +94,33 @@ class ToothDamage(Section):
         return ToothDamage(**{name: getattr(self, name) for size in self.flaws for name in (size, *FLAWS[size])})
 
 
+_WEAR_PASSES = 0.05
+"""Delay of a worn tooth in passes: 1.5 deg on 12 teeth, the least shift that the paper simulates."""
+PRESETS: dict[str, str] = {
+    "pitted": "50 % of the stiffness over the first 20 % of the contact",
+    "broken": "50 % of the stiffness over all of the contact",
+    "worn": "every tooth of the gear 0.05 of a tooth pass late, with 10 % less stiffness",
+}
+"""Kinds of damage that have a name: what each is. The sizes of worn teeth are assumed, the others are the paper's."""
+
+
+def preset_teeth(name: str, teeth: int) -> tuple[ToothDamage, ...]:
+    """Damage of consecutive teeth by the name of a preset, on a gear of that many teeth.
+
+    Raises
+    ------
+    InputError
+        If there is no such preset.
+    """
+    if name == "pitted":
+        return (ToothDamage(stiffness_loss=0.5, loss_extent=0.2),)
+    if name == "broken":
+        return (ToothDamage(stiffness_loss=0.5),)
+    if name == "worn":
+        return (ToothDamage(phase_shift_deg=_WEAR_PASSES * 360 / teeth, stiffness_loss=0.1),) * teeth
+    raise InputError(f"no preset {name!r}{suggestion(name, PRESETS)}")
+
+
 class Damage(ToothDamage):
     """Damage of consecutive teeth of one gear: all alike, or a pattern of teeth that differ.
 
@@ -145,6 +172,37 @@ class Damage(ToothDamage):
                 f"{', '.join(ToothDamage.model_fields)} and damaged_teeth beside it"
             )
         return self
+
+    @classmethod
+    def preset(cls, name: str, *, teeth: int, tooth: int = 1, gear: str | None = None) -> Self:
+        """A kind of damage by its name, which becomes the name of the pattern.
+
+        ``pitted`` is 50 % of the tooth's stiffness over the first 20 % of its contact, ``broken`` 50 % over all of it,
+        and ``worn`` is every tooth of the gear 0.05 of a tooth pass late, with 10 % less stiffness.
+
+        Parameters
+        ----------
+        name
+            ``pitted``, ``broken`` or ``worn``.
+        teeth
+            Teeth of the damaged gear.
+        tooth
+            The damaged tooth; where every tooth is damaged alike it does not matter.
+        gear
+            The damaged gear; the first mesh's driving gear if left out.
+
+        Raises
+        ------
+        InputError
+            If there is no such preset.
+
+        Examples
+        --------
+        >>> import sigdb
+        >>> sigdb.Damage.preset("pitted", teeth=12, tooth=6).on_teeth(12)
+        {6: ToothDamage(stiffness_loss=0.5, loss_extent=0.2)}
+        """
+        return cls(gear=gear, tooth=tooth, pattern=name, each=preset_teeth(name, teeth))
 
     @property
     def is_damage(self) -> bool:

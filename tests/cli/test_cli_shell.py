@@ -11,7 +11,7 @@ from click.testing import CliRunner
 import sigdb
 from sigdb.cli.main import cli, main
 
-COMMANDS = ("new-rig", "describe", "modes", "sweep", "query", "show", "train", "evaluate")
+COMMANDS = ("new-rig", "describe", "modes", "run", "sweep", "query", "show", "train", "evaluate")
 SIGDB = Path(sys.executable).with_name("sigdb")
 
 
@@ -75,6 +75,7 @@ def test_python_m_sigdb_is_sigdb(shell):
         (["evaluate", "{model}", "{missing}"], "is not a sigdb database"),
         (["modes", "nothing"], "no built-in rig 'nothing'; known: chaari-8dof, "),
         (["modes", "nothing.toml"], "nothing.toml: no such file"),
+        (["run", "nothing.toml"], "nothing.toml: no such file"),
     ],
 )
 def test_bad_input_is_told_in_one_line_and_exit_code_2(leave, folder, tmp_path, monkeypatch, arguments, says):
@@ -104,6 +105,7 @@ def test_exit_codes_are_those_of_the_process(shell, tmp_path):
         (["query", "db"], "Missing argument 'SQL'"),
         (["show", "db", "first"], "'first' is not a valid integer"),
         (["modes", "nasa-spiral-bevel", "--count", "0"], "0 is not in the range"),
+        (["run", "recipe.toml", "--jobs", "0"], "0; give 1 or more, or -1"),
     ],
 )
 def test_bad_usage_is_exit_code_2(leave, arguments, says):

@@ -33,7 +33,7 @@ PACKAGES = [
 ]
 DIRECTIVE = re.compile(r"^\.\. auto(?:function|class|exception|data):: (\S+)", re.MULTILINE)
 LINK = re.compile(r"\]\(([^)#\s]*)(#[^)\s]*)?\)")
-DRAWN = {"healthy.png", "damaged.png"}
+DRAWN = {"healthy.png", "damaged.png", *(f"figure-{number}.png" for number in (4, 5, 6, 8, 9))}
 
 
 def _text(name):

@@ -1,0 +1,49 @@
+"""The page on the paper: its figures and tables, made at build time by a run of ``pipelines/paper.toml``.
+
+The directive ``claims`` makes the table of claims; with ``check`` or ``report`` that of how the numbers of this kind of
+claims move.
+"""
+
+import json
+import shutil
+import tempfile
+from pathlib import Path
+
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+from tabular import text_table
+
+from sigdb.pipeline import load_recipe, run_recipe
+from sigdb.report.claims_page import CLAIM_HEAD, claim_cells, moved_cells
+
+RECIPE = Path(__file__).parents[2] / "pipelines" / "paper.toml"
+
+
+def make(folder: Path) -> None:
+    """Figures and ``claims.json`` into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as out:
+        made = run_recipe(load_recipe(RECIPE), out, jobs=1)
+        for path in (*made.figures, Path(out) / "claims.json"):
+            shutil.copy(path, folder / path.name)
+
+
+class Claims(SphinxDirective):
+    """``claims``, or ``claims`` with a kind."""
+
+    optional_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        path = Path(self.env.srcdir) / "generated" / "claims.json"
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        if self.arguments:
+            head, rows = moved_cells(facts, self.arguments[0])
+            return [text_table(head, [[cell.replace(" %", "\u00a0%") for cell in row] for row in rows])]
+        return [text_table(CLAIM_HEAD, [claim_cells(claim) for claim in facts["claims"]], sentence=3)]
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    app.add_directive("claims", Claims)
+    app.connect("builder-inited", lambda app: make(Path(app.srcdir) / "generated"))
+    return {"parallel_read_safe": True}
