@@ -24,7 +24,8 @@ pinion.teeth = [12, 11]
 [[sweep.grid]]
 tooth = 2
 stiffness_loss = 0.5
-phase_shift_deg = 4.5
+phase_shift_deg = 4.0
+index_error = 2e-6  # three of four specimens take the mesh out of contact
 operating.torque = 100.0
 
 [signature]

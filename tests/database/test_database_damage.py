@@ -115,7 +115,7 @@ def test_a_damaged_page_header_is_no_fault_of_the_query(copy, database):
         with contextlib.suppress(DatabaseError):
             sigdb.open(copy).sql("select avg(rms) as rms from features")
         path.write_bytes(content)
-    assert database.sql("select count(rms) as n from features")["n"].tolist() == [548 - 4]
+    assert database.sql("select count(rms) as n from features")["n"].tolist() == [len(database.cases("status = 'ok'"))]
 
 
 @pytest.mark.parametrize("size", [0, 3, 1000, -1])
