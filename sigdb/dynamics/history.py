@@ -147,8 +147,10 @@ def march(
     if tacho is not None and not rig.ratio(tacho):
         known = ", ".join(name for name in rig.shafts if rig.ratio(name))
         raise InputError(f"tacho = {tacho!r} is no turning shaft of rig {rig.name!r}; name one of {known}")
-    if pulses_per_revolution < 1:
-        raise InputError(f"pulses_per_revolution = {pulses_per_revolution} must be at least 1")
+    if not isinstance(steps_per_tooth, int | np.integer) or steps_per_tooth < 1:
+        raise InputError(f"steps_per_tooth = {steps_per_tooth} must be a whole number of at least 1")
+    if not isinstance(pulses_per_revolution, int | np.integer) or pulses_per_revolution < 1:
+        raise InputError(f"pulses_per_revolution = {pulses_per_revolution} must be a whole number of at least 1")
     speed, load = _profile(speed_rpm, rig.operating.speed_rpm), _profile(torque, rig.operating.torque)
     if min(speed.value) <= 0:
         raise InputError(f"speed_rpm falls to {min(speed.value)}; a march needs speeds above zero")

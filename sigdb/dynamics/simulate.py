@@ -144,6 +144,8 @@ def simulate(
     """
     damage = damage or Damage()
     solver = solver or Periodic()
+    if not isinstance(solver, Periodic | Transient):
+        raise InputError(f"solver = {solver!r} is no solver; give sigdb.Periodic() or sigdb.Transient()")
     prepared = prepare(rig, gear=damage.gear, samples_per_tooth=solver.samples_per_tooth)
     errors = checked_index_errors(index_errors, prepared.teeth)
     teeth = damage.on_teeth(prepared.teeth)

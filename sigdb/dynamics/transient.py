@@ -38,7 +38,11 @@ class Transient:
     most_revolutions: int = 1000
 
     def __post_init__(self) -> None:
-        if self.samples_per_tooth < 1 or self.steps_per_tooth % (4 * self.samples_per_tooth):
+        for name in ("steps_per_tooth", "samples_per_tooth", "most_revolutions"):
+            value = getattr(self, name)
+            if not isinstance(value, int | np.integer) or value < 1:
+                raise InputError(f"{name} = {value} must be a whole number of at least 1")
+        if self.steps_per_tooth % (4 * self.samples_per_tooth):
             raise InputError(
                 f"steps_per_tooth = {self.steps_per_tooth} must be a multiple of four times samples_per_tooth = "
                 f"{self.samples_per_tooth}: the march is repeated with half and a quarter of the steps"
