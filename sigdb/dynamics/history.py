@@ -96,7 +96,8 @@ def march(
     duration
         In s.
     sampling_rate
-        Of what is given out, Hz. Steps are a whole fraction of a sample, and signals are filtered to 0.45 of the rate.
+        Of what is given out, Hz. Steps are a whole fraction of a sample, and signals are filtered: flat to
+        0.38 of the rate, half at 0.45.
     speed_rpm, torque
         Of the operating point, over time; the rig's own if left out. Speeds are above zero.
     index_errors

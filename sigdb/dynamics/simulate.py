@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigdb.core.errors import InputError, UnstableRigError
+from sigdb.core.errors import InputError, SigdbError, UnstableRigError
 from sigdb.core.typing import FloatArray
 from sigdb.dynamics.excitation import checked_index_errors
 from sigdb.dynamics.periodic import LEAST_SAMPLES_PER_TOOTH, SAMPLES_PER_TOOTH, PeriodicRig
@@ -188,15 +188,23 @@ def _marched(
     solver: Transient,
 ) -> Response:
     """The response by the march in time, from the linear steady state."""
-    orbit = settle(
-        rig,
-        gear=prepared.gear,
-        damage=teeth,
-        index_errors=errors,
-        state=prepared.modal_state(teeth, errors),
-        solver=solver,
-        system=prepared.system,
-    )
+    multiplier = _multiplier(prepared, prepared.mesh_stiffness(teeth))
+    try:
+        orbit = settle(
+            rig,
+            gear=prepared.gear,
+            damage=teeth,
+            index_errors=errors,
+            state=prepared.modal_state(teeth, errors),
+            solver=solver,
+            system=prepared.system,
+        )
+    except SigdbError as error:
+        if multiplier < 1:
+            raise
+        raise UnstableRigError(
+            f"{error}; the linear rig is unstable there (Floquet multiplier {multiplier:.3g})"
+        ) from None
     return Response(
         gear=prepared.gear,
         damage=damage,
@@ -205,7 +213,7 @@ def _marched(
         compression=orbit.compression[0],
         min_compression=orbit.min_compression,
         contact_loss=orbit.contact_loss,
-        floquet_multiplier=_multiplier(prepared, prepared.mesh_stiffness(teeth)),
+        floquet_multiplier=multiplier,
         error=orbit.error,
     )
 

@@ -15,6 +15,9 @@ from sigdb.dynamics.periodic import SAMPLES_PER_TOOTH
 from sigdb.transmission import ModalSystem, Transmission, modal_system
 from sigdb.transmission.damage import ToothDamage
 
+_SLOWEST = 0.999
+"""Ratio of successive changes of a period above which the motion is not taken to settle."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Transient:
@@ -27,7 +30,8 @@ class Transient:
     samples_per_tooth
         Samples given out in a tooth pass of the damaged gear; a divisor of a quarter of ``steps_per_tooth``.
     tolerance
-        A period repeats when no output differs from the one before by more than this fraction of its peak-to-peak.
+        A period repeats when no output differs from the one before by more than this fraction of its peak-to-peak, nor
+        is expected to change by more for good.
     most_revolutions
         Revolutions of the damaged gear after which a motion that does not repeat is given up.
     """
@@ -66,7 +70,8 @@ class Orbit:
     revolutions
         Revolutions of the damaged gear until it repeated.
     error
-        Estimated error of the signals by the step, as a fraction of their peak-to-peak, the greatest of all sensors.
+        Estimated error of the signals by the step and by what had not settled, as a fraction of their peak-to-peak, the
+        greatest of all sensors.
     """
 
     signals: FloatArray
@@ -153,13 +158,15 @@ def settle(
         mesh_force=last.mesh_force[::every].T,
         static_compression=last.static_compression,
         revolutions=taken,
-        error=float((np.abs(more - less).max(axis=1) / 3 / np.where(size > 0, size, np.inf)).max(initial=0.0)),
+        error=last.left
+        + float((np.abs(more - less).max(axis=1) / 3 / np.where(size > 0, size, np.inf)).max(initial=0.0)),
     )
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Repeated:
-    """A period that repeats: signals (sensors, n); outputs and mesh forces at each step from the mark."""
+    """A period that repeats: signals (sensors, n); outputs and mesh forces at each step from the mark; how far it may
+    still be from settled, as a fraction of the outputs' peak-to-peak."""
 
     signals: FloatArray
     outputs: FloatArray
@@ -167,6 +174,7 @@ class _Repeated:
     static_compression: FloatArray
     state: ComplexArray
     periods: int
+    left: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -200,12 +208,16 @@ class _PeriodicMotion:
             self.rig, self.gear, self.system, self.tables, step, np.eye(self.system.inputs.shape[1])[:, active]
         )
         marcher.start(state, 0.0, force[0], lift[0])
-        before = None
+        before, known = None, np.inf
         for periods in range(1, max(2, self.solver.most_revolutions // self.revolutions) + 1):
             outputs, mesh_force = marcher.run(turns[1:], force[1:], lift[1:])
             if not np.isfinite(outputs).all():
                 break
-            if before is not None and self._repeats(outputs, before):
+            change = np.inf if before is None else self._change(outputs, before)
+            # What is still to come of a motion that settles geometrically.
+            ratio = min(change / known, _SLOWEST) if np.isfinite(known) and known > 0 else 0.0
+            left = change * ratio / (1 - ratio)
+            if np.isfinite(known) and max(change, left) <= self.solver.tolerance:
                 from_the_mark = np.roll(outputs, 1, axis=0)
                 return _Repeated(
                     signals=self._signals(from_the_mark, steps_per_tooth),
@@ -214,17 +226,19 @@ class _PeriodicMotion:
                     static_compression=marcher.static_compression,
                     state=marcher.state,
                     periods=periods,
+                    left=left,
                 )
-            before = outputs
+            before, known = outputs, change
         raise SigdbError(
             f"rig {self.rig.name!r}: the motion does not repeat to {self.solver.tolerance:g} of its size within "
             f"{self.solver.most_revolutions} revolutions of the damaged gear; change the damage, the speed or the "
             "damping"
         )
 
-    def _repeats(self, outputs: FloatArray, before: FloatArray) -> bool:
-        change = np.abs(outputs - before).max(axis=0)
-        return bool((change <= self.solver.tolerance * np.ptp(outputs, axis=0)).all())
+    def _change(self, outputs: FloatArray, before: FloatArray) -> float:
+        """Greatest change of an output from the period before, as a fraction of its peak-to-peak."""
+        size = np.ptp(outputs, axis=0)
+        return float((np.abs(outputs - before).max(axis=0) / np.where(size > 0, size, np.inf)).max())
 
     def _signals(self, outputs: FloatArray, steps_per_tooth: int) -> FloatArray:
         """(sensors, n) averaged signals of outputs at the steps of a period."""

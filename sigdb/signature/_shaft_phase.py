@@ -44,12 +44,29 @@ class ShaftPhase:
     def check_forwards(self, spline: Float64Array, start: float, stop: float) -> None:
         """Refuse a spline that runs backwards between two places, as it does about a missing pulse."""
         first = int(start) - self.first
+        self._check_even(first, int(np.ceil(stop)) - self.first)
         slopes = _least_slope(spline[:, first : int(np.ceil(stop)) - self.first])
         if np.any(slopes <= 0):
             worst = self._times[first + int(np.argmin(slopes))]
             raise InputError(
                 f"{self._owner}: pulse_times are so uneven near {worst:g} s that the spline through them runs"
                 " backwards; a pulse is missing or false there, leave out that part of the record"
+            )
+
+    def _check_even(self, first: int, last: int) -> None:
+        """Refuse an interval that stands out from both its neighbours, as those about a missing or false pulse do."""
+        d = np.diff(self._times[max(first - 2, 0) : last + 3])
+        if d.size < 4:
+            return
+        long = np.append(False, np.append(d[1:-1] > _OUTSTANDING * np.maximum(d[:-2], d[2:]), False))
+        short = np.append(False, np.append(_OUTSTANDING * d[1:-1] < np.minimum(d[:-2], d[2:]), False))
+        halves = d[1:-2] + d[2:-1] < np.minimum(d[:-3], d[3:]) * (2 / _OUTSTANDING)
+        odd = np.flatnonzero(long | short | np.concatenate([[False], halves, [False, False]]))
+        if odd.size:
+            where = self._times[max(first - 2, 0) + odd[0]]
+            raise InputError(
+                f"{self._owner}: an interval of pulse_times about {where:g} s stands out from its neighbours; a pulse"
+                " is missing or false there, mend it or leave out that part of the record"
             )
 
     def times(self, spline: Float64Array, places: Float64Array) -> Float64Array:
@@ -59,6 +76,10 @@ class ShaftPhase:
         w = p - i
         c = spline[:, i]
         return ((c[0] * w + c[1]) * w + c[2]) * w + c[3]
+
+
+_OUTSTANDING = 1.6
+"""Ratio of an interval to both neighbours at which a pulse must be missing; 2 where one is."""
 
 
 def _least_slope(c: Float64Array) -> Float64Array:

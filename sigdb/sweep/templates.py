@@ -16,7 +16,7 @@ from sigdb.dynamics import PeriodicRig, SteadyState, Transient, prepare, settle,
 from sigdb.sweep.columns import plan_schema
 from sigdb.sweep.plan import PART_TEMPLATES, Plan, RigPoint, TemplateCase
 
-_STEPS = 8
+_STEPS = 16
 """Steps of the march for each sample that is stored."""
 
 

@@ -11,7 +11,7 @@ from sigdb.sweep import run
 DAMAGE = {"stiffness_loss": 0.5, "phase_shift_deg": 4.5}
 STRONG = "stiffness_loss = 0.5\nphase_shift_deg = 4.5\noperating.torque = 100.0\n"
 SMALL = '[signature]\nsamples_per_tooth = 32\nsensors = ["pinion-vertical"]\n'
-MARCH = Transient(samples_per_tooth=32, steps_per_tooth=256)
+MARCH = Transient(samples_per_tooth=32, steps_per_tooth=512)
 
 
 @pytest.fixture(scope="module")
