@@ -2,6 +2,7 @@
 
 from typing import Annotated, Any, Self
 
+import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer, model_validator
 
 from sigdb.core.errors import InputError, suggestion
@@ -148,8 +149,9 @@ class Damage(ToothDamage):
     @model_validator(mode="before")
     @classmethod
     def _counts(cls, data: object) -> object:
-        """An undamaged gear has no damaged teeth, and a pattern says how many it has."""
+        """An undamaged gear has no damaged teeth, a pattern says how many it has, and NumPy's numbers are numbers."""
         if isinstance(data, dict):
+            data = {name: value.item() if isinstance(value, np.generic) else value for name, value in data.items()}
             if not data.get("tooth", 0):
                 return {"damaged_teeth": 0} | data
             if data.get("each"):

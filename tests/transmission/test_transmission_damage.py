@@ -1,5 +1,6 @@
 """Unit: what a damage is, on which teeth it lies, and which descriptions contradict themselves."""
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -97,3 +98,10 @@ def test_a_contradiction_is_a_value_error_that_says_so(given, message):
 def test_damage_must_fit_the_gear(given):
     with pytest.raises(InputError, match=r"damage at tooth \d+ .* does not fit a gear of 12 teeth"):
         Damage(**given).on_teeth(12)
+
+
+def test_numbers_of_numpy_are_taken_as_a_table_gives_them():
+    given = {"tooth": np.int32(3), "damaged_teeth": np.int64(2), "stiffness_loss": np.float32(0.5)}
+    assert Damage(**given) == Damage(tooth=3, damaged_teeth=2, stiffness_loss=0.5)
+    with pytest.raises(InputError, match="tooth"):
+        Damage(tooth=np.float64(3.5))
