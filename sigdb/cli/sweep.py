@@ -12,12 +12,14 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("recipe", type=click.Path(path_type=Path))
-@click.option(
-    "--out", type=click.Path(path_type=Path), help="Directory of the database; data/RECIPE/signatures if left out."
-)
+@click.option("--out", help="Directory of the database, or s3://BUCKET/PREFIX; data/RECIPE/signatures if left out.")
 @click.option("--jobs", type=int, default=-1, show_default=True, help="Worker processes; -1 for one on each core.")
+@click.option("--scheduler", metavar="ADDRESS", help="Let the workers of this Dask scheduler do the work.")
+@click.option("--retry-failed", is_flag=True, help="Make parts again that hold templates or rows without a result.")
 @click.option("--dry-run", is_flag=True, help="Print templates, rows, bytes, time and the first rows, and stop.")
-def sweep(recipe: Path, out: Path | None, jobs: int, dry_run: bool) -> None:
+def sweep(
+    recipe: Path, out: str | None, jobs: int, scheduler: str | None, retry_failed: bool, dry_run: bool
+) -> None:
     """Make the database of a recipe, or go on making it.
 
     Stopped at any instant, the same command goes on. Rows are the same for any number of jobs.
@@ -30,14 +32,22 @@ def sweep(recipe: Path, out: Path | None, jobs: int, dry_run: bool) -> None:
         raise click.BadParameter(f"{jobs}; give 1 or more, or -1 for one on each core", param_hint="--jobs")
     loaded = load_recipe(recipe)
     plan = loaded.plan()
-    out = out or Path("data") / recipe.stem / "signatures"
+    out = out or str(Path("data") / recipe.stem / "signatures")
     if dry_run:
         _print_plan(plan, out, jobs)
         return
     click.echo(f"{out}: {plan.rows} rows from {len(plan.templates)} templates of rig {plan.rig.name}")
     started = time.perf_counter()
     with show_progress() as on_progress:
-        summary = run(plan, out, recipe=loaded.text, jobs=jobs, on_progress=on_progress)
+        summary = run(
+            plan,
+            out,
+            recipe=loaded.text,
+            jobs=jobs,
+            scheduler=scheduler,
+            retry_failed=retry_failed,
+            on_progress=on_progress,
+        )
     seconds = time.perf_counter() - started
     if summary.made == 0:
         click.echo(f"{out}: nothing to do, all {summary.rows} rows are there")
@@ -53,7 +63,7 @@ def sweep(recipe: Path, out: Path | None, jobs: int, dry_run: bool) -> None:
         )
 
 
-def _print_plan(plan: "Plan", out: Path, jobs: int) -> None:
+def _print_plan(plan: "Plan", out: str, jobs: int) -> None:
     from sigdb.sweep.estimate import estimate
 
     found = estimate(plan, jobs)

@@ -1,22 +1,21 @@
 """``sigdb.toml``: what a database is, and the only thing that says so."""
 
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import Any
 
-import tomli_w
-
 from sigdb.core.errors import DatabaseError, InputError
-from sigdb.core.fields import read_toml
-from sigdb.database.storage import publish_text
+from sigdb.database.seal import sealed_toml, unsealed
+from sigdb.database.storage import Store
 
-FORMAT = 1
+FORMAT = 2
 """Version of the layout."""
+
+NAME = "sigdb.toml"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Manifest:
-    """The content of ``sigdb.toml``.
+class PlanRecord:
+    """What a database keeps of a plan, enough to make any of its parts again.
 
     Attributes
     ----------
@@ -25,64 +24,116 @@ class Manifest:
     seed
         Seed of specimens and noise.
     rows, templates
-        Number of rows and templates when the sweep is complete.
-    part_rows, part_templates
-        Rows and templates in a part: part k holds ids ``part_rows k`` up to ``part_rows (k + 1)``.
-    sensors
-        Stored sensors; the first one's columns have no suffix.
-    recipe
-        The recipe as given, TOML text.
+        Number of rows and templates when the plan is carried out.
+    first_row_part, first_template_part
+        Its first parts of rows and of templates.
     resolved
         All that the hash covers: sweep, measurement, signature and rig, with every default filled in.
-    sigdb_version, format, licence, citation
-        What made it, and how it may be used.
     """
 
     hash: str
     seed: int
     rows: int
     templates: int
+    first_row_part: int = 0
+    first_template_part: int = 0
+    resolved: dict[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Manifest:
+    """The content of ``sigdb.toml``.
+
+    Attributes
+    ----------
+    plan
+        What the database was begun with.
+    extensions
+        What was appended since, in order.
+    part_rows, part_templates
+        Rows and templates in a part: part k holds ids ``part_rows k`` up to ``part_rows (k + 1)``.
+    sensors
+        Stored sensors; the first one's columns have no suffix.
+    recipe
+        The recipe as given, TOML text.
+    sigdb_version, format, licence, citation
+        What made it, and how it may be used.
+    """
+
+    plan: PlanRecord
     part_rows: int
     part_templates: int
     sensors: tuple[str, ...]
     recipe: str
-    resolved: dict[str, Any]
     sigdb_version: str
     format: int = FORMAT
     licence: str = "CC0-1.0"
     citation: str = "Cite sigdb by its CITATION.cff, and the sources of the rig named in this file."
-    extensions: tuple[dict[str, Any], ...] = field(default=())
+    extensions: tuple[PlanRecord, ...] = field(default=())
 
-    def write(self, root: Path) -> None:
+    @property
+    def hash(self) -> str:
+        """Hash of the plan that the database was begun with."""
+        return self.plan.hash
+
+    @property
+    def resolved(self) -> dict[str, Any]:
+        """All that determines the rows that the database was begun with."""
+        return self.plan.resolved
+
+    @property
+    def plans(self) -> tuple[PlanRecord, ...]:
+        """The plan that it was begun with and the extensions."""
+        return (self.plan, *self.extensions)
+
+    @property
+    def rows(self) -> int:
+        """Number of rows when all plans are carried out."""
+        return sum(plan.rows for plan in self.plans)
+
+    @property
+    def templates(self) -> int:
+        """Number of templates when all plans are carried out."""
+        return sum(plan.templates for plan in self.plans)
+
+    def write(self, store: Store) -> None:
         """Publish it as ``sigdb.toml``."""
-        publish_text(root / "sigdb.toml", tomli_w.dumps(_without_none(asdict(self)), multiline_strings=True))
+        store.put(NAME, sealed_toml(_without_none(asdict(self))))
 
 
-def read_manifest(root: Path) -> Manifest:
+def read_manifest(store: Store) -> Manifest:
     """Read ``sigdb.toml`` of a database.
 
     Raises
     ------
     InputError
-        If the directory is no database.
+        If there is no database.
     DatabaseError
-        If its description cannot be read, or is of a format that this version does not read.
+        If its description is damaged, or of a format that this version does not read.
     """
-    path = root / "sigdb.toml"
-    if not path.exists():
+    if store.size(NAME) is None:
         raise InputError(
-            f"{root} is not a sigdb database (it has no sigdb.toml); "
-            f"make one with: python -m sigdb.sweep RECIPE --out {root}"
+            f"{store} is not a sigdb database (it has no {NAME}); make one with: "
+            f"python -m sigdb.sweep RECIPE --out {store}"
         )
+    name = store.name_of(NAME)
+    text = store.get(NAME)
+    if text.startswith(b"hash = "):
+        raise DatabaseError(f"{name}: format 1 is not the format {FORMAT} that this sigdb reads; make it anew")
+    content = unsealed(text, name=name)
+    if content.get("format") != FORMAT:
+        raise DatabaseError(f"{name}: format {content.get('format')!r} is not the format {FORMAT} that this sigdb reads")
     try:
-        content = read_toml(path)
-        if content.get("format") != FORMAT:
-            raise DatabaseError(
-                f"{path}: format {content.get('format')!r} is not the format {FORMAT} that this sigdb reads"
-            )
-        return Manifest(**content | {key: tuple(content[key]) for key in ("sensors", "extensions")})
-    except (InputError, TypeError, KeyError) as error:
-        raise DatabaseError(f"{path}: not a readable database description ({error})") from None
+        return Manifest(
+            **content
+            | {
+                "plan": PlanRecord(**content["plan"]),
+                "extensions": tuple(PlanRecord(**plan) for plan in content["extensions"]),
+                "sensors": tuple(content["sensors"]),
+            }
+        )
+    except (TypeError, KeyError) as error:
+        raise DatabaseError(f"{name}: not a readable database description ({error})") from None
 
 
 def _without_none(value: Any) -> Any:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -15,14 +15,14 @@ from numpy.typing import ArrayLike
 
 from sigdb.core.errors import DatabaseError, InputError
 from sigdb.core.typing import FloatArray, IntArray
+from sigdb.database.checked import open_checked
 from sigdb.database.manifest import Manifest, read_manifest
 from sigdb.database.query import connect, select
-from sigdb.database.receipts import Receipt, part_name, read_receipts
+from sigdb.database.receipts import KINDS, Receipt, read_receipts
+from sigdb.database.storage import Store
 from sigdb.database.writer import ROW_GROUP
 
-_CHECKED = ds.ParquetFileFormat(
-    default_fragment_scan_options=ds.ParquetFragmentScanOptions(page_checksum_verification=True)
-)
+_PARQUET = ds.ParquetFileFormat()
 _PART_KIND = {"templates": "templates", "features": "rows", "signals": "rows"}
 
 
@@ -33,19 +33,19 @@ class Database:
     is what is seen.
     """
 
-    def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
-        self.manifest: Manifest = read_manifest(self.path)
-        self._receipts: dict[str, list[Receipt]] = {
-            name: read_receipts(self.path, name) for name in ("templates", "rows")
+    def __init__(self, location: str | PathLike[str] | Store) -> None:
+        self.store = Store.at(location)
+        self.manifest: Manifest = read_manifest(self.store)
+        self._receipts: dict[str, dict[int, Receipt]] = {
+            name: {receipt.part: receipt for receipt in read_receipts(self.store, name)} for name in KINDS
         }
 
     def __repr__(self) -> str:
-        return f"Database({str(self.path)!r}, {len(self)} of {self.manifest.rows} rows)"
+        return f"Database({str(self.store)!r}, {len(self)} of {self.manifest.rows} rows)"
 
     def __len__(self) -> int:
         """Number of finished rows."""
-        return sum(receipt.rows for receipt in self._receipts["rows"])
+        return sum(receipt.rows for receipt in self._receipts["rows"].values())
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -53,19 +53,19 @@ class Database:
         return self.manifest.sensors
 
     def dataset(self, table: str) -> ds.Dataset:
-        """The finished parts of a table as an Arrow dataset that checks page checksums.
+        """The finished parts of a table as an Arrow dataset; whatever it reads is compared with its checksums.
 
         Parameters
         ----------
         table
             ``templates``, ``features`` or ``signals``.
         """
-        parts = [receipt.part for receipt in self._receipts[_PART_KIND[table]]]
-        files = [str(self.path / table / part_name(part)) for part in parts]
-        if not files:
-            raise DatabaseError(f"{self.path}: no {table} are finished yet; run the sweep that makes this database")
+        receipts = self._receipts[_PART_KIND[table]].values()
+        if not receipts:
+            raise DatabaseError(f"{self.store}: no {table} are finished yet; run the sweep that makes this database")
         with self._reading():
-            return ds.dataset(files, format=_CHECKED)
+            parts = [_PARQUET.make_fragment(open_checked(self.store, receipt.file(table))) for receipt in receipts]
+            return ds.FileSystemDataset(parts, parts[0].physical_schema, _PARQUET)
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
@@ -73,7 +73,7 @@ class Database:
         try:
             yield
         except (OSError, pa.ArrowInvalid) as error:
-            raise DatabaseError(f"{self.path}: a part is damaged: {error}") from None
+            raise DatabaseError(f"{self.store}: a part is damaged: {error}") from None
 
     @cached_property
     def _connection(self) -> Any:
@@ -190,27 +190,24 @@ class Database:
 
     def _sensor_columns(self, sensor: str | None) -> dict[str, str]:
         if sensor is not None and sensor not in self.sensors:
-            raise InputError(f"sensor {sensor!r} is not stored in {self.path}; stored: {', '.join(self.sensors)}")
+            raise InputError(f"sensor {sensor!r} is not stored in {self.store}; stored: {', '.join(self.sensors)}")
         suffix = "" if sensor in (None, self.sensors[0]) else f"__{sensor}"
         return {key: key + suffix for key in ("tsa", "spectrum")}
 
     def _row_group(self, first: int, columns: dict[str, str], wanted: set[int]) -> dict[int, dict[str, Any]]:
         part, within = divmod(first, self.manifest.part_rows)
         inside = {i for i in wanted if first <= i < first + ROW_GROUP["signals"]}
-        if first < 0 or part not in {receipt.part for receipt in self._receipts["rows"]}:
-            raise InputError(f"id {min(inside)} is not in {self.path}, which has {len(self)} finished rows")
-        path = self.path / "signals" / part_name(part)
-        try:
-            file = pq.ParquetFile(path, page_checksum_verification=True)
+        if part not in self._receipts["rows"]:
+            raise InputError(f"id {min(inside)} is not in {self.store}, which has {len(self)} finished rows")
+        with self._reading():
+            file = pq.ParquetFile(open_checked(self.store, self._receipts["rows"][part].file("signals")))
             group = within // ROW_GROUP["signals"]
             if group >= file.num_row_groups:
-                raise InputError(f"id {max(inside)} is not in {self.path}, which has {len(self)} finished rows")
+                raise InputError(f"id {max(inside)} is not in {self.store}, which has {len(self)} finished rows")
             table = file.read_row_group(group, columns=["id", *columns.values()])
-        except (OSError, pa.ArrowInvalid) as error:
-            raise DatabaseError(f"{path} is damaged: {error}") from None
         absent = inside - set(table["id"].to_pylist())
         if absent:
-            raise InputError(f"id {min(absent)} is not in {self.path}, which has {len(self)} finished rows")
+            raise InputError(f"id {min(absent)} is not in {self.store}, which has {len(self)} finished rows")
         lists = {key: table[column] for key, column in columns.items()}
         return {
             i: {
@@ -221,13 +218,13 @@ class Database:
         }
 
 
-def open(path: str | Path) -> Database:
+def open(location: str | PathLike[str]) -> Database:
     """Open a database for reading.
 
     Parameters
     ----------
-    path
-        The directory that a sweep wrote.
+    location
+        The directory that a sweep wrote, or its place in an object store: ``s3://bucket/prefix``.
 
     Returns
     -------
@@ -240,7 +237,7 @@ def open(path: str | Path) -> Database:
     DatabaseError
         If its receipts and files do not agree.
     """
-    return Database(path)
+    return Database(location)
 
 
 def check_complete(database: Database, columns: Sequence[str] = ()) -> None:
@@ -253,9 +250,9 @@ def check_complete(database: Database, columns: Sequence[str] = ()) -> None:
     """
     if len(database) < database.manifest.rows:
         raise DatabaseError(
-            f"{database.path} has {len(database)} of {database.manifest.rows} rows; finish the sweep first, "
+            f"{database.store} has {len(database)} of {database.manifest.rows} rows; finish the sweep first, "
             "with the same command that began it"
         )
     lacking = set(columns) - set(database.dataset("features").schema.names)
     if lacking:
-        raise DatabaseError(f"{database.path} lacks the columns {sorted(lacking)}")
+        raise DatabaseError(f"{database.store} lacks the columns {sorted(lacking)}")

@@ -1,20 +1,23 @@
 """Receipts: a part exists when its receipt exists, and readers follow receipts, never a glob."""
 
-import json
 from dataclasses import asdict, dataclass
-from pathlib import Path
+from typing import Any
 
 from sigdb.core.errors import DatabaseError
-from sigdb.database.storage import publish_json
+from sigdb.database.seal import sealed_json, unsealed
+from sigdb.database.storage import Store
+
+KINDS = ("templates", "rows")
 
 
 @dataclass(frozen=True, kw_only=True)
 class FileRecord:
-    """A file of a part: path below the database, size in bytes, SHA-256."""
+    """A file of a part: its name, size in bytes, SHA-256, and the CRC-32 of each of its blocks (base64)."""
 
     path: str
     bytes: int
     sha256: str
+    blocks: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,18 +50,43 @@ class Receipt:
     seconds: float
     versions: dict[str, str]
 
+    @property
+    def path(self) -> str:
+        """Its own file's name."""
+        return receipt_name(self.name, self.part)
 
-def part_name(part: int) -> str:
-    """File name of a part."""
-    return f"part-{part:05d}.parquet"
+    def file(self, table: str) -> FileRecord:
+        """The part's file of a table."""
+        return next(file for file in self.files if file.path.startswith(f"{table}/"))
 
 
-def write_receipt(root: Path, receipt: Receipt) -> None:
+def part_name(table: str, part: int) -> str:
+    """Name of a part's file of a table."""
+    return f"{table}/part-{part:05d}.parquet"
+
+
+def receipt_name(name: str, part: int) -> str:
+    """Name of a receipt."""
+    return f"receipts/{name}-{part:05d}.json"
+
+
+def write_receipt(store: Store, receipt: Receipt) -> None:
     """Publish the receipt of a part: from now on the part exists."""
-    publish_json(root / "receipts" / f"{receipt.name}-{receipt.part:05d}.json", asdict(receipt))
+    store.put(receipt.path, sealed_json(asdict(receipt)))
 
 
-def read_receipts(root: Path, name: str) -> list[Receipt]:
+def read_receipt(store: Store, name: str, part: int) -> Receipt:
+    """The receipt of one part; its files are not looked at.
+
+    Raises
+    ------
+    DatabaseError
+        If it is missing or damaged.
+    """
+    return _parsed(store, receipt_name(name, part))
+
+
+def read_receipts(store: Store, name: str) -> list[Receipt]:
     """Receipts of the finished parts of one kind, in order.
 
     Raises
@@ -66,23 +94,31 @@ def read_receipts(root: Path, name: str) -> list[Receipt]:
     DatabaseError
         If a receipt cannot be read, or a file that it names is missing or has another size.
     """
-    return [_read(root, path) for path in sorted((root / "receipts").glob(f"{name}-*.json"))]
+    receipts = [_parsed(store, path) for path in sorted(store.sizes("receipts")) if path.startswith(f"receipts/{name}-")]
+    if not receipts:
+        return []
+    sizes = {path: size for table in _TABLES[name] for path, size in store.sizes(table).items()}
+    for receipt in receipts:
+        for record in receipt.files:
+            if sizes.get(record.path) != record.bytes:
+                found = f"has {sizes[record.path]} bytes" if record.path in sizes else "is missing"
+                raise DatabaseError(
+                    f"{store.name_of(record.path)} {found}, its receipt says {record.bytes} bytes; {repair(store)}"
+                )
+    return sorted(receipts, key=lambda receipt: receipt.part)
 
 
-def _read(root: Path, path: Path) -> Receipt:
+def repair(store: Store) -> str:
+    """What to do about a damaged part."""
+    return f"make it again with: sigdb verify {store} --repair"
+
+
+_TABLES = {"templates": ("templates",), "rows": ("features", "signals")}
+
+
+def _parsed(store: Store, path: str) -> Receipt:
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        receipt = Receipt(**content | {"files": tuple(FileRecord(**record) for record in content["files"])})
-    except (ValueError, TypeError, KeyError) as error:
-        raise DatabaseError(
-            f"{path}: not a readable receipt ({error}); delete it and run the same sweep again"
-        ) from None
-    for record in receipt.files:
-        file = root / record.path
-        size = file.stat().st_size if file.exists() else None
-        if size != record.bytes:
-            found = "is missing" if size is None else f"has {size} bytes"
-            raise DatabaseError(
-                f"{file} {found}, its receipt says {record.bytes} bytes; delete {path} and run the same sweep again"
-            )
-    return receipt
+        content: dict[str, Any] = unsealed(store.get(path), name=store.name_of(path))
+        return Receipt(**content | {"files": tuple(FileRecord(**record) for record in content["files"])})
+    except (DatabaseError, ValueError, TypeError, KeyError) as error:
+        raise DatabaseError(f"{error}; {repair(store)}") from None

@@ -1,32 +1,33 @@
 """Writing a part: Parquet files first, checked, then the receipt."""
 
+import hashlib
 import platform
 import socket
 import time
 from collections.abc import Mapping
-from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sigdb.core.errors import DatabaseError
 from sigdb.core.version import __version__
+from sigdb.database.checked import block_checksums
 from sigdb.database.receipts import FileRecord, Receipt, part_name, write_receipt
-from sigdb.database.storage import publish, sha256
+from sigdb.database.storage import Store
 
 ROW_GROUP = {"templates": 16, "features": 32768, "signals": 256}
 """Rows in a row group: small ones for look-ups of signals, large ones for scans of features."""
 
 
 def write_part(
-    root: Path, name: str, part: int, tables: Mapping[str, pa.Table], *, first: int, failed: int, started: float
+    store: Store, name: str, part: int, tables: Mapping[str, pa.Table], *, first: int, failed: int, started: float
 ) -> Receipt:
     """Write the files of a part and then its receipt.
 
     Parameters
     ----------
-    root
-        The database's directory.
+    store
+        Where the database lies.
     name
         ``templates`` or ``rows``.
     part
@@ -38,7 +39,7 @@ def write_part(
     started
         :func:`time.perf_counter` at the start of the work.
     """
-    files = tuple(_write_table(root, table, part, content) for table, content in tables.items())
+    files = tuple(_write_table(store, table, part, content) for table, content in tables.items())
     receipt = Receipt(
         name=name,
         part=part,
@@ -50,21 +51,29 @@ def write_part(
         seconds=round(time.perf_counter() - started, 3),
         versions={"sigdb": __version__, "python": platform.python_version(), "pyarrow": pa.__version__},
     )
-    write_receipt(root, receipt)
+    write_receipt(store, receipt)
     return receipt
 
 
-def _write_table(root: Path, table: str, part: int, content: pa.Table) -> FileRecord:
-    path = root / table / part_name(part)
-    publish(path, lambda temporary: _write_parquet(temporary, table, content))
-    return FileRecord(path=f"{table}/{path.name}", bytes=path.stat().st_size, sha256=sha256(path))
+def _write_table(store: Store, table: str, part: int, content: pa.Table) -> FileRecord:
+    name = part_name(table, part)
+    encoded = memoryview(_parquet(name, table, content))
+    store.put(name, encoded)
+    return FileRecord(
+        path=name,
+        bytes=len(encoded),
+        sha256=hashlib.sha256(encoded).hexdigest(),
+        blocks=block_checksums(encoded),
+    )
 
 
-def _write_parquet(path: Path, table: str, content: pa.Table) -> None:
+def _parquet(name: str, table: str, content: pa.Table) -> pa.Buffer:
+    """A table as a Parquet file, opened once again to see that it is whole."""
     floats, strings = _leaves(content.schema)
+    sink = pa.BufferOutputStream()
     pq.write_table(
         content,
-        path,
+        sink,
         row_group_size=ROW_GROUP[table],
         compression="zstd",
         compression_level=1,
@@ -73,9 +82,11 @@ def _write_parquet(path: Path, table: str, content: pa.Table) -> None:
         write_statistics=["id"] if table == "signals" else True,
         write_page_checksum=True,
     )
-    written = pq.ParquetFile(path, page_checksum_verification=True).metadata
+    encoded = sink.getvalue()
+    written = pq.ParquetFile(pa.BufferReader(encoded)).metadata
     if written.num_rows != content.num_rows:
-        raise DatabaseError(f"{path}: {written.num_rows} rows were written of {content.num_rows}; run the sweep again")
+        raise DatabaseError(f"{name}: {written.num_rows} rows were written of {content.num_rows}; run the sweep again")
+    return encoded
 
 
 def _leaves(schema: pa.Schema) -> tuple[list[str], list[str]]:

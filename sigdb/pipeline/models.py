@@ -16,7 +16,7 @@ S = TypeVar("S", bound=Section)
 def recipe_section(database: Database, section: type[S], name: str) -> S:
     """A section of the recipe that a database was made from; its defaults where the recipe has none."""
     text = database.manifest.recipe
-    return validated(section, tomllib.loads(text).get(name, {}), owner=f"{database.path}/sigdb.toml: recipe: {name}")
+    return validated(section, tomllib.loads(text).get(name, {}), owner=f"{database.store}/sigdb.toml: recipe: {name}")
 
 
 def train_model(

@@ -33,7 +33,7 @@ def draw_signature(database: Database, id: int, path: str | Path, *, sensor: str
     tsa = database.signals([id], sensor=sensor)["tsa"][0]
     (case,) = database.cases(f"id = {id}").to_dict("records")
     if not np.isfinite(tsa).all() or not len(tsa):
-        raise InputError(f"row {id} of {database.path} has no signal: {case['status']}")
+        raise InputError(f"row {id} of {database.store} has no signal: {case['status']}")
     sensor = sensor or database.sensors[0]
     teeth, tooth = int(case["teeth"]), int(case["tooth"])
     settings = recipe_section(database, Report, "report")

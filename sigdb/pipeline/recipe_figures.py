@@ -80,7 +80,7 @@ def selected_row(database: Database, condition: str, owner: str) -> dict[Any, An
     except InputError as error:
         raise InputError(f"{owner}: row {condition!r}: {error}") from None
     if found.empty:
-        raise InputError(f"{owner}: row {condition!r} selects nothing of {database.path}; loosen the condition")
+        raise InputError(f"{owner}: row {condition!r} selects nothing of {database.store}; loosen the condition")
     cases = found.drop_duplicates(_CASE)
     if len(cases) > 1:
         differing = [name for name in _CASE[1:] if cases[name].nunique() > 1] or ["damage or rig"]

@@ -17,7 +17,7 @@ import skops.io
 
 from sigdb.core.errors import DatabaseError, InputError
 from sigdb.core.version import __version__
-from sigdb.database.storage import publish_bytes, publish_json, publish_text
+from sigdb.database.storage import Store
 from sigdb.recognition.card import model_card
 from sigdb.recognition.training import Evaluation, Model
 
@@ -73,22 +73,21 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
     command
         The command that makes it again.
     """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    store = Store.at(folder)
     rows = probe[probe["teeth"] == probe["teeth"].iloc[0]].iloc[:: max(1, len(probe) // _PROBE)][:_PROBE]
     answers = io.BytesIO()
     np.savez(answers, expected=_answers(model, rows), **_arrays(rows))
     files = {"model.skops": skops.io.dumps(model.estimators), "probe.npz": answers.getvalue()}
     for name, content in files.items():
-        publish_bytes(folder / name, content)
+        store.put(name, content)
     described = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "estimators"}
     described |= {
         "evaluation": asdict(evaluation),
         "versions": {"sigdb": __version__, "scikit-learn": sklearn.__version__, "python": platform.python_version()},
         "sha256": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()},
     }
-    publish_json(folder / "model.json", described)
-    publish_text(folder / "README.md", model_card(model, evaluation, command=command))
+    store.put("model.json", (json.dumps(described, indent=1) + "\n").encode())
+    store.put("README.md", model_card(model, evaluation, command=command).encode())
 
 
 def load_model(folder: str | Path) -> Model:

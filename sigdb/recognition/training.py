@@ -123,7 +123,7 @@ def train(
     counts = np.bincount((rows["tooth"] > 0).to_numpy(int), minlength=2)
     if not counts.all():
         lacking = "healthy" if counts[0] == 0 else "damaged"
-        raise InputError(f"{database.path} has no {lacking} rows to learn from; set healthy in [sweep], or add a grid")
+        raise InputError(f"{database.store} has no {lacking} rows to learn from; set healthy in [sweep], or add a grid")
     folds = specimen_folds(database.manifest.seed, rows["specimen"].to_numpy(), settings.folds)
     inside = (rows["specimen"].map(folds) != _TEST_FOLD).to_numpy()
     check_classes(rows["tooth"], inside, "training")
@@ -166,18 +166,18 @@ def evaluate(model: Model, database: Database) -> Evaluation:
     """
     rows = usable_rows(database, model.target)
     if database.sensors[0] != model.sensor:
-        raise InputError(f"the model reads {model.sensor!r}, {database.path} holds {database.sensors[0]!r} first")
+        raise InputError(f"the model reads {model.sensor!r}, {database.store} holds {database.sensors[0]!r} first")
     same_gears = database.manifest.seed == model.seed
     if same_gears:
         rows = rows[~rows["specimen"].isin(model.trained_on)]
     if rows.empty:
         raise InputError(
-            f"every specimen of {database.path} was used in training; evaluate on a database with another seed"
+            f"every specimen of {database.store} was used in training; evaluate on a database with another seed"
         )
     if model.target == "severity":
         rows = rows[rows["tooth"] > 0]
         if rows.empty:
-            raise InputError(f"{database.path} has no damaged rows, and severity is judged on them")
+            raise InputError(f"{database.store} has no damaged rows, and severity is judged on them")
     held_out = "specimens held out of training" if same_gears else "specimens of a database with another seed"
     same_cases = "the same cases" if database.manifest.hash == model.database_hash else "the cases of another database"
     return Evaluation(

@@ -2,17 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sigdb.core.errors import DatabaseError
 from sigdb.core.typing import FloatArray
-from sigdb.database.receipts import part_name
+from sigdb.database.checked import open_checked
+from sigdb.database.receipts import read_receipt
 from sigdb.database.schema import suffixed
+from sigdb.database.storage import Store
 from sigdb.sweep.plan import PART_TEMPLATES
 
 _PARTS_KEPT = 4
@@ -63,8 +62,8 @@ class Template:
 class TemplateBank:
     """Templates by number."""
 
-    def __init__(self, root: Path, sensors: Sequence[str]) -> None:
-        self._root, self._sensors = root, sensors
+    def __init__(self, store: Store, sensors: Sequence[str]) -> None:
+        self._store, self._sensors = store, sensors
         self._parts: dict[int, list[Template]] = {}
 
     def __getitem__(self, number: int) -> Template:
@@ -76,11 +75,8 @@ class TemplateBank:
         return self._parts[part][within]
 
     def _read(self, part: int) -> list[Template]:
-        path = self._root / "templates" / part_name(part)
-        try:
-            table = pq.ParquetFile(path, page_checksum_verification=True).read()
-        except (OSError, pa.ArrowInvalid) as error:
-            raise DatabaseError(f"{path} is damaged: {error}") from None
+        file = read_receipt(self._store, "templates", part).file("templates")
+        table = pq.ParquetFile(open_checked(self._store, file)).read()
         return [self._template(row) for row in table.to_pandas().to_dict("records")]
 
     def _template(self, row: dict[Any, Any]) -> Template:

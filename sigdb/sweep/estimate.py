@@ -3,13 +3,13 @@
 import tempfile
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import joblib
 import numpy as np
 
 from sigdb.core.streams import NOISE_BLOCK
 from sigdb.database.receipts import Receipt
+from sigdb.database.storage import Store
 from sigdb.database.writer import write_part
 from sigdb.sweep.plan import PART_TEMPLATES, Plan
 from sigdb.sweep.rows import row_tables
@@ -38,17 +38,17 @@ class Estimate:
 def estimate(plan: Plan, jobs: int = -1) -> Estimate:
     """Make the first part of templates and the first block of rows in a temporary directory, and scale them up."""
     with tempfile.TemporaryDirectory() as folder:
-        root = Path(folder)
+        store = Store.at(folder)
         started = time.perf_counter()
-        templates = make_template_part(plan, root, 0)
+        templates = make_template_part(plan, store, 0)
         template_seconds = time.perf_counter() - started
 
         first = plan.table(0, min(NOISE_BLOCK, plan.rows))
         rows = int(np.argmax(np.append(first["template"] >= PART_TEMPLATES, True)))
-        row_tables(plan, root, 0, rows)  # loads and compiles what a worker loads once
+        row_tables(plan, store, 0, rows)  # loads and compiles what a worker loads once
         started = time.perf_counter()
         written = write_part(
-            root, "rows", 0, row_tables(plan, root, 0, rows), first=0, failed=0, started=time.perf_counter()
+            store, "rows", 0, row_tables(plan, store, 0, rows), first=0, failed=0, started=time.perf_counter()
         )
         row_seconds = time.perf_counter() - started
     workers = min(joblib.effective_n_jobs(jobs), plan.row_parts)

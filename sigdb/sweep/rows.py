@@ -7,7 +7,6 @@ Else every tooth has its own template and nothing turns.
 
 import time
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from sigdb.core.streams import NOISE_BLOCK, noise_stream, specimen_stream
 from sigdb.core.typing import FloatArray, IntArray
 from sigdb.database.receipts import Receipt
 from sigdb.database.schema import suffixed
+from sigdb.database.storage import Store
 from sigdb.database.writer import write_part
 from sigdb.measurement import index_errors, noise_deviation, revolution_scatter
 from sigdb.signature import indicators, mesh_bands, order_spectrum, pooled_wigner_ville
@@ -33,18 +33,18 @@ _BESIDE = (
 )
 
 
-def make_row_part(plan: Plan, root: Path, part: int) -> Receipt:
+def make_row_part(plan: Plan, store: Store, part: int) -> Receipt:
     """Make the rows of a part from the stored templates and write their features and signals."""
     started = time.perf_counter()
     first = part * plan.part_rows
-    tables = row_tables(plan, root, first, min(first + plan.part_rows, plan.rows))
+    tables = row_tables(plan, store, first, min(first + plan.part_rows, plan.rows))
     failed = tables["features"].num_rows - pc.sum(pc.equal(tables["features"]["status"], "ok")).as_py()
-    return write_part(root, "rows", part, tables, first=first, failed=failed, started=started)
+    return write_part(store, "rows", part, tables, first=first, failed=failed, started=started)
 
 
-def row_tables(plan: Plan, root: Path, start: int, stop: int) -> dict[str, pa.Table]:
+def row_tables(plan: Plan, store: Store, start: int, stop: int) -> dict[str, pa.Table]:
     """The tables ``features`` and ``signals`` of rows ``start`` to ``stop - 1``; start begins a noise block."""
-    schema, bank = plan_schema(plan), TemplateBank(root, plan.sensors)
+    schema, bank = plan_schema(plan), TemplateBank(store, plan.sensors)
     blocks = [_block(plan, bank, first, min(first + NOISE_BLOCK, stop)) for first in range(start, stop, NOISE_BLOCK)]
     return {
         table: pa.table(

@@ -1,25 +1,20 @@
 """Running a plan: what is planned minus what has a receipt, in parallel, until nothing is left."""
 
-import os
-import socket
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from os import PathLike
 from typing import Any
-
-import joblib
-from filelock import FileLock, Timeout
-from joblib.externals.loky.process_executor import TerminatedWorkerError
-from threadpoolctl import threadpool_limits
 
 from sigdb.core.errors import DatabaseError, InputError
 from sigdb.core.version import __version__
-from sigdb.database.manifest import Manifest, read_manifest
-from sigdb.database.receipts import Receipt, read_receipts
-from sigdb.database.storage import clear_temporary, publish_json
+from sigdb.database.manifest import NAME, Manifest, PlanRecord, read_manifest
+from sigdb.database.receipts import KINDS, read_receipts
+from sigdb.database.seal import sealed_json
+from sigdb.database.storage import Store
 from sigdb.sweep.columns import plan_schema
-from sigdb.sweep.plan import PART_TEMPLATES, Plan
+from sigdb.sweep.engines import Cluster, Engine, Processes, WorkerDeath
+from sigdb.sweep.ownership import owned
+from sigdb.sweep.plan import PART_TEMPLATES, Plan, plan_from
 from sigdb.sweep.rows import make_row_part
 from sigdb.sweep.templates import make_template_part
 
@@ -72,104 +67,109 @@ class Summary:
 
 def run(
     plan: Plan,
-    out: str | Path,
+    out: str | PathLike[str],
     *,
     recipe: str = "",
     jobs: int = -1,
+    scheduler: str | None = None,
+    retry_failed: bool = False,
     on_progress: Callable[[Progress], Any] = lambda progress: None,
 ) -> Summary:
     """Make a database, or go on making it.
 
-    Stopped at any instant, the same call goes on; rows are the same bit for bit for any number of jobs.
+    Stopped at any instant, the same call goes on; rows are the same bit for bit for any number of jobs, on one machine
+    or many.
 
     Parameters
     ----------
     plan
         From :func:`sigdb.sweep.make_plan`.
     out
-        Directory of the database.
+        Directory of the database, or its place in an object store: ``s3://bucket/prefix``.
     recipe
         Text of the recipe, kept as given.
     jobs
         Worker processes; -1 for one on each core.
+    scheduler
+        Address of a Dask scheduler whose workers do the work in place of processes of this machine.
+    retry_failed
+        Make parts again that hold templates or rows without a result.
     on_progress
         Called with what is finished whenever that changes.
 
     Raises
     ------
     InputError
-        If the directory holds the database of another recipe.
+        If the place holds the database of another recipe, or no scheduler answers.
     DatabaseError
         If another sweep is running on it, or it cannot be written.
     """
-    root = Path(out)
-    with _owned(root):
-        clear_temporary(root)
-        _begin(plan, root, recipe)
-        _run_parts(plan, root, "templates", jobs, on_progress)
-        made = _run_parts(plan, root, "rows", jobs, on_progress)
-        receipts = {name: read_receipts(root, name) for name in ("templates", "rows")}
-    return Summary(
-        made=made,
-        rows=plan.rows,
-        templates=len(plan.templates),
-        failed=sum(receipt.failed for receipt in receipts["rows"]),
-        bytes=sum(file.bytes for both in receipts.values() for receipt in both for file in receipt.files),
-    )
+    store = Store.at(out)
+    with owned(store):
+        store.clear_temporary()
+        manifest = _begun(plan, store, recipe)
+        if retry_failed:
+            _forget_failed(store)
+        plans = [plan, *(plan_from(extension, manifest.part_rows) for extension in manifest.extensions)]
+        return carry_out(plans, store, Cluster(scheduler) if scheduler else Processes(jobs), on_progress)
 
 
-@contextmanager
-def _owned(root: Path) -> Iterator[None]:
-    """Hold the directory's lock, which the operating system releases when its owner dies."""
-    try:
-        root.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(root / ".lock")
-        with lock.acquire(timeout=0):
-            owner = root / ".owner"
-            owner.write_text(f"process {os.getpid()} on {socket.gethostname()}\n", encoding="utf-8")
-            try:
-                yield
-            finally:
-                owner.unlink(missing_ok=True)
-    except Timeout:
-        owner = root / ".owner"
-        name = owner.read_text(encoding="utf-8").strip() if owner.exists() else "another process"
-        raise DatabaseError(
-            f"{root}: a sweep is already running on it ({name}); wait until it ends, or stop it"
-        ) from None
-    except OSError as error:
-        raise DatabaseError(
-            f"{root}: cannot be written ({error.strerror or error}); nothing that is finished is lost"
-        ) from None
+def append(plan: Plan, store: Store) -> None:
+    """Add an extension to a database's description; :func:`carry_out` makes its parts. The caller owns the place."""
+    known = read_manifest(store)
+    replace(known, extensions=(*known.extensions, _record(plan))).write(store)
 
 
-def _begin(plan: Plan, root: Path, recipe: str) -> None:
-    """Write the database's description, or check that it is this plan's and keep its newest recipe."""
-    manifest = Manifest(
+def _record(plan: Plan) -> PlanRecord:
+    return PlanRecord(
         hash=plan.hash,
         seed=plan.seed,
         rows=plan.rows,
-        templates=len(plan.templates),
+        templates=plan.n_templates,
+        first_row_part=plan.first_row_part,
+        first_template_part=plan.first_template_part,
+        resolved=plan.resolved,
+    )
+
+
+def _begun(plan: Plan, store: Store, recipe: str) -> Manifest:
+    """The database's description: written now, or checked to be this plan's, its recipe the newest."""
+    manifest = Manifest(
+        plan=_record(plan),
         part_rows=plan.part_rows,
         part_templates=PART_TEMPLATES,
         sensors=plan.sensors,
         recipe=recipe,
-        resolved=plan.resolved,
         sigdb_version=__version__,
     )
-    if not (root / "sigdb.toml").exists():
-        publish_json(root / "schema.json", plan_schema(plan).as_json())
-        manifest.write(root)
-        return
-    known = read_manifest(root)
+    if store.size(NAME) is None:
+        store.put("schema.json", sealed_json(plan_schema(plan).as_json()))
+        manifest.write(store)
+        return manifest
+    known = read_manifest(store)
     if known.hash != plan.hash:
         raise InputError(
-            f"{root} was made from another recipe: {_first_difference(known.resolved, plan.resolved)}; "
+            f"{store} was made from another recipe: {_first_difference(known.resolved, plan.resolved)}; "
             "give another directory with --out, or go back to the old recipe"
+        )
+    if known.sigdb_version != __version__:
+        raise InputError(
+            f"{store} was begun with sigdb {known.sigdb_version}, this is {__version__}, whose rows may differ; go on "
+            "with that version, or give another directory with --out"
         )
     if recipe and known.recipe != recipe:
         # The same rows, but perhaps other settings of recognition or report.
-        replace(known, recipe=recipe).write(root)
+        known = replace(known, recipe=recipe)
+        known.write(store)
+    return known
+
+
+def _forget_failed(store: Store) -> None:
+    """Delete the receipts of parts with failures, so that these parts are missing."""
+    for name in KINDS:
+        for receipt in read_receipts(store, name):
+            if receipt.failed:
+                store.delete(receipt.path)
 
 
 def _first_difference(old: Any, new: Any, path: str = "") -> str:
@@ -192,32 +192,45 @@ def _first_difference(old: Any, new: Any, path: str = "") -> str:
 _MAKERS = {"templates": make_template_part, "rows": make_row_part}
 
 
-def _run_parts(plan: Plan, root: Path, stage: str, jobs: int, on_progress: Callable[[Progress], Any]) -> int:
+def carry_out(
+    plans: Sequence[Plan], store: Store, engine: Engine, on_progress: Callable[[Progress], Any] = lambda progress: None
+) -> Summary:
+    """Make what is missing of a database's plans: all templates, then all rows. The caller owns the place."""
+    made = [_stage(stage, plans, store, engine, on_progress) for stage in KINDS][1]
+    receipts = {name: read_receipts(store, name) for name in KINDS}
+    return Summary(
+        made=made,
+        rows=sum(plan.rows for plan in plans),
+        templates=sum(plan.n_templates for plan in plans),
+        failed=sum(receipt.failed for receipt in receipts["rows"]),
+        bytes=sum(file.bytes for both in receipts.values() for receipt in both for file in receipt.files),
+    )
+
+
+def _stage(
+    stage: str, plans: Sequence[Plan], store: Store, engine: Engine, on_progress: Callable[[Progress], Any]
+) -> int:
     """Make the missing parts of a stage; how many rows or templates were made."""
-    parts, total = (plan.template_parts, len(plan.templates)) if stage == "templates" else (plan.row_parts, plan.rows)
-    finished = {receipt.part: receipt.rows for receipt in read_receipts(root, stage)}
-    before = sum(finished.values())
+    total = sum(plan.n_templates if stage == "templates" else plan.rows for plan in plans)
+    finished = {receipt.part: receipt.rows for receipt in read_receipts(store, stage)}
+    before = done = sum(finished.values())
     on_progress(Progress(stage=stage, done=before, total=total, before=before))
-    deaths = 0
-    while missing := [part for part in range(parts) if part not in finished]:
-        at_start = len(finished)
-        try:
-            for receipt in _parallel(stage, plan, root, missing, jobs):
-                finished[receipt.part] = receipt.rows
-                on_progress(Progress(stage=stage, done=sum(finished.values()), total=total, before=before))
-        except TerminatedWorkerError:
-            deaths = 1 if len(finished) > at_start else deaths + 1
-            finished |= {receipt.part: receipt.rows for receipt in read_receipts(root, stage)}
-            if deaths >= _WORKER_DEATHS:
-                raise DatabaseError(
-                    f"{root}: worker processes keep dying (out of memory?); {sum(finished.values())} of {total} "
-                    f"{stage} are kept; run the same command with fewer --jobs"
-                ) from None
+    for plan in plans:
+        deaths, numbers = 0, plan.template_part_numbers if stage == "templates" else plan.row_part_numbers
+        while missing := [part for part in numbers if part not in finished]:
+            try:
+                for receipt in engine.receipts(_MAKERS[stage], plan, store, missing):
+                    finished[receipt.part] = receipt.rows
+                    done += receipt.rows
+                    deaths = 0
+                    on_progress(Progress(stage=stage, done=done, total=total, before=before))
+            except WorkerDeath:
+                deaths += 1
+                finished = {receipt.part: receipt.rows for receipt in read_receipts(store, stage)}
+                done = sum(finished.values())
+                if deaths >= _WORKER_DEATHS:
+                    raise DatabaseError(
+                        f"{store}: worker processes keep dying (out of memory?); {done} of {total} {stage} are kept; "
+                        "run the same command with fewer --jobs"
+                    ) from None
     return total - before
-
-
-def _parallel(stage: str, plan: Plan, root: Path, parts: Iterable[int], jobs: int) -> Iterator[Receipt]:
-    """Receipts as parts are finished. One thread in each process: the same sums in the same order, bit for bit."""
-    with threadpool_limits(1), joblib.parallel_config("loky", inner_max_num_threads=1):
-        pool = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
-        yield from pool(joblib.delayed(_MAKERS[stage])(plan, root, part) for part in parts)

@@ -1,7 +1,6 @@
 """Templates: each distinct case simulated once; with the damage at tooth 1 where a turn is exact."""
 
 import time
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from sigdb.core.errors import SigdbError
 from sigdb.core.typing import FloatArray
 from sigdb.database.receipts import Receipt
 from sigdb.database.schema import suffixed
+from sigdb.database.storage import Store
 from sigdb.database.writer import write_part
 from sigdb.dynamics import PeriodicRig, SteadyState, Transient, prepare, settle, stable_multiplier
 from sigdb.sweep.columns import plan_schema
@@ -20,7 +20,7 @@ _STEPS = 16
 """Steps of the march for each sample that is stored."""
 
 
-def make_template_part(plan: Plan, root: Path, part: int) -> Receipt:
+def make_template_part(plan: Plan, store: Store, part: int) -> Receipt:
     """Simulate the templates of a part and write them; failed ones are rows whose status says why."""
     started = time.perf_counter()
     first = part * PART_TEMPLATES
@@ -33,7 +33,7 @@ def make_template_part(plan: Plan, root: Path, part: int) -> Receipt:
         rows.append(_template_row(plan, number, prepared[rig_point]))
     table = pa.Table.from_pylist(rows, schema=plan_schema(plan).arrow("templates"))
     failed = sum(row["status"] != "ok" for row in rows)
-    return write_part(root, "templates", part, {"templates": table}, first=first, failed=failed, started=started)
+    return write_part(store, "templates", part, {"templates": table}, first=first, failed=failed, started=started)
 
 
 class _Prepared:
