@@ -77,6 +77,11 @@ class Manifest:
         return self.plan.hash
 
     @property
+    def seed(self) -> int:
+        """Seed of the plan that the database was begun with."""
+        return self.plan.seed
+
+    @property
     def resolved(self) -> dict[str, Any]:
         """All that determines the rows that the database was begun with."""
         return self.plan.resolved

@@ -6,14 +6,13 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 
 import pytest
 
 import sigdb
 from sigdb.core.errors import DatabaseError
-from sigdb.database.storage import publish, publish_text
+from sigdb.database.storage import Store
 from sigdb.sweep import run
 
 ROWS, PARTS = 210 * 44, 5
@@ -133,7 +132,7 @@ def test_interrupted_from_the_keyboard(recipe, start, tmp_path, undisturbed, dig
 def deadly(marker, maker):
     """A maker whose process is killed: once where there is a marker to leave, else always. Pickled by value."""
 
-    def make(plan, root, part):
+    def make(plan, store, part):
         import os as worker_os
         import signal as worker_signal
 
@@ -144,7 +143,7 @@ def deadly(marker, maker):
                 worker_os.kill(worker_os.getpid(), worker_signal.SIGKILL)
             except FileExistsError:
                 pass
-        return maker(plan, root, part)
+        return maker(plan, store, part)
 
     return make
 
@@ -166,45 +165,30 @@ def test_workers_that_keep_dying_end_the_sweep_with_a_sentence(parts_plan, parts
         run(parts_plan, tmp_path / "signatures", recipe=parts_text, jobs=2)
 
 
-def test_two_writers_of_one_file_do_not_disturb_each_other(tmp_path):
+def test_two_writers_of_one_file_do_not_disturb_each_other(tmp_path, monkeypatch):
     """A worker that outlives its parent and the sweep that goes on may publish the same part at the same time."""
-    path = tmp_path / "file"
-    written, published = threading.Event(), threading.Event()
-    failures = []
+    replaced = os.replace
 
-    def slow(temporary):
-        temporary.write_text("same", encoding="utf-8")
-        written.set()
-        published.wait(10)
+    def after_another_writer(temporary, path):
+        other = "import sys; from sigdb.database.storage import Store; Store.at(sys.argv[1]).put('file', b'same')"
+        subprocess.run([sys.executable, "-c", other, str(tmp_path)], check=True)
+        replaced(temporary, path)
 
-    def first():
-        try:
-            publish(path, slow)
-        except OSError as error:
-            failures.append(error)
-
-    thread = threading.Thread(target=first)
-    thread.start()
-    written.wait(10)
-    other = "import pathlib, sys; from sigdb.database.storage import publish_text; "
-    subprocess.run(
-        [sys.executable, "-c", other + "publish_text(pathlib.Path(sys.argv[1]), 'same')", str(path)], check=True
-    )
-    published.set()
-    thread.join(10)
-    assert failures == []
-    assert path.read_text(encoding="utf-8") == "same"
-    assert list(tmp_path.iterdir()) == [path]
+    monkeypatch.setattr(os, "replace", after_another_writer)
+    Store.at(tmp_path).put("file", b"same")
+    assert (tmp_path / "file").read_bytes() == b"same"
+    assert list(tmp_path.iterdir()) == [tmp_path / "file"]
 
 
-def test_a_file_that_cannot_be_finished_leaves_nothing(tmp_path):
-    publish_text(tmp_path / "file", "old")
+def test_a_file_that_cannot_be_finished_leaves_nothing(tmp_path, monkeypatch):
+    store = Store.at(tmp_path)
+    store.put("file", b"old")
 
-    def broken(temporary):
-        temporary.write_text("half", encoding="utf-8")
+    def full(descriptor):
         raise OSError(28, "No space left on device")
 
-    with pytest.raises(OSError, match="No space left"):
-        publish(tmp_path / "file", broken)
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(DatabaseError, match=r"file: cannot be written \(No space left on device\); nothing that is .*lost"):
+        store.put("file", b"new")
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
-    assert (tmp_path / "file").read_text(encoding="utf-8") == "old"
+    assert store.get("file") == b"old"
