@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 @click.option("--scheduler", metavar="ADDRESS", help="Let the workers of this Dask scheduler do the work.")
 @click.option("--retry-failed", is_flag=True, help="Make parts again that hold templates or rows without a result.")
 @click.option("--dry-run", is_flag=True, help="Print templates, rows, bytes, time and the first rows, and stop.")
-def sweep(
-    recipe: Path, out: str | None, jobs: int, scheduler: str | None, retry_failed: bool, dry_run: bool
-) -> None:
+def sweep(recipe: Path, out: str | None, jobs: int, scheduler: str | None, retry_failed: bool, dry_run: bool) -> None:
     """Make the database of a recipe, or go on making it.
 
     Stopped at any instant, the same command goes on. Rows are the same for any number of jobs.

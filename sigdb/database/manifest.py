@@ -127,7 +127,9 @@ def read_manifest(store: Store) -> Manifest:
         raise DatabaseError(f"{name}: format 1 is not the format {FORMAT} that this sigdb reads; make it anew")
     content = unsealed(text, name=name)
     if content.get("format") != FORMAT:
-        raise DatabaseError(f"{name}: format {content.get('format')!r} is not the format {FORMAT} that this sigdb reads")
+        raise DatabaseError(
+            f"{name}: format {content.get('format')!r} is not the format {FORMAT} that this sigdb reads"
+        )
     try:
         return Manifest(
             **content

@@ -94,7 +94,9 @@ def read_receipts(store: Store, name: str) -> list[Receipt]:
     DatabaseError
         If a receipt cannot be read, or a file that it names is missing or has another size.
     """
-    receipts = [_parsed(store, path) for path in sorted(store.sizes("receipts")) if path.startswith(f"receipts/{name}-")]
+    receipts = [
+        _parsed(store, path) for path in sorted(store.sizes("receipts")) if path.startswith(f"receipts/{name}-")
+    ]
     if not receipts:
         return []
     sizes = {path: size for table in _TABLES[name] for path, size in store.sizes(table).items()}

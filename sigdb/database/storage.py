@@ -58,6 +58,8 @@ class Store:
             ) from None
         except OSError as error:
             raise DatabaseError(f"{location}: cannot be reached ({_reason(error)})") from None
+        if not root.strip("/"):
+            raise InputError(f"{location}: names no place in the store; give for example s3://BUCKET/PREFIX")
         return cls(location=location.rstrip("/"), filesystem=filesystem, root=root.rstrip("/"))
 
     def __str__(self) -> str:
@@ -176,4 +178,4 @@ def _sync_folder(path: Path) -> None:
 
 
 def _reason(error: OSError) -> str:
-    return error.strerror or str(error).splitlines()[0]
+    return error.strerror or str(error).splitlines()[0].partition(" (Request ID")[0]

@@ -1,8 +1,8 @@
-"""What carries out the parts of a plan: processes of this machine, or a Dask cluster. Receipts come back, never arrays."""
+"""What carries out the parts of a plan: processes here, or a Dask cluster. Receipts come back, never arrays."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import joblib
 from joblib.externals.loky.process_executor import TerminatedWorkerError
@@ -61,10 +61,12 @@ class Cluster:
         with self._client() as client:
             workers = client.nthreads()
             if not workers:
-                raise DatabaseError(f"scheduler {self.scheduler} has no workers; start some: dask worker {self.scheduler}")
+                raise DatabaseError(
+                    f"scheduler {self.scheduler} has no workers; start some: dask worker {self.scheduler}"
+                )
             waiting, shared = list(reversed(parts)), client.scatter(plan, broadcast=True)
 
-            def submit() -> "distributed.Future":
+            def submit() -> Any:
                 return client.submit(_make, make, shared, store, waiting.pop(), pure=False)
 
             # A bounded number of parts is handed out, so that neither side holds the whole sweep.
@@ -78,14 +80,17 @@ class Cluster:
             except distributed.KilledWorker:
                 raise WorkerDeath from None
             except (distributed.CancelledError, distributed.comm.CommClosedError, OSError) as error:
-                raise DatabaseError(f"scheduler {self.scheduler} went away ({error}); run the same command again") from None
+                raise DatabaseError(
+                    f"scheduler {self.scheduler} went away ({error}); run the same command again"
+                ) from None
 
-    def _client(self) -> "distributed.Client":
+    def _client(self) -> Any:
         try:
-            return _distributed().Client(self.scheduler, timeout=10)
+            return _distributed().Client(self.scheduler, timeout=5)
         except (OSError, ValueError) as error:
             raise InputError(
-                f"--scheduler {self.scheduler}: no Dask scheduler answers there ({error}); start one with: dask scheduler"
+                f"--scheduler {self.scheduler}: no Dask scheduler answers there ({error}); start one with: "
+                "dask scheduler"
             ) from None
 
 
@@ -95,7 +100,7 @@ def _make(make: Make, plan: Plan, store: Store, part: int) -> Receipt:
         return make(plan, store, part)
 
 
-def _distributed():  # type: ignore[no-untyped-def]
+def _distributed() -> Any:
     try:
         import distributed
     except ImportError:

@@ -188,7 +188,7 @@ def test_a_file_that_cannot_be_finished_leaves_nothing(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(DatabaseError, match=r"file: cannot be written \(No space left on device\); nothing that is .*lost"):
+    with pytest.raises(DatabaseError, match=r"file: cannot be written \(No space left on device\); nothing"):
         store.put("file", b"new")
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
     assert store.get("file") == b"old"
