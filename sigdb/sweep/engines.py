@@ -16,7 +16,7 @@ from sigdb.sweep.plan import Plan
 Make = Callable[[Plan, Store, int], Receipt]
 
 
-class WorkerDeath(Exception):
+class WorkerDiedError(Exception):
     """A worker died; what it was making is not made."""
 
 
@@ -28,7 +28,7 @@ class Engine(Protocol):
 
         Raises
         ------
-        WorkerDeath
+        WorkerDiedError
             If a worker died; the caller asks for the missing parts again.
         """
 
@@ -46,7 +46,7 @@ class Processes:
             try:
                 yield from pool(joblib.delayed(_make)(make, plan, store, part) for part in parts)
             except TerminatedWorkerError:
-                raise WorkerDeath from None
+                raise WorkerDiedError from None
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Cluster:
                     if waiting:
                         running.add(submit())
             except distributed.KilledWorker:
-                raise WorkerDeath from None
+                raise WorkerDiedError from None
             except (distributed.CancelledError, distributed.comm.CommClosedError, OSError) as error:
                 raise DatabaseError(
                     f"scheduler {self.scheduler} went away ({error}); run the same command again"

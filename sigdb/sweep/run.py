@@ -12,7 +12,7 @@ from sigdb.database.receipts import KINDS, read_receipts
 from sigdb.database.seal import sealed_json
 from sigdb.database.storage import Store
 from sigdb.sweep.columns import plan_schema
-from sigdb.sweep.engines import Cluster, Engine, Processes, WorkerDeath
+from sigdb.sweep.engines import Cluster, Engine, Processes, WorkerDiedError
 from sigdb.sweep.ownership import owned
 from sigdb.sweep.plan import PART_TEMPLATES, Plan, plan_from
 from sigdb.sweep.rows import make_row_part
@@ -224,7 +224,7 @@ def _stage(
                     done += receipt.rows
                     deaths = 0
                     on_progress(Progress(stage=stage, done=done, total=total, before=before))
-            except WorkerDeath:
+            except WorkerDiedError:
                 deaths += 1
                 finished = {receipt.part: receipt.rows for receipt in read_receipts(store, stage)}
                 done = sum(finished.values())
