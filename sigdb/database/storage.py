@@ -10,7 +10,7 @@ from pathlib import Path
 import pyarrow as pa
 from pyarrow import fs
 
-from sigdb.core.errors import DatabaseError, InputError
+from sigdb.core.errors import CorruptionError, DatabaseError, InputError
 
 TEMPORARY = ".tmp"
 """End of the name of a file that is being written."""
@@ -96,8 +96,10 @@ class Store:
 
         Raises
         ------
+        CorruptionError
+            If it is not there.
         DatabaseError
-            If it is not there or cannot be read.
+            If it cannot be read.
         """
         with self._reading(name), self.filesystem.open_input_file(self._path(name)) as file:
             return bytes(file.readall())
@@ -149,7 +151,7 @@ class Store:
         try:
             yield
         except FileNotFoundError:
-            raise DatabaseError(f"{self.name_of(name)} is missing") from None
+            raise CorruptionError(f"{self.name_of(name)} is missing") from None
         except OSError as error:
             raise DatabaseError(f"{self.name_of(name)}: cannot be read ({_reason(error)})") from None
 

@@ -20,7 +20,15 @@ ROW_GROUP = {"templates": 16, "features": 32768, "signals": 256}
 
 
 def write_part(
-    store: Store, name: str, part: int, tables: Mapping[str, pa.Table], *, first: int, failed: int, started: float
+    store: Store,
+    name: str,
+    part: int,
+    tables: Mapping[str, pa.Table],
+    *,
+    plan: str,
+    first: int,
+    failed: int,
+    started: float,
 ) -> Receipt:
     """Write the files of a part and then its receipt.
 
@@ -34,6 +42,8 @@ def write_part(
         Number of the part.
     tables
         Arrow table by table name (``templates``, or ``features`` and ``signals``).
+    plan
+        Hash of the plan.
     first, failed
         First id, and the number of rows without a result.
     started
@@ -43,6 +53,7 @@ def write_part(
     receipt = Receipt(
         name=name,
         part=part,
+        plan=plan,
         first=first,
         rows=next(iter(tables.values())).num_rows,
         failed=failed,

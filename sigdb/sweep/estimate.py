@@ -48,7 +48,14 @@ def estimate(plan: Plan, jobs: int = -1) -> Estimate:
         row_tables(plan, store, 0, rows)  # loads and compiles what a worker loads once
         started = time.perf_counter()
         written = write_part(
-            store, "rows", 0, row_tables(plan, store, 0, rows), first=0, failed=0, started=time.perf_counter()
+            store,
+            "rows",
+            0,
+            row_tables(plan, store, 0, rows),
+            plan=plan.hash,
+            first=0,
+            failed=0,
+            started=time.perf_counter(),
         )
         row_seconds = time.perf_counter() - started
     workers = min(joblib.effective_n_jobs(jobs), plan.row_parts)

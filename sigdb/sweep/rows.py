@@ -39,7 +39,7 @@ def make_row_part(plan: Plan, store: Store, part: int) -> Receipt:
     first = part * plan.part_rows
     tables = row_tables(plan, store, first, min(first + plan.part_rows, plan.rows))
     failed = tables["features"].num_rows - pc.sum(pc.equal(tables["features"]["status"], "ok")).as_py()
-    return write_part(store, "rows", part, tables, first=first, failed=failed, started=started)
+    return write_part(store, "rows", part, tables, plan=plan.hash, first=first, failed=failed, started=started)
 
 
 def row_tables(plan: Plan, store: Store, start: int, stop: int) -> dict[str, pa.Table]:

@@ -33,7 +33,9 @@ def make_template_part(plan: Plan, store: Store, part: int) -> Receipt:
         rows.append(_template_row(plan, number, prepared[rig_point]))
     table = pa.Table.from_pylist(rows, schema=plan_schema(plan).arrow("templates"))
     failed = sum(row["status"] != "ok" for row in rows)
-    return write_part(store, "templates", part, {"templates": table}, first=first, failed=failed, started=started)
+    return write_part(
+        store, "templates", part, {"templates": table}, plan=plan.hash, first=first, failed=failed, started=started
+    )
 
 
 class _Prepared:

@@ -8,7 +8,8 @@ import pyarrow.parquet as pq
 import pytest
 
 import sigdb
-from sigdb.core.errors import DatabaseError
+from sigdb.core.errors import CorruptionError, DatabaseError
+from sigdb.database.seal import sealed_json
 
 TABLES = ("templates", "features", "signals")
 
@@ -111,17 +112,17 @@ def test_a_truncated_file_is_found_when_the_database_is_opened(copy, table, size
     path = copy / table / "part-00000.parquet"
     content = path.read_bytes()
     path.write_bytes(content[:size])
-    says = (
-        rf"{table}.part-00000\.parquet has {len(content[:size])} bytes, its receipt says {len(content)} bytes; make "
-    )
-    with pytest.raises(DatabaseError, match=says):
+    says = rf"{table}.part-00000\.parquet has {len(content[:size])} bytes, its receipt says {len(content)} bytes; make "
+    with pytest.raises(CorruptionError, match=says):
         sigdb.open(copy)
 
 
 @pytest.mark.parametrize("table", TABLES)
 def test_a_missing_file_is_found_when_the_database_is_opened(copy, table):
     (copy / table / "part-00000.parquet").unlink()
-    with pytest.raises(DatabaseError, match=r"part-00000\.parquet is missing, its receipt says .*; make it again with"):
+    with pytest.raises(
+        CorruptionError, match=r"part-00000\.parquet is missing, its receipt says .*; make it again with"
+    ):
         sigdb.open(copy)
 
 
@@ -143,12 +144,42 @@ def test_a_file_that_is_no_parquet_is_an_error(copy, table):
 def test_a_file_that_goes_while_the_database_is_open(copy):
     database = sigdb.open(copy)
     shutil.rmtree(copy / "signals")
-    with pytest.raises(DatabaseError, match=r"signals.part-00000\.parquet is missing"):
+    with pytest.raises(CorruptionError, match=r"signals.part-00000\.parquet is missing"):
         database.signals([0])
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", "{}", '{"files": [{}]}', '{"files": 3}'])
 def test_a_receipt_that_cannot_be_read(copy, content):
     (copy / "receipts" / "rows-00000.json").write_text(content, encoding="utf-8")
-    with pytest.raises(DatabaseError, match=r"rows-00000\.json: is damaged .*; make it again with: sigdb verify .* --repair"):
+    with pytest.raises(
+        CorruptionError, match=r"rows-00000\.json: is damaged .*; make it again with: sigdb verify .* --repair"
+    ):
         sigdb.open(copy)
+
+
+@pytest.mark.parametrize("content", [{}, {"files": [{}]}, {"files": 3}])
+def test_a_sealed_receipt_that_says_nothing(copy, content):
+    (copy / "receipts" / "rows-00000.json").write_bytes(sealed_json({"name": "rows"} | content))
+    with pytest.raises(CorruptionError, match=r"; make it again with: sigdb verify .* --repair"):
+        sigdb.open(copy)
+
+
+def test_a_receipt_in_the_place_of_another(parts_copy):
+    receipts = parts_copy / "receipts"
+    shutil.copy(receipts / "rows-00000.json", receipts / "rows-00001.json")
+    with pytest.raises(
+        CorruptionError, match=r"rows-00001\.json is a copy of receipts/rows-00000\.json; make it again"
+    ):
+        sigdb.open(parts_copy)
+
+
+def test_a_part_of_another_database_is_none_of_this(parts_copy, parts_folder, make, parts_text):
+    """The same layout with another seed, its part and receipt whole: its rows are not taken for this one's."""
+    other = make(parts_text.replace("seed = 7", "seed = 8"))
+    for name in ("receipts/rows-00001.json", "features/part-00001.parquet", "signals/part-00001.parquet"):
+        shutil.copy(other / name, parts_copy / name)
+    database = sigdb.open(parts_copy)
+    assert len(database) == 5060 - 2048
+    pd.testing.assert_frame_equal(
+        database.cases(), sigdb.open(parts_folder).cases("id < 2048 or id >= 4096"), check_dtype=False
+    )

@@ -36,6 +36,7 @@ def test_receipts_know_their_files(parts_folder):
         path = parts_folder / "receipts" / f"rows-{part:05d}.json"
         receipt = json.loads(path.read_text(encoding="utf-8"))
         assert receipt.pop("sha256") == hashlib.sha256(path.read_bytes().split(b"\n", 1)[1]).hexdigest()
+        assert receipt.pop("plan") == tomllib.loads((parts_folder / "sigdb.toml").read_text("utf-8"))["plan"]["hash"]
         assert set(receipt) == {"name", "part", "first", "rows", "failed", "files", "host", "seconds", "versions"}
         assert (receipt["name"], receipt["part"], receipt["first"]) == ("rows", part, first)
         assert [one["path"] for one in receipt["files"]] == [
