@@ -1,6 +1,7 @@
 """Where a database lies: a directory, or a prefix of an object store. Files are written whole or not at all."""
 
 import os
+import re
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -88,7 +89,7 @@ class Store:
         return {
             name: file.size
             for name, file in sorted((file.path[len(self.root) + 1 :], file) for file in files if file.is_file)
-            if not name.endswith(TEMPORARY)
+            if not re.fullmatch(rf"(.*/)?\.[^/]*{re.escape(TEMPORARY)}", name)
         }
 
     def get(self, name: str) -> bytes:
@@ -137,11 +138,16 @@ class Store:
         if self.size(name) is not None:
             self.filesystem.delete_file(self._path(name))
 
+    def temporary(self) -> list[str]:
+        """Files that are being written, or that stopped processes have left; an object store has none."""
+        if self.folder is None:
+            return []
+        return sorted(left.relative_to(self.folder).as_posix() for left in self.folder.rglob(f".*{TEMPORARY}"))
+
     def clear_temporary(self) -> None:
         """Delete what stopped processes have left under temporary names."""
-        if self.folder is not None:
-            for left in self.folder.rglob(f".*{TEMPORARY}"):
-                left.unlink(missing_ok=True)
+        for left in self.temporary():
+            Path(self.root, left).unlink(missing_ok=True)
 
     def _path(self, name: str) -> str:
         return f"{self.root}/{name}"

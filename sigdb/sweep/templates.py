@@ -1,6 +1,7 @@
 """Templates: each distinct case simulated once; with the damage at tooth 1 where a turn is exact."""
 
 import time
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from sigdb.database.storage import Store
 from sigdb.database.writer import write_part
 from sigdb.dynamics import PeriodicRig, SteadyState, Transient, prepare, settle, stable_multiplier
 from sigdb.sweep.columns import plan_schema
-from sigdb.sweep.plan import PART_TEMPLATES, Plan, RigPoint, TemplateCase
+from sigdb.sweep.plan import Plan, RigPoint, TemplateCase
 
 _STEPS = 16
 """Steps of the march for each sample that is stored."""
@@ -23,19 +24,30 @@ _STEPS = 16
 def make_template_part(plan: Plan, store: Store, part: int) -> Receipt:
     """Simulate the templates of a part and write them; failed ones are rows whose status says why."""
     started = time.perf_counter()
-    first = part * PART_TEMPLATES
-    numbers = range(first, min(first + PART_TEMPLATES, len(plan.templates)))
+    numbers = plan.template_range(part)
+    table = template_table(plan, numbers)
+    failed = sum(status != "ok" for status in table["status"].to_pylist())
+    return write_part(
+        store,
+        "templates",
+        part,
+        {"templates": table},
+        plan=plan.hash,
+        first=numbers.start,
+        failed=failed,
+        started=started,
+    )
+
+
+def template_table(plan: Plan, numbers: Iterable[int]) -> pa.Table:
+    """The table ``templates`` of some templates, simulated."""
     rows, prepared = [], {}
     for number in numbers:
-        rig_point = plan.templates[number].rig_point
+        rig_point = plan.case(number).rig_point
         if rig_point not in prepared:
             prepared = {rig_point: _prepare(plan, rig_point)}
         rows.append(_template_row(plan, number, prepared[rig_point]))
-    table = pa.Table.from_pylist(rows, schema=plan_schema(plan).arrow("templates"))
-    failed = sum(row["status"] != "ok" for row in rows)
-    return write_part(
-        store, "templates", part, {"templates": table}, plan=plan.hash, first=first, failed=failed, started=started
-    )
+    return pa.Table.from_pylist(rows, schema=plan_schema(plan).arrow("templates"))
 
 
 class _Prepared:
