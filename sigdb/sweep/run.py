@@ -112,7 +112,7 @@ def run(
     return Summary(
         made=made,
         rows=plan.rows,
-        templates=len(plan.templates),
+        templates=plan.n_templates,
         failed=sum(receipt.failed for receipt in receipts["rows"]),
         bytes=sum(file.bytes for both in receipts.values() for receipt in both for file in receipt.files),
     )
@@ -149,7 +149,7 @@ def _begin(plan: Plan, root: Path, recipe: str) -> None:
         hash=plan.hash,
         seed=plan.seed,
         rows=plan.rows,
-        templates=len(plan.templates),
+        templates=plan.n_templates,
         part_rows=plan.part_rows,
         part_templates=PART_TEMPLATES,
         sensors=plan.sensors,
@@ -194,12 +194,13 @@ _MAKERS = {"templates": make_template_part, "rows": make_row_part}
 
 def _run_parts(plan: Plan, root: Path, stage: str, jobs: int, on_progress: Callable[[Progress], Any]) -> int:
     """Make the missing parts of a stage; how many rows or templates were made."""
-    parts, total = (plan.template_parts, len(plan.templates)) if stage == "templates" else (plan.row_parts, plan.rows)
+    templates = (plan.template_part_numbers, plan.n_templates)
+    parts, total = templates if stage == "templates" else (plan.row_part_numbers, plan.rows)
     finished = {receipt.part: receipt.rows for receipt in read_receipts(root, stage)}
     before = sum(finished.values())
     on_progress(Progress(stage=stage, done=before, total=total, before=before))
     deaths = 0
-    while missing := [part for part in range(parts) if part not in finished]:
+    while missing := [part for part in parts if part not in finished]:
         at_start = len(finished)
         try:
             for receipt in _parallel(stage, plan, root, missing, jobs):
