@@ -52,7 +52,7 @@ def estimate(plan: Plan, jobs: int = -1) -> Estimate:
         )
         row_seconds = time.perf_counter() - started
     workers = min(joblib.effective_n_jobs(jobs), plan.row_parts)
-    scale_templates, scale_rows = len(plan.templates) / templates.rows, plan.rows / rows
+    scale_templates, scale_rows = plan.n_templates / templates.rows, plan.rows / rows
     return Estimate(
         bytes=scale_templates * _size(templates) + scale_rows * _size(written),
         seconds=(scale_templates * template_seconds + scale_rows * row_seconds) / workers,

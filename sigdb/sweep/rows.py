@@ -36,8 +36,8 @@ _BESIDE = (
 def make_row_part(plan: Plan, store: Store, part: int) -> Receipt:
     """Make the rows of a part from the stored templates and write their features and signals."""
     started = time.perf_counter()
-    first = part * plan.part_rows
-    tables = row_tables(plan, store, first, min(first + plan.part_rows, plan.rows))
+    first, stop = plan.row_range(part)
+    tables = row_tables(plan, store, first, stop)
     failed = tables["features"].num_rows - pc.sum(pc.equal(tables["features"]["status"], "ok")).as_py()
     return write_part(store, "rows", part, tables, first=first, failed=failed, started=started)
 
@@ -71,7 +71,7 @@ def _block(plan: Plan, bank: TemplateBank, start: int, stop: int) -> dict[str, A
     averages.draw_noise(plan, cases, start // NOISE_BLOCK)
     for number in np.unique(cases["template"]):
         rows = np.flatnonzero(cases["template"] == number)
-        point = plan.rig_points[plan.templates[number].rig_point]
+        point = plan.rig_points[plan.case(int(number)).rig_point]
         averages.fill(plan, point, bank[int(number)], cases.iloc[rows], rows)
     return {str(name): cases[name].to_numpy() for name in cases} | averages.columns(plan, cases["teeth"].to_numpy())
 

@@ -14,7 +14,7 @@ from sigdb.database.storage import Store
 from sigdb.database.writer import write_part
 from sigdb.dynamics import PeriodicRig, SteadyState, Transient, prepare, settle, stable_multiplier
 from sigdb.sweep.columns import plan_schema
-from sigdb.sweep.plan import PART_TEMPLATES, Plan, RigPoint, TemplateCase
+from sigdb.sweep.plan import Plan, RigPoint, TemplateCase
 
 _STEPS = 16
 """Steps of the march for each sample that is stored."""
@@ -23,17 +23,18 @@ _STEPS = 16
 def make_template_part(plan: Plan, store: Store, part: int) -> Receipt:
     """Simulate the templates of a part and write them; failed ones are rows whose status says why."""
     started = time.perf_counter()
-    first = part * PART_TEMPLATES
-    numbers = range(first, min(first + PART_TEMPLATES, len(plan.templates)))
+    numbers = plan.template_range(part)
     rows, prepared = [], {}
     for number in numbers:
-        rig_point = plan.templates[number].rig_point
+        rig_point = plan.case(number).rig_point
         if rig_point not in prepared:
             prepared = {rig_point: _prepare(plan, rig_point)}
         rows.append(_template_row(plan, number, prepared[rig_point]))
     table = pa.Table.from_pylist(rows, schema=plan_schema(plan).arrow("templates"))
     failed = sum(row["status"] != "ok" for row in rows)
-    return write_part(store, "templates", part, {"templates": table}, first=first, failed=failed, started=started)
+    return write_part(
+        root, "templates", part, {"templates": table}, first=numbers.start, failed=failed, started=started
+    )
 
 
 class _Prepared:
@@ -44,9 +45,7 @@ class _Prepared:
         self.rig: PeriodicRig = prepare(point.rig, gear=plan.gear, samples_per_tooth=plan.signature.samples_per_tooth)
         healthy = self.rig.steady_state({})
         stiffness = (
-            self.rig.mesh_stiffness(case.damage.on_teeth(point.teeth))
-            for case in plan.templates
-            if case.rig_point == number
+            self.rig.mesh_stiffness(plan.case(one).damage.on_teeth(point.teeth)) for one in plan.templates_at(number)
         )
         worst = min(stiffness, key=np.sum)
         self.floquet_multiplier = max(
@@ -70,11 +69,10 @@ def _prepare(plan: Plan, number: int) -> _Prepared | str:
 
 
 def _template_row(plan: Plan, number: int, prepared: _Prepared | str) -> dict[str, Any]:
-    tooth = plan.templates[number].damage.tooth
-    row = {"template": number, "status": "ok", "tooth": tooth, **plan.case_columns(number)}
+    case = plan.case(number)
+    row = {"template": number, "status": "ok", "tooth": case.damage.tooth, **plan.case_columns(number)}
     if isinstance(prepared, str):
         return row | {"status": prepared}
-    case = plan.templates[number]
     state = prepared.rig.steady_state(case.damage.on_teeth(prepared.rig.teeth))
     row |= {
         "floquet_multiplier": prepared.floquet_multiplier,

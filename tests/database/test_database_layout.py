@@ -186,4 +186,4 @@ def test_the_hash_is_that_of_the_recipe_in_it(folder, tmp_path):
     (tmp_path / "again.toml").write_text(content["recipe"], encoding="utf-8")
     plan = load_recipe(tmp_path / "again.toml").plan()
     assert plan.hash == content["hash"]
-    assert (plan.rows, len(plan.templates)) == (content["rows"], content["templates"])
+    assert (plan.rows, plan.n_templates) == (content["rows"], content["templates"])
