@@ -1,10 +1,11 @@
 """Rows: averages made from the stored templates, analysed, as columns."""
 
 import time
+from collections.abc import Iterator
 
 import numpy as np
+import pandas as pd
 import pyarrow as pa
-import pyarrow.compute as pc
 
 from sigdb.core.streams import NOISE_BLOCK, noise_stream
 from sigdb.core.typing import BoolArray, FloatArray
@@ -23,22 +24,26 @@ def make_row_part(plan: Plan, store: Store, part: int) -> Receipt:
     """Make the rows of a part from the stored templates and write their features and signals."""
     started = time.perf_counter()
     start, stop = plan.row_range(part)
-    tables = row_tables(plan, store, start, stop)
-    failed = tables["features"].num_rows - pc.sum(pc.equal(tables["features"]["status"], "ok")).as_py()
-    return write_part(store, "rows", part, tables, first=start, failed=failed, started=started)
+    return write_part(store, "rows", part, row_pieces(plan, store, start, stop), first=start, started=started)
 
 
-def row_tables(plan: Plan, store: Store, start: int, stop: int) -> dict[str, pa.Table]:
-    """The tables ``features`` and ``signals`` of rows ``start`` to ``stop - 1``; start begins a noise block."""
-    schema, bank, planned = plan_schema(plan), TemplateBank(store, plan.sensors), plan.table(start, stop)
+def row_pieces(plan: Plan, store: Store, start: int, stop: int) -> Iterator[dict[str, pa.Table]]:
+    """The tables ``features`` and ``signals`` of rows ``start`` to ``stop - 1``, one noise block after another.
+
+    ``start`` begins a noise block.
+    """
+    bank, planned = TemplateBank(store, plan.sensors), plan.table(start, stop)
+    schemas = {table: plan_schema(plan).arrow(table) for table in ("features", "signals")}
     cases = {name: planned[name].to_numpy() for name in CASE}
-    blocks = []
     for first in range(start, stop, NOISE_BLOCK):
-        block = slice(first - start, first - start + NOISE_BLOCK)
+        some = slice(first - start, first - start + NOISE_BLOCK)
         stream = noise_stream(plan.seed, plan.hash, first // NOISE_BLOCK)
-        blocks.append(_block(plan, bank, {name: values[block] for name, values in cases.items()}, stream))
-    # A block without any result has no columns of a signature.
-    made = pa.concat_tables(blocks, promote_options="default")
+        made = _block(plan, bank, {name: values[some] for name, values in cases.items()}, stream)
+        yield {table: _table(schema, made, planned[some]) for table, schema in schemas.items()}
+
+
+def _table(schema: pa.Schema, made: pa.Table, planned: pd.DataFrame) -> pa.Table:
+    """The columns of a table: made, or else planned; null where there are no results at all."""
 
     def column(field: pa.Field) -> pa.ChunkedArray | pa.Array:
         if field.name in made.column_names:
@@ -47,10 +52,7 @@ def row_tables(plan: Plan, store: Store, start: int, stop: int) -> dict[str, pa.
             return pa.array(planned[field.name], field.type, from_pandas=True)
         return pa.nulls(len(planned), field.type)
 
-    return {
-        table: pa.table([column(field) for field in schema.arrow(table)], schema=schema.arrow(table))
-        for table in ("features", "signals")
-    }
+    return pa.table([column(field) for field in schema], schema=schema)
 
 
 def _block(plan: Plan, bank: TemplateBank, cases: Cases, stream: np.random.Generator) -> pa.Table:

@@ -30,10 +30,7 @@ def test_drawing_from_one_stream_leaves_the_next_alone(stream):
 
 def test_specimens_noise_blocks_and_seeds_all_have_different_streams():
     draws = [
-        make(seed, i).integers(2**62)
-        for make in (specimen_stream, noise_of)
-        for seed in range(20)
-        for i in range(50)
+        make(seed, i).integers(2**62) for make in (specimen_stream, noise_of) for seed in range(20) for i in range(50)
     ]
     assert len(set(draws)) == len(draws)
 

@@ -96,9 +96,7 @@ def test_the_noise_of_a_row_does_not_depend_on_whether_another_fails(rough, plan
 
 def test_a_tooth_count_without_any_result_stands_beside_others_that_have_one(plan_of, tmp_path):
     """Its rows share a noise block with them, and are nulls."""
-    grid = (
-        "[[sweep.grid]]\ntooth = 3\nstiffness_loss = 0.4\naverages = 36\npinion.teeth = {}\nindex_error = {}\n"
-    )
+    grid = "[[sweep.grid]]\ntooth = 3\nstiffness_loss = 0.4\naverages = 36\npinion.teeth = {}\nindex_error = {}\n"
     plan = plan_of(grid.format(13, 1e-3) + grid.format(12, 0.0) + '[signature]\nsensors = ["pinion-vertical"]\n')
     assert run(plan, tmp_path, jobs=1).failed == 1
     database = sigdb.open(tmp_path)
