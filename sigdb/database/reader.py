@@ -1,6 +1,6 @@
 """Reading a database: cases, SQL, signals, templates."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike
 from sigdb.core.errors import DatabaseError, InputError
 from sigdb.core.typing import FloatArray, IntArray
 from sigdb.database.manifest import Manifest, read_manifest
-from sigdb.database.query import connect, select
+from sigdb.database.query import choose, connect, select
 from sigdb.database.receipts import Receipt, part_name, read_receipts
-from sigdb.database.writer import ROW_GROUP
+from sigdb.database.signals import AbsentRowError, row_blocks, row_matrices
 
 _CHECKED = ds.ParquetFileFormat(
     default_fragment_scan_options=ds.ParquetFragmentScanOptions(page_checksum_verification=True)
@@ -77,6 +77,10 @@ class Database:
 
     @cached_property
     def _connection(self) -> Any:
+        return self._connect()
+
+    def _connect(self) -> Any:
+        """A connection of its own: a stream keeps it busy until its end."""
         tables = {table: self.dataset(table) for table in ("templates", "features", "signals")}
         scalars = [f'"{field.name}"' for field in tables["features"].schema if not pa.types.is_list(field.type)]
         return connect(tables, {"cases": f"select {', '.join(scalars)} from features"})
@@ -116,15 +120,22 @@ class Database:
         Parameters
         ----------
         where
-            A condition in SQL, for example ``"tooth = 6 and stiffness_loss >= 0.25"``; all rows if left out.
+            One SQL expression, for example ``"tooth = 6 and stiffness_loss >= 0.25"``; all rows if left out. It is
+            parsed as an expression, so that nothing can be smuggled in behind it. Subqueries over the views may stand
+            in it.
+
+        Raises
+        ------
+        InputError
+            If ``where`` is not one expression, or names what does not exist.
         """
-        condition = f" where ({where}\n)" if where else ""
-        return self.sql(f"select * from cases{condition} order by id")
+        with self._reading():
+            return choose(self._connection, "cases", where, order="id").to_pandas()
 
     def features(self, where: str | None = None) -> pd.DataFrame:
         """Rows with their pooled Wigner-Ville features, by id; ``where`` as in :meth:`cases`."""
-        condition = f" where ({where}\n)" if where else ""
-        return self.sql(f"select * from features{condition} order by id")
+        with self._reading():
+            return choose(self._connection, "features", where, order="id").to_pandas()
 
     def unit(self, column: str, sensor: str | None = None) -> str:
         """Unit of a sensor's column of signals, ``tsa`` or ``spectrum``."""
@@ -164,22 +175,12 @@ class Database:
             raise InputError(f"ids must be whole numbers, not {wanted.dtype} such as {wanted.flat[0]}")
         wanted = wanted.astype(np.int64)
         columns = self._sensor_columns(sensor)
-        rows: dict[int, dict[str, Any]] = {}
-        for first in np.unique(wanted // ROW_GROUP["signals"]) * ROW_GROUP["signals"]:
-            rows |= self._row_group(int(first), columns, set(wanted.tolist()))
-        lengths = {len(row["tsa"]) for row in rows.values() if row["tsa"] is not None}
-        if len(lengths) > 1:
-            raise InputError(
-                f"rows have signals of different lengths {sorted(lengths)}; ask for one tooth count at a time"
-            )
-        (n,) = lengths or {self._length(wanted)}
-        missing = {"tsa": np.full(n, np.nan), "spectrum": np.full(n // 2 + 1 if n else 0, np.nan)}
-        return {
-            key: np.array(
-                [missing[key] if rows[i][key] is None else rows[i][key] for i in wanted.tolist()], dtype=np.float32
-            )
-            for key in columns
-        }
+        found = row_matrices(self._signal_rows(wanted, columns.values()), columns, wanted.size)
+        if not found:  # none of the rows has a result that would tell the length
+            n = self._length(wanted)
+            widths = {"tsa": n, "spectrum": n // 2 + 1 if n else 0}
+            return {key: np.full((wanted.size, width), np.nan, np.float32) for key, width in widths.items()}
+        return found
 
     def _length(self, ids: IntArray) -> int:
         """Samples of a row that has no signal of its own to tell."""
@@ -194,32 +195,24 @@ class Database:
         suffix = "" if sensor in (None, self.sensors[0]) else f"__{sensor}"
         return {key: key + suffix for key in ("tsa", "spectrum")}
 
-    def _row_group(self, first: int, columns: dict[str, str], wanted: set[int]) -> dict[int, dict[str, Any]]:
-        part, within = divmod(first, self.manifest.part_rows)
-        inside = {i for i in wanted if first <= i < first + ROW_GROUP["signals"]}
-        if first < 0 or part not in {receipt.part for receipt in self._receipts["rows"]}:
-            raise InputError(f"id {min(inside)} is not in {self.path}, which has {len(self)} finished rows")
+    def _signal_rows(self, ids: IntArray, columns: Iterable[str]) -> Iterator[tuple[IntArray, pa.Table]]:
+        """Rows of ``signals``, a few row groups at a time; see :func:`row_blocks`."""
+        names = list(dict.fromkeys(["id", *columns]))
+        try:
+            yield from row_blocks(lambda part, groups: self._groups(part, groups, names), self.manifest.part_rows, ids)
+        except AbsentRowError as error:
+            raise InputError(f"id {error.id} is not in {self.path}, which has {len(self)} finished rows") from None
+
+    def _groups(self, part: int, groups: Sequence[int], columns: Sequence[str]) -> pa.Table:
+        """Row groups of a part of ``signals``; no rows where they do not exist."""
+        if part not in {receipt.part for receipt in self._receipts["rows"]}:
+            return pa.table({"id": pa.array([], pa.int64())})
         path = self.path / "signals" / part_name(part)
         try:
             file = pq.ParquetFile(path, page_checksum_verification=True)
-            group = within // ROW_GROUP["signals"]
-            if group >= file.num_row_groups:
-                raise InputError(f"id {max(inside)} is not in {self.path}, which has {len(self)} finished rows")
-            table = file.read_row_group(group, columns=["id", *columns.values()])
+            return file.read_row_groups([one for one in groups if one < file.num_row_groups], columns=list(columns))
         except (OSError, pa.ArrowInvalid) as error:
             raise DatabaseError(f"{path} is damaged: {error}") from None
-        absent = inside - set(table["id"].to_pylist())
-        if absent:
-            raise InputError(f"id {min(absent)} is not in {self.path}, which has {len(self)} finished rows")
-        lists = {key: table[column] for key, column in columns.items()}
-        return {
-            i: {
-                key: values[i - first].values.to_numpy() if values[i - first].is_valid else None
-                for key, values in lists.items()
-            }
-            for i in inside
-        }
-
 
 def open(path: str | Path) -> Database:
     """Open a database for reading.
