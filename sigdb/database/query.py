@@ -27,7 +27,12 @@ def connect(views: Mapping[str, ds.Dataset | pa.Table], selections: Mapping[str,
         connection.register(name, dataset)
     for name, text in selections.items():
         connection.execute(f"create view {name} as {text}")
-    for setting in ("python_enable_replacements=false", "enable_external_access=false", "lock_configuration=true"):
+    for setting in (
+        "streaming_buffer_size='1MB'",
+        "python_enable_replacements=false",
+        "enable_external_access=false",
+        "lock_configuration=true",
+    ):
         connection.execute(f"set {setting}")
     return connection
 
