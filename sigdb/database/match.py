@@ -89,7 +89,10 @@ def template_bank(database: "Database", sensor: str, n: int) -> MatchBank:
     column = suffixed("tsa", database.sensors, sensor)
     digests = (file.sha256 for receipt in database.receipts("templates") for file in receipt.files)
     text = "\n".join([str(_BANK_FORMAT), database.manifest.hash, sensor, str(n), *digests])
-    return cached_bank(hashlib.sha256(text.encode()).hexdigest(), lambda: _of_length(database, column, n))
+    key = hashlib.sha256(text.encode()).hexdigest()
+    if key not in database.banks:
+        database.banks[key] = cached_bank(key, lambda: _of_length(database, column, n))
+    return database.banks[key]
 
 
 def _of_length(database: "Database", column: str, n: int) -> Iterator[pa.RecordBatch]:

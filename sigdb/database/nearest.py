@@ -92,8 +92,9 @@ def nearest(
     rms = bank.cases[RMS].to_numpy()
 
     def correlation(Z_t: NDArray[np.complexfloating], Z: NDArray[np.complexfloating]) -> FloatArray:
-        c = scipy.fft.irfft(np.conj(Z_t) * Z, n, axis=-1)
-        return c if shifts.size == n else c[:, shifts]
+        """c(-s) for all s: conjugating the one spectrum, not the many."""
+        c = scipy.fft.irfft(Z_t * np.conj(Z), n, axis=-1, overwrite_x=True)
+        return c if shifts.size == n else c[:, -shifts]
 
     def misfit(best: FloatArray, rms: FloatArray) -> FloatArray:
         return np.sqrt(np.maximum(own**2 + rms**2 - 2 * best / n, 0))
@@ -106,11 +107,12 @@ def nearest(
 
     c = correlation(_spectra(bank, place).astype(complex), Z)
     at, rms = c.argmax(axis=1), rms[place]
+    shift = -at % n if shifts.size == n else shifts[at]
     best, norm = c[np.arange(few), at], n * own * rms
     fine = misfit(best, rms)
     order = np.argsort(fine, kind="stable")[:k]
     overlap = np.divide(best, norm, out=np.zeros(few), where=norm > 0)
-    return Nearest(place=place[order], shift=shifts[at[order]], match=overlap[order], misfit=fine[order])
+    return Nearest(place=place[order], shift=shift[order], match=overlap[order], misfit=fine[order])
 
 
 def _each(blocks: Sequence[NDArray[np.complex64]], compute: Callable[[Any], FloatArray]) -> list[FloatArray]:

@@ -21,6 +21,7 @@ from sigdb.database.checked import open_checked
 from sigdb.database.export import Export, export_database
 from sigdb.database.manifest import Manifest, read_manifest
 from sigdb.database.match import Match, match_average
+from sigdb.database.match_bank import MatchBank
 from sigdb.database.query import choose, choose_batches, connect, select, stream
 from sigdb.database.receipts import KINDS, Receipt, read_receipts
 from sigdb.database.schema import suffixed
@@ -380,6 +381,11 @@ class Database:
     def signal_rows(self, ids: IntArray, columns: Sequence[str]) -> pa.Table:
         """Rows of ``signals`` by ascending ids."""
         return pa.concat_tables(rows.select(columns) for _, rows in self._signal_rows(ids, columns))
+
+    @cached_property
+    def banks(self) -> dict[str, MatchBank]:
+        """Templates as match reads them, those that were needed; memory-mapped."""
+        return {}
 
     def receipts(self, name: str) -> list[Receipt]:
         """Receipts of the finished parts, ``templates`` or ``rows``."""

@@ -4,7 +4,6 @@ import time
 from collections.abc import Iterator
 
 import numpy as np
-import pandas as pd
 import pyarrow as pa
 
 from sigdb.core.streams import NOISE_BLOCK, noise_stream
@@ -34,25 +33,25 @@ def row_pieces(plan: Plan, store: Store, start: int, stop: int) -> Iterator[dict
     """
     bank, planned = TemplateBank(store, plan.sensors), plan.table(start, stop)
     schemas = {table: plan_schema(plan).arrow(table) for table in ("features", "signals")}
+    columns = {
+        field.name: pa.array(planned[field.name], field.type, from_pandas=True)
+        for field in schemas["features"]
+        if field.name in planned
+    }
     cases = {name: planned[name].to_numpy() for name in CASE}
     for first in range(start, stop, NOISE_BLOCK):
         some = slice(first - start, first - start + NOISE_BLOCK)
         stream = noise_stream(plan.seed, plan.hash, first // NOISE_BLOCK)
         made = _block(plan, bank, {name: values[some] for name, values in cases.items()}, stream)
-        yield {table: _table(schema, made, planned[some]) for table, schema in schemas.items()}
-
-
-def _table(schema: pa.Schema, made: pa.Table, planned: pd.DataFrame) -> pa.Table:
-    """The columns of a table: made, or else planned; null where there are no results at all."""
-
-    def column(field: pa.Field) -> pa.ChunkedArray | pa.Array:
-        if field.name in made.column_names:
-            return made[field.name]
-        if field.name in planned:
-            return pa.array(planned[field.name], field.type, from_pandas=True)
-        return pa.nulls(len(planned), field.type)
-
-    return pa.table([column(field) for field in schema], schema=schema)
+        known = dict(zip(made.column_names, made, strict=True))
+        known |= {name: values[some] for name, values in columns.items() if name not in known}
+        # A block without any result has no columns of a signature.
+        yield {
+            table: pa.table(
+                [known.get(field.name, pa.nulls(made.num_rows, field.type)) for field in schema], schema=schema
+            )
+            for table, schema in schemas.items()
+        }
 
 
 def _block(plan: Plan, bank: TemplateBank, cases: Cases, stream: np.random.Generator) -> pa.Table:
