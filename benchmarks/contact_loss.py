@@ -10,6 +10,7 @@ every stiffness loss with every phase shift, the latter in tooth passes so that 
 import argparse
 import json
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from sigdb.core.streams import specimen_stream
 from sigdb.dynamics import PeriodicRig, SteadyState, prepare
 from sigdb.measurement import index_errors
 from sigdb.pipeline.recipe import load_recipe
-from sigdb.sweep.plan import Plan, Segment
+from sigdb.sweep import Plan
 from sigdb.transmission import ToothDamage, Transmission, built_in_transmissions
 
 RECIPES = sorted((Path(__file__).parents[1] / "pipelines").glob("*.toml"))
@@ -108,12 +109,12 @@ def of_recipe(plan: Plan, name: str) -> dict[str, Any]:
         prepare(point.rig, gear=plan.gear, samples_per_tooth=plan.signature.samples_per_tooth)
         for point in plan.rig_points
     ]
+    cases = list(plan.cases())
     states = [prepared[case.rig_point].steady_state(case.damage.on_teeth(prepared[case.rig_point].teeth))
-              for case in plan.templates]  # fmt: skip
+              for case in cases]  # fmt: skip
     least = np.array([state.min_compression for state in states])
-    parted = [of_rows(plan, segment, states[segment.template]) for segment in plan.segments]
-    beside = sum(np.count_nonzero(one < 0) * segment.draws for one, segment in zip(parted, plan.segments, strict=True))
-    healthy = [least[i] for i, case in enumerate(plan.templates) if not case.damage.is_damage]
+    of_rows = least_of_rows(plan, states)
+    healthy = [least[i] for i, case in enumerate(cases) if not case.damage.is_damage]
     return {
         "recipe": name,
         "templates": len(least),
@@ -121,35 +122,40 @@ def of_recipe(plan: Plan, name: str) -> dict[str, Any]:
         "healthy": float(min(healthy)),
         "least": float(least.min()),
         "rows": plan.rows,
-        "rows parted": int(beside),
-        "share of rows": f"{beside / plan.rows:.1%}",
-        "least of rows": float(min(one.min() for one in parted)),
+        "rows parted": int(np.count_nonzero(of_rows < 0)),
+        "share of rows": f"{np.mean(of_rows < 0):.1%}",
+        "least of rows": float(of_rows.min()),
     }
 
 
-def of_rows(plan: Plan, segment: Segment, state: SteadyState) -> Any:
-    """(teeth, measurements, specimens) least compression of the rows of a template."""
-    case = plan.templates[segment.template]
-    point = plan.rig_points[case.rig_point]
-    unit = np.array(
-        [
-            index_errors(specimen_stream(plan.seed, one), point.teeth, point.mate_teeth)
-            for one in range(segment.specimens)
-        ]
-    )
-    least = np.empty(segment.shape[:3])
-    for i, tooth in enumerate(segment.teeth):
-        turn = tooth - case.damage.tooth
-        angle = np.array(state.orders) * turn * 2 * np.pi / point.teeth
-        phases = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        nominal = state.compression + np.einsum("nop,op->n", state.compression_harmonic, phases)
-        for j, measured in enumerate(segment.measurements):
-            errors = np.roll(unit, -turn, axis=1) * measured.index_error
-            found = (nominal + errors @ state.compression_response.T).min(axis=1) / state.static_compression
-            least[i, j] = np.minimum(found, state.least_elsewhere)
-    if state.min_compression < 0:
-        least[...] = state.min_compression
+def least_of_rows(plan: Plan, states: list[SteadyState]) -> Any:
+    """(rows,) least compression of each row with its specimen; noise draws of a case have the same."""
+    rows = plan.table(0, plan.rows)
+    same = rows.groupby(["template", "tooth", "specimen", "index_error"], sort=False)["id"]
+    least = np.empty(plan.rows)
+    for (template, tooth, specimen, index_error), ids in same:
+        least[ids.to_numpy()] = least_of_row(plan, states[template], template, tooth, specimen, index_error)
     return least
+
+
+def least_of_row(plan: Plan, state: SteadyState, template: int, tooth: int, specimen: int, index_error: float) -> float:
+    """Least compression of a template, turned to a tooth, with a specimen's index errors."""
+    if state.min_compression < 0:
+        return state.min_compression
+    case = plan.case(template)
+    point, turn = plan.rig_points[case.rig_point], tooth - case.damage.tooth
+    angle = np.array(state.orders) * turn * 2 * np.pi / point.teeth
+    phases = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    errors = np.roll(unit_errors(plan.seed, specimen, point.teeth, point.mate_teeth), -turn) * index_error
+    compression = state.compression + np.einsum("nop,op->n", state.compression_harmonic, phases)
+    compression = (compression + state.compression_response @ errors) / state.static_compression
+    return min(float(compression.min()), state.least_elsewhere)
+
+
+@cache
+def unit_errors(seed: int, specimen: int, teeth: int, mate_teeth: int) -> Any:
+    """(teeth,) index errors of a specimen, for a size of 1."""
+    return index_errors(specimen_stream(seed, specimen), teeth, mate_teeth)
 
 
 if __name__ == "__main__":

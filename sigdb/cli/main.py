@@ -7,6 +7,8 @@ import click
 
 from sigdb.cli.describe import describe
 from sigdb.cli.evaluate import evaluate
+from sigdb.cli.export import export
+from sigdb.cli.match import match
 from sigdb.cli.modes import modes
 from sigdb.cli.new_rig import new_rig
 from sigdb.cli.query import query
@@ -26,7 +28,7 @@ def cli() -> None:
     """Fault-signature databases for gear transmissions: make, query, learn from them."""
 
 
-for _command in (new_rig, describe, modes, run, sweep, query, show, train, evaluate):
+for _command in (new_rig, describe, modes, run, sweep, query, show, match, export, train, evaluate):
     cli.add_command(_command)
 
 

@@ -34,7 +34,7 @@ def sweep(recipe: Path, out: str | None, jobs: int, scheduler: str | None, retry
     if dry_run:
         _print_plan(plan, out, jobs)
         return
-    click.echo(f"{out}: {plan.rows} rows from {len(plan.templates)} templates of rig {plan.rig.name}")
+    click.echo(f"{out}: {plan.rows} rows from {plan.n_templates} templates of rig {plan.rig.name}")
     started = time.perf_counter()
     with show_progress() as on_progress:
         summary = run(
@@ -65,7 +65,7 @@ def _print_plan(plan: "Plan", out: str, jobs: int) -> None:
     from sigdb.sweep.estimate import estimate
 
     found = estimate(plan, jobs)
-    click.echo(f"{out}: would hold {plan.rows} rows from {len(plan.templates)} templates, in {plan.row_parts} parts")
+    click.echo(f"{out}: would hold {plan.rows} rows from {plan.n_templates} templates, in {plan.row_parts} parts")
     click.echo(
         f"about {found.bytes / 1e6:.1f} MB and {found.seconds:.0f} s with {found.jobs} jobs, measured on a sample"
     )

@@ -1,7 +1,7 @@
-"""Random streams: one for each specimen and one for each block of rows, from one seed.
+"""Random streams: one for each specimen and one for each block of rows.
 
-A stream depends on the seed and on what it is for, never on the order of work, so a row is the same
-for any number of workers and after any interruption.
+A specimen's stream depends on the seed, a block's on the seed and the plan's hash; neither on the order of work, so a
+row is the same for any number of workers and after any interruption.
 """
 
 import numpy as np
@@ -22,6 +22,25 @@ def specimen_stream(seed: int, specimen: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0, specimen)))
 
 
-def noise_stream(seed: int, block: int) -> np.random.Generator:
-    """The noise stream of rows ``NOISE_BLOCK * block`` up to the next block."""
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1, block)))
+def noise_stream(seed: int, plan_hash: str, block: int) -> np.random.Generator:
+    """The noise stream of rows ``NOISE_BLOCK * block`` up to the next block, in the database of one plan.
+
+    It depends on the plan's hash too: databases of one seed share their specimens, never their noise, so that one may
+    be the test of what the other trained.
+
+    Parameters
+    ----------
+    seed
+        Seed of the plan.
+    plan_hash
+        Hash of the plan in hexadecimal, of which the first 16 digits count.
+    block
+        Number of the block.
+
+    Examples
+    --------
+    >>> from sigdb.core.streams import noise_stream
+    >>> bool(noise_stream(1, "0123456789abcdef", 5).random() == noise_stream(1, "fedcba9876543210", 5).random())
+    False
+    """
+    return np.random.default_rng(np.random.SeedSequence([seed, int(plan_hash[:16], 16)], spawn_key=(1, block)))

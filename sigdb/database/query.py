@@ -1,6 +1,7 @@
 """SQL over a database: DuckDB on Arrow datasets, read-only and closed to everything outside."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 import duckdb
 import pyarrow as pa
@@ -9,7 +10,7 @@ import pyarrow.dataset as ds
 from sigdb.core.errors import DatabaseError, InputError
 
 
-def connect(views: Mapping[str, ds.Dataset], selections: Mapping[str, str]) -> duckdb.DuckDBPyConnection:
+def connect(views: Mapping[str, ds.Dataset | pa.Table], selections: Mapping[str, str]) -> duckdb.DuckDBPyConnection:
     """A connection that sees the views and nothing else.
 
     The datasets check page checksums, which DuckDB's own Parquet reader does not.
@@ -17,7 +18,7 @@ def connect(views: Mapping[str, ds.Dataset], selections: Mapping[str, str]) -> d
     Parameters
     ----------
     views
-        Dataset by view name.
+        Dataset or table by view name.
     selections
         SQL text of further views by name.
     """
@@ -26,7 +27,12 @@ def connect(views: Mapping[str, ds.Dataset], selections: Mapping[str, str]) -> d
         connection.register(name, dataset)
     for name, text in selections.items():
         connection.execute(f"create view {name} as {text}")
-    for setting in ("python_enable_replacements=false", "enable_external_access=false", "lock_configuration=true"):
+    for setting in (
+        "streaming_buffer_size='1MB'",
+        "python_enable_replacements=false",
+        "enable_external_access=false",
+        "lock_configuration=true",
+    ):
         connection.execute(f"set {setting}")
     return connection
 
@@ -41,15 +47,100 @@ def select(connection: duckdb.DuckDBPyConnection, text: str) -> pa.Table:
     DatabaseError
         If a part that it reads is damaged.
     """
+    with _told("query"):
+        return _selection(connection, text).to_arrow_table()
+
+
+def stream(connection: duckdb.DuckDBPyConnection, text: str, rows: int) -> pa.RecordBatchReader:
+    """The result of one SELECT statement in batches, as they are computed; the connection serves nothing else then.
+
+    Raises
+    ------
+    InputError, DatabaseError
+        As :func:`select`; damage is told when the reader comes to it.
+    """
+    with _told("query"):
+        return _batches(connection, _selection(connection, text), rows, "query")
+
+
+def choose(
+    connection: duckdb.DuckDBPyConnection, view: str, where: str | None, *, order: str | None = None
+) -> pa.Table:
+    """All rows of a view that meet a condition.
+
+    Parameters
+    ----------
+    where
+        One SQL expression, parsed as such: no text can end it and begin something else. It may hold subqueries over
+        the views of the connection. None stands for all rows.
+    order
+        Column to sort by.
+
+    Raises
+    ------
+    InputError
+        If ``where`` is not one expression, or names what does not exist; the message repeats it.
+    DatabaseError
+        If a part is damaged.
+    """
+    with _told(_owner(where)):
+        found = _chosen(connection, view, where)
+        return (found.order(order) if order else found).to_arrow_table()
+
+
+def choose_batches(
+    connection: duckdb.DuckDBPyConnection, view: str, where: str | None, columns: Sequence[str], rows: int
+) -> pa.RecordBatchReader:
+    """Rows of a view that meet a condition, in batches in the view's order; see :func:`choose` and :func:`stream`."""
+    with _told(_owner(where)):
+        found = _chosen(connection, view, where).project(", ".join(f'"{name}"' for name in columns))
+        return _batches(connection, found, rows, _owner(where))
+
+
+def _selection(connection: duckdb.DuckDBPyConnection, text: str) -> duckdb.DuckDBPyRelation:
+    statements = connection.extract_statements(text)
+    if len(statements) != 1 or statements[0].type != duckdb.StatementType.SELECT:
+        raise InputError(f"query {text!r} must be one SELECT statement; a database is read-only")
+    return connection.sql(text)
+
+
+def _chosen(connection: duckdb.DuckDBPyConnection, view: str, where: str | None) -> duckdb.DuckDBPyRelation:
+    relation = connection.view(view)
+    return relation if where is None else relation.filter(duckdb.SQLExpression(where))
+
+
+def _owner(where: str | None) -> str:
+    if where is not None and (not isinstance(where, str) or not where.strip()):
+        raise InputError(
+            f"where = {where!r} must be a condition in SQL, for example 'tooth = 6'; leave it out for all rows"
+        )
+    return "query" if where is None else f"query: where = {where!r}"
+
+
+def _batches(
+    connection: duckdb.DuckDBPyConnection, relation: duckdb.DuckDBPyRelation, rows: int, owner: str
+) -> pa.RecordBatchReader:
+    reader = relation.to_arrow_reader(rows)
+
+    def read() -> Iterator[pa.RecordBatch]:
+        with _told(owner):
+            yield from reader
+        connection.close()
+
+    return pa.RecordBatchReader.from_batches(reader.schema, read())
+
+
+@contextmanager
+def _told(owner: str) -> Iterator[None]:
+    """Tell what is wrong with the question, or with the database, in a sentence."""
     try:
-        statements = connection.extract_statements(text)
-        if len(statements) != 1 or statements[0].type != duckdb.StatementType.SELECT:
-            raise InputError(f"query {text!r} must be one SELECT statement; a database is read-only")
-        return connection.sql(text).to_arrow_table()
+        yield
     except duckdb.Error as error:
         if "reading the stream" in str(error):
             raise DatabaseError(f"a part of the database is damaged: {_first_line(error)}") from None
-        raise InputError(f"query: {_first_line(error)}") from None
+        raise InputError(f"{owner}: {_first_line(error)}") from None
+    except (OSError, pa.ArrowInvalid) as error:
+        raise DatabaseError(f"a part of the database is damaged: {_first_line(error)}") from None
 
 
 def _first_line(error: Exception) -> str:

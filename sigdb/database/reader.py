@@ -1,9 +1,10 @@
 """Reading a database: cases, SQL, signals, templates."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,12 +16,17 @@ from numpy.typing import ArrayLike
 
 from sigdb.core.errors import DatabaseError, InputError
 from sigdb.core.typing import FloatArray, IntArray
+from sigdb.database.batches import check_rows, check_table, chosen_columns, described, signal_batches
 from sigdb.database.checked import open_checked
+from sigdb.database.export import Export, export_database
 from sigdb.database.manifest import Manifest, read_manifest
-from sigdb.database.query import connect, select
+from sigdb.database.match import Match, match_average
+from sigdb.database.match_bank import MatchBank
+from sigdb.database.query import choose, choose_batches, connect, select, stream
 from sigdb.database.receipts import KINDS, Receipt, read_receipts
+from sigdb.database.schema import suffixed
+from sigdb.database.signals import AbsentRowError, row_blocks, row_matrices
 from sigdb.database.storage import Store
-from sigdb.database.writer import ROW_GROUP
 
 _PARQUET = ds.ParquetFileFormat()
 _PART_KIND = {"templates": "templates", "features": "rows", "signals": "rows"}
@@ -78,6 +84,10 @@ class Database:
 
     @cached_property
     def _connection(self) -> Any:
+        return self._connect()
+
+    def _connect(self) -> Any:
+        """A connection of its own: a stream keeps it busy until its end."""
         tables = {table: self.dataset(table) for table in ("templates", "features", "signals")}
         scalars = [f'"{field.name}"' for field in tables["features"].schema if not pa.types.is_list(field.type)]
         return connect(tables, {"cases": f"select {', '.join(scalars)} from features"})
@@ -117,15 +127,22 @@ class Database:
         Parameters
         ----------
         where
-            A condition in SQL, for example ``"tooth = 6 and stiffness_loss >= 0.25"``; all rows if left out.
+            One SQL expression, for example ``"tooth = 6 and stiffness_loss >= 0.25"``; all rows if left out. It is
+            parsed as an expression, so that nothing can be smuggled in behind it. Subqueries over the views may stand
+            in it.
+
+        Raises
+        ------
+        InputError
+            If ``where`` is not one expression, or names what does not exist.
         """
-        condition = f" where ({where}\n)" if where else ""
-        return self.sql(f"select * from cases{condition} order by id")
+        with self._reading():
+            return choose(self._connection, "cases", where, order="id").to_pandas()
 
     def features(self, where: str | None = None) -> pd.DataFrame:
         """Rows with their pooled Wigner-Ville features, by id; ``where`` as in :meth:`cases`."""
-        condition = f" where ({where}\n)" if where else ""
-        return self.sql(f"select * from features{condition} order by id")
+        with self._reading():
+            return choose(self._connection, "features", where, order="id").to_pandas()
 
     def unit(self, column: str, sensor: str | None = None) -> str:
         """Unit of a sensor's column of signals, ``tsa`` or ``spectrum``."""
@@ -165,22 +182,12 @@ class Database:
             raise InputError(f"ids must be whole numbers, not {wanted.dtype} such as {wanted.flat[0]}")
         wanted = wanted.astype(np.int64)
         columns = self._sensor_columns(sensor)
-        rows: dict[int, dict[str, Any]] = {}
-        for first in np.unique(wanted // ROW_GROUP["signals"]) * ROW_GROUP["signals"]:
-            rows |= self._row_group(int(first), columns, set(wanted.tolist()))
-        lengths = {len(row["tsa"]) for row in rows.values() if row["tsa"] is not None}
-        if len(lengths) > 1:
-            raise InputError(
-                f"rows have signals of different lengths {sorted(lengths)}; ask for one tooth count at a time"
-            )
-        (n,) = lengths or {self._length(wanted)}
-        missing = {"tsa": np.full(n, np.nan), "spectrum": np.full(n // 2 + 1 if n else 0, np.nan)}
-        return {
-            key: np.array(
-                [missing[key] if rows[i][key] is None else rows[i][key] for i in wanted.tolist()], dtype=np.float32
-            )
-            for key in columns
-        }
+        found = row_matrices(self._signal_rows(wanted, columns.values()), columns, wanted.size)
+        if not found:  # none of the rows has a result that would tell the length
+            n = self._length(wanted)
+            widths = {"tsa": n, "spectrum": n // 2 + 1 if n else 0}
+            return {key: np.full((wanted.size, width), np.nan, np.float32) for key, width in widths.items()}
+        return found
 
     def _length(self, ids: IntArray) -> int:
         """Samples of a row that has no signal of its own to tell."""
@@ -190,33 +197,211 @@ class Database:
         return int(teeth) * int(self.manifest.resolved["signature"]["samples_per_tooth"])
 
     def _sensor_columns(self, sensor: str | None) -> dict[str, str]:
-        if sensor is not None and sensor not in self.sensors:
-            raise InputError(f"sensor {sensor!r} is not stored in {self.store}; stored: {', '.join(self.sensors)}")
-        suffix = "" if sensor in (None, self.sensors[0]) else f"__{sensor}"
-        return {key: key + suffix for key in ("tsa", "spectrum")}
+        return {key: suffixed(key, self.sensors, self.stored_sensor(sensor)) for key in ("tsa", "spectrum")}
 
-    def _row_group(self, first: int, columns: dict[str, str], wanted: set[int]) -> dict[int, dict[str, Any]]:
-        part, within = divmod(first, self.manifest.part_rows)
-        inside = {i for i in wanted if first <= i < first + ROW_GROUP["signals"]}
+    def _signal_rows(self, ids: IntArray, columns: Iterable[str]) -> Iterator[tuple[IntArray, pa.Table]]:
+        """Rows of ``signals``, a few row groups at a time; see :func:`row_blocks`."""
+        names = list(dict.fromkeys(["id", *columns]))
+        try:
+            yield from row_blocks(lambda part, groups: self._groups(part, groups, names), self.manifest.part_rows, ids)
+        except AbsentRowError as error:
+            raise InputError(f"id {error.id} is not in {self.store}, which has {len(self)} finished rows") from None
+
+    def _groups(self, part: int, groups: Sequence[int], columns: Sequence[str]) -> pa.Table:
+        """Row groups of a part of ``signals``; no rows where they do not exist."""
         if part not in self._receipts["rows"]:
-            raise InputError(f"id {min(inside)} is not in {self.store}, which has {len(self)} finished rows")
+            return pa.table({"id": pa.array([], pa.int64())})
         with self._reading():
             file = pq.ParquetFile(open_checked(self.store, self._receipts["rows"][part].file("signals")))
-            group = within // ROW_GROUP["signals"]
-            if group >= file.num_row_groups:
-                raise InputError(f"id {max(inside)} is not in {self.store}, which has {len(self)} finished rows")
-            table = file.read_row_group(group, columns=["id", *columns.values()])
-        absent = inside - set(table["id"].to_pylist())
-        if absent:
-            raise InputError(f"id {min(absent)} is not in {self.store}, which has {len(self)} finished rows")
-        lists = {key: table[column] for key, column in columns.items()}
-        return {
-            i: {
-                key: values[i - first].values.to_numpy() if values[i - first].is_valid else None
-                for key, values in lists.items()
-            }
-            for i in inside
-        }
+            return file.read_row_groups([one for one in groups if one < file.num_row_groups], columns=list(columns))
+
+    def stream(self, query: str, *, rows: int = 2048) -> pa.RecordBatchReader:
+        """The result of one SELECT statement in batches, as DuckDB computes them; see :meth:`sql`.
+
+        A statement that needs all rows before it has a first one, such as one that sorts, holds its result in memory.
+
+        Parameters
+        ----------
+        query
+            One SELECT statement in DuckDB's SQL.
+        rows
+            Greatest number of rows in a batch.
+
+        Raises
+        ------
+        InputError, DatabaseError
+            As :meth:`sql`. Damage is told when the stream comes to it.
+        """
+        check_rows(rows)
+        with self._reading():
+            return stream(self._connect(), query, rows)
+
+    def batches(
+        self,
+        where: str | None = None,
+        *,
+        table: str = "features",
+        columns: Sequence[str] | None = None,
+        rows: int = 2048,
+    ) -> pa.RecordBatchReader:
+        """Rows of a table in Arrow batches, by id; memory holds a few batches and row groups, however many rows.
+
+        Parameters
+        ----------
+        where
+            As in :meth:`cases`, on the columns of ``features``, also for ``signals``; of ``templates`` for those.
+        table
+            ``features``, ``signals`` or ``templates``.
+        columns
+            Columns by name; all of the table's if left out.
+        rows
+            Greatest number of rows in a batch.
+
+        Returns
+        -------
+        pyarrow.RecordBatchReader
+            An iterator of record batches. Each column's field carries its unit, description and formula.
+
+        Raises
+        ------
+        InputError
+            If ``where``, ``table`` or ``columns`` name what does not exist.
+        DatabaseError
+            If a part is damaged: told when the stream comes to it.
+
+        Examples
+        --------
+        Mean square of every signal with damage at tooth 6, whatever the size of the database::
+
+            for batch in db.batches("tooth = 6", table="signals", columns=["id", "tsa"]):
+                tsa = np.stack(batch["tsa"].to_numpy(zero_copy_only=False))
+                square = (tsa**2).mean(axis=1)
+        """
+        check_table(table)
+        check_rows(rows)
+        schema = self.dataset(table).schema
+        names = chosen_columns(schema, table, columns)
+        with self._reading():
+            if table != "signals":
+                return described(choose_batches(self._connect(), table, where, names, rows), schema)
+            ids = choose_batches(self._connect(), "features", where, ["id"], rows)
+            return signal_batches(ids, lambda some: self._signal_rows(some, names), names, schema)
+
+    def match(
+        self,
+        tsa: ArrayLike,
+        *,
+        k: int = 10,
+        sensor: str | None = None,
+        turns: ArrayLike | None = None,
+        where: str | None = None,
+    ) -> Match:
+        """The templates nearest to an average, over all turns.
+
+        The average and the clean average of each template are divided by their standard deviations over the revolution
+        and freed of their mean, mesh harmonics and shaft orders 1 and 2 (:func:`sigdb.signature.residual_signal`). With
+        z and z_t what is left, the misfit is the root mean square of ``z - z_t`` turned, the match the overlap
+        ``<z, z_t turned> / (|z| |z_t|)``, at the turn where they are best. Templates are ranked by misfit: under white
+        noise the nearest one is the most likely, and the healthy one, whose residual is 0 and whose match is 0, takes
+        part on equal terms. Only templates of the average's length, so of its tooth count, take part.
+
+        Parameters
+        ----------
+        tsa
+            (n,) average of one revolution of the shaft, of any unit; ``samples_per_tooth`` samples a tooth.
+        k
+            Number of templates to return; fewer if there are fewer.
+        sensor
+            Name of a stored sensor; the first one if left out.
+        turns
+            Turns to try, in teeth, for example ``range(12)`` where the tacho mark is known, or 0 where it is and the
+            rig does not turn exactly; all samples if left out.
+        where
+            Which templates take part: one SQL expression on their columns, for example ``"torque > 100"``.
+
+        Returns
+        -------
+        Match
+            ``table``, a pandas frame of k rows: ``template``, ``tooth`` (first damaged tooth, as turned; 0 for none),
+            ``turn`` (in teeth, by which the template is turned later), ``match``, ``misfit``, ``outside`` (whether the
+            misfit is above the threshold that ``sigdb coverage`` stored; missing where it has not been run), and the
+            template's case. ``outside`` and ``threshold`` of the whole.
+
+        Raises
+        ------
+        InputError
+            If the average is not one row of finite numbers that vary, or no template has its length or meets ``where``.
+        DatabaseError
+            If a part is damaged.
+
+        Notes
+        -----
+        Spectra of the templates are kept in the user's cache directory (``SIGDB_CACHE`` names another one).
+        """
+        return match_average(self, tsa, k=k, sensor=sensor, turns=turns, where=where)
+
+    def export(
+        self, path: str | Path, *, where: str | None = None, signals: bool = True, sensor: str | None = None
+    ) -> Export:
+        """Write rows to a file that MATLAB reads, a MAT-file (``.mat``) or HDF5 (``.h5``, ``.hdf5``).
+
+        Columns without lists are column vectors in ``cases``: numbers as doubles, nan where there is none, text as
+        cells. Averages, spectra and Wigner-Ville features are single matrices, one row a signature, padded with nan
+        where tooth counts differ. Characters of a column's name that MATLAB does not take become ``_``. Units,
+        descriptions and formulas are structs in a MAT-file and attributes in HDF5. In MATLAB, ``h5read`` gives an HDF5
+        matrix transposed: one column a signature.
+
+        HDF5 is written batch by batch, so a database larger than memory can be exported. A MAT-file is made in memory.
+
+        Parameters
+        ----------
+        path
+            The file; an old one is replaced when the new one is whole.
+        where
+            As in :meth:`cases`; all rows if left out.
+        signals
+            Whether averages and spectra are written.
+        sensor
+            Only this sensor's columns, without suffix; all sensors' if left out.
+
+        Returns
+        -------
+        Export
+            ``path``, ``rows`` and ``columns`` of what was written.
+
+        Raises
+        ------
+        InputError
+            If the name does not say the format, ``where`` or ``sensor`` name what does not exist, a variable is too
+            large for a MAT-file, or h5py is not installed.
+        DatabaseError
+            If a part is damaged; then no file is written.
+        """
+        return export_database(self, path, where=where, signals=signals, sensor=sensor)
+
+    def signal_rows(self, ids: IntArray, columns: Sequence[str]) -> pa.Table:
+        """Rows of ``signals`` by ascending ids."""
+        return pa.concat_tables(rows.select(columns) for _, rows in self._signal_rows(ids, columns))
+
+    @cached_property
+    def banks(self) -> dict[str, MatchBank]:
+        """Templates as match reads them, those that were needed; memory-mapped."""
+        return {}
+
+    def receipts(self, name: str) -> list[Receipt]:
+        """Receipts of the finished parts, ``templates`` or ``rows``."""
+        return list(self._receipts[name].values())
+
+    def stored_sensor(self, sensor: str | None) -> str:
+        """A stored sensor by name, the first one if None."""
+        if sensor is not None and sensor not in self.sensors:
+            raise InputError(f"sensor {sensor!r} is not stored in {self.store}; stored: {', '.join(self.sensors)}")
+        return sensor or self.sensors[0]
+
+    def scan(self, table: str, columns: Sequence[str]) -> Iterator[pa.RecordBatch]:
+        """Some columns of a table, batch by batch, without SQL."""
+        with self._reading():
+            yield from self.dataset(table).to_batches(columns=list(columns))
 
 
 def open(location: str | PathLike[str]) -> Database:

@@ -141,7 +141,8 @@ def database_schema(
             Column(
                 name="floquet_multiplier",
                 type=_FLOAT,
-                help="Largest Floquet multiplier of the operating point over a revolution.",
+                help="Largest Floquet multiplier over a revolution, of the healthy rig and of the softest mesh of the "
+                "part's templates at this operating point.",
             ),
             Column(name="static_compression", type=_FLOAT, unit="m", help="Compression under the mean mesh stiffness."),
             _MIN_COMPRESSION,

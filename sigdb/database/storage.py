@@ -3,7 +3,7 @@
 import os
 import re
 import secrets
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -123,7 +123,7 @@ class Store:
         """
         try:
             if self.folder is not None:
-                _publish(self.folder / name, content)
+                publish(self.folder / name, lambda temporary: _write(temporary, content))
             else:
                 with self.filesystem.open_output_stream(self._path(name)) as stream:
                     stream.write(content)
@@ -162,27 +162,31 @@ class Store:
             raise DatabaseError(f"{self.name_of(name)}: cannot be read ({_reason(error)})") from None
 
 
-def _publish(path: Path, content: bytes | memoryview) -> None:
+def publish(path: Path, write: Callable[[Path], None]) -> None:
+    """Have a file written under a temporary name beside its place, make it durable, and rename it into place."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}{TEMPORARY}")
     try:
-        with temporary.open("xb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
+        write(temporary)
+        _sync(temporary)
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
     if os.name == "posix":
-        _sync_folder(path.parent)
+        _sync(path.parent)
 
 
-def _sync_folder(path: Path) -> None:
+def _sync(path: Path) -> None:
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def _write(path: Path, content: bytes | memoryview) -> None:
+    with path.open("xb") as file:
+        file.write(content)
 
 
 def _reason(error: OSError) -> str:

@@ -4,9 +4,10 @@ import hashlib
 import platform
 import socket
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from sigdb.core.errors import DatabaseError
@@ -23,11 +24,10 @@ def write_part(
     store: Store,
     name: str,
     part: int,
-    tables: Mapping[str, pa.Table],
+    pieces: Iterable[Mapping[str, pa.Table]],
     *,
     plan: str,
     first: int,
-    failed: int,
     started: float,
 ) -> Receipt:
     """Write the files of a part and then its receipt.
@@ -40,22 +40,33 @@ def write_part(
         ``templates`` or ``rows``.
     part
         Number of the part.
-    tables
-        Arrow table by table name (``templates``, or ``features`` and ``signals``).
+    pieces
+        The part's rows in order, piece by piece: Arrow table by table name (``templates``, or ``features`` and
+        ``signals``). Each is encoded when it comes, so that a part is never in memory as it will be read.
     plan
         Hash of the plan.
-    first, failed
-        First id, and the number of rows without a result.
+    first
+        First id.
     started
         :func:`time.perf_counter` at the start of the work.
     """
-    files = tuple(_write_table(store, table, part, content) for table, content in tables.items())
+    encoders: dict[str, _Encoder] = {}
+    rows = failed = 0
+    for piece in pieces:
+        for table, content in piece.items():
+            if table not in encoders:
+                encoders[table] = _Encoder(table, content.schema)
+            encoders[table].add(content)
+            if "status" in content.column_names:
+                rows += content.num_rows
+                failed += pc.sum(pc.not_equal(content["status"], "ok")).as_py()
+    files = tuple(_write_file(store, part_name(table, part), encoder) for table, encoder in encoders.items())
     receipt = Receipt(
         name=name,
         part=part,
         plan=plan,
         first=first,
-        rows=next(iter(tables.values())).num_rows,
+        rows=rows,
         failed=failed,
         files=files,
         host=socket.gethostname(),
@@ -66,9 +77,8 @@ def write_part(
     return receipt
 
 
-def _write_table(store: Store, table: str, part: int, content: pa.Table) -> FileRecord:
-    name = part_name(table, part)
-    encoded = memoryview(_parquet(name, table, content))
+def _write_file(store: Store, name: str, encoder: "_Encoder") -> FileRecord:
+    encoded = memoryview(encoder.encoded(name))
     store.put(name, encoded)
     return FileRecord(
         path=name,
@@ -78,26 +88,46 @@ def _write_table(store: Store, table: str, part: int, content: pa.Table) -> File
     )
 
 
-def _parquet(name: str, table: str, content: pa.Table) -> pa.Buffer:
-    """A table as a Parquet file, opened once again to see that it is whole."""
-    floats, strings = _leaves(content.schema)
-    sink = pa.BufferOutputStream()
-    pq.write_table(
-        content,
-        sink,
-        row_group_size=ROW_GROUP[table],
-        compression="zstd",
-        compression_level=1,
-        use_byte_stream_split=floats,
-        use_dictionary=strings,
-        write_statistics=["id"] if table == "signals" else True,
-        write_page_checksum=True,
-    )
-    encoded = sink.getvalue()
-    written = pq.ParquetFile(pa.BufferReader(encoded)).metadata
-    if written.num_rows != content.num_rows:
-        raise DatabaseError(f"{name}: {written.num_rows} rows were written of {content.num_rows}; run the sweep again")
-    return encoded
+class _Encoder:
+    """A table as a Parquet file in memory, encoded a row group at a time."""
+
+    def __init__(self, table: str, schema: pa.Schema) -> None:
+        floats, strings = _leaves(schema)
+        self._group, self._rows = ROW_GROUP[table], 0
+        self._waiting: list[pa.Table] = []
+        self._sink = pa.BufferOutputStream()
+        self._writer = pq.ParquetWriter(
+            self._sink,
+            schema,
+            compression="zstd",
+            compression_level=1,
+            use_byte_stream_split=floats,
+            use_dictionary=strings,
+            write_statistics=["id"] if table == "signals" else True,
+            write_page_checksum=True,
+        )
+
+    def add(self, rows: pa.Table) -> None:
+        """Rows to come next."""
+        self._rows += rows.num_rows
+        self._waiting.append(rows)
+        if sum(some.num_rows for some in self._waiting) >= self._group:
+            self._encode()
+
+    def _encode(self) -> None:
+        if self._waiting:
+            self._writer.write_table(pa.concat_tables(self._waiting), row_group_size=self._group)
+            self._waiting.clear()
+
+    def encoded(self, name: str) -> pa.Buffer:
+        """The file, opened once again to see that it is whole."""
+        self._encode()
+        self._writer.close()
+        encoded = self._sink.getvalue()
+        written = pq.ParquetFile(pa.BufferReader(encoded)).metadata.num_rows
+        if written != self._rows:
+            raise DatabaseError(f"{name}: {written} rows were written of {self._rows}; run the sweep again")
+        return encoded
 
 
 def _leaves(schema: pa.Schema) -> tuple[list[str], list[str]]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sigdb.core.typing import FloatArray
+from sigdb.core.typing import FloatArray, IntArray
 
 
 def noise_deviation(reference_variance: FloatArray, snr_db: FloatArray) -> FloatArray:
@@ -20,13 +20,30 @@ def noise_deviation(reference_variance: FloatArray, snr_db: FloatArray) -> Float
     return np.sqrt(reference_variance) * 10 ** (-np.asarray(snr_db) / 20)
 
 
-def revolution_scatter(stream: np.random.Generator, deviation: FloatArray, samples: int, averages: int) -> FloatArray:
+def revolution_scatter(
+    stream: np.random.Generator, deviation: FloatArray, samples: int, averages: int | IntArray
+) -> FloatArray:
     """Measured standard deviation between revolutions, rms over angle; nan for a single revolution.
 
     With white noise the sum of squares over ``samples`` angles follows a chi-square law of
     ``samples (averages - 1)`` degrees of freedom, from which it is drawn.
+
+    Parameters
+    ----------
+    stream
+        Where it is drawn from: one number for each deviation, in order.
+    deviation
+        Standard deviation of the noise of one revolution, in any shape and unit.
+    samples
+        Angles of an average.
+    averages
+        Revolutions of each average, against the shape of ``deviation``.
+
+    Returns
+    -------
+    ndarray
+        Shape and unit of ``deviation``.
     """
-    freedom = samples * (averages - 1)
-    if freedom == 0:
-        return np.full_like(deviation, np.nan)
-    return deviation * np.sqrt(stream.chisquare(freedom, size=np.shape(deviation)) / freedom)
+    freedom = np.broadcast_to(samples * (np.asarray(averages) - 1), np.shape(deviation))
+    drawn = np.sqrt(stream.chisquare(np.maximum(freedom, 1)) / np.maximum(freedom, 1))
+    return deviation * np.where(freedom > 0, drawn, np.nan)

@@ -100,7 +100,7 @@ def _shown(recipe: Recipe, plan: Plan, database: Database, picture: Picture, sen
     row = selected_row(database, condition, _owner(recipe, picture))
     template, teeth = int(row["template"]), int(row["teeth"])
     tsa = database.signals([int(row["id"])], sensor=sensor)["tsa"][0]
-    damage = plan.templates[template].damage
+    damage = plan.case(template).damage
     if damage.tooth:
         damage = damage.model_copy(update={"tooth": int(row["tooth"])})
     stiffness = "stiffness" in picture.panels
@@ -117,8 +117,7 @@ def _shown(recipe: Recipe, plan: Plan, database: Database, picture: Picture, sen
 
 def _healthy(plan: Plan, database: Database, template: int, sensor: str) -> FloatArray | None:
     """The clean signal of the undamaged gear on the same rig; None where it has no result."""
-    same = plan.templates[template].rig_point
-    (healthy,) = (i for i, one in enumerate(plan.templates) if one.rig_point == same and not one.damage.tooth)
+    healthy = plan.templates_at(plan.case(template).rig_point)[0]
     column = suffixed("tsa", database.sensors, sensor)
     (tsa,) = database.sql(f'select "{column}" as tsa from templates where template = {healthy}')["tsa"]
     return None if tsa is None else np.asarray(tsa)
@@ -126,7 +125,7 @@ def _healthy(plan: Plan, database: Database, template: int, sensor: str) -> Floa
 
 def _stiffness(plan: Plan, template: int, damage: Damage, n: int) -> FloatArray:
     """(n,) stiffness of the damaged gear's mesh over its revolution, N/m."""
-    point = plan.rig_points[plan.templates[template].rig_point]
+    point = plan.rig_points[plan.case(template).rig_point]
     mesh = point.rig.meshes[point.rig.meshes_of(plan.gear)[0]]
     u = np.arange(n) * point.teeth / n
     of_teeth = tooth_stiffness(mesh, point.teeth, u, damage.on_teeth(point.teeth), driving=plan.gear == mesh.driving)

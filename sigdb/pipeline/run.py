@@ -78,7 +78,7 @@ def run_recipe(
     if report.paper:
         check_subject(recipe.rig, plan.gear, plan.sensors[0])
     folder = out / "signatures"
-    on_stage(f"{folder}: {plan.rows} rows from {len(plan.templates)} templates of rig {plan.rig.name}")
+    on_stage(f"{folder}: {plan.rows} rows from {plan.n_templates} templates of rig {plan.rig.name}")
     summary = run_sweep(plan, folder, recipe=recipe.text, jobs=jobs, on_progress=on_progress)
     on_stage(_said(folder, summary))
     figures = []

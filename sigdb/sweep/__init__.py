@@ -5,7 +5,8 @@ analysed).
 """
 
 from sigdb.sweep.design import Design, Grid
-from sigdb.sweep.plan import Plan, make_plan
+from sigdb.sweep.plan import Plan
+from sigdb.sweep.planning import make_plan
 from sigdb.sweep.run import Progress, Summary, run
 
 __all__ = ["Design", "Grid", "Plan", "Progress", "Summary", "make_plan", "run"]

@@ -1,10 +1,11 @@
-"""The stored templates of a database that is being made, read part by part."""
+"""The stored templates of a database that is being made, read row group by row group."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import lru_cache
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sigdb.core.typing import FloatArray
@@ -12,9 +13,10 @@ from sigdb.database.checked import open_checked
 from sigdb.database.receipts import read_receipt
 from sigdb.database.schema import suffixed
 from sigdb.database.storage import Store
+from sigdb.database.writer import ROW_GROUP
 from sigdb.sweep.plan import PART_TEMPLATES
 
-_PARTS_KEPT = 4
+_FILES_KEPT, _GROUPS_KEPT, _TEMPLATES_KEPT = 4, 2, 16
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,71 +62,66 @@ class Template:
 
 
 class TemplateBank:
-    """Templates by number."""
+    """Templates by number. Rows ask for them in order, so few are kept, and few of their row groups."""
 
     def __init__(self, store: Store, sensors: Sequence[str]) -> None:
         self._store, self._sensors = store, sensors
-        self._parts: dict[int, list[Template]] = {}
+        self._file = lru_cache(_FILES_KEPT)(self._opened)
+        self._group = lru_cache(_GROUPS_KEPT)(self._read)
+        self._template = lru_cache(_TEMPLATES_KEPT)(self._made)
 
     def __getitem__(self, number: int) -> Template:
+        return self._template(number)
+
+    def _opened(self, part: int) -> pq.ParquetFile:
+        record = read_receipt(self._store, "templates", part).file("templates")
+        return pq.ParquetFile(open_checked(self._store, record))
+
+    def _read(self, part: int, group: int) -> pa.Table:
+        return self._file(part).read_row_group(group)
+
+    def _made(self, number: int) -> Template:
         part, within = divmod(number, PART_TEMPLATES)
-        if part not in self._parts:
-            if len(self._parts) == _PARTS_KEPT:
-                self._parts.pop(next(iter(self._parts)))
-            self._parts[part] = self._read(part)
-        return self._parts[part][within]
-
-    def _read(self, part: int) -> list[Template]:
-        file = read_receipt(self._store, "templates", part).file("templates")
-        table = pq.ParquetFile(open_checked(self._store, file)).read()
-        return [self._template(row) for row in table.to_pandas().to_dict("records")]
-
-    def _template(self, row: dict[Any, Any]) -> Template:
-        if row["status"] != "ok":
-            none = np.empty(0)
-            return Template(
-                status=row["status"],
-                tooth=row["tooth"],
-                min_compression=row["min_compression"],
-                least_elsewhere=np.inf,
-                compression=none,
-                compression_response=none,
-                signals=none,
-                specimen_response=none,
-                compression_harmonic=none,
-                harmonic_response=none,
-                orders=none,
-                reference_variance=none,
-                contact_loss=row["contact_loss"],
-            )
-
-        def stored(name: str) -> list[Any]:
-            return [row[suffixed(name, self._sensors, sensor)] for sensor in self._sensors]
-
-        def each_sensor(name: str) -> FloatArray:
-            return np.array(stored(name), dtype=float)
-
-        signals, static, teeth = each_sensor("tsa"), row["static_compression"], row["teeth"]
-        compression = row["compression"].astype(float) / static
-        orders = np.asarray(row["orders"], float)
-        loses = bool(row["contact_loss"])
-        n = signals.shape[1]
-
-        def response(stored: Any, *shape: int) -> FloatArray:
-            return np.zeros(shape) if loses else np.array(stored, dtype=float).reshape(shape)
-
-        return Template(
-            status="ok",
-            tooth=row["tooth"],
-            min_compression=row["min_compression"],
-            least_elsewhere=row["least_elsewhere"],
-            compression=compression,
-            compression_response=response(row["compression_response"], len(compression), teeth) / static,
-            signals=signals,
-            specimen_response=response(stored("specimen_response"), len(signals), n, teeth),
-            compression_harmonic=response(row["compression_harmonic"], len(compression), len(orders), 2) / static,
-            harmonic_response=response(stored("harmonic_response"), len(signals), n, len(orders), 2),
-            orders=orders,
-            reference_variance=each_sensor("reference_variance"),
-            contact_loss=loses,
+        group, row = divmod(within, ROW_GROUP["templates"])
+        stored = self._group(part, group).slice(row, 1)
+        return _template(
+            {name: column[0] for name, column in zip(stored.column_names, stored, strict=True)}, self._sensors
         )
+
+
+def _template(row: Mapping[str, pa.Scalar], sensors: Sequence[str]) -> Template:
+    """A template of a stored row."""
+    none = np.empty(0)
+
+    def number(name: str) -> float:
+        return float(row[name].as_py() if row[name].is_valid else np.nan)
+
+    def array(name: str) -> FloatArray:
+        return row[name].values.to_numpy().astype(float) if row[name].is_valid else none
+
+    def each_sensor(name: str) -> FloatArray:
+        return np.array([array(suffixed(name, sensors, sensor)) for sensor in sensors])
+
+    static, teeth, orders = number("static_compression"), row["teeth"].as_py(), array("orders")
+    # Those that lost contact, and those without a result, have no responses.
+    signals, compression = each_sensor("tsa"), array("compression") / static
+    s, n, N = *signals.shape, len(compression)
+
+    def response(values: FloatArray, *shape: int) -> FloatArray:
+        return values.reshape(shape) if values.size else np.zeros(shape)
+
+    return Template(
+        status=row["status"].as_py(),
+        tooth=row["tooth"].as_py(),
+        min_compression=number("min_compression"),
+        least_elsewhere=number("least_elsewhere"),
+        compression=compression,
+        compression_response=response(array("compression_response") / static, N, teeth),
+        signals=signals,
+        specimen_response=response(each_sensor("specimen_response"), s, n, teeth),
+        compression_harmonic=response(array("compression_harmonic") / static, N, len(orders), 2),
+        harmonic_response=response(each_sensor("harmonic_response"), s, n, len(orders), 2),
+        orders=orders,
+        reference_variance=np.array([number(suffixed("reference_variance", sensors, sensor)) for sensor in sensors]),
+        contact_loss=row["contact_loss"].as_py(),
+    )

@@ -81,15 +81,13 @@ def _wrong_parameters(table: pa.Table, planned: Mapping[str, np.ndarray], number
     for name, values in planned.items():
         stored, due = table[name], pa.array(values, table.schema.field(name).type, from_pandas=True)
         same = pc.fill_null(pc.equal(stored, due), False).to_numpy()
-        same |= (stored.is_null().to_numpy() & due.is_null().to_numpy(zero_copy_only=False))
+        same |= stored.is_null().to_numpy() & due.is_null().to_numpy(zero_copy_only=False)
         if not same.all():
             row = int(np.argmin(same))
             yield f"{name} of row {numbers[row]} is {stored[row].as_py()!r}, by the recipe {due[row].as_py()!r}"
 
 
-def _wrong_numbers(
-    table: pa.Table, left_out: Iterable[str], numbers: IntArray, ok: BoolArray | None
-) -> Iterator[str]:
+def _wrong_numbers(table: pa.Table, left_out: Iterable[str], numbers: IntArray, ok: BoolArray | None) -> Iterator[str]:
     """Results that are nan or infinite, or that a row without a result has."""
     for field in table.schema:
         if not pa.types.is_floating(field.type) or field.name in left_out:

@@ -1,6 +1,5 @@
 """The section ``[sweep]`` of a recipe: which cases are simulated, as a union of grids."""
 
-import itertools
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
@@ -15,8 +14,9 @@ from pydantic import (
 
 from sigdb.core.errors import InputError
 from sigdb.core.fields import Section, quantity, without_defaults
-from sigdb.transmission import Damage, ToothDamage
-from sigdb.transmission.damage import FLAW_FIELDS, FLAWS, PRESETS, preset_teeth
+from sigdb.measurement import Measurement
+from sigdb.transmission import ToothDamage
+from sigdb.transmission.damage import FLAW_FIELDS, PRESETS
 
 
 def _listed(value: Any) -> Any:
@@ -35,9 +35,27 @@ Values = Annotated[tuple[float, ...], Strict(False), BeforeValidator(_listed)]
 Counts = Annotated[tuple[int, ...], Strict(False), BeforeValidator(_listed)]
 Names = Annotated[tuple[str, ...], Strict(False), BeforeValidator(_listed)]
 DAMAGE_AXES = ("damaged_teeth", "phase_shift_deg", "stiffness_loss", "loss_extent", "friction", *FLAW_FIELDS)
-_SIZES = {"stiffness_loss": ("loss_extent",), **FLAWS}
-"""Sizes of damage, each with the axes that mean nothing where it is zero."""
 MEASUREMENT_AXES = ("averages", "snr_db", "index_error")
+OWN_AXES = ("tooth", *DAMAGE_AXES, "pattern", *MEASUREMENT_AXES)
+"""All axes but those over the rig."""
+
+
+def check_bounds(axis: str, value: float) -> None:
+    """Refuse a value that the field behind an axis does not take.
+
+    Raises
+    ------
+    ValueError
+        Names the axis, the rule and the value.
+    """
+    if axis == "damaged_teeth" and value < 1:
+        raise ValueError(f"damaged_teeth = {value} must be 1 or more; undamaged rows come from healthy")
+    section = ToothDamage if axis in ToothDamage.model_fields else Measurement
+    if axis in section.model_fields:
+        try:
+            section(**{axis: value})
+        except InputError as error:
+            raise ValueError(str(error).removeprefix(f"{section.__name__}: ")) from None
 
 
 class Grid(Section):
@@ -101,35 +119,21 @@ class Grid(Section):
             raise ValueError("tooth = [] names no tooth; name some, or 'all'")
         return self
 
+    @model_validator(mode="after")
+    def _within_bounds(self) -> "Grid":
+        for axis in (*DAMAGE_AXES, *MEASUREMENT_AXES):
+            for value in getattr(self, axis):
+                check_bounds(axis, value)
+        return self
+
     @model_serializer(mode="wrap")
     def _as_used(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         return without_defaults(self, handler(self), FLAW_FIELDS)
 
-    def rig_points(self) -> Iterator[dict[str, float]]:
-        """Each combination of values of the rig's axes."""
-        for values in itertools.product(*self.rig.values()):
-            yield dict(zip(self.rig, values, strict=True))
-
-    def damages(self, patterns: Mapping[str, tuple[ToothDamage, ...]], gear: str, teeth: int) -> Iterator[Damage]:
-        """Each kind of damage, placed at tooth 1 of a gear of that many teeth; own patterns go before presets."""
-        for name in self.pattern:
-            each = patterns[name] if name in patterns else preset_teeth(name, teeth)
-            yield Damage(gear=gear, tooth=1, pattern=name, each=each)
-        if not self.pattern:
-            for values in itertools.product(*(getattr(self, axis) for axis in DAMAGE_AXES)):
-                case = dict(zip(DAMAGE_AXES, values, strict=True))
-                for size, beside in _SIZES.items():
-                    if not case[size]:
-                        case |= {axis: ToothDamage.model_fields[axis].default for axis in beside}
-                damage = Damage(gear=gear, tooth=1, **case)
-                if damage.is_damage:
-                    yield damage
-
-    def measurements(self) -> Iterator[dict[str, float]]:
-        """Each combination of values of the measurement's axes that this grid names."""
-        named = [axis for axis in MEASUREMENT_AXES if getattr(self, axis)]
-        for values in itertools.product(*(getattr(self, axis) for axis in named)):
-            yield dict(zip(named, values, strict=True))
+    @property
+    def listed_damage(self) -> tuple[str, ...]:
+        """Axes of damage that list something else than their default."""
+        return tuple(axis for axis in DAMAGE_AXES if getattr(self, axis) != type(self).model_fields[axis].default)
 
 
 class Design(Section):
@@ -150,7 +154,7 @@ class Design(Section):
 
     @model_validator(mode="after")
     def _patterns_exist(self) -> "Design":
-        for name in (name for grid in self.grid for name in grid.pattern):
+        for name in self.named_patterns:
             if name not in {*self.patterns, *PRESETS}:
                 known = ", ".join(dict.fromkeys((*self.patterns, *PRESETS)))
                 raise ValueError(f"pattern {name!r} is not defined; define it under [sweep.patterns] (known: {known})")
@@ -159,21 +163,7 @@ class Design(Section):
                 raise ValueError(f"patterns.{name} damages no tooth; give at least one tooth a loss or a shift")
         return self
 
-
-def teeth_of(grid: Grid, teeth: int, damage: Damage) -> tuple[int, ...]:
-    """Damaged teeth that a grid names on a gear of that many teeth; one where a pattern damages all of them alike.
-
-    Raises
-    ------
-    InputError
-        If it names a tooth that the gear does not have.
-    """
-    alike = len(damage.each) == teeth and len(set(damage.each)) == 1
-    if grid.tooth == "all":
-        return (1,) if alike else tuple(range(1, teeth + 1))
-    for tooth in grid.tooth:
-        if not 1 <= tooth <= teeth:
-            raise InputError(
-                f"sweep.grid: tooth = {tooth} is not on a gear of {teeth} teeth; name teeth from 1 to {teeth}, or 'all'"
-            )
-    return grid.tooth[:1] if alike else grid.tooth
+    @property
+    def named_patterns(self) -> tuple[str, ...]:
+        """Names of the patterns that the grids use."""
+        return tuple(dict.fromkeys(name for grid in self.grid for name in grid.pattern))

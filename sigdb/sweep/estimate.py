@@ -12,7 +12,7 @@ from sigdb.database.receipts import Receipt
 from sigdb.database.storage import Store
 from sigdb.database.writer import write_part
 from sigdb.sweep.plan import PART_TEMPLATES, Plan
-from sigdb.sweep.rows import row_tables
+from sigdb.sweep.rows import row_pieces
 from sigdb.sweep.templates import make_template_part
 
 
@@ -45,21 +45,14 @@ def estimate(plan: Plan, jobs: int = -1) -> Estimate:
 
         first = plan.table(0, min(NOISE_BLOCK, plan.rows))
         rows = int(np.argmax(np.append(first["template"] >= PART_TEMPLATES, True)))
-        row_tables(plan, store, 0, rows)  # loads and compiles what a worker loads once
+        list(row_pieces(plan, store, 0, rows))  # loads and compiles what a worker loads once
         started = time.perf_counter()
         written = write_part(
-            store,
-            "rows",
-            0,
-            row_tables(plan, store, 0, rows),
-            plan=plan.hash,
-            first=0,
-            failed=0,
-            started=time.perf_counter(),
+            store, "rows", 0, row_pieces(plan, store, 0, rows), plan=plan.hash, first=0, started=started
         )
         row_seconds = time.perf_counter() - started
     workers = min(joblib.effective_n_jobs(jobs), plan.row_parts)
-    scale_templates, scale_rows = len(plan.templates) / templates.rows, plan.rows / rows
+    scale_templates, scale_rows = plan.n_templates / templates.rows, plan.rows / rows
     return Estimate(
         bytes=scale_templates * _size(templates) + scale_rows * _size(written),
         seconds=(scale_templates * template_seconds + scale_rows * row_seconds) / workers,

@@ -1,7 +1,8 @@
 """Templates: each distinct case simulated once; with the damage at tooth 1 where a turn is exact."""
 
 import time
-from collections.abc import Iterable
+from collections.abc import Container, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from sigdb.database.writer import write_part
 from sigdb.dynamics import PeriodicRig, SteadyState, Transient, prepare, settle, stable_multiplier
 from sigdb.sweep.columns import plan_schema
 from sigdb.sweep.plan import Plan, RigPoint, TemplateCase
+from sigdb.transmission import Damage
 
 _STEPS = 16
 """Steps of the march for each sample that is stored."""
@@ -25,46 +27,34 @@ def make_template_part(plan: Plan, store: Store, part: int) -> Receipt:
     """Simulate the templates of a part and write them; failed ones are rows whose status says why."""
     started = time.perf_counter()
     numbers = plan.template_range(part)
-    table = template_table(plan, numbers)
-    failed = sum(status != "ok" for status in table["status"].to_pylist())
-    return write_part(
-        store,
-        "templates",
-        part,
-        {"templates": table},
-        plan=plan.hash,
-        first=numbers.start,
-        failed=failed,
-        started=started,
-    )
+    pieces = [{"templates": template_table(plan, part, numbers)}]
+    return write_part(store, "templates", part, pieces, plan=plan.hash, first=numbers.start, started=started)
 
 
-def template_table(plan: Plan, numbers: Iterable[int]) -> pa.Table:
-    """The table ``templates`` of some templates, simulated."""
-    rows, prepared = [], {}
-    for number in numbers:
-        rig_point = plan.case(number).rig_point
-        if rig_point not in prepared:
-            prepared = {rig_point: _prepare(plan, rig_point)}
-        rows.append(_template_row(plan, number, prepared[rig_point]))
+def template_table(plan: Plan, part: int, numbers: Container[int]) -> pa.Table:
+    """The table ``templates`` of some templates of a part, simulated."""
+    rows = []
+    for rig_point, some in groupby(plan.template_range(part), key=lambda number: plan.case(number).rig_point):
+        cases = {number: plan.case(number) for number in some}
+        if wanted := [number for number in cases if number in numbers]:
+            prepared = _prepare(plan, rig_point, [case.damage for case in cases.values()])
+            rows += [_template_row(plan, number, cases[number], prepared) for number in wanted]
     return pa.Table.from_pylist(rows, schema=plan_schema(plan).arrow("templates"))
 
 
 class _Prepared:
-    """A rig point ready for its templates: the factored healthy rig, its stability and reference variances."""
+    """A rig point ready for some templates: the factored healthy rig, its stability and reference variances.
 
-    def __init__(self, plan: Plan, number: int) -> None:
+    Stability is judged healthy and with the softest mesh of these templates: those of a rig point within one part.
+    """
+
+    def __init__(self, plan: Plan, number: int, damages: Sequence[Damage]) -> None:
         point: RigPoint = plan.rig_points[number]
         self.rig: PeriodicRig = prepare(point.rig, gear=plan.gear, samples_per_tooth=plan.signature.samples_per_tooth)
         healthy = self.rig.steady_state({})
-        stiffness = (
-            self.rig.mesh_stiffness(case.damage.on_teeth(point.teeth))
-            for case in plan.templates
-            if case.rig_point == number
-        )
-        worst = min(stiffness, key=np.sum)
+        softest = min((self.rig.mesh_stiffness(damage.on_teeth(point.teeth)) for damage in damages), key=np.sum)
         self.floquet_multiplier = max(
-            stable_multiplier(point.rig, self.rig, stiffness) for stiffness in (healthy.mesh_stiffness, worst)
+            stable_multiplier(point.rig, self.rig, stiffness) for stiffness in (healthy.mesh_stiffness, softest)
         )
         self.reference_variance = dict(
             zip(
@@ -75,20 +65,18 @@ class _Prepared:
         )
 
 
-def _prepare(plan: Plan, number: int) -> _Prepared | str:
+def _prepare(plan: Plan, number: int, damages: Sequence[Damage]) -> _Prepared | str:
     """The prepared rig point, or the sentence that says why there is none."""
     try:
-        return _Prepared(plan, number)
+        return _Prepared(plan, number, damages)
     except SigdbError as error:
         return str(error)
 
 
-def _template_row(plan: Plan, number: int, prepared: _Prepared | str) -> dict[str, Any]:
-    tooth = plan.templates[number].damage.tooth
-    row = {"template": number, "status": "ok", "tooth": tooth, **plan.case_columns(number)}
+def _template_row(plan: Plan, number: int, case: TemplateCase, prepared: _Prepared | str) -> dict[str, Any]:
+    row = {"template": number, "status": "ok", "tooth": case.damage.tooth, **plan.case_columns(number)}
     if isinstance(prepared, str):
         return row | {"status": prepared}
-    case = plan.templates[number]
     state = prepared.rig.steady_state(case.damage.on_teeth(prepared.rig.teeth))
     row |= {
         "floquet_multiplier": prepared.floquet_multiplier,

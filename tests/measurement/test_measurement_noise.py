@@ -44,6 +44,17 @@ def test_one_revolution_has_no_scatter():
     assert np.isnan(revolution_scatter(np.random.default_rng(0), np.ones(3), 64, 1)).all()
 
 
+def test_averages_of_different_revolutions_are_drawn_together():
+    """Each keeps its own law, in the order of the deviations; a single revolution among them has no scatter."""
+    averages = np.array([[3], [1], [102]])
+    drawn = revolution_scatter(np.random.default_rng(4), np.full((3, 2000), 2.0), 64, averages)
+    assert np.isnan(drawn[1]).all()
+    for row in (0, 2):
+        freedom = 64 * (averages[row, 0] - 1)
+        assert_allclose((drawn[row] ** 2).mean(), 4.0, rtol=SIGMAS * np.sqrt(2 / freedom / 2000))
+        assert_allclose((drawn[row] ** 2).var(), 2 * 16.0 / freedom, rtol=SIGMAS * np.sqrt(2 / 2000) * 1.5)
+
+
 def test_the_scatter_is_proportional_to_the_deviation_and_shaped_like_it():
     one, two = (revolution_scatter(np.random.default_rng(0), np.full((2, 3), d), 64, 3) for d in (1.0, 2.0))
     assert one.shape == (2, 3)

@@ -144,6 +144,6 @@ def test_a_rig_that_cannot_be_solved_is_a_row_with_its_reason(monkeypatch):
 
 
 def test_the_recipe_and_the_claims_mean_the_same_cases_of_figure_8():
-    damages = {case.damage.pattern: case.damage for case in load_recipe(PAPER).plan().templates}
+    damages = {case.damage.pattern: case.damage for case in load_recipe(PAPER).plan().cases()}
     assert damages["pitted-with-friction"].model_copy(update={"tooth": 6}).on_teeth(12) == FIGURE_8A
     assert damages["pitted-broken-pitted"].model_copy(update={"tooth": 5}).on_teeth(12) == FIGURE_8B

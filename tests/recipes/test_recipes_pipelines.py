@@ -57,9 +57,9 @@ def test_quick_has_about_ten_thousand_rows(tables):
 def test_quick_keeps_contact_on_all_templates(plans):
     """PHYSICS.md: the built-in rig keeps min(delta)/static above 0.1 on the quick grid."""
     plan = plans["quick"]
-    assert len(plan.templates) == 1 + 3 * 8
+    assert plan.n_templates == 1 + 3 * 8
     rig = sigdb.load_transmission("nasa-spiral-bevel")
-    least = {case.damage: sigdb.simulate(rig, case.damage).min_compression for case in plan.templates}
+    least = {case.damage: sigdb.simulate(rig, case.damage).min_compression for case in plan.cases()}
     assert min(least.values()) > 0.1, min(least, key=least.get)
 
 
@@ -73,7 +73,7 @@ def test_paper_has_the_cases_of_figures_5_6_8_and_9(plans, tables):
     # Figure 5: shifts of 1.5, 3.0, 4.5 deg; Figure 6: losses of 25 and 50 %.
     assert sorted(cases) == [(0.0, 0.25), (0.0, 0.5), (1.5, 0.0), (3.0, 0.0), (4.5, 0.0)]
     # Figures 8 and 9: a pitted tooth (50 % over the first 20 % of the contact), and a broken one between two pitted.
-    patterns = {case.damage.pattern: case.damage for case in plans["paper"].templates if case.damage.pattern}
+    patterns = {case.damage.pattern: case.damage for case in plans["paper"].cases() if case.damage.pattern}
     each = {
         name: [(one.stiffness_loss, one.loss_extent, one.phase_shift_deg) for one in damage.each]
         for name, damage in patterns.items()

@@ -7,7 +7,7 @@ import pytest
 
 import sigdb
 from sigdb.core.errors import InputError
-from sigdb.core.streams import specimen_stream
+from sigdb.core.streams import noise_stream, specimen_stream
 from sigdb.dynamics import ContactLossWarning, Periodic
 from sigdb.measurement import index_errors
 from sigdb.sweep import run
@@ -81,14 +81,28 @@ def test_a_failed_row_is_nan_among_signals(rough):
     assert np.isnan(signals["spectrum"][0]).all()
 
 
-def test_the_noise_of_a_row_does_not_depend_on_whether_another_fails(rough, plan_of, tmp_path):
+def test_the_noise_of_a_row_does_not_depend_on_whether_another_fails(rough, plan_of):
     """One specimen loses contact where another does not; the template keeps it."""
-    assert rough.templates()["status"].tolist() == ["ok", "ok"]
-    assert not rough.templates()["contact_loss"].any()
-    run(plan_of(ROUGH.format(error="0.0")), tmp_path / "smooth", jobs=1)
-    smooth, kept = sigdb.open(tmp_path / "smooth").cases(), (rough.cases()["status"] == "ok").to_numpy()
-    assert (smooth["status"] == "ok").all()
-    np.testing.assert_array_equal(rough.cases()["scatter"][kept], smooth["scatter"][kept])
+    templates, rows = rough.templates(), rough.cases()
+    assert templates["status"].tolist() == ["ok", "ok"]
+    assert not templates["contact_loss"].any()
+    stream, n, freedom = noise_stream(1, plan_of(ROUGH.format(error="2e-5")).hash, 0), 12 * 32, 12 * 32 * 101
+    stream.standard_normal(20 * n)
+    # At 0 dB noise has the variance of the healthy average.
+    drawn = np.sqrt(templates["reference_variance"][0] * stream.chisquare(freedom, 20) / freedom)
+    kept = rows["status"] == "ok"
+    np.testing.assert_allclose(rows["scatter"][kept], drawn[kept], rtol=1e-6)
+
+
+def test_a_tooth_count_without_any_result_stands_beside_others_that_have_one(plan_of, tmp_path):
+    """Its rows share a noise block with them, and are nulls."""
+    grid = "[[sweep.grid]]\ntooth = 3\nstiffness_loss = 0.4\naverages = 36\npinion.teeth = {}\nindex_error = {}\n"
+    plan = plan_of(grid.format(13, 1e-3) + grid.format(12, 0.0) + '[signature]\nsensors = ["pinion-vertical"]\n')
+    assert run(plan, tmp_path, jobs=1).failed == 1
+    database = sigdb.open(tmp_path)
+    assert database.cases()["rms"].isna().tolist() == [True, False]
+    signals = database.sql("select id, len(tsa) as n from signals order by id")
+    assert signals["n"].fillna(0).tolist() == [0, 12 * 64]
 
 
 @pytest.mark.parametrize("where", ["phase_shift_deg = [1.0, 16.0]", "phase_shift_deg = [1.0, -15.1]"])

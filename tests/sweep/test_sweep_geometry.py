@@ -17,7 +17,7 @@ CRACKS = "[[sweep.grid]]\ntooth = [3, 4]\ncrack_depth = [0.0, 1e-3, 2e-3]\ncrack
 
 
 def cases(plan):
-    return [plan.case_columns(i) for i in range(len(plan.templates))]
+    return [plan.case_columns(i) for i in range(plan.n_templates)]
 
 
 def test_every_combination_of_sizes_and_none_that_means_nothing(plan_of):

@@ -17,7 +17,7 @@ OWN = "[sweep.patterns]\npitted = [{ stiffness_loss = 0.3 }]\n"
 
 
 def damaged(plan):
-    return [case.damage for case in plan.templates if case.damage.tooth]
+    return [case.damage for case in plan.cases() if case.damage.tooth]
 
 
 def test_a_preset_needs_no_definition_and_is_in_the_column(plan_of):

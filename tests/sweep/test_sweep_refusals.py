@@ -27,7 +27,7 @@ GRID = "[[sweep.grid]]\nstiffness_loss = 0.2\n"
         (GRID + "tooth = 13\naverages = 108\npinion.teeth = [13, 12]\n", r"tooth = 13 is not on a gear of 12 teeth"),
         (GRID + 'tooth = "six"\n', r"tooth.* = 'six' must be"),
         (GRID + "damaged_teeth = 13\n", r"of 13 teeth does not fit a gear of 12 teeth"),
-        (GRID + "damaged_teeth = 0\n", r"tooth = 1 and damaged_teeth = 0 contradict each other"),
+        (GRID + "damaged_teeth = 0\n", r"damaged_teeth = 0 must be 1 or more; undamaged rows come from healthy"),
         ("[[sweep.grid]]\nstiffness_loss = []\n", r"sweep\.grid\.0\.stiffness_loss is empty; give at least 1"),
         ("[[sweep.grid]]\nstiffness_loss = 1.5\n", r"stiffness_loss = 1\.5 must be less than or equal to 1"),
         ("[[sweep.grid]]\nstiffness_loss = nan\n", r"stiffness_loss\.0 = nan must be a finite number"),

@@ -1,0 +1,156 @@
+"""A grid's cases: its joint points, from a sample or a table, crossed with the values that its axes list.
+
+A place is a joint point at one combination of the listed values of the rig. Joint points that differ in their
+measurement only are one place, with several measurements.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from sigdb.core.errors import InputError
+from sigdb.core.typing import FloatArray, IntArray
+from sigdb.measurement import Measurement
+from sigdb.sweep.damages import meaningful
+from sigdb.sweep.design import DAMAGE_AXES, MEASUREMENT_AXES, OWN_AXES, Grid
+from sigdb.sweep.distinct import consecutive, distinct
+
+
+def product(axes: Mapping[str, Sequence[Any]]) -> tuple[dict[str, Any], int]:
+    """Each combination of values as columns, the last axis fastest, and how many there are; a value counts once."""
+    lists = [np.array(list(dict.fromkeys(values))) for values in axes.values()]
+    mesh = np.meshgrid(*lists, indexing="ij") if lists else []
+    columns = {axis: column.ravel() for axis, column in zip(axes, mesh, strict=True)}
+    return columns, int(np.prod([len(one) for one in lists], dtype=int))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crossing:
+    """A grid and its joint points.
+
+    Attributes
+    ----------
+    owner
+        Name of the grid in messages.
+    grid
+        The grid.
+    joint
+        (points,) values of each axis that a sample or a table gives; none for a product alone.
+    """
+
+    owner: str
+    grid: Grid
+    joint: Mapping[str, Any]
+
+    @cached_property
+    def _joint_groups(self) -> tuple[IntArray, IntArray]:
+        """Group of each joint point by all but its measurement, and each group's first point."""
+        n = len(next(iter(self.joint.values()))) if self.joint else 1
+        return distinct(np.zeros(n), *(self.joint[axis] for axis in self.joint if axis not in MEASUREMENT_AXES))
+
+    @cached_property
+    def _listed_rig(self) -> tuple[dict[str, FloatArray], int]:
+        return product({axis: self.grid.rig[axis] for axis in sorted(self.grid.rig)})
+
+    @property
+    def places(self) -> int:
+        """Number of places."""
+        return len(self._joint_groups[1]) * self._listed_rig[1]
+
+    @property
+    def _group(self) -> IntArray:
+        """(places,) group of joint points of each place."""
+        return np.repeat(np.arange(len(self._joint_groups[1])), self._listed_rig[1])
+
+    @property
+    def rig_values(self) -> dict[str, FloatArray]:
+        """(places,) values of the rig's swept parameters."""
+        listed, _ = self._listed_rig
+        first = self._joint_groups[1][self._group]
+        repeats = len(self._joint_groups[1])
+        return {axis: np.tile(column, repeats) for axis, column in listed.items()} | {
+            axis: np.asarray(column)[first] for axis, column in self.joint.items() if axis not in OWN_AXES
+        }
+
+    def damages(self) -> tuple[dict[str, FloatArray], Any, int]:
+        """Columns of damage of each case, place by place, the names of their patterns, and cases in a place.
+
+        Without patterns the names are None. Only axes that are not at their default have a column.
+        """
+        first = self._joint_groups[1][self._group]
+        joint = {axis: np.asarray(self.joint[axis])[first] for axis in (*DAMAGE_AXES, "pattern") if axis in self.joint}
+        if self.grid.pattern:
+            listed, n = product({"pattern": self.grid.pattern})
+        elif "pattern" in joint:
+            listed, n = {}, 1
+        else:
+            listed, n = product({axis: getattr(self.grid, axis) for axis in self.grid.listed_damage})
+        columns = {axis: np.tile(column, self.places) for axis, column in listed.items()}
+        columns |= {axis: np.repeat(column, n) for axis, column in joint.items()}
+        names = columns.pop("pattern", None)
+        return meaningful(columns), names, n
+
+    def teeth(self, teeth: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+        """(places,) where the teeth of each place stand in a list of teeth, how many they are, and that list.
+
+        The list begins with the number of each tooth, from 0 on.
+
+        Parameters
+        ----------
+        teeth
+            (places,) tooth count of the damaged gear.
+
+        Raises
+        ------
+        InputError
+            If it names a tooth that the gear does not have.
+        """
+        all_teeth = np.arange(teeth.max() + 1)
+        if "tooth" in self.joint:
+            named = np.asarray(self.joint["tooth"])[self._joint_groups[1][self._group]].astype(np.int64)
+            self._check_teeth(named, teeth)
+            return named, np.ones_like(named), all_teeth
+        if self.grid.tooth == "all":
+            return np.ones_like(teeth), teeth, all_teeth
+        listed = np.array(list(dict.fromkeys(self.grid.tooth)))
+        for tooth in listed:
+            self._check_teeth(np.full_like(teeth, tooth), teeth)
+        count = np.full_like(teeth, len(listed))
+        return np.full_like(teeth, len(all_teeth)), count, np.concatenate([all_teeth, listed])
+
+    def _check_teeth(self, named: IntArray, teeth: IntArray) -> None:
+        for at in np.flatnonzero((named < 1) | (named > teeth))[:1]:
+            raise InputError(
+                f"{self.owner}: tooth = {named[at]} is not on a gear of {teeth[at]} teeth; "
+                f"name teeth from 1 to {teeth[at]}, or 'all'"
+            )
+
+    def measurements(self, default: Measurement, cycles: IntArray) -> tuple[dict[str, FloatArray], IntArray, IntArray]:
+        """Columns of measurements, and where those of each place begin and how many they are.
+
+        Parameters
+        ----------
+        default
+            Values of axes that the grid does not name.
+        cycles
+            (places,) revolutions in a tooth cycle.
+        """
+        listed, n = product({axis: getattr(self.grid, axis) for axis in MEASUREMENT_AXES if getattr(self.grid, axis)})
+        joint = [axis for axis in MEASUREMENT_AXES if axis in self.joint]
+        if joint:
+            groups, first = self._joint_groups
+            members = np.argsort(groups, kind="stable")
+            sizes = np.bincount(groups, minlength=len(first))
+            starts = np.cumsum(sizes) - sizes
+            point = members[consecutive(starts[self._group], sizes[self._group])]
+            count = sizes[self._group] * n
+        else:
+            point, count = np.zeros(1, np.int64), np.full(self.places, n)
+        columns = {axis: np.full(len(point) * n, float(getattr(default, axis))) for axis in MEASUREMENT_AXES}
+        columns |= {axis: np.tile(column, len(point)).astype(float) for axis, column in listed.items()}
+        columns |= {axis: np.repeat(np.asarray(self.joint[axis])[point], n).astype(float) for axis in joint}
+        start = np.cumsum(count) - count if joint else np.zeros(self.places, np.int64)
+        return columns, start, count

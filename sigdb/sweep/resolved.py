@@ -1,0 +1,56 @@
+"""What a plan is made from, as it is stored with a database, and its hash."""
+
+import hashlib
+import json
+from typing import TYPE_CHECKING, Any
+
+from sigdb.database.manifest import FORMAT
+from sigdb.transmission.damage import preset_teeth
+
+if TYPE_CHECKING:
+    from sigdb.sweep.plan import Plan
+
+
+def resolved_content(plan: "Plan") -> dict[str, Any]:
+    """All that determines a plan's rows, with every default filled in."""
+    content: dict[str, Any] = {
+        "format": FORMAT,
+        "sweep": plan.design.model_dump(mode="json", exclude={"rig"}),
+        "measurement": plan.measurement.model_dump(mode="json"),
+        "signature": plan.signature.model_dump(mode="json"),
+        "rig": plan.rig.model_dump(mode="json"),
+    }
+    content["sweep"]["gear"] = plan.gear
+    content["sweep"]["patterns"] |= _presets(plan)
+    content["signature"]["sensors"] = list(plan.sensors)
+    if plan.first_row_part or plan.first_template_part:
+        content["parts"] = {
+            "first_row_part": plan.first_row_part,
+            "first_template_part": plan.first_template_part,
+            "part_rows": plan.part_rows,
+        }
+    return content
+
+
+def hash_of(resolved: dict[str, Any]) -> str:
+    """SHA-256 of a resolved recipe, sources of the rig's numbers and descriptions aside."""
+    counted = resolved | {"rig": _without(resolved["rig"], ("sources", "title"))}
+    return hashlib.sha256(json.dumps(counted, sort_keys=True).encode()).hexdigest()
+
+
+def _presets(plan: "Plan") -> dict[str, Any]:
+    """Patterns that the grids name and the design does not define, on the rig's own tooth count."""
+    teeth = plan.rig.gears[plan.gear].teeth
+    return {
+        name: [one.model_dump(mode="json") for one in preset_teeth(name, teeth)]
+        for name in plan.design.named_patterns
+        if name not in plan.design.patterns
+    }
+
+
+def _without(value: Any, keys: tuple[str, ...]) -> Any:
+    if isinstance(value, dict):
+        return {key: _without(item, keys) for key, item in value.items() if key not in keys}
+    if isinstance(value, list):
+        return [_without(item, keys) for item in value]
+    return value
