@@ -25,3 +25,8 @@ def specimen_stream(seed: int, specimen: int) -> np.random.Generator:
 def noise_stream(seed: int, block: int) -> np.random.Generator:
     """The noise stream of rows ``NOISE_BLOCK * block`` up to the next block."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1, block)))
+
+
+def sample_stream(seed: int, grid: int) -> np.random.Generator:
+    """The stream of the points that a grid of a design samples."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2, grid)))
