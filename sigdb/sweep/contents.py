@@ -1,7 +1,6 @@
 """Whether a part holds what its plan says: parameters, results where the status is ``ok``, nulls where it is not."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -10,7 +9,6 @@ import pyarrow.parquet as pq
 
 from sigdb.core.typing import BoolArray, IntArray
 from sigdb.database.receipts import Receipt
-from sigdb.database.schema import suffixed
 from sigdb.signature import mesh_bands
 from sigdb.sweep.plan import Plan
 
@@ -54,7 +52,7 @@ def wrong_templates(plan: Plan, receipt: Receipt, files: Mapping[str, pq.Parquet
 
 
 def nulls_of_results(features: pa.Table) -> IntArray:
-    """Rows (by their place) that have a result with an indicator missing: right only for a quotient without variance."""
+    """Rows, by place, that have a result with an indicator missing: right only for a quotient without variance."""
     ok = _ok(features)
     missing = np.zeros(len(ok), dtype=bool)
     for field in features.schema:
