@@ -1,5 +1,6 @@
 """Making a plan: the design's grids, checked against the rig, as templates and segments."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ def make_plan(
     first_row_part: int = 0,
     first_template_part: int = 0,
     part_rows: int | None = None,
+    base_fields: Sequence[str] = (),
 ) -> Plan:
     """Plan a sweep.
 
@@ -42,6 +44,8 @@ def make_plan(
         The rig that the design is for.
     first_row_part, first_template_part, part_rows
         Of an extension of a database: numbers of its first parts, and the rows in a part of the database.
+    base_fields
+        Of an extension: the fields of damage that the database has columns for.
 
     Raises
     ------
@@ -93,6 +97,7 @@ def make_plan(
         part_rows=part_rows or rows_of_a_part(segments.rows),
         first_row_part=first_row_part,
         first_template_part=first_template_part,
+        base_fields=tuple(base_fields),
     )
 
 

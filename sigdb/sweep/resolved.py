@@ -28,6 +28,7 @@ def resolved_content(plan: "Plan") -> dict[str, Any]:
             "first_row_part": plan.first_row_part,
             "first_template_part": plan.first_template_part,
             "part_rows": plan.part_rows,
+            "base_fields": list(plan.base_fields),
         }
     return content
 
