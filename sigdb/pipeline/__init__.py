@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from sigdb.pipeline.models import train_model
     from sigdb.pipeline.new_rig import write_new_rig
     from sigdb.pipeline.paper.results import paper_claims
-    from sigdb.pipeline.pictures import draw_signature
+    from sigdb.pipeline.pictures import draw_coverage, draw_signature
     from sigdb.pipeline.recipe import Recipe, load_recipe
     from sigdb.pipeline.run import Made, run_recipe
 
@@ -17,6 +17,7 @@ __all__ = [
     "Made",
     "Recipe",
     "describe_rig",
+    "draw_coverage",
     "draw_rig",
     "draw_signature",
     "load_recipe",
@@ -32,6 +33,7 @@ __getattr__, __dir__ = lazy_names(
         "Made": "sigdb.pipeline.run",
         "Recipe": "sigdb.pipeline.recipe",
         "describe_rig": "sigdb.pipeline.describe",
+        "draw_coverage": "sigdb.pipeline.pictures",
         "draw_rig": "sigdb.pipeline.describe",
         "draw_signature": "sigdb.pipeline.pictures",
         "load_recipe": "sigdb.pipeline.recipe",
