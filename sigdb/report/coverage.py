@@ -23,7 +23,7 @@ _APART = 0.13
 
 
 def coverage_figure(cases: pd.DataFrame, *, grid: Mapping[str, FloatArray], title: str) -> Figure:
-    """The distribution of the match with a line at 0.97, and the match against each axis, with the grid's values as ticks.
+    """The distribution of the match with a line at 0.97, and the match against each axis; ticks are the grid's values.
 
     Parameters
     ----------
@@ -57,17 +57,16 @@ def coverage_figure(cases: pd.DataFrame, *, grid: Mapping[str, FloatArray], titl
 
 def _draw_distribution(axes: Axes, match: FloatArray) -> None:
     """A histogram, cases below the line in the colour of damage."""
-    low = min(0.95, float(match.min()))
+    width = (1 - min(0.95, float(match.min()))) / _BINS
     # The line is an edge between bars.
-    width = (1 - low) / _BINS
-    edges = np.sort(np.concatenate([np.arange(_ASKED, low - width, -width), np.arange(_ASKED + width, 1 + width, width)]))
-    _, _, bars = axes.hist(np.minimum(match, 1), bins=edges.tolist(), color=INK)
-    for bar, left in zip(bars, edges, strict=False):
-        if left < _ASKED - width / 2:
-            bar.set_facecolor(DAMAGE)  # type: ignore[union-attr]
+    below, above = (int(np.ceil(share / width)) for share in (_ASKED - float(match.min()), 1 - _ASKED))
+    left = _ASKED + np.arange(-max(below, 1), above) * width
+    bar = np.clip(np.floor((match - left[0]) / width), 0, len(left) - 1).astype(int)
+    colours = np.where(np.arange(len(left)) < max(below, 1), DAMAGE, INK).tolist()
+    axes.bar(left, np.bincount(bar, minlength=len(left)), width, align="edge", color=colours)
     axes.axvline(_ASKED, color=DAMAGE, linewidth=1)
     axes.set(title=f"{(match >= _ASKED).mean():.1%} of the cases at {_ASKED} or above", xlabel="match", ylabel="cases")
-    axes.set_xlim(edges[0], 1)
+    axes.set_xlim(left[0], 1)
 
 
 def _draw_axis(axes: Axes, x: FloatArray, match: FloatArray, values: FloatArray) -> None:

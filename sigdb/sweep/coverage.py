@@ -15,7 +15,7 @@ from sigdb.core.typing import FloatArray
 from sigdb.database.coverage_record import CoverageRecord, write_coverage
 from sigdb.database.manifest import Manifest
 from sigdb.database.reader import Database, check_complete
-from sigdb.sweep.axes import MEASUREMENT_AXES
+from sigdb.sweep.axes import MEASUREMENT_AXES, WHOLE_AXES
 from sigdb.sweep.coarseness import coarseness
 from sigdb.sweep.nearness import Nearness
 from sigdb.sweep.off_grid import off_grid, whole_axes
@@ -41,7 +41,7 @@ class Coverage:
     ----------
     cases
         One row a case off the grid, without noise and index errors: its parameters, ``match`` (the greatest normalised
-        overlap with a template; 1 where the damage leaves no residual, as the undamaged gear has none), ``template`` (the one of least
+        overlap with a template; 1 where damage leaves no residual, as no damage does), ``template`` (the one of least
         misfit), ``misfit``, and ``separation``, its distance from that template in standard deviations of the noise.
     grid
         Values of the axes between which the cases lie, those that the database was begun with.
@@ -171,7 +171,7 @@ def study(
     found = Coverage(
         cases=clean.drop(columns="off_grid"),
         grid=values,
-        coarse=coarseness(clean, values, whole_axes(base, values) | {"teeth"}),
+        coarse=coarseness(clean, values, {"teeth", *WHOLE_AXES, *whole_axes(base, base.rig_points.swept)}),
         measured=measured["misfit"].to_numpy(),
         failed=trial.n_templates - len(trial.rig_points) - len(clean),
         record=CoverageRecord(

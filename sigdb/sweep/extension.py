@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from sigdb.core.fields import validated
 from sigdb.core.typing import FloatArray
@@ -28,10 +27,10 @@ def extension(manifest: Manifest, study: Study, match: float) -> Plan:
     axes = _columns_of_axes(base)
     grids = [
         {
-            "tooth": _teeth(base, int(teeth)),
+            "tooth": _teeth(base, int(some["teeth"].iloc[0])),
             "table": {axis: some[column].tolist() for axis, column in axes.items()},
         }
-        for teeth, some in rows.groupby("teeth")
+        for _, some in rows.groupby("teeth")
     ]
     kept = base.design.model_dump(include={"rig", "gear", "seed", "specimens", "draws"})
     return make_plan(
@@ -54,9 +53,7 @@ def apart(study: Study, match: float) -> list[int]:
     for at in poor.index:
         n = len(study.signals[at])
         alike = (
-            np.fft.irfft(residuals[at] * residuals[one].conj(), n).max()
-            for one in kept
-            if len(study.signals[one]) == n
+            np.fft.irfft(residuals[at] * residuals[one].conj(), n).max() for one in kept if len(study.signals[one]) == n
         )
         if all(overlap < match for overlap in alike):
             kept.append(at)

@@ -28,7 +28,8 @@ def off_grid(base: Plan, *, cases: int, seed: int, specimens: int) -> Design:
     InputError
         If no grid has anything between its cases.
     """
-    spread = [(grid, spans) for grid in base.design.grid if not grid.patterns and _is_spread(spans := _spans(base, grid))]
+    every = [(grid, _spans(base, grid)) for grid in base.design.grid if not grid.patterns]
+    spread = [(grid, spans) for grid, spans in every if any(low < high for low, high in spans.values())]
     if not spread:
         raise InputError(
             "nothing lies between the cases: no grid has an axis with several values that are not whole numbers or "
@@ -53,13 +54,7 @@ def off_grid(base: Plan, *, cases: int, seed: int, specimens: int) -> Design:
 
 def whole_axes(base: Plan, axes: Iterable[str]) -> frozenset[str]:
     """Those of some axes that are whole numbers."""
-    return frozenset(
-        axis for axis in axes if axis in WHOLE_AXES or (axis not in OWN_AXES and is_whole(base.rig, axis))
-    )
-
-
-def _is_spread(spans: Spans) -> bool:
-    return any(low < high for low, high in spans.values())
+    return frozenset(axis for axis in axes if axis in WHOLE_AXES or (axis not in OWN_AXES and is_whole(base.rig, axis)))
 
 
 def _axes(base: Plan, grid: Grid) -> dict[str, Any]:
