@@ -18,7 +18,7 @@ from sigdb.transmission.gears import Gear, Operating
 _ASKED = 0.97
 _BINS = 30
 _COLUMNS = 3
-_APART = 0.13
+_APART = 0.2
 """Least distance between labelled values of an axis, as a fraction of its length."""
 
 
@@ -49,7 +49,7 @@ def coverage_figure(cases: pd.DataFrame, *, grid: Mapping[str, FloatArray], titl
         _draw_distribution(first, cases["match"].to_numpy())
         for axes, (name, values) in zip(others, grid.items(), strict=False):
             _draw_axis(axes, cases[name].to_numpy(float), cases["match"].to_numpy(), values)
-            axes.set(title=f"Match against {name}", xlabel=_label(name), ylabel="match")
+            axes.set(xlabel=_label(name), ylabel="match")
         for axes in others[len(grid) :]:
             axes.remove()
     return figure
@@ -75,7 +75,7 @@ def _draw_axis(axes: Axes, x: FloatArray, match: FloatArray, values: FloatArray)
     axes.scatter(x, match, s=9, c=np.where(match < _ASKED, DAMAGE, INK), alpha=0.6, linewidths=0)
     axes.axhline(_ASKED, color=DAMAGE, linewidth=1)
     shown = _labelled(values)
-    axes.set_xticks(shown, [f"{value:.4g}" for value in shown])
+    axes.set_xticks(shown, [f"{value:.5g}" for value in shown])
     axes.set_xticks(values, minor=True)
     top = 1 + 0.04 * (1 - min(0.95, float(match.min())))
     axes.set_ylim(top=top)
