@@ -163,10 +163,14 @@ def study(
         between, nearness = Database(folder), Nearness(database, sensor)
         clean, signals = nearness.clean(between, axes, _noise(base), on_progress)
         measured = nearness.measured(between, on_progress)
-        measurements = between.cases()[["template", *MEASUREMENT_AXES]].drop_duplicates()
-        measurements = measurements.rename(columns={"template": "off_grid"})
+        rows = between.cases()
+    measurements = rows[["template", *MEASUREMENT_AXES]].drop_duplicates().rename(columns={"template": "off_grid"})
     if clean.empty or measured.empty:
-        raise DatabaseError(f"{database.store}: no case between those of the database has a result")
+        why = rows.loc[rows["status"] != "ok", "status"].iloc[0]
+        raise DatabaseError(
+            f"{database.store}: no case between those of the database has a result that can be compared; the first one "
+            f"says: {why}"
+        )
     values = {axis: grid for axis, grid in values.items() if clean[axis].nunique() > 1}
     found = Coverage(
         cases=clean.drop(columns="off_grid"),
