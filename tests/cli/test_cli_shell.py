@@ -11,7 +11,21 @@ from click.testing import CliRunner
 import sigdb
 from sigdb.cli.main import cli, main
 
-COMMANDS = ("new-rig", "describe", "modes", "run", "sweep", "query", "show", "train", "evaluate")
+COMMANDS = (
+    "new-rig",
+    "describe",
+    "modes",
+    "run",
+    "sweep",
+    "query",
+    "show",
+    "match",
+    "export",
+    "coverage",
+    "refine",
+    "train",
+    "evaluate",
+)
 SIGDB = Path(sys.executable).with_name("sigdb")
 
 
@@ -70,6 +84,11 @@ def test_python_m_sigdb_is_sigdb(shell):
         (["show", "{db}", "99999"], "id 99999 is not in"),
         (["show", "{db}", "0", "--sensor", "wheel"], "sensor 'wheel' is not stored"),
         (["show", "{db}", "0", "--out", "row.txt"], "not a picture's name"),
+        (["coverage", "{missing}"], "is not a sigdb database"),
+        (["coverage", "{db}", "--sensor", "wheel"], "sensor 'wheel' is not stored"),
+        (["coverage", "{db}", "--out", "match.txt"], "not a picture's name"),
+        (["refine", "{missing}"], "is not a sigdb database"),
+        (["refine", "{db}", "--match", "1.5"], "match = 1.5 must lie between 0 and 1; 0.97 is usual"),
         (["train", "{missing}", "--target", "location", "--out", "{missing}"], "is not a sigdb database"),
         (["evaluate", "{missing}", "{db}"], "is not a model folder"),
         (["evaluate", "{model}", "{missing}"], "is not a sigdb database"),
@@ -105,6 +124,9 @@ def test_exit_codes_are_those_of_the_process(shell, tmp_path):
         (["query", "db"], "Missing argument 'SQL'"),
         (["show", "db", "first"], "'first' is not a valid integer"),
         (["modes", "nasa-spiral-bevel", "--count", "0"], "0 is not in the range"),
+        (["coverage", "db", "--cases", "0"], "0 is not in the range"),
+        (["refine", "db", "--rounds", "0"], "0 is not in the range"),
+        (["refine", "db", "--jobs", "-2"], "-2; give 1 or more, or -1"),
         (["run", "recipe.toml", "--jobs", "0"], "0; give 1 or more, or -1"),
     ],
 )
