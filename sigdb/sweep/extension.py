@@ -9,12 +9,12 @@ from sigdb.core.typing import FloatArray
 from sigdb.database.manifest import Manifest
 from sigdb.database.residuals import root_mean_square, unit_residuals
 from sigdb.sweep.axes import MEASUREMENT_AXES
-from sigdb.sweep.coverage import Study
 from sigdb.sweep.design import Design
 from sigdb.sweep.distinct import consecutive
 from sigdb.sweep.plan import Plan
 from sigdb.sweep.planning import make_plan
 from sigdb.sweep.reconstruction import plan_from
+from sigdb.sweep.study import Study
 
 
 def extension(manifest: Manifest, study: Study, match: float) -> Plan:

@@ -10,13 +10,14 @@ from sigdb.database.coverage_record import write_coverage
 from sigdb.database.manifest import read_manifest
 from sigdb.database.reader import Database
 from sigdb.database.storage import Store
-from sigdb.sweep.coverage import USUAL_MATCH, Coverage, study
+from sigdb.sweep.coverage import USUAL_MATCH, Coverage, summary
 from sigdb.sweep.engines import Cluster, Engine, Processes
 from sigdb.sweep.extension import extension
 from sigdb.sweep.ownership import owned
 from sigdb.sweep.progress import Progress
 from sigdb.sweep.reconstruction import plan_from
 from sigdb.sweep.run import append, carry_out, check_version
+from sigdb.sweep.study import study
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,8 +118,9 @@ def refine(
             _finish(store, engine, on_progress)
             done, new_rows = done + 1, new_rows + plan.rows
             new_cases += plan.n_templates - len(plan.rig_points)
-        write_coverage(store, looked.found.record)
-    return Refinement(reached=reached, rounds=done, cases=new_cases, rows=new_rows, coverage=looked.found)
+        found = summary(looked)
+        write_coverage(store, found.record)
+    return Refinement(reached=reached, rounds=done, cases=new_cases, rows=new_rows, coverage=found)
 
 
 def _finish(store: Store, engine: Engine, on_progress: Callable[[Progress], Any]) -> None:
