@@ -11,8 +11,9 @@ from numpy.testing import assert_allclose
 import sigdb
 from sigdb.core.errors import DatabaseError, InputError, UnstableRigError
 from sigdb.dynamics import Periodic
-from sigdb.sweep import coverage, run
+from sigdb.sweep import coverage, refine, run
 from sigdb.sweep.coarseness import coarseness
+from sigdb.transmission import Transmission
 
 HEAD = """
 [sweep]
@@ -252,19 +253,23 @@ def test_grids_with_columns_of_their_own(make):
     assert list(found.grid) == ["stiffness_loss"]
 
 
-def test_where_no_turn_is_exact(make):
-    """Cases have the grid's teeth, and are compared with the templates of its teeth."""
-    head = HEAD.replace("nasa-spiral-bevel", "two-stage-gearbox").replace("healthy = 20", "healthy = 1")
-    tail = TAIL.replace("averages = 102", "averages = 30").replace("1e-6", "0.0")
-    tail = tail.replace('"pinion-housing-vertical", "pinion-vertical"', '"input-vertical"')
-    folder = make(f"{head}[[sweep.grid]]\ntooth = 4\nstiffness_loss = [0.1, 0.5]\n{tail}")
-    case = coverage(folder, cases=1, jobs=1).cases.iloc[0]
-    damage = sigdb.Damage(tooth=4, stiffness_loss=case["stiffness_loss"])
-    y = sigdb.simulate(sigdb.load_transmission("two-stage-gearbox"), damage, solver=Periodic(samples_per_tooth=32))
-    z = unit_residual(y.signal("input-vertical"), 32)
-    templates = [turned(unit_residual(one, 32)) for one in sigdb.open(folder).templates()["tsa"][1:].map(np.float64)]
-    match = max((one @ z).max() / (np.linalg.norm(one[0]) * np.linalg.norm(z)) for one in templates)
-    assert_allclose(case["match"], match, rtol=1e-6)
+def test_where_no_turn_is_exact(make, monkeypatch):
+    """Each tooth has templates of its own, and cases; a bevel pair is told that it does not turn exactly."""
+    monkeypatch.setattr(Transmission, "turns_exactly", lambda rig, gear: False)
+    folder = make(HEAD + "[[sweep.grid]]\ntooth = [3, 4]\nstiffness_loss = [0.1, 0.5]\n" + TAIL)
+    assert sigdb.open(folder).templates()["tooth"].tolist() == [0, 3, 4, 3, 4]
+    found = coverage(folder, cases=6, jobs=1).cases
+    assert found["stiffness_loss"].value_counts().tolist() == [2, 2, 2]
+    templates = [turned(z) for z in residuals([(0.1, 0.0), (0.5, 0.0)])]
+    for case, z in zip(
+        found.to_dict("records"), residuals(found[["stiffness_loss", "phase_shift_deg"]].to_numpy()), strict=True
+    ):
+        match = max((one @ z).max() / (np.linalg.norm(one[0]) * np.linalg.norm(z)) for one in templates)
+        assert_allclose(case["match"], match, rtol=1e-5)
+    told = refine(folder, match=0.999, cases=6, rounds=1, jobs=1)
+    appended = sigdb.open(folder).templates().query("template >= 64")
+    assert appended["tooth"].tolist() == [0] + [3, 4] * (told.cases // 2)
+    assert set(sigdb.open(folder).cases("id >= 2048")["tooth"]) == {3, 4}
 
 
 def test_intervals_of_the_grid():
