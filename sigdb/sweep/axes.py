@@ -134,6 +134,20 @@ def _number(of: str, value: Any) -> float:
     return float(value)
 
 
+def read_teeth(value: Any) -> Any:
+    """First damaged teeth as written.
+
+    Raises
+    ------
+    ValueError
+        If they are neither whole numbers nor ``all``.
+    """
+    teeth = value if isinstance(value, list | tuple) else (value,)
+    if value != "all" and not all(isinstance(one, int) and not isinstance(one, bool) for one in teeth):
+        raise ValueError(f"tooth = {value!r} must be a whole number, a list of them, or 'all'")
+    return value if value == "all" else tuple(teeth)
+
+
 def known_axis(axis: str) -> None:
     """Refuse a name that is neither an axis of a grid nor a dotted path.
 
@@ -143,4 +157,6 @@ def known_axis(axis: str) -> None:
         Names the nearest one.
     """
     if axis not in OWN_AXES and "." not in axis:
-        raise ValueError(f"no axis is called {axis!r}{suggestion(axis, OWN_AXES)}")
+        raise ValueError(
+            f"no axis is called {axis!r}{suggestion(axis, OWN_AXES)} (a number of the rig is named by its dotted path)"
+        )

@@ -4,6 +4,7 @@ A place is a joint point at one combination of the listed values of the rig. Joi
 measurement only are one place, with several measurements.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -61,6 +62,12 @@ class Crossing:
     def places(self) -> int:
         """Number of places."""
         return len(self._joint_groups[1]) * self._listed_rig[1]
+
+    @property
+    def cases(self) -> int:
+        """Number of cases of damage, those that damage nothing included."""
+        listed = ("pattern",) if self.grid.pattern else self.grid.listed_damage
+        return self.places * math.prod(len(set(getattr(self.grid, axis))) for axis in listed)
 
     @property
     def _group(self) -> IntArray:

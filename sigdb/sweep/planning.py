@@ -1,5 +1,7 @@
 """Making a plan: the design's grids, checked against the rig, as templates and segments."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,9 @@ from sigdb.sweep.rig_points import RigPoints, rig_points
 from sigdb.transmission import ToothDamage, Transmission
 from sigdb.transmission.damage import PRESETS, preset_teeth
 from sigdb.transmission.mesh_stiffness import damaged_profile
+
+_MOST_CASES = 20_000_000
+"""Cases of damage in a grid, which a plan holds in memory; more could not be simulated."""
 
 
 def make_plan(
@@ -99,7 +104,12 @@ def make_plan(
 def _crossing(design: Design, number: int, rig: Transmission) -> Crossing:
     owner, grid = f"sweep.grid.{number}", design.grid[number]
     joint = joint_points(grid, rig, owner=owner, number=number, seed=design.seed)
-    return Crossing(owner=owner, grid=grid, joint=joint)
+    crossing = Crossing(owner=owner, grid=grid, joint=joint)
+    if crossing.cases > _MOST_CASES:
+        raise InputError(
+            f"{owner} has {crossing.cases} cases of damage, and a plan holds {_MOST_CASES}; give fewer, or a sample"
+        )
+    return crossing
 
 
 def _own_patterns(design: Design, teeth: int) -> dict[str, tuple[ToothDamage, ...]]:
@@ -226,7 +236,8 @@ def _fits(damages: Damages, blocks: Blocks, points: RigPoints, gear: str) -> Non
     # A shift at the limit is asked too.
     wide = shift[damage] * count > 180 * (1 - 1e-9)
     for at in np.flatnonzero((damages.damaged_teeth[damage] > count) | wide | (damages.pattern[damage] > 0)):
-        damages.damage(int(damage[at]), gear, 1).on_teeth(int(count[at]))
+        with _of_grid(blocks.grid[first[at]]):
+            damages.damage(int(damage[at]), gear, 1).on_teeth(int(count[at]))
     if damages.has_geometry.any():
         _fits_geometry(damages, blocks.at(damages.has_geometry[blocks.damage]), points, gear)
 
@@ -241,5 +252,15 @@ def _fits_geometry(damages: Damages, blocks: Blocks, points: RigPoints, gear: st
             mesh = point.rig.meshes[point.rig.meshes_of(gear)[0]]
             known[build[at]] = mesh.profile, gear == mesh.driving
         profile, driving = known[build[at]]
-        for of_tooth in damages.teeth(int(blocks.damage[at])):
-            damaged_profile(profile, of_tooth, point.teeth, driving=driving)
+        with _of_grid(blocks.grid[at]):
+            for of_tooth in damages.teeth(int(blocks.damage[at])):
+                damaged_profile(profile, of_tooth, point.teeth, driving=driving)
+
+
+@contextmanager
+def _of_grid(number: int) -> Iterator[None]:
+    """Name the grid in what is wrong with its damage."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"sweep.grid.{number}: {error}") from None
