@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import field_validator, model_validator
 
 from sigdb.core.errors import InputError, suggestion
-from sigdb.core.fields import Section
+from sigdb.core.fields import Section, quantity
 from sigdb.measurement import Measurement
 from sigdb.transmission import ToothDamage
 from sigdb.transmission.damage import FLAW_FIELDS
@@ -23,8 +23,8 @@ WHOLE_AXES = ("tooth", "damaged_teeth", "pits", "averages")
 class Range(Section):
     """Values between two ends, from which a sample takes as many as the grid has points."""
 
-    min: float
-    max: float
+    min: float = quantity("-", "Lower end, in the unit of the axis.")
+    max: float = quantity("-", "Upper end, in the unit of the axis; for whole numbers it is one of them.")
 
     @field_validator("min", "max", mode="after")
     @classmethod
