@@ -114,6 +114,17 @@ class Plan:
         return range(self.first_template_part, self.first_template_part + self.template_parts)
 
     @property
+    def own_parts(self) -> dict[str, int]:
+        """How its parts are numbered, where that does not follow from its rows, as in an extension."""
+        if self.first_row_part == self.first_template_part == 0 and self.part_rows == rows_of_a_part(self.rows):
+            return {}
+        return {
+            "first_row_part": self.first_row_part,
+            "first_template_part": self.first_template_part,
+            "part_rows": self.part_rows,
+        }
+
+    @property
     def first_row(self) -> int:
         """The first id."""
         return self.first_row_part * self.part_rows

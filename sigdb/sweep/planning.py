@@ -127,7 +127,8 @@ class _Gathered:
         self.own = _own_patterns(design, points.base.gears[gear].teeth)
         self.patterns: dict[Pattern, int] = {}
         self.pieces: list[dict[str, Any]] = []
-        self.teeth: list[IntArray] = []
+        # Each tooth stands at its own number, then come the grids' lists.
+        self.teeth: list[IntArray] = [np.arange(points.teeth.max() + 1)]
         self.measured: list[dict[str, FloatArray]] = []
         self.places: list[tuple[IntArray, IntArray, IntArray]] = []
 
@@ -139,19 +140,20 @@ class _Gathered:
         self.measured.append(measured)
         self.places.append((rigs, start, count))
         columns, names, n = crossing.damages()
-        tooth_start, tooth_count, teeth = crossing.teeth(of_gear)
+        tooth_start, tooth_count, listed = crossing.teeth(of_gear)
+        tooth_start = tooth_start + (sum(map(len, self.teeth)) if len(listed) else 0)
         place = np.repeat(np.arange(len(rigs)), n)
         pattern, alike = self._numbered(names, of_gear[place])
         piece = {
             "grid": np.full(len(place), len(self.pieces)),
             "rig": rigs[place],
-            "tooth_start": (tooth_start + sum(map(len, self.teeth)))[place],
+            "tooth_start": tooth_start[place],
             # Damage of all teeth alike is one case wherever it begins.
             "tooth_count": np.where(alike, 1, tooth_count[place]),
             "measured_start": start[place],
             "measured_count": count[place],
         }
-        self.teeth.append(teeth)
+        self.teeth.append(listed)
         kept = Damages(columns=columns, pattern=pattern, patterns=tuple(self.patterns)).is_damage
         self.pieces.append(
             {

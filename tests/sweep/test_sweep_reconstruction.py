@@ -125,6 +125,14 @@ def test_an_extension_is_another_plan_and_is_made_again(extension):
     assert_same(again, extended)
 
 
+def test_rows_in_a_part_may_be_given(plan_of):
+    base = plan_of(HEAD + GRID)
+    made_from = base.design, base.measurement, base.signature, base.rig
+    plan = make_plan(*made_from, part_rows=256)
+    assert base.part_rows == 2048
+    assert plan_from(stored(plan.resolved)).part_rows == 256
+
+
 def test_a_plan_goes_to_workers_whole_and_small(plan_of):
     plan = plan_of(HEAD + GRID + "snr_db = { min = -10, max = 10 }\npoints = 50000\n")
     assert plan.rows == 50_000 * 12 * 2 + 50_000 * 3 * 2
