@@ -123,9 +123,11 @@ def _batches(
     reader = relation.to_arrow_reader(rows)
 
     def read() -> Iterator[pa.RecordBatch]:
-        with _told(owner):
-            yield from reader
-        connection.close()
+        try:
+            with _told(owner):
+                yield from reader
+        finally:
+            connection.close()
 
     return pa.RecordBatchReader.from_batches(reader.schema, read())
 

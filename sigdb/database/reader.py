@@ -80,6 +80,10 @@ class Database:
             yield
         except (OSError, pa.ArrowInvalid) as error:
             raise DatabaseError(f"{self.store}: a part is damaged: {error}") from None
+        except DatabaseError as error:
+            # Arrow keeps an error that a file's Python raised, and by its traceback all that was in use then.
+            error.__traceback__ = None
+            raise DatabaseError(str(error)) from None
 
     @cached_property
     def _connection(self) -> Any:
