@@ -96,22 +96,21 @@ def nearest(
         c = scipy.fft.irfft(Z_t * np.conj(Z), n, axis=-1, overwrite_x=True)
         return c if shifts.size == n else c[:, -shifts]
 
-    def misfit(best: FloatArray, rms: FloatArray) -> FloatArray:
-        return np.sqrt(np.maximum(own**2 + rms**2 - 2 * best / n, 0))
-
     single = Z.astype(np.complex64)
     best = np.concatenate(_each(bank.spectra, lambda block: correlation(block, single).max(axis=1)))
-    coarse = np.where(among, misfit(best, rms), np.inf)
+    coarse = np.where(among, own**2 + rms**2 - 2 * best / n, np.inf)
     few = min(int(among.sum()), k + _SPARE)
     place = np.sort(np.argpartition(coarse, few - 1)[:few])
 
-    c = correlation(_spectra(bank, place).astype(complex), Z)
-    at, rms = c.argmax(axis=1), rms[place]
+    Z_t = _spectra(bank, place).astype(complex)
+    c = correlation(Z_t, Z)
+    at = c.argmax(axis=1)
     shift = -at % n if shifts.size == n else shifts[at]
-    best, norm = c[np.arange(few), at], n * own * rms
-    fine = misfit(best, rms)
+    # From the difference itself, which a small misfit needs.
+    turned = np.take_along_axis(np.fft.irfft(Z_t, n), (np.arange(n) - shift[:, None]) % n, axis=1)
+    fine, norm = root_mean_square(z - turned), own * rms[place]
     order = np.argsort(fine, kind="stable")[:k]
-    overlap = np.divide(best, norm, out=np.zeros(few), where=norm > 0)
+    overlap = np.divide((turned * z).mean(axis=1), norm, out=np.zeros(few), where=norm > 0)
     return Nearest(place=place[order], shift=shift[order], match=overlap[order], misfit=fine[order])
 
 
