@@ -185,7 +185,7 @@ def test_more_rows_than_a_batch(parts_folder, tmp_path, kind):
 
 def test_what_a_mat_file_cannot_hold(database, tmp_path, monkeypatch):
     monkeypatch.setattr("sigdb.database.export_mat.LIMIT", 548 * 384 * 4 - 1)
-    with pytest.raises(InputError, match=r"big\.mat: tsa would have .* GB, and a variable .*; write big\.h5 instead"):
+    with pytest.raises(InputError, match=r"^tsa would have .* GB, and a variable .*; write HDF5 instead, .* \.h5"):
         database.export(tmp_path / "big.mat")
     monkeypatch.setattr("sigdb.database.export_mat.LIMIT", 548 * 384 * 4)
     database.export(tmp_path / "big.mat")
@@ -193,7 +193,7 @@ def test_what_a_mat_file_cannot_hold(database, tmp_path, monkeypatch):
     numbers = sum(dtype.kind in "ifb" for dtype in database.cases().dtypes)
     monkeypatch.setattr("sigdb.database.export_mat.LIMIT", 548 * numbers * 8)
     monkeypatch.setattr("sigdb.database.export._list_sizes", lambda *_: {})
-    with pytest.raises(InputError, match=r"other\.mat: cases would have .* GB"):
+    with pytest.raises(InputError, match=r"^cases would have .* GB"):
         database.export(tmp_path / "other.mat", signals=False)
     assert [path.name for path in tmp_path.iterdir()] == ["big.mat"]
 
