@@ -5,6 +5,7 @@ import sys
 
 import click
 
+from sigdb.cli.coverage import coverage
 from sigdb.cli.describe import describe
 from sigdb.cli.evaluate import evaluate
 from sigdb.cli.export import export
@@ -12,6 +13,7 @@ from sigdb.cli.match import match
 from sigdb.cli.modes import modes
 from sigdb.cli.new_rig import new_rig
 from sigdb.cli.query import query
+from sigdb.cli.refine import refine
 from sigdb.cli.run import run
 from sigdb.cli.show import show
 from sigdb.cli.sweep import sweep
@@ -28,7 +30,7 @@ def cli() -> None:
     """Fault-signature databases for gear transmissions: make, query, learn from them."""
 
 
-for _command in (new_rig, describe, modes, run, sweep, query, show, match, export, train, evaluate):
+for _command in (new_rig, describe, modes, run, sweep, query, show, match, export, coverage, refine, train, evaluate):
     cli.add_command(_command)
 
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from sigdb.cli.workers import jobs_option, scheduler_option
+
 if TYPE_CHECKING:
     from sigdb.sweep import Plan
 
@@ -13,8 +15,8 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("recipe", type=click.Path(path_type=Path))
 @click.option("--out", help="Directory of the database, or s3://BUCKET/PREFIX; data/RECIPE/signatures if left out.")
-@click.option("--jobs", type=int, default=-1, show_default=True, help="Worker processes; -1 for one on each core.")
-@click.option("--scheduler", metavar="ADDRESS", help="Let the workers of this Dask scheduler do the work.")
+@jobs_option
+@scheduler_option
 @click.option("--retry-failed", is_flag=True, help="Make parts again that hold templates or rows without a result.")
 @click.option("--dry-run", is_flag=True, help="Print templates, rows, bytes, time and the first rows, and stop.")
 def sweep(recipe: Path, out: str | None, jobs: int, scheduler: str | None, retry_failed: bool, dry_run: bool) -> None:
@@ -26,8 +28,6 @@ def sweep(recipe: Path, out: str | None, jobs: int, scheduler: str | None, retry
     from sigdb.pipeline import load_recipe
     from sigdb.sweep import run
 
-    if jobs == 0 or jobs < -1:
-        raise click.BadParameter(f"{jobs}; give 1 or more, or -1 for one on each core", param_hint="--jobs")
     loaded = load_recipe(recipe)
     plan = loaded.plan()
     out = out or str(Path("data") / recipe.stem / "signatures")

@@ -34,3 +34,7 @@ class UnstableRigError(SigdbError):
 
 class DatabaseError(SigdbError):
     """A database that cannot be read, written or continued as asked."""
+
+
+class CorruptionError(DatabaseError):
+    """A file of a database that is missing, or is not as it was written."""

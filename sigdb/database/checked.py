@@ -12,7 +12,7 @@ import zlib
 import numpy as np
 import pyarrow as pa
 
-from sigdb.core.errors import DatabaseError
+from sigdb.core.errors import CorruptionError
 from sigdb.database.receipts import FileRecord, repair
 from sigdb.database.storage import Store
 
@@ -31,7 +31,7 @@ def open_checked(store: Store, record: FileRecord) -> pa.NativeFile:
 
     Raises
     ------
-    DatabaseError
+    CorruptionError
         While reading, if a block that is read is not as it was written, with the remedy.
     """
     return pa.PythonFile(_CheckedFile(store, record), mode="r")
@@ -67,7 +67,7 @@ class _CheckedFile(io.RawIOBase):
         for block in range(first, last):
             within = (block - first) * BLOCK
             if zlib.crc32(content[within : within + BLOCK]) != self._sums[block]:
-                raise DatabaseError(
+                raise CorruptionError(
                     f"{self._store.name_of(self._record.path)} is damaged: bytes {block * BLOCK} to "
                     f"{min((block + 1) * BLOCK, self._record.bytes) - 1} are not as they were written; "
                     f"{repair(self._store)}"

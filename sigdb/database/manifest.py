@@ -3,7 +3,7 @@
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from sigdb.core.errors import DatabaseError, InputError
+from sigdb.core.errors import CorruptionError, DatabaseError, InputError
 from sigdb.database.seal import sealed_toml, unsealed
 from sigdb.database.storage import Store
 
@@ -113,8 +113,10 @@ def read_manifest(store: Store) -> Manifest:
     ------
     InputError
         If there is no database.
+    CorruptionError
+        If its description is damaged.
     DatabaseError
-        If its description is damaged, or of a format that this version does not read.
+        If it is of a format that this version does not read.
     """
     if store.size(NAME) is None:
         raise InputError(
@@ -125,7 +127,10 @@ def read_manifest(store: Store) -> Manifest:
     text = store.get(NAME)
     if text.startswith(b"hash = "):
         raise DatabaseError(f"{name}: format 1 is not the format {FORMAT} that this sigdb reads; make it anew")
-    content = unsealed(text, name=name)
+    try:
+        content = unsealed(text, name=name)
+    except CorruptionError as error:
+        raise CorruptionError(f"{error}; {rewrite(store)}") from None
     if content.get("format") != FORMAT:
         raise DatabaseError(
             f"{name}: format {content.get('format')!r} is not the format {FORMAT} that this sigdb reads"
@@ -141,6 +146,11 @@ def read_manifest(store: Store) -> Manifest:
         )
     except (TypeError, KeyError) as error:
         raise DatabaseError(f"{name}: not a readable database description ({error})") from None
+
+
+def rewrite(store: Store) -> str:
+    """What to do about a damaged description."""
+    return f"write it again from the recipe that the database was made with: sigdb sweep RECIPE --out {store}"
 
 
 def _without_none(value: Any) -> Any:

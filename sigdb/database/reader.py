@@ -42,8 +42,9 @@ class Database:
     def __init__(self, location: str | PathLike[str] | Store) -> None:
         self.store = Store.at(location)
         self.manifest: Manifest = read_manifest(self.store)
+        hashes = {plan.hash for plan in self.manifest.plans}
         self._receipts: dict[str, dict[int, Receipt]] = {
-            name: {receipt.part: receipt for receipt in read_receipts(self.store, name)} for name in KINDS
+            name: {receipt.part: receipt for receipt in read_receipts(self.store, name, hashes)} for name in KINDS
         }
 
     def __repr__(self) -> str:

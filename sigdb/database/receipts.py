@@ -1,13 +1,18 @@
 """Receipts: a part exists when its receipt exists, and readers follow receipts, never a glob."""
 
+import re
+from collections.abc import Container
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from sigdb.core.errors import DatabaseError
+from sigdb.core.errors import CorruptionError, DatabaseError
 from sigdb.database.seal import sealed_json, unsealed
 from sigdb.database.storage import Store
 
 KINDS = ("templates", "rows")
+
+TABLES_OF = {"templates": ("templates",), "rows": ("features", "signals")}
+"""The tables whose files a part of a kind consists of."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +35,8 @@ class Receipt:
         ``templates`` or ``rows``.
     part
         Number of the part.
+    plan
+        Hash of the plan that it is a part of: a part of another database is not taken for one of this.
     first, rows
         First id and number of rows.
     failed
@@ -42,6 +49,7 @@ class Receipt:
 
     name: str
     part: int
+    plan: str
     first: int
     rows: int
     failed: int
@@ -75,52 +83,60 @@ def write_receipt(store: Store, receipt: Receipt) -> None:
     store.put(receipt.path, sealed_json(asdict(receipt)))
 
 
+def finished_parts(store: Store, name: str) -> list[int]:
+    """Numbers of the parts of one kind that have a receipt, in order; other files in its folder are not looked at."""
+    found = (re.fullmatch(rf"receipts/{name}-(\d+)\.json", path) for path in store.sizes("receipts"))
+    return sorted(int(one[1]) for one in found if one and receipt_name(name, int(one[1])) == one[0])
+
+
 def read_receipt(store: Store, name: str, part: int) -> Receipt:
     """The receipt of one part; its files are not looked at.
 
     Raises
     ------
-    DatabaseError
-        If it is missing or damaged.
+    CorruptionError
+        If it is missing, damaged, or the receipt of another part.
     """
-    return _parsed(store, receipt_name(name, part))
+    path = receipt_name(name, part)
+    try:
+        content: dict[str, Any] = unsealed(store.get(path), name=store.name_of(path))
+        receipt = Receipt(**content | {"files": tuple(FileRecord(**record) for record in content["files"])})
+    except (DatabaseError, ValueError, TypeError, KeyError) as error:
+        raise CorruptionError(f"{error}; {repair(store)}") from None
+    if receipt.path != path:
+        raise CorruptionError(f"{store.name_of(path)} is a copy of {receipt.path}; {repair(store)}")
+    return receipt
 
 
-def read_receipts(store: Store, name: str) -> list[Receipt]:
+def read_receipts(store: Store, name: str, plans: Container[str]) -> list[Receipt]:
     """Receipts of the finished parts of one kind, in order.
+
+    Parameters
+    ----------
+    store
+        Where the database lies.
+    name
+        ``templates`` or ``rows``.
+    plans
+        Hashes of the database's plans; a part of another plan is none of its parts.
 
     Raises
     ------
-    DatabaseError
+    CorruptionError
         If a receipt cannot be read, or a file that it names is missing or has another size.
     """
-    receipts = [
-        _parsed(store, path) for path in sorted(store.sizes("receipts")) if path.startswith(f"receipts/{name}-")
-    ]
-    if not receipts:
-        return []
-    sizes = {path: size for table in _TABLES[name] for path, size in store.sizes(table).items()}
-    for receipt in receipts:
-        for record in receipt.files:
-            if sizes.get(record.path) != record.bytes:
-                found = f"has {sizes[record.path]} bytes" if record.path in sizes else "is missing"
-                raise DatabaseError(
-                    f"{store.name_of(record.path)} {found}, its receipt says {record.bytes} bytes; {repair(store)}"
-                )
-    return sorted(receipts, key=lambda receipt: receipt.part)
+    found = (read_receipt(store, name, part) for part in finished_parts(store, name))
+    receipts = [receipt for receipt in found if receipt.plan in plans]
+    sizes = {path: size for table in TABLES_OF[name] for path, size in store.sizes(table).items()} if receipts else {}
+    for record in (record for receipt in receipts for record in receipt.files):
+        if sizes.get(record.path) != record.bytes:
+            says = f"has {sizes[record.path]} bytes" if record.path in sizes else "is missing"
+            raise CorruptionError(
+                f"{store.name_of(record.path)} {says}, its receipt says {record.bytes} bytes; {repair(store)}"
+            )
+    return receipts
 
 
 def repair(store: Store) -> str:
     """What to do about a damaged part."""
     return f"make it again with: sigdb verify {store} --repair"
-
-
-_TABLES = {"templates": ("templates",), "rows": ("features", "signals")}
-
-
-def _parsed(store: Store, path: str) -> Receipt:
-    try:
-        content: dict[str, Any] = unsealed(store.get(path), name=store.name_of(path))
-        return Receipt(**content | {"files": tuple(FileRecord(**record) for record in content["files"])})
-    except (DatabaseError, ValueError, TypeError, KeyError) as error:
-        raise DatabaseError(f"{error}; {repair(store)}") from None

@@ -1,6 +1,7 @@
 """Where a database lies: a directory, or a prefix of an object store. Files are written whole or not at all."""
 
 import os
+import re
 import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -10,7 +11,7 @@ from pathlib import Path
 import pyarrow as pa
 from pyarrow import fs
 
-from sigdb.core.errors import DatabaseError, InputError
+from sigdb.core.errors import CorruptionError, DatabaseError, InputError
 
 TEMPORARY = ".tmp"
 """End of the name of a file that is being written."""
@@ -88,7 +89,7 @@ class Store:
         return {
             name: file.size
             for name, file in sorted((file.path[len(self.root) + 1 :], file) for file in files if file.is_file)
-            if not name.endswith(TEMPORARY)
+            if not re.fullmatch(rf"(.*/)?\.[^/]*{re.escape(TEMPORARY)}", name)
         }
 
     def get(self, name: str) -> bytes:
@@ -96,8 +97,10 @@ class Store:
 
         Raises
         ------
+        CorruptionError
+            If it is not there.
         DatabaseError
-            If it is not there or cannot be read.
+            If it cannot be read.
         """
         with self._reading(name), self.filesystem.open_input_file(self._path(name)) as file:
             return bytes(file.readall())
@@ -135,11 +138,16 @@ class Store:
         if self.size(name) is not None:
             self.filesystem.delete_file(self._path(name))
 
+    def temporary(self) -> list[str]:
+        """Files that are being written, or that stopped processes have left; an object store has none."""
+        if self.folder is None:
+            return []
+        return sorted(left.relative_to(self.folder).as_posix() for left in self.folder.rglob(f".*{TEMPORARY}"))
+
     def clear_temporary(self) -> None:
         """Delete what stopped processes have left under temporary names."""
-        if self.folder is not None:
-            for left in self.folder.rglob(f".*{TEMPORARY}"):
-                left.unlink(missing_ok=True)
+        for left in self.temporary():
+            Path(self.root, left).unlink(missing_ok=True)
 
     def _path(self, name: str) -> str:
         return f"{self.root}/{name}"
@@ -149,7 +157,7 @@ class Store:
         try:
             yield
         except FileNotFoundError:
-            raise DatabaseError(f"{self.name_of(name)} is missing") from None
+            raise CorruptionError(f"{self.name_of(name)} is missing") from None
         except OSError as error:
             raise DatabaseError(f"{self.name_of(name)}: cannot be read ({_reason(error)})") from None
 

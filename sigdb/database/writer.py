@@ -21,7 +21,14 @@ ROW_GROUP = {"templates": 16, "features": 32768, "signals": 256}
 
 
 def write_part(
-    store: Store, name: str, part: int, pieces: Iterable[Mapping[str, pa.Table]], *, first: int, started: float
+    store: Store,
+    name: str,
+    part: int,
+    pieces: Iterable[Mapping[str, pa.Table]],
+    *,
+    plan: str,
+    first: int,
+    started: float,
 ) -> Receipt:
     """Write the files of a part and then its receipt.
 
@@ -36,6 +43,8 @@ def write_part(
     pieces
         The part's rows in order, piece by piece: Arrow table by table name (``templates``, or ``features`` and
         ``signals``). Each is encoded when it comes, so that a part is never in memory as it will be read.
+    plan
+        Hash of the plan.
     first
         First id.
     started
@@ -55,6 +64,7 @@ def write_part(
     receipt = Receipt(
         name=name,
         part=part,
+        plan=plan,
         first=first,
         rows=rows,
         failed=failed,

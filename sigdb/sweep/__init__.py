@@ -4,9 +4,26 @@ First the templates (each distinct case once, simulated), then the rows (a templ
 analysed).
 """
 
+from sigdb.sweep.coverage import Coverage, coverage
 from sigdb.sweep.design import Design, Grid
 from sigdb.sweep.plan import Plan
 from sigdb.sweep.planning import make_plan
-from sigdb.sweep.run import Progress, Summary, run
+from sigdb.sweep.progress import Progress
+from sigdb.sweep.reconstruction import plan_from
+from sigdb.sweep.refine import Refinement, refine
+from sigdb.sweep.run import Summary, run
 
-__all__ = ["Design", "Grid", "Plan", "Progress", "Summary", "make_plan", "run"]
+__all__ = [
+    "Coverage",
+    "Design",
+    "Grid",
+    "Plan",
+    "Progress",
+    "Refinement",
+    "Summary",
+    "coverage",
+    "make_plan",
+    "plan_from",
+    "refine",
+    "run",
+]

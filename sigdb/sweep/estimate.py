@@ -47,7 +47,9 @@ def estimate(plan: Plan, jobs: int = -1) -> Estimate:
         rows = int(np.argmax(np.append(first["template"] >= PART_TEMPLATES, True)))
         list(row_pieces(plan, store, 0, rows))  # loads and compiles what a worker loads once
         started = time.perf_counter()
-        written = write_part(store, "rows", 0, row_pieces(plan, store, 0, rows), first=0, started=started)
+        written = write_part(
+            store, "rows", 0, row_pieces(plan, store, 0, rows), plan=plan.hash, first=0, started=started
+        )
         row_seconds = time.perf_counter() - started
     workers = min(joblib.effective_n_jobs(jobs), plan.row_parts)
     scale_templates, scale_rows = plan.n_templates / templates.rows, plan.rows / rows

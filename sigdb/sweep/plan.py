@@ -66,6 +66,8 @@ class Plan:
         Rows in a part.
     first_row_part, first_template_part
         Number of the first part of rows and of templates; 0 but for an extension of a database.
+    base_fields
+        Of an extension: the fields of damage that the database has columns for.
     """
 
     design: Design
@@ -82,6 +84,7 @@ class Plan:
     part_rows: int
     first_row_part: int = 0
     first_template_part: int = 0
+    base_fields: tuple[str, ...] = ()
 
     @property
     def rows(self) -> int:
@@ -165,7 +168,7 @@ class Plan:
     @cached_property
     def damage_fields(self) -> tuple[str, ...]:
         """Fields of a tooth's damage that have a column: those of its geometry only where a case has such damage."""
-        return self.damages.fields
+        return tuple(dict.fromkeys((*self.base_fields, *self.damages.fields)))
 
     @property
     def seed(self) -> int:

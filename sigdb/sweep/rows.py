@@ -23,7 +23,8 @@ def make_row_part(plan: Plan, store: Store, part: int) -> Receipt:
     """Make the rows of a part from the stored templates and write their features and signals."""
     started = time.perf_counter()
     start, stop = plan.row_range(part)
-    return write_part(store, "rows", part, row_pieces(plan, store, start, stop), first=start, started=started)
+    pieces = row_pieces(plan, store, start, stop)
+    return write_part(store, "rows", part, pieces, plan=plan.hash, first=start, started=started)
 
 
 def row_pieces(plan: Plan, store: Store, start: int, stop: int) -> Iterator[dict[str, pa.Table]]:

@@ -1,45 +1,28 @@
 """Running a plan: what is planned minus what has a receipt, in parallel, until nothing is left."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
 
-from sigdb.core.errors import DatabaseError, InputError
+from sigdb.core.errors import CorruptionError, DatabaseError, InputError
 from sigdb.core.version import __version__
 from sigdb.database.manifest import NAME, Manifest, PlanRecord, read_manifest
-from sigdb.database.receipts import KINDS, read_receipts
+from sigdb.database.receipts import KINDS, finished_parts, read_receipt, read_receipts
 from sigdb.database.seal import sealed_json
 from sigdb.database.storage import Store
 from sigdb.sweep.columns import plan_schema
 from sigdb.sweep.engines import Cluster, Engine, Processes, WorkerDiedError
 from sigdb.sweep.ownership import owned
 from sigdb.sweep.plan import PART_TEMPLATES, Plan
+from sigdb.sweep.progress import Progress
+from sigdb.sweep.reconstruction import plan_from
 from sigdb.sweep.rows import make_row_part
 from sigdb.sweep.templates import make_template_part
 
 _WORKER_DEATHS = 3
 """How often in a row a worker may die without any part being finished before the sweep gives up."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Progress:
-    """What is finished so far; nothing counts when it is only dispatched.
-
-    Attributes
-    ----------
-    stage
-        ``templates`` or ``rows``.
-    done, total
-        Templates or rows.
-    before
-        Those that were already there when this run began.
-    """
-
-    stage: str
-    done: int
-    total: int
-    before: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,8 +92,8 @@ def run(
         store.clear_temporary()
         manifest = _begun(plan, store, recipe)
         if retry_failed:
-            _forget_failed(store)
-        plans = [plan, *(rebuilt(extension, manifest.part_rows) for extension in manifest.extensions)]
+            _forget_failed(store, manifest)
+        plans = [plan, *(plan_from(extension.resolved) for extension in manifest.extensions)]
         return carry_out(plans, store, Cluster(scheduler) if scheduler else Processes(jobs), on_progress)
 
 
@@ -118,18 +101,6 @@ def append(plan: Plan, store: Store) -> None:
     """Add an extension to a database's description; :func:`carry_out` makes its parts. The caller owns the place."""
     known = read_manifest(store)
     replace(known, extensions=(*known.extensions, _record(plan))).write(store)
-
-
-def rebuilt(record: PlanRecord, part_rows: int) -> Plan:
-    """The plan that a database's description tells of."""
-    from sigdb.sweep.planning import plan_from
-
-    return plan_from(
-        record.resolved,
-        first_row_part=record.first_row_part,
-        first_template_part=record.first_template_part,
-        part_rows=part_rows,
-    )
 
 
 def _record(plan: Plan) -> PlanRecord:
@@ -154,21 +125,19 @@ def _begun(plan: Plan, store: Store, recipe: str) -> Manifest:
         recipe=recipe,
         sigdb_version=__version__,
     )
-    if store.size(NAME) is None:
-        store.put("schema.json", sealed_json(plan_schema(plan).as_json()))
+    try:
+        known = read_manifest(store)
+    except (InputError, CorruptionError):
+        _check_orphans(plan, store)
+        write_schema(plan, store)
         manifest.write(store)
         return manifest
-    known = read_manifest(store)
     if known.hash != plan.hash:
         raise InputError(
             f"{store} was made from another recipe: {_first_difference(known.resolved, plan.resolved)}; "
             "give another directory with --out, or go back to the old recipe"
         )
-    if known.sigdb_version != __version__:
-        raise InputError(
-            f"{store} was begun with sigdb {known.sigdb_version}, this is {__version__}, whose rows may differ; go on "
-            "with that version, or give another directory with --out"
-        )
+    check_version(store, known.sigdb_version)
     if recipe and known.recipe != recipe:
         # The same rows, but perhaps other settings of recognition or report.
         known = replace(known, recipe=recipe)
@@ -176,10 +145,43 @@ def _begun(plan: Plan, store: Store, recipe: str) -> Manifest:
     return known
 
 
-def _forget_failed(store: Store) -> None:
-    """Delete the receipts of parts with failures, so that these parts are missing."""
-    for name in KINDS:
-        for receipt in read_receipts(store, name):
+def check_version(store: Store, version: str) -> None:
+    """Refuse to go on with what another version of sigdb has begun."""
+    if version != __version__:
+        raise InputError(
+            f"{store} was begun with sigdb {version}, this is {__version__}, whose rows may differ; go on with that "
+            "version, or give another directory with --out"
+        )
+
+
+def write_schema(plan: Plan, store: Store) -> None:
+    """Publish ``schema.json``."""
+    store.put("schema.json", sealed_json(plan_schema(plan).as_json()))
+
+
+def _check_orphans(plan: Plan, store: Store) -> None:
+    """Refuse parts without a readable description, unless they are this plan's."""
+    found = [(name, part) for name in KINDS for part in finished_parts(store, name)]
+    readable = []
+    for name, part in found:
+        with suppress(CorruptionError):
+            readable.append(read_receipt(store, name, part))
+    if (found and not readable) or any(receipt.plan != plan.hash for receipt in readable):
+        raise InputError(
+            f"{store} holds parts but no readable {NAME}, and they are not all of this recipe; give the recipe that "
+            f"they were made with, put {NAME} back from a copy, or give another directory with --out"
+        )
+    for receipt in readable:
+        check_version(store, receipt.versions["sigdb"])
+
+
+def _forget_failed(store: Store, manifest: Manifest) -> None:
+    """Delete the receipts of parts with failures, so that these parts are missing.
+
+    Rows go before templates: stopped in between, no row is left of a template that will be made again.
+    """
+    for name in reversed(KINDS):
+        for receipt in read_receipts(store, name, {plan.hash for plan in manifest.plans}):
             if receipt.failed:
                 store.delete(receipt.path)
 
@@ -209,7 +211,7 @@ def carry_out(
 ) -> Summary:
     """Make what is missing of a database's plans: all templates, then all rows. The caller owns the place."""
     made = [_stage(stage, plans, store, engine, on_progress) for stage in KINDS][1]
-    receipts = {name: read_receipts(store, name) for name in KINDS}
+    receipts = {name: read_receipts(store, name, {plan.hash for plan in plans}) for name in KINDS}
     return Summary(
         made=made,
         rows=sum(plan.rows for plan in plans),
@@ -223,8 +225,9 @@ def _stage(
     stage: str, plans: Sequence[Plan], store: Store, engine: Engine, on_progress: Callable[[Progress], Any]
 ) -> int:
     """Make the missing parts of a stage; how many rows or templates were made."""
+    hashes = {plan.hash for plan in plans}
     total = sum(plan.n_templates if stage == "templates" else plan.rows for plan in plans)
-    finished = {receipt.part: receipt.rows for receipt in read_receipts(store, stage)}
+    finished = {receipt.part: receipt.rows for receipt in read_receipts(store, stage, hashes)}
     before = done = sum(finished.values())
     on_progress(Progress(stage=stage, done=before, total=total, before=before))
     for plan in plans:
@@ -238,7 +241,7 @@ def _stage(
                     on_progress(Progress(stage=stage, done=done, total=total, before=before))
             except WorkerDiedError:
                 deaths += 1
-                finished = {receipt.part: receipt.rows for receipt in read_receipts(store, stage)}
+                finished = {receipt.part: receipt.rows for receipt in read_receipts(store, stage, hashes)}
                 done = sum(finished.values())
                 if deaths >= _WORKER_DEATHS:
                     raise DatabaseError(

@@ -1,7 +1,7 @@
 """Templates: each distinct case simulated once; with the damage at tooth 1 where a turn is exact."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -26,13 +26,20 @@ _STEPS = 16
 def make_template_part(plan: Plan, store: Store, part: int) -> Receipt:
     """Simulate the templates of a part and write them; failed ones are rows whose status says why."""
     started = time.perf_counter()
-    rows, numbers = [], plan.template_range(part)
-    for rig_point, some in groupby(numbers, key=lambda number: plan.case(number).rig_point):
+    numbers = plan.template_range(part)
+    pieces = [{"templates": template_table(plan, part, numbers)}]
+    return write_part(store, "templates", part, pieces, plan=plan.hash, first=numbers.start, started=started)
+
+
+def template_table(plan: Plan, part: int, numbers: Container[int]) -> pa.Table:
+    """The table ``templates`` of some templates of a part, simulated."""
+    rows = []
+    for rig_point, some in groupby(plan.template_range(part), key=lambda number: plan.case(number).rig_point):
         cases = {number: plan.case(number) for number in some}
-        prepared = _prepare(plan, rig_point, [case.damage for case in cases.values()])
-        rows += [_template_row(plan, number, case, prepared) for number, case in cases.items()]
-    table = pa.Table.from_pylist(rows, schema=plan_schema(plan).arrow("templates"))
-    return write_part(store, "templates", part, [{"templates": table}], first=numbers.start, started=started)
+        if wanted := [number for number in cases if number in numbers]:
+            prepared = _prepare(plan, rig_point, [case.damage for case in cases.values()])
+            rows += [_template_row(plan, number, cases[number], prepared) for number in wanted]
+    return pa.Table.from_pylist(rows, schema=plan_schema(plan).arrow("templates"))
 
 
 class _Prepared:

@@ -86,6 +86,11 @@ def copy(folder, tmp_path):
 
 
 @pytest.fixture(scope="session")
+def parts_text():
+    return PARTS
+
+
+@pytest.fixture(scope="session")
 def parts_folder(make):
     """5060 rows in three parts of 2048."""
     return make(PARTS)

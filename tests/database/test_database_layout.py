@@ -1,8 +1,10 @@
 """Unit: the files of a database are those of DATABASE.md, and say themselves what they hold."""
 
+import base64
 import hashlib
 import json
 import tomllib
+import zlib
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -31,7 +33,10 @@ def test_the_files(folder, parts_folder):
 def test_receipts_know_their_files(parts_folder):
     first = 0
     for part in range(3):
-        receipt = json.loads((parts_folder / "receipts" / f"rows-{part:05d}.json").read_text(encoding="utf-8"))
+        path = parts_folder / "receipts" / f"rows-{part:05d}.json"
+        receipt = json.loads(path.read_text(encoding="utf-8"))
+        assert receipt.pop("sha256") == hashlib.sha256(path.read_bytes().split(b"\n", 1)[1]).hexdigest()
+        assert receipt.pop("plan") == tomllib.loads((parts_folder / "sigdb.toml").read_text("utf-8"))["plan"]["hash"]
         assert set(receipt) == {"name", "part", "first", "rows", "failed", "files", "host", "seconds", "versions"}
         assert (receipt["name"], receipt["part"], receipt["first"]) == ("rows", part, first)
         assert [one["path"] for one in receipt["files"]] == [
@@ -42,6 +47,9 @@ def test_receipts_know_their_files(parts_folder):
             content = (parts_folder / record["path"]).read_bytes()
             assert record["bytes"] == len(content)
             assert record["sha256"] == hashlib.sha256(content).hexdigest()
+            blocks = [content[i : i + 256 * 1024] for i in range(0, len(content), 256 * 1024)]
+            sums = b"".join(zlib.crc32(block).to_bytes(4, "little") for block in blocks)
+            assert base64.b64decode(record["blocks"]) == sums
             ids = pq.read_table(parts_folder / record["path"], columns=["id"])["id"].to_pylist()
             assert ids == list(range(first, first + receipt["rows"]))
         assert receipt["versions"]["pyarrow"] == pa.__version__
@@ -106,7 +114,7 @@ def _before(column):
 @pytest.mark.parametrize("table", TABLES)
 def test_schema_json_is_the_schema_of_the_files(folder, table):
     told = json.loads((folder / "schema.json").read_text(encoding="utf-8"))
-    assert list(told) == list(TABLES)
+    assert list(told) == ["sha256", *TABLES]
     schema = parquet(folder, table).schema_arrow
     assert [column["name"] for column in told[table]] == schema.names
     for column in told[table]:
@@ -164,17 +172,18 @@ def test_columns(database):
 def test_sigdb_toml_holds_what_makes_the_rows(folder, recipe_text):
     content = tomllib.loads((folder / "sigdb.toml").read_text(encoding="utf-8"))
     assert content["recipe"] == recipe_text
-    assert content["seed"] == 9
-    assert content["format"] == 1
-    assert len(content["hash"]) == 64
+    assert content["plan"]["seed"] == 9
+    assert content["format"] == 2
+    assert len(content["plan"]["hash"]) == 64
+    assert content["extensions"] == []
     assert content["sigdb_version"] == sigdb.__version__
     assert content["licence"]
     assert content["citation"]
     assert content["sensors"] == ["pinion-vertical", "pinion-housing-vertical"]
     # With every default filled in, and the rig with the sources of its numbers.
-    assert content["resolved"]["measurement"] == {"averages": 102, "snr_db": 0.0, "index_error": 2e-6}
-    assert content["resolved"]["sweep"]["draws"] == 1
-    rig = content["resolved"]["rig"]
+    assert content["plan"]["resolved"]["measurement"] == {"averages": 102, "snr_db": 0.0, "index_error": 2e-6}
+    assert content["plan"]["resolved"]["sweep"]["draws"] == 1
+    rig = content["plan"]["resolved"]["rig"]
     assert rig["gears"]["pinion"]["teeth"] == 12
     assert "published" in rig["gears"]["pinion"]["sources"]["teeth"]
 
@@ -185,5 +194,5 @@ def test_the_hash_is_that_of_the_recipe_in_it(folder, tmp_path):
     content = tomllib.loads((folder / "sigdb.toml").read_text(encoding="utf-8"))
     (tmp_path / "again.toml").write_text(content["recipe"], encoding="utf-8")
     plan = load_recipe(tmp_path / "again.toml").plan()
-    assert plan.hash == content["hash"]
-    assert (plan.rows, plan.n_templates) == (content["rows"], content["templates"])
+    assert plan.hash == content["plan"]["hash"]
+    assert (plan.rows, plan.n_templates) == (content["plan"]["rows"], content["plan"]["templates"])

@@ -1,6 +1,7 @@
 """Unit: reading cases, features, signals and templates, of a whole and of an unfinished database."""
 
 import shutil
+import tomllib
 
 import numpy as np
 import pandas as pd
@@ -10,6 +11,7 @@ import pytest
 import sigdb
 from sigdb.core.errors import DatabaseError, InputError
 from sigdb.database.reader import check_complete
+from sigdb.database.seal import sealed_toml
 
 SECOND = "pinion-housing-vertical"
 
@@ -194,20 +196,32 @@ def test_a_database_without_rows_yet(copy):
         database.signals([0])
 
 
-def test_what_is_no_database(tmp_path, copy):
+def test_what_is_no_database(tmp_path):
     for path in (tmp_path / "none", tmp_path):
         with pytest.raises(
             InputError, match=r"is not a sigdb database \(it has no sigdb.toml\); make one with: python"
         ):
             sigdb.open(path)
+
+
+def resealed(content):
+    """A description whose seal is right, whatever it says."""
+    return sealed_toml({key: value for key, value in content.items() if key != "sha256"})
+
+
+def test_a_description_that_cannot_be_read(copy):
     manifest = copy / "sigdb.toml"
-    text = manifest.read_text(encoding="utf-8")
+    text = manifest.read_bytes()
+    content = tomllib.loads(text.decode())
     for broken, says in (
-        ("format = 1\n", r"not a readable database description"),
-        (text.replace("format = 1\n", "format = 2\n", 1), r"format 2 is not the format 1 that this sigdb reads"),
-        (text.replace("seed = 9\n", "sead = 9\n", 1), r"not a readable database description .*sead"),
-        ("[", r"not a readable database description .*not valid TOML"),
+        (b"", r"is damaged or was edited"),
+        (b"[", r"is damaged or was edited"),
+        (text.replace(b"seed = 9\n", b"seed = 8\n", 1), r"is damaged or was edited"),
+        (b'hash = "0123"\nformat = 1\n', r"format 1 is not the format 2 that this sigdb reads; make it anew"),
+        (resealed(content | {"format": 3}), r"format 3 is not the format 2 that this sigdb reads"),
+        (resealed(content | {"sead": 9}), r"not a readable database description .*sead"),
+        (resealed(content | {"plan": {}}), r"not a readable database description .*hash"),
     ):
-        manifest.write_text(broken, encoding="utf-8")
+        manifest.write_bytes(broken)
         with pytest.raises(DatabaseError, match=r"sigdb\.toml: " + says):
             sigdb.open(copy)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import sigdb
-from sigdb.core.errors import DatabaseError, InputError
+from sigdb.core.errors import CorruptionError, DatabaseError, InputError
 from sigdb.sweep import Progress, run
 
 SWEEP_RUN = importlib.import_module("sigdb.sweep.run")
@@ -174,22 +174,6 @@ def test_a_directory_below_a_file(parts_plan, tmp_path):
         run(parts_plan, tmp_path / "file", jobs=1)
 
 
-def test_a_disk_that_is_full_is_told_and_what_is_finished_is_kept(parts_plan, parts_text, copy, monkeypatch, digests):
-    content = digests(copy)
-    (copy / "receipts" / "rows-00001.json").unlink()
-
-    def full(plan, root, part):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setitem(SWEEP_RUN._MAKERS, "rows", full)
-    with pytest.raises(DatabaseError, match=r"cannot be written \(No space left on device\); nothing that is finished"):
-        run(parts_plan, copy, recipe=parts_text, jobs=1)
-    monkeypatch.undo()
-    assert len(sigdb.open(copy)) == 5060 - 2048
-    run(parts_plan, copy, recipe=parts_text, jobs=1)
-    assert digests(copy) == content
-
-
 def test_a_damaged_template_is_found_when_rows_are_made(parts_plan, parts_text, copy):
     """Rows are never made from it, and the sentence says what is damaged, not that the disk cannot be written."""
     path = copy / "templates" / "part-00000.parquet"
@@ -204,7 +188,7 @@ def test_a_damaged_template_is_found_when_rows_are_made(parts_plan, parts_text, 
 def test_a_receipt_that_is_no_json(parts_plan, copy):
     path = copy / "receipts" / "rows-00001.json"
     path.write_text("{", encoding="utf-8")
-    with pytest.raises(DatabaseError, match=r"rows-00001\.json: not a readable receipt .* delete it and run the same"):
+    with pytest.raises(CorruptionError, match=r"rows-00001\.json: is damaged .*; make it again with: sigdb verify"):
         run(parts_plan, copy, jobs=1)
 
 
@@ -215,3 +199,49 @@ def test_receipts_say_what_was_made(parts_folder):
         (1, 2048, 2048),
         (2, 4096, 5060 - 4096),
     ]
+
+
+DESCRIPTIONS = {
+    "none": lambda path: path.unlink(),
+    "empty": lambda path: path.write_bytes(b""),
+    "another letter": lambda path: path.write_bytes(path.read_bytes().replace(b"seed = 7", b"seed = 8", 1)),
+}
+
+
+@pytest.mark.parametrize("damage", DESCRIPTIONS)
+def test_a_damaged_description_is_written_again_from_the_recipe(parts_plan, parts_text, parts_folder, copy, damage):
+    before = times(copy)
+    DESCRIPTIONS[damage](copy / "sigdb.toml")
+    assert run(parts_plan, copy, recipe=parts_text, jobs=1).made == 0
+    after = times(copy)
+    assert {path.name for path in after if after[path] != before[path]} == {"sigdb.toml", "schema.json"}
+    for name in ("sigdb.toml", "schema.json"):
+        assert (copy / name).read_bytes() == (parts_folder / name).read_bytes()
+
+
+@pytest.mark.parametrize("damage", DESCRIPTIONS)
+def test_parts_of_another_recipe_are_not_taken_over(plan_of, parts_text, copy, damage):
+    """Without its description a directory still holds the parts of the recipe that they were made with."""
+    DESCRIPTIONS[damage](copy / "sigdb.toml")
+    before = times(copy)
+    with pytest.raises(
+        InputError, match=r"holds parts but no readable sigdb\.toml, and they are not all of this recipe"
+    ):
+        run(plan_of(parts_text.replace("seed = 7", "seed = 8")), copy, jobs=1)
+    assert times(copy) == before
+
+
+def test_parts_that_no_receipt_names_readably_are_not_taken_over(parts_plan, copy):
+    (copy / "sigdb.toml").unlink()
+    for receipt in (copy / "receipts").iterdir():
+        receipt.write_bytes(b"")
+    with pytest.raises(InputError, match=r"holds parts but no readable sigdb\.toml"):
+        run(parts_plan, copy, jobs=1)
+
+
+def test_another_version_does_not_go_on(parts_plan, copy, monkeypatch):
+    monkeypatch.setattr(SWEEP_RUN, "__version__", "99.0.0")
+    for _ in range(2):
+        with pytest.raises(InputError, match=r"was begun with sigdb \S+, this is 99\.0\.0, whose rows may differ"):
+            run(parts_plan, copy, jobs=1)
+        (copy / "sigdb.toml").unlink(missing_ok=True)  # then the receipts say so
