@@ -47,8 +47,8 @@ def check_size(sizes: Mapping[str, int]) -> None:
     for name, size in sizes.items():
         if size > LIMIT:
             raise InputError(
-                f"{name} would have {size / 1e9:.1f} GB, and a variable of a MAT-file has at most {LIMIT / 1e9:.1f} GB; "
-                "write HDF5 instead, to a name that ends in .h5, or fewer rows with a condition"
+                f"{name} would have {size / 1e9:.1f} GB, and a variable of a MAT-file has at most {LIMIT / 1e9:.1f} "
+                "GB; write HDF5 instead, to a name that ends in .h5, or fewer rows with a condition"
             )
 
 
