@@ -114,11 +114,11 @@ def synthetic(root: Path, rows: int, templates: int) -> Path:
     for part, first in enumerate(range(0, templates, PART_TEMPLATES)):
         content = template_columns(np.arange(first, min(first + PART_TEMPLATES, templates)), rng)
         pieces = [{"templates": table(content, schema.arrow("templates"))}]
-        write_part(store, "templates", part, pieces, first=first, started=time.perf_counter())
+        write_part(store, "templates", part, pieces, plan=record.hash, first=first, started=time.perf_counter())
     for part, first in enumerate(range(0, rows, part_rows)):
         content = row_columns(np.arange(first, min(first + part_rows, rows)), rng)
         pieces = [{name: table(content, schema.arrow(name)) for name in ("features", "signals")}]
-        write_part(store, "rows", part, pieces, first=first, started=time.perf_counter())
+        write_part(store, "rows", part, pieces, plan=record.hash, first=first, started=time.perf_counter())
     return root
 
 
