@@ -22,13 +22,14 @@ if TYPE_CHECKING:
     from sigdb.database import open
     from sigdb.dynamics import Periodic, TimeProfile, Transient, march, simulate
     from sigdb.recognition import load_model
-    from sigdb.transmission import Damage, load_transmission
+    from sigdb.transmission import Damage, ToothDamage, load_transmission
 
 __all__ = [
     "Damage",
     "Periodic",
     "SigdbError",
     "TimeProfile",
+    "ToothDamage",
     "Transient",
     "__version__",
     "load_model",
@@ -47,6 +48,7 @@ __getattr__, __dir__ = lazy_names(
         "Periodic": "sigdb.dynamics",
         "SigdbError": "sigdb.core.errors",
         "TimeProfile": "sigdb.dynamics",
+        "ToothDamage": "sigdb.transmission",
         "Transient": "sigdb.dynamics",
         "load_model": "sigdb.recognition",
         "load_transmission": "sigdb.transmission",

@@ -44,3 +44,8 @@ def noise_stream(seed: int, plan_hash: str, block: int) -> np.random.Generator:
     False
     """
     return np.random.default_rng(np.random.SeedSequence([seed, int(plan_hash[:16], 16)], spawn_key=(1, block)))
+
+
+def sample_stream(seed: int, grid: int) -> np.random.Generator:
+    """The stream of the points that a grid of a design samples."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2, grid)))

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pydantic import Field
 
@@ -57,11 +58,27 @@ def load_recipe(path: str | Path) -> Recipe:
         Names file, key, value and remedy.
     """
     path = Path(path)
-    sections = validated(Sections, read_toml(path), owner=str(path))
-    rig = sections.sweep.rig
+    sections = validated(Sections, _with_tables(read_toml(path), path.parent), owner=str(path))
     return Recipe(
-        path=path,
-        text=path.read_text(encoding="utf-8"),
-        sections=sections,
-        rig=load_transmission(path.parent / rig if rig.endswith(".toml") else rig),
+        path=path, text=path.read_text(encoding="utf-8"), sections=sections, rig=_rig(sections.sweep.rig, path)
     )
+
+
+def _rig(name: str, recipe: Path) -> Transmission:
+    """The rig that a recipe names; a file is looked for from the recipe's folder."""
+    if name.endswith(".toml"):
+        return load_transmission(recipe.parent / name)
+    try:
+        return load_transmission(name)
+    except InputError as error:
+        raise InputError(f"{recipe}: sweep.rig: {error}") from None
+
+
+def _with_tables(content: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The content of a recipe with the paths of its tables seen from its folder."""
+    sweep = content.get("sweep")
+    grids = sweep.get("grid") if isinstance(sweep, dict) else None
+    for grid in grids if isinstance(grids, list) else []:
+        if isinstance(grid, dict) and isinstance(grid.get("table"), str):
+            grid["table"] = str(folder / grid["table"])
+    return content

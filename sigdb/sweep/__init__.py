@@ -7,6 +7,7 @@ analysed).
 from sigdb.sweep.design import Design, Grid
 from sigdb.sweep.plan import Plan
 from sigdb.sweep.planning import make_plan
+from sigdb.sweep.reconstruction import plan_from
 from sigdb.sweep.run import Progress, Summary, run
 
-__all__ = ["Design", "Grid", "Plan", "Progress", "Summary", "make_plan", "run"]
+__all__ = ["Design", "Grid", "Plan", "Progress", "Summary", "make_plan", "plan_from", "run"]

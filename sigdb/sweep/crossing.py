@@ -14,9 +14,11 @@ import numpy as np
 from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray, IntArray
 from sigdb.measurement import Measurement
+from sigdb.sweep.axes import DAMAGE_AXES, MEASUREMENT_AXES, OWN_AXES
 from sigdb.sweep.damages import meaningful
-from sigdb.sweep.design import DAMAGE_AXES, MEASUREMENT_AXES, OWN_AXES, Grid
+from sigdb.sweep.design import Grid
 from sigdb.sweep.distinct import consecutive, distinct
+from sigdb.sweep.sampling import whole_in_range
 
 
 def product(axes: Mapping[str, Sequence[Any]]) -> tuple[dict[str, Any], int]:
@@ -139,18 +141,40 @@ class Crossing:
             (places,) revolutions in a tooth cycle.
         """
         listed, n = product({axis: getattr(self.grid, axis) for axis in MEASUREMENT_AXES if getattr(self.grid, axis)})
+        columns = {axis: np.full(n, float(getattr(default, axis))) for axis in MEASUREMENT_AXES}
+        columns |= {axis: column.astype(float) for axis, column in listed.items()}
         joint = [axis for axis in MEASUREMENT_AXES if axis in self.joint]
-        if joint:
-            groups, first = self._joint_groups
-            members = np.argsort(groups, kind="stable")
-            sizes = np.bincount(groups, minlength=len(first))
-            starts = np.cumsum(sizes) - sizes
-            point = members[consecutive(starts[self._group], sizes[self._group])]
-            count = sizes[self._group] * n
-        else:
-            point, count = np.zeros(1, np.int64), np.full(self.places, n)
-        columns = {axis: np.full(len(point) * n, float(getattr(default, axis))) for axis in MEASUREMENT_AXES}
-        columns |= {axis: np.tile(column, len(point)).astype(float) for axis, column in listed.items()}
-        columns |= {axis: np.repeat(np.asarray(self.joint[axis])[point], n).astype(float) for axis in joint}
-        start = np.cumsum(count) - count if joint else np.zeros(self.places, np.int64)
-        return columns, start, count
+        if not joint:
+            return columns, np.zeros(self.places, np.int64), np.full(self.places, n)
+        point, place = self._points_of_places()
+        columns = {axis: np.tile(column, len(point)) for axis, column in columns.items()}
+        for axis in joint:
+            values = np.asarray(self.joint[axis], float)[point]
+            if axis in self.grid.ranges and axis == "averages":
+                values = self._whole_cycles(values, cycles[place])
+            columns[axis] = np.repeat(values, n)
+        place = np.repeat(place, n)
+        _, first = distinct(place, *columns.values())
+        count = np.bincount(place[first], minlength=self.places)
+        return {axis: column[first] for axis, column in columns.items()}, np.cumsum(count) - count, count
+
+    def _points_of_places(self) -> tuple[IntArray, IntArray]:
+        """The joint points of each place, place by place, and the place of each."""
+        groups, first = self._joint_groups
+        sizes = np.bincount(groups, minlength=len(first))
+        starts = np.cumsum(sizes) - sizes
+        members = np.argsort(groups, kind="stable")
+        point = members[consecutive(starts[self._group], sizes[self._group])]
+        return point, np.repeat(np.arange(self.places), sizes[self._group])
+
+    def _whole_cycles(self, u: FloatArray, cycles: IntArray) -> FloatArray:
+        """Averages at unit coordinates of the range: whole tooth cycles, both ends included, all equally likely."""
+        ends = self.grid.ranges["averages"]
+        least, most = np.ceil(ends.min / cycles), np.floor(ends.max / cycles)
+        for at in np.flatnonzero(most < least)[:1]:
+            raise InputError(
+                f"{self.owner}: averages from {ends.min:g} to {ends.max:g} hold no whole tooth cycles, which are "
+                f"multiples of {cycles[at]} revolutions; use for example {{ min = {cycles[at]}, "
+                f"max = {cycles[at] * max(2, round(ends.max / cycles[at]))} }}"
+            )
+        return whole_in_range(u, least, most) * cycles

@@ -8,7 +8,8 @@ from sigdb.database.receipts import KINDS, finished_parts
 from sigdb.database.storage import Store
 from sigdb.sweep.columns import plan_schema
 from sigdb.sweep.plan import PART_TEMPLATES, Plan, rows_of_a_part
-from sigdb.sweep.run import SCHEMA, rebuilt
+from sigdb.sweep.reconstruction import plan_from
+from sigdb.sweep.run import SCHEMA
 
 Owners = dict[PartKey, Plan]
 """The parts that a database is to have, each with its plan."""
@@ -36,7 +37,7 @@ def check_descriptions(store: Store) -> tuple[Owners, list[Finding]]:
         wrong[NAME] = "is missing"
     else:
         try:
-            plans = [rebuilt(record, manifest.part_rows) for record in manifest.plans]
+            plans = [plan_from(record.resolved) for record in manifest.plans]
         except SigdbError as error:
             wrong[NAME] = f"its recipe cannot be planned: {error}"
         if plans and not _agree(manifest, plans):

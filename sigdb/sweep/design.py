@@ -1,6 +1,6 @@
 """The section ``[sweep]`` of a recipe: which cases are simulated, as a union of grids."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -12,9 +12,10 @@ from pydantic import (
     model_validator,
 )
 
-from sigdb.core.errors import InputError
 from sigdb.core.fields import Section, quantity, without_defaults
-from sigdb.measurement import Measurement
+from sigdb.sweep.axes import DAMAGE_AXES, MEASUREMENT_AXES, OWN_AXES, Range, check_bounds, read_range, split_axes
+from sigdb.sweep.sampling import Method
+from sigdb.sweep.tables import read_table
 from sigdb.transmission import ToothDamage
 from sigdb.transmission.damage import FLAW_FIELDS, PRESETS
 
@@ -23,39 +24,9 @@ def _listed(value: Any) -> Any:
     return value if isinstance(value, list | tuple) else [value]
 
 
-def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
-
-
 Values = Annotated[tuple[float, ...], Strict(False), BeforeValidator(_listed)]
 Counts = Annotated[tuple[int, ...], Strict(False), BeforeValidator(_listed)]
 Names = Annotated[tuple[str, ...], Strict(False), BeforeValidator(_listed)]
-DAMAGE_AXES = ("damaged_teeth", "phase_shift_deg", "stiffness_loss", "loss_extent", "friction", *FLAW_FIELDS)
-MEASUREMENT_AXES = ("averages", "snr_db", "index_error")
-OWN_AXES = ("tooth", *DAMAGE_AXES, "pattern", *MEASUREMENT_AXES)
-"""All axes but those over the rig."""
-
-
-def check_bounds(axis: str, value: float) -> None:
-    """Refuse a value that the field behind an axis does not take.
-
-    Raises
-    ------
-    ValueError
-        Names the axis, the rule and the value.
-    """
-    if axis == "damaged_teeth" and value < 1:
-        raise ValueError(f"damaged_teeth = {value} must be 1 or more; undamaged rows come from healthy")
-    section = ToothDamage if axis in ToothDamage.model_fields else Measurement
-    if axis in section.model_fields:
-        try:
-            section(**{axis: value})
-        except InputError as error:
-            raise ValueError(str(error).removeprefix(f"{section.__name__}: ")) from None
 
 
 class Grid(Section):
@@ -63,6 +34,10 @@ class Grid(Section):
 
     Any numeric field of the rig is an axis by its dotted path, for example ``pinion.teeth = [12, 13]``.
     A combination that damages nothing is left out: undamaged rows come from ``healthy``.
+
+    An axis may be a range, ``{ min = 0.05, max = 0.5 }``: all ranges of a grid are sampled together, in ``points``
+    joint points by ``method``. Or a ``table`` gives joint points one by one. Joint points are crossed with the axes
+    that are listed.
     """
 
     tooth: Literal["all"] | Counts = quantity(
@@ -96,21 +71,63 @@ class Grid(Section):
     index_error: Values = quantity("m", "Rms index error; [measurement] if left out.", default=())
     rig: dict[str, Values] = Field(default={}, description="Axes over the rig, by dotted path.")
 
+    ranges: dict[str, Range] = Field(
+        default={}, description="Axes over a range, by name; written in the axis' place as { min = ..., max = ... }."
+    )
+    points: int | None = quantity("-", "Joint points of all ranges of the grid.", ge=1, default=None)
+    method: Method | None = quantity(
+        "-", "How the points of the ranges are chosen; latin-hypercube if left out.", default=None
+    )
+    table: dict[str, tuple[float, ...] | tuple[str, ...]] | None = Field(
+        default=None,
+        description="Joint points one by one: the path of a CSV or Parquet file from the recipe's folder, or columns.",
+    )
+
     @model_validator(mode="before")
     @classmethod
-    def _dotted(cls, data: Any) -> Any:
-        """``pinion.teeth``, quoted or not, becomes an axis over the rig."""
-        if not isinstance(data, Mapping) or "rig" in data:
+    def _as_written(cls, data: Any) -> Any:
+        """Dotted paths become axes over the rig, tables with two ends ranges, and a table's path its columns."""
+        if not isinstance(data, Mapping):
             return data
-        flat = dict(_flat(data))
-        rig = {key: value for key, value in flat.items() if "." in key}
-        return {key: value for key, value in flat.items() if "." not in key} | ({"rig": rig} if rig else {})
+        others = [name for name in cls.model_fields if name not in (*OWN_AXES, "rig")]
+        found = split_axes(data, others)
+        if found.get("ranges") and isinstance(found["ranges"], Mapping):
+            found["ranges"] = {axis: read_range(axis, value) for axis, value in found["ranges"].items()}
+            found.setdefault("method", "latin-hypercube")
+        if found.get("table") is not None:
+            found["table"] = read_table(found["table"])
+        return found
+
+    @model_validator(mode="after")
+    def _sampled(self) -> "Grid":
+        named = ", ".join(self.ranges)
+        if self.table is not None and (self.ranges or self.points is not None):
+            beside = f"the range of {named}" if self.ranges else "points"
+            raise ValueError(f"table and {beside} are given together; a grid has a table or a sample, not both")
+        if self.ranges and self.points is None:
+            raise ValueError(f"points is missing; say how many joint points the range of {named} has")
+        if not self.ranges and self.points is not None:
+            raise ValueError(f"points = {self.points} but no axis is a range; give one as {{ min = ..., max = ... }}")
+        if not self.ranges and self.method is not None:
+            raise ValueError(f"method = {self.method!r} but no axis is a range; give one as {{ min = ..., max = ... }}")
+        if "pattern" in self.ranges:
+            raise ValueError("pattern is a name and has no range; list names")
+        return self
+
+    @model_validator(mode="after")
+    def _named_once(self) -> "Grid":
+        listed = (self.model_fields_set & set(OWN_AXES)) | set(self.rig)
+        for axis in (one for one in self.joint_axes if one in listed):
+            raise ValueError(f"{axis} is listed and also in the {'table' if self.table else 'sample'}; give it once")
+        return self
 
     @model_validator(mode="after")
     def _pattern_alone(self) -> "Grid":
-        if self.pattern and self.model_fields_set & set(DAMAGE_AXES):
-            beside = sorted(self.model_fields_set & set(DAMAGE_AXES))
-            raise ValueError(f"pattern and {beside[0]} are given together; a pattern says all of its teeth's damage")
+        """A pattern says all of its teeth's damage."""
+        if self.pattern or "pattern" in self.joint_axes:
+            for axis in DAMAGE_AXES:
+                if self._is_set(axis) or axis in self.joint_axes:
+                    raise ValueError(f"pattern and {axis} are given together; a pattern says all of its teeth's damage")
         return self
 
     @model_validator(mode="after")
@@ -128,12 +145,26 @@ class Grid(Section):
 
     @model_serializer(mode="wrap")
     def _as_used(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return without_defaults(self, handler(self), FLAW_FIELDS)
+        dumped = without_defaults(self, handler(self), (*FLAW_FIELDS, "ranges", "points", "method", "table"))
+        return {name: value for name, value in dumped.items() if name not in self.joint_axes}
+
+    def _is_set(self, axis: str) -> bool:
+        return bool(getattr(self, axis) != type(self).model_fields[axis].default)
+
+    @property
+    def joint_axes(self) -> tuple[str, ...]:
+        """Axes that the sample or the table gives."""
+        return tuple(self.ranges) or tuple(self.table or ())
 
     @property
     def listed_damage(self) -> tuple[str, ...]:
         """Axes of damage that list something else than their default."""
-        return tuple(axis for axis in DAMAGE_AXES if getattr(self, axis) != type(self).model_fields[axis].default)
+        return tuple(axis for axis in DAMAGE_AXES if self._is_set(axis))
+
+    @property
+    def patterns(self) -> tuple[str, ...]:
+        """Names of the patterns that it uses."""
+        return tuple(dict.fromkeys((*self.pattern, *(str(one) for one in (self.table or {}).get("pattern", ())))))
 
 
 class Design(Section):
@@ -141,7 +172,7 @@ class Design(Section):
 
     rig: str = Field(description="Name of a built-in rig, or the path of a rig file from the recipe's folder.")
     gear: str | None = Field(default=None, description="The damaged gear; the first mesh's driving gear if left out.")
-    seed: int = quantity("-", "Seed of specimens and noise.", ge=0, default=0)
+    seed: int = quantity("-", "Seed of samples, specimens and noise.", ge=0, default=0)
     specimens: int = quantity("-", "Pairs of gears, each with its own index errors.", ge=1, default=1)
     draws: int = quantity("-", "Noise draws of each case and specimen.", ge=1, default=1)
     healthy: int = quantity(
@@ -166,4 +197,4 @@ class Design(Section):
     @property
     def named_patterns(self) -> tuple[str, ...]:
         """Names of the patterns that the grids use."""
-        return tuple(dict.fromkeys(name for grid in self.grid for name in grid.pattern))
+        return tuple(dict.fromkeys(name for grid in self.grid for name in grid.patterns))

@@ -64,7 +64,8 @@ class Cluster:
                 raise DatabaseError(
                     f"scheduler {self.scheduler} has no workers; start some: dask worker {self.scheduler}"
                 )
-            waiting, shared = list(reversed(parts)), client.scatter(plan, broadcast=True)
+            # A task, not scattered data: it is computed again when the worker that holds it dies.
+            waiting, shared = list(reversed(parts)), client.submit(_itself, plan, pure=False)
 
             def submit() -> Any:
                 return client.submit(_make, make, shared, store, waiting.pop(), pure=False)
@@ -92,6 +93,10 @@ class Cluster:
                 f"--scheduler {self.scheduler}: no Dask scheduler answers there ({error}); start one with: "
                 "dask scheduler"
             ) from None
+
+
+def _itself(plan: Plan) -> Plan:
+    return plan
 
 
 def _make(make: Make, plan: Plan, store: Store, part: int) -> Receipt:

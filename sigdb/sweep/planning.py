@@ -13,11 +13,12 @@ from sigdb.sweep.crossing import Crossing
 from sigdb.sweep.damages import Damages, Pattern, default_of
 from sigdb.sweep.design import Design
 from sigdb.sweep.distinct import consecutive, distinct
+from sigdb.sweep.joint import joint_points
 from sigdb.sweep.layout import Blocks, laid_out
 from sigdb.sweep.plan import Plan, rows_of_a_part
 from sigdb.sweep.rig_points import RigPoints, rig_points
-from sigdb.transmission import Transmission
-from sigdb.transmission.damage import preset_teeth
+from sigdb.transmission import ToothDamage, Transmission
+from sigdb.transmission.damage import PRESETS, preset_teeth
 from sigdb.transmission.mesh_stiffness import damaged_profile
 
 
@@ -52,9 +53,9 @@ def make_plan(
     for sensor in sensors:
         if sensor not in rig.sensors:
             raise InputError(f"signature.sensors: rig {rig.name!r} has no {sensor!r}; known: {', '.join(rig.sensors)}")
-    crossings = [Crossing(owner=f"sweep.grid.{i}", grid=grid, joint={}) for i, grid in enumerate(design.grid)]
+    crossings = [_crossing(design, number, rig) for number in range(len(design.grid))]
     points, numbers = rig_points(rig, gear, [(one.owner, one.rig_values, one.places) for one in crossings])
-    gathered = _Gathered(design, measurement, points)
+    gathered = _Gathered(design, measurement, points, gear)
     for crossing, rigs in zip(crossings, numbers, strict=True):
         gathered.add(crossing, rigs)
     blocks, damages, teeth = gathered.blocks()
@@ -95,11 +96,25 @@ def make_plan(
     )
 
 
+def _crossing(design: Design, number: int, rig: Transmission) -> Crossing:
+    owner, grid = f"sweep.grid.{number}", design.grid[number]
+    joint = joint_points(grid, rig, owner=owner, number=number, seed=design.seed)
+    return Crossing(owner=owner, grid=grid, joint=joint)
+
+
+def _own_patterns(design: Design, teeth: int) -> dict[str, tuple[ToothDamage, ...]]:
+    """Patterns of the design but those that are a preset of their name: they follow the tooth count as it does."""
+    return {
+        name: each for name, each in design.patterns.items() if name not in PRESETS or each != preset_teeth(name, teeth)
+    }
+
+
 class _Gathered:
     """The cases of all grids, grid after grid."""
 
-    def __init__(self, design: Design, measurement: Measurement, points: RigPoints) -> None:
-        self.design, self.measurement, self.points = design, measurement, points
+    def __init__(self, design: Design, measurement: Measurement, points: RigPoints, gear: str) -> None:
+        self.measurement, self.points = measurement, points
+        self.own = _own_patterns(design, points.base.gears[gear].teeth)
         self.patterns: dict[Pattern, int] = {}
         self.pieces: list[dict[str, Any]] = []
         self.teeth: list[IntArray] = []
@@ -148,8 +163,8 @@ class _Gathered:
 
     def _pattern(self, name: str, teeth: int) -> Pattern:
         """A pattern on a gear of that many teeth; own ones go before presets."""
-        own = self.design.patterns
-        return name, own[name] if name in own else preset_teeth(name, teeth)
+        each = self.own.get(name)
+        return name, each if each is not None else preset_teeth(name, teeth)
 
     def blocks(self) -> tuple[Blocks, Damages, IntArray]:
         """All cases, the kinds of damage that they have, and the list of teeth."""

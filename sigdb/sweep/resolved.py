@@ -34,8 +34,12 @@ def resolved_content(plan: "Plan") -> dict[str, Any]:
 
 def hash_of(resolved: dict[str, Any]) -> str:
     """SHA-256 of a resolved recipe, sources of the rig's numbers and descriptions aside."""
-    counted = resolved | {"rig": _without(resolved["rig"], ("sources", "title"))}
-    return hashlib.sha256(json.dumps(counted, sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(counted(resolved), sort_keys=True).encode()).hexdigest()
+
+
+def counted(resolved: dict[str, Any]) -> dict[str, Any]:
+    """What of a resolved recipe determines rows: all but sources of the rig's numbers and descriptions."""
+    return resolved | {"rig": _without(resolved["rig"], ("sources", "title"))}
 
 
 def _presets(plan: "Plan") -> dict[str, Any]:
@@ -54,3 +58,13 @@ def _without(value: Any, keys: tuple[str, ...]) -> Any:
     if isinstance(value, list):
         return [_without(item, keys) for item in value]
     return value
+
+
+def same_content(one: Any, other: Any) -> bool:
+    """Whether two resolved recipes say the same; a key that holds None is not in TOML."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        keys = {key for key in {*one, *other} if one.get(key) is not None or other.get(key) is not None}
+        return all(same_content(one.get(key), other.get(key)) for key in keys)
+    if isinstance(one, list | tuple) and isinstance(other, list | tuple):
+        return len(one) == len(other) and all(map(same_content, one, other))
+    return bool(one == other)

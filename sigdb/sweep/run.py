@@ -16,6 +16,7 @@ from sigdb.sweep.columns import plan_schema
 from sigdb.sweep.engines import Cluster, Engine, Processes, WorkerDiedError
 from sigdb.sweep.ownership import owned
 from sigdb.sweep.plan import PART_TEMPLATES, Plan
+from sigdb.sweep.reconstruction import plan_from
 from sigdb.sweep.rows import make_row_part
 from sigdb.sweep.templates import make_template_part
 
@@ -113,7 +114,7 @@ def run(
         manifest = _begun(plan, store, recipe)
         if retry_failed:
             _forget_failed(store, manifest)
-        plans = [plan, *(rebuilt(extension, manifest.part_rows) for extension in manifest.extensions)]
+        plans = [plan, *(plan_from(extension.resolved) for extension in manifest.extensions)]
         return carry_out(plans, store, Cluster(scheduler) if scheduler else Processes(jobs), on_progress)
 
 
@@ -121,18 +122,6 @@ def append(plan: Plan, store: Store) -> None:
     """Add an extension to a database's description; :func:`carry_out` makes its parts. The caller owns the place."""
     known = read_manifest(store)
     replace(known, extensions=(*known.extensions, _record(plan))).write(store)
-
-
-def rebuilt(record: PlanRecord, part_rows: int) -> Plan:
-    """The plan that a database's description tells of."""
-    from sigdb.sweep.planning import plan_from
-
-    return plan_from(
-        record.resolved,
-        first_row_part=record.first_row_part,
-        first_template_part=record.first_template_part,
-        part_rows=part_rows,
-    )
 
 
 def _record(plan: Plan) -> PlanRecord:

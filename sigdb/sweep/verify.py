@@ -19,8 +19,9 @@ from sigdb.sweep.descriptions import Owners, check_descriptions
 from sigdb.sweep.engines import Processes
 from sigdb.sweep.ownership import owned
 from sigdb.sweep.plan import Plan
+from sigdb.sweep.reconstruction import plan_from
 from sigdb.sweep.remake import differing_parts
-from sigdb.sweep.run import SCHEMA, Progress, carry_out, check_version, rebuilt, write_schema
+from sigdb.sweep.run import SCHEMA, Progress, carry_out, check_version, write_schema
 
 OnProgress = Callable[[Progress], Any]
 
@@ -124,7 +125,7 @@ def repair(
         store.clear_temporary()
         manifest = read_manifest(store)
         check_version(store, manifest.sigdb_version)
-        plans = [rebuilt(record, manifest.part_rows) for record in manifest.plans]
+        plans = [plan_from(record.resolved) for record in manifest.plans]
         if any(finding.file == SCHEMA for finding in found):
             write_schema(plans[0], store)
         for key in {finding.key for finding in found if finding.key}:
