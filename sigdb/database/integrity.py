@@ -63,7 +63,7 @@ class Finding:
         return None if self.stage is None or self.part is None else (self.stage, self.part)
 
     def __str__(self) -> str:
-        return ": ".join(filter(None, (self.file, f"{self.what}; {self.remedy}")))
+        return f"{self.file and self.file + ': '}{self.what}; {self.remedy}"
 
 
 def damaged_part(key: PartKey, file: str, what: str) -> Finding:
@@ -124,7 +124,7 @@ def foreign_files(store: Store, parts: Iterable[PartKey]) -> list[Finding]:
             kind="foreign",
             file=name,
             what="is none of this database's files",
-            remedy="nothing reads it; move it away or delete it",
+            remedy="move it away or delete it",
         )
         for name in store.sizes()
         if name not in known
@@ -134,7 +134,7 @@ def foreign_files(store: Store, parts: Iterable[PartKey]) -> list[Finding]:
             kind="foreign",
             file=name,
             what="is a temporary file that a stopped sweep has left, or that a running one is writing",
-            remedy="nothing reads it; the next sweep deletes it, or --repair",
+            remedy="the next sweep deletes it, or --repair",
         )
         for name in store.temporary()
     ]

@@ -137,14 +137,15 @@ def repair(
 def _found(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> tuple[Finding, ...]:
     owners, findings = check_descriptions(store)
     receipts, damaged = read_all_receipts(store)
-    findings += damaged
     if owners:
+        damaged = [one for one in damaged if one.key in owners]
         strangers = {key for key, receipt in receipts.items() if key in owners and not _fits(receipt, owners[key])}
         what = "the receipt is not that of the recipe's part: another plan, other rows or other files"
         findings += [damaged_part(key, receipts[key].path, what) for key in strangers]
         findings += _unfinished(owners, {*receipts, *(one.key for one in damaged if one.key)})
         findings += foreign_files(store, owners)
         receipts = {key: receipt for key, receipt in receipts.items() if key in owners and key not in strangers}
+    findings += damaged
     whole: dict[PartKey, tuple[Plan, Receipt]] = {}
     doubtful: list[tuple[PartKey, int]] = []
     total, done = sum(len(receipt.files) for receipt in receipts.values()), 0
