@@ -18,6 +18,7 @@ from sigdb.cli.run import run
 from sigdb.cli.show import show
 from sigdb.cli.sweep import sweep
 from sigdb.cli.train import train
+from sigdb.cli.verify import verify
 from sigdb.core.errors import InputError, SigdbError
 from sigdb.core.version import __version__
 
@@ -30,7 +31,22 @@ def cli() -> None:
     """Fault-signature databases for gear transmissions: make, query, learn from them."""
 
 
-for _command in (new_rig, describe, modes, run, sweep, query, show, match, export, coverage, refine, train, evaluate):
+for _command in (
+    new_rig,
+    describe,
+    modes,
+    run,
+    sweep,
+    verify,
+    coverage,
+    refine,
+    query,
+    show,
+    match,
+    export,
+    train,
+    evaluate,
+):
     cli.add_command(_command)
 
 

@@ -21,6 +21,8 @@ from sigdb.sweep.reconstruction import plan_from
 from sigdb.sweep.rows import make_row_part
 from sigdb.sweep.templates import make_template_part
 
+SCHEMA = "schema.json"
+
 _WORKER_DEATHS = 3
 """How often in a row a worker may die without any part being finished before the sweep gives up."""
 
@@ -156,7 +158,7 @@ def check_version(store: Store, version: str) -> None:
 
 def write_schema(plan: Plan, store: Store) -> None:
     """Publish ``schema.json``."""
-    store.put("schema.json", sealed_json(plan_schema(plan).as_json()))
+    store.put(SCHEMA, sealed_json(plan_schema(plan).as_json()))
 
 
 def _check_orphans(plan: Plan, store: Store) -> None:
