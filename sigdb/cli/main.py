@@ -5,6 +5,7 @@ import sys
 
 import click
 
+from sigdb.cli.card import card
 from sigdb.cli.coverage import coverage
 from sigdb.cli.describe import describe
 from sigdb.cli.evaluate import evaluate
@@ -40,6 +41,7 @@ for _command in (
     verify,
     coverage,
     refine,
+    card,
     query,
     show,
     match,
