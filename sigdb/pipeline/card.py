@@ -58,7 +58,7 @@ def database_card(database: Database) -> dict[str, Any]:
         ],
         "statuses": _asked(
             database,
-            "select status, count(*) as rows from cases where status <> 'ok' group by status order by rows desc, status",
+            "select status, count(*) as rows from cases where status <> 'ok' group by status order by rows desc",
         ),
         "indicators": _indicators(database),
         "checks": _asked(

@@ -28,9 +28,7 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
         f"{origins['assumed'] + origins['unstated']} assumed."
     )
     yield ""
-    yield (
-        "For: developing and comparing methods that find and size tooth damage, with the truth of every signature known."
-    )
+    yield ("For: developing and comparing methods that find and size tooth damage, the truth of every signature known.")
     yield ""
     yield (
         "Not for: deciding about a machine. The signals are simulated; another machine's shafts, bearings, casing and "
