@@ -82,9 +82,11 @@ def padded(lists, width):
 
 @pytest.fixture(scope="module", params=READERS)
 def whole(request, database, tmp_path_factory):
-    """The whole of a database with two sensors, two tooth counts and failed rows."""
+    """The whole of a database with two sensors, two tooth counts and failed rows, in batches of unequal width."""
     path = tmp_path_factory.mktemp("export") / f"all.{request.param}"
-    done = database.export(path)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sigdb.database.export._BATCH", 60)
+        done = database.export(path)
     assert (done.path, done.rows) == (path, len(database))
     return READERS[request.param](path), done
 
