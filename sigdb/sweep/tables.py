@@ -54,12 +54,17 @@ def checked_columns(table: Mapping[str, Any], *, owner: str) -> Columns:
         raise ValueError(f"{owner} has no rows; give at least one")
     found: Columns = {}
     for name, values in sorted((name.removeprefix("rig."), values) for name, values in table.items()):
-        try:
-            known_axis(name) if f"rig.{name}" not in table else None
-        except ValueError as error:
-            raise ValueError(f"{owner}: column {name}: {error}") from None
+        if f"rig.{name}" not in table:
+            _known(name, owner)
         found[name] = _names(values, owner) if name == "pattern" else _numbers(name, values, owner)
     return found
+
+
+def _known(name: str, owner: str) -> None:
+    try:
+        known_axis(name)
+    except ValueError as error:
+        raise ValueError(f"{owner}: column {name}: {error}") from None
 
 
 def _names(values: Any, owner: str) -> tuple[str, ...]:
