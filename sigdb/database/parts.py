@@ -103,7 +103,7 @@ class Parts:
         except DatabaseError as error:
             # Arrow keeps an error that a file's Python raised, and by its traceback all that was in use then.
             error.__traceback__ = None
-            raise DatabaseError(str(error)) from None
+            raise type(error)(str(error)) from None
 
     @cached_property
     def _connection(self) -> Any:

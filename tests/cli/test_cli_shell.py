@@ -11,7 +11,10 @@ from click.testing import CliRunner
 import sigdb
 from sigdb.cli.main import cli, main
 
-COMMANDS = ("new-rig", "describe", "modes", "run", "sweep", "query", "show", "match", "export", "train", "evaluate")
+COMMANDS = (
+    *("new-rig", "describe", "modes", "run", "sweep", "verify", "coverage", "refine", "card"),
+    *("query", "show", "match", "export", "train", "evaluate"),
+)
 SIGDB = Path(sys.executable).with_name("sigdb")
 
 
@@ -150,7 +153,7 @@ def test_a_damaged_database_is_exit_code_3(shell, folder, tmp_path):
     done = shell("query", broken, "select 1")
     assert (done.returncode, done.stdout) == (3, "")
     assert "Traceback" not in done.stderr
-    assert "sigdb.toml: not a readable database description" in done.stderr
+    assert "sigdb.toml: is damaged or was edited" in done.stderr
 
 
 def test_a_file_that_cannot_be_written_is_exit_code_3(shell, folder, tmp_path):
