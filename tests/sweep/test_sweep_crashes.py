@@ -1,4 +1,4 @@
-"""Verification: killed at random instants, a sweep goes on to the undisturbed database; readers see whole parts only."""
+"""Verification: killed at random instants, a sweep goes on to the undisturbed database; readers see whole parts."""
 
 import importlib.util
 from pathlib import Path
