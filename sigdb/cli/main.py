@@ -5,6 +5,8 @@ import sys
 
 import click
 
+from sigdb.cli.card import card
+from sigdb.cli.coverage import coverage
 from sigdb.cli.describe import describe
 from sigdb.cli.evaluate import evaluate
 from sigdb.cli.export import export
@@ -12,6 +14,7 @@ from sigdb.cli.match import match
 from sigdb.cli.modes import modes
 from sigdb.cli.new_rig import new_rig
 from sigdb.cli.query import query
+from sigdb.cli.refine import refine
 from sigdb.cli.run import run
 from sigdb.cli.show import show
 from sigdb.cli.sweep import sweep
@@ -29,7 +32,23 @@ def cli() -> None:
     """Fault-signature databases for gear transmissions: make, query, learn from them."""
 
 
-for _command in (new_rig, describe, modes, run, sweep, query, show, match, export, verify, train, evaluate):
+for _command in (
+    new_rig,
+    describe,
+    modes,
+    run,
+    sweep,
+    verify,
+    coverage,
+    refine,
+    card,
+    query,
+    show,
+    match,
+    export,
+    train,
+    evaluate,
+):
     cli.add_command(_command)
 
 

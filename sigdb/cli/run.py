@@ -4,11 +4,13 @@ from pathlib import Path
 
 import click
 
+from sigdb.cli.workers import jobs_option
+
 
 @click.command()
 @click.argument("recipe", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for all that is made; data/RECIPE if left out.")
-@click.option("--jobs", type=int, default=-1, show_default=True, help="Worker processes; -1 for one on each core.")
+@jobs_option
 def run(recipe: Path, out: Path | None, jobs: int) -> None:
     """Make all that a recipe asks for: its database, then its figures.
 
@@ -18,8 +20,6 @@ def run(recipe: Path, out: Path | None, jobs: int) -> None:
     from sigdb.pipeline import load_recipe, run_recipe
     from sigdb.report import claims_text
 
-    if jobs == 0 or jobs < -1:
-        raise click.BadParameter(f"{jobs}; give 1 or more, or -1 for one on each core", param_hint="--jobs")
     with show_progress() as on_progress:
         made = run_recipe(
             load_recipe(recipe),

@@ -70,10 +70,32 @@ def whole_shifts(turns: ArrayLike | None, samples_per_tooth: int, n: int) -> Int
     return np.unique(np.round(shifts).astype(np.int64) % n)
 
 
+Distance = Callable[[FloatArray, float, FloatArray], FloatArray]
+"""From the mean product of z and z_t at the best turn and their root mean squares to what is least for the nearest."""
+
+
+def misfit(product: FloatArray, own: float, rms: FloatArray) -> FloatArray:
+    """Root mean square of ``z - z_t``: size and shape count."""
+    return np.sqrt(np.maximum(own**2 + rms**2 - 2 * product, 0))
+
+
+def mismatch(product: FloatArray, own: float, rms: FloatArray) -> FloatArray:
+    """One less the match: only the shape counts; 1 where there is none."""
+    norm = own * rms
+    return 1 - np.divide(product, norm, out=np.zeros_like(norm), where=norm > 0)
+
+
 def nearest(
-    bank: MatchBank, x: FloatArray, *, teeth: int, k: int, shifts: IntArray, among: NDArray[np.bool_]
+    bank: MatchBank,
+    x: FloatArray,
+    *,
+    teeth: int,
+    k: int,
+    shifts: IntArray,
+    among: NDArray[np.bool_],
+    distance: Distance = misfit,
 ) -> Nearest:
-    """The k templates of least misfit, each at its best turn.
+    """The k templates of least distance, each at its best turn.
 
     ``misfit^2 = mean (z - z_t turned)^2 = mean z^2 + mean z_t^2 - 2 max_s c(s) / n``, with the circular correlation
     ``c(s) = sum_m z[m] z_t[m - s]`` from the spectra, in single precision for all and in double for the nearest.
@@ -86,9 +108,11 @@ def nearest(
         Turns that are tried, in samples.
     among
         (templates,) which of them take part.
+    distance
+        :func:`misfit` or :func:`mismatch`.
     """
     z = unit_residuals(x, teeth)
-    Z, n, own = np.fft.rfft(z), z.size, root_mean_square(z)
+    Z, n, own = np.fft.rfft(z), z.size, float(root_mean_square(z))
     rms = bank.cases[RMS].to_numpy()
 
     def correlation(Z_t: NDArray[np.complexfloating], Z: NDArray[np.complexfloating]) -> FloatArray:
@@ -96,23 +120,25 @@ def nearest(
         c = scipy.fft.irfft(Z_t * np.conj(Z), n, axis=-1, overwrite_x=True)
         return c if shifts.size == n else c[:, -shifts]
 
-    def misfit(best: FloatArray, rms: FloatArray) -> FloatArray:
-        return np.sqrt(np.maximum(own**2 + rms**2 - 2 * best / n, 0))
-
     single = Z.astype(np.complex64)
     best = np.concatenate(_each(bank.spectra, lambda block: correlation(block, single).max(axis=1)))
-    coarse = np.where(among, misfit(best, rms), np.inf)
+    coarse = np.where(among, distance(best / n, own, rms), np.inf)
     few = min(int(among.sum()), k + _SPARE)
     place = np.sort(np.argpartition(coarse, few - 1)[:few])
 
-    c = correlation(_spectra(bank, place).astype(complex), Z)
-    at, rms = c.argmax(axis=1), rms[place]
+    Z_t = _spectra(bank, place).astype(complex)
+    at = correlation(Z_t, Z).argmax(axis=1)
     shift = -at % n if shifts.size == n else shifts[at]
-    best, norm = c[np.arange(few), at], n * own * rms
-    fine = misfit(best, rms)
-    order = np.argsort(fine, kind="stable")[:k]
-    overlap = np.divide(best, norm, out=np.zeros(few), where=norm > 0)
-    return Nearest(place=place[order], shift=shift[order], match=overlap[order], misfit=fine[order])
+    z_t = np.take_along_axis(np.fft.irfft(Z_t, n), (np.arange(n) - shift[:, None]) % n, axis=1)
+    # The size of the very signal in the product, or a small misfit is rounding.
+    product, rms = (z_t * z).mean(axis=1), root_mean_square(z_t)
+    order = np.argsort(distance(product, own, rms), kind="stable")[:k]
+    return Nearest(
+        place=place[order],
+        shift=shift[order],
+        match=1 - mismatch(product, own, rms)[order],
+        misfit=misfit(product, own, rms)[order],
+    )
 
 
 def _each(blocks: Sequence[NDArray[np.complex64]], compute: Callable[[Any], FloatArray]) -> list[FloatArray]:

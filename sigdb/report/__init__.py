@@ -6,6 +6,7 @@ from sigdb.core.lazy import lazy_names
 
 if TYPE_CHECKING:
     from sigdb.report.campbell import campbell_figure
+    from sigdb.report.card_page import database_card_markdown
     from sigdb.report.claims_page import claims_markdown, claims_text
     from sigdb.report.comparison import Case, comparison_figure
     from sigdb.report.figures import save_figure, signature_figure
@@ -21,6 +22,7 @@ __all__ = [
     "claims_markdown",
     "claims_text",
     "comparison_figure",
+    "database_card_markdown",
     "rig_figure",
     "rig_text",
     "save_figure",
@@ -37,6 +39,7 @@ __getattr__, __dir__ = lazy_names(
         "claims_markdown": "sigdb.report.claims_page",
         "claims_text": "sigdb.report.claims_page",
         "comparison_figure": "sigdb.report.comparison",
+        "database_card_markdown": "sigdb.report.card_page",
         "rig_figure": "sigdb.report.rig_drawing",
         "rig_text": "sigdb.report.rig_page",
         "save_figure": "sigdb.report.figures",

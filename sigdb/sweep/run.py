@@ -16,6 +16,7 @@ from sigdb.sweep.columns import plan_schema
 from sigdb.sweep.engines import Cluster, Engine, Processes, WorkerDiedError
 from sigdb.sweep.ownership import owned
 from sigdb.sweep.plan import PART_TEMPLATES, Plan
+from sigdb.sweep.progress import Progress
 from sigdb.sweep.reconstruction import plan_from
 from sigdb.sweep.rows import make_row_part
 from sigdb.sweep.templates import make_template_part
@@ -24,26 +25,6 @@ SCHEMA = "schema.json"
 
 _WORKER_DEATHS = 3
 """How often in a row a worker may die without any part being finished before the sweep gives up."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Progress:
-    """What is finished so far; nothing counts when it is only dispatched.
-
-    Attributes
-    ----------
-    stage
-        ``templates`` or ``rows``.
-    done, total
-        Templates or rows.
-    before
-        Those that were already there when this run began.
-    """
-
-    stage: str
-    done: int
-    total: int
-    before: int
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -65,7 +65,7 @@ def verify(
     Examples
     --------
     >>> from sigdb.sweep import verify
-    >>> verify("nowhere")
+    >>> verify("nowhere")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     ...
     sigdb.core.errors.InputError: nowhere is not a sigdb database (it has no sigdb.toml); make one with: ...

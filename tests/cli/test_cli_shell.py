@@ -11,7 +11,10 @@ from click.testing import CliRunner
 import sigdb
 from sigdb.cli.main import cli, main
 
-COMMANDS = ("new-rig", "describe", "modes", "run", "sweep", "query", "show", "train", "evaluate")
+COMMANDS = (
+    *("new-rig", "describe", "modes", "run", "sweep", "verify", "coverage", "refine", "card"),
+    *("query", "show", "match", "export", "train", "evaluate"),
+)
 SIGDB = Path(sys.executable).with_name("sigdb")
 
 
@@ -70,6 +73,13 @@ def test_python_m_sigdb_is_sigdb(shell):
         (["show", "{db}", "99999"], "id 99999 is not in"),
         (["show", "{db}", "0", "--sensor", "wheel"], "sensor 'wheel' is not stored"),
         (["show", "{db}", "0", "--out", "row.txt"], "not a picture's name"),
+        (["match", "{missing}", "--id", "0"], "is not a sigdb database"),
+        (["match", "{db}", "--id", "99999"], "id 99999 is not in"),
+        (["match", "{db}", "--id", "0", "--where", "true) --"], "where = 'true) --'"),
+        (["match", "{db}", "{db}/sigdb.toml"], "sigdb.toml: not one revolution, one number a line"),
+        (["export", "{missing}", "a.mat"], "is not a sigdb database"),
+        (["export", "{db}", "a.txt"], "a.txt: the name of an export ends in .mat or .h5"),
+        (["export", "{db}", "a.h5", "--where", "tuth = 1"], "where = 'tuth = 1'"),
         (["train", "{missing}", "--target", "location", "--out", "{missing}"], "is not a sigdb database"),
         (["evaluate", "{missing}", "{db}"], "is not a model folder"),
         (["evaluate", "{model}", "{missing}"], "is not a sigdb database"),
@@ -104,6 +114,9 @@ def test_exit_codes_are_those_of_the_process(shell, tmp_path):
         (["train", "db", "--out", "x", "--target", "wear"], "'wear' is not one of 'location', 'severity'"),
         (["query", "db"], "Missing argument 'SQL'"),
         (["show", "db", "first"], "'first' is not a valid integer"),
+        (["match", "db"], "Give either RECORDING or --id."),
+        (["match", "db", "a.txt", "--id", "3"], "Give either RECORDING or --id."),
+        (["match", "db", "a.txt", "--k", "0"], "0 is not in the range"),
         (["modes", "nasa-spiral-bevel", "--count", "0"], "0 is not in the range"),
         (["run", "recipe.toml", "--jobs", "0"], "0; give 1 or more, or -1"),
     ],
@@ -140,7 +153,7 @@ def test_a_damaged_database_is_exit_code_3(shell, folder, tmp_path):
     done = shell("query", broken, "select 1")
     assert (done.returncode, done.stdout) == (3, "")
     assert "Traceback" not in done.stderr
-    assert "sigdb.toml: not a readable database description" in done.stderr
+    assert "sigdb.toml: is damaged or was edited" in done.stderr
 
 
 def test_a_file_that_cannot_be_written_is_exit_code_3(shell, folder, tmp_path):

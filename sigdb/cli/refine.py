@@ -1,0 +1,37 @@
+"""``sigdb refine``."""
+
+import click
+
+from sigdb.cli.workers import jobs_option, scheduler_option
+
+
+@click.command()
+@click.argument("database", metavar="DB")
+@click.option("--match", type=float, default=0.97, show_default=True, help="Least match that is asked for.")
+@click.option("--cases", type=click.IntRange(1), default=200, show_default=True, help="Random cases of a round, about.")
+@click.option("--rounds", type=click.IntRange(1), default=10, show_default=True, help="Greatest number of rounds.")
+@jobs_option
+@scheduler_option
+def refine(database: str, match: float, cases: int, rounds: int, jobs: int, scheduler: str | None) -> int:
+    """Append cases to a database until random cases between its own match its templates.
+
+    Rows that are there stay as they are. Exit code 1 if the match was not reached in so many rounds.
+    """
+    from sigdb.cli.coverage import coverage_text
+    from sigdb.cli.progress import show_progress
+    from sigdb.sweep import refine as refined
+
+    with show_progress() as on_progress:
+        done = refined(
+            database,
+            match=match,
+            cases=cases,
+            rounds=rounds,
+            jobs=jobs,
+            scheduler=scheduler,
+            on_progress=on_progress,
+        )
+    reached = "reached" if done.reached else "NOT reached; run the command again, or with more --rounds"
+    click.echo(f"{database}: appended {done.cases} cases, {done.rows} rows; a match of {match:g} is {reached}")
+    click.echo(coverage_text(database, done.coverage))
+    return 0 if done.reached else 1
