@@ -133,7 +133,7 @@ CONTENT = {"a": 1, "text": 'two\nlines "quoted" \\ µ', "numbers": [0.1, 2.0], "
 def test_a_sealed_file_holds_its_content_and_is_readable_without_us(name, seal, load):
     text = seal(CONTENT)
     assert unsealed(text, name=name) == CONTENT
-    first, rest = text.split(b"\n", 1)
+    _, rest = text.split(b"\n", 1)
     plain = load(text.decode())
     assert plain.pop("sha256") == hashlib.sha256(rest).hexdigest()
     assert plain == CONTENT

@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 import sigdb
-from sigdb.core.errors import DatabaseError, InputError
+from sigdb.core.errors import InputError
 from sigdb.pipeline import load_recipe
 from sigdb.sweep import run, verify
 

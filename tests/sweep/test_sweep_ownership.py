@@ -91,10 +91,11 @@ def test_the_sign_of_life_is_renewed(remote, monkeypatch):
     with owned(remote):
         first = owner_of(remote)
         deadline = time.monotonic() + 10
-        while owner_of(remote)["alive"] == first["alive"]:
+        # This file system does not write at once, as an object store does: what is half there is no owner.
+        while (ownership._owner(remote) or first)["alive"] == first["alive"]:
             assert time.monotonic() < deadline
             time.sleep(0.01)
-        assert owner_of(remote)["token"] == first["token"]
+        assert (ownership._owner(remote) or first)["token"] == first["token"]
     time.sleep(0.05)
     assert remote.size(OWNER) is None
 
