@@ -34,8 +34,9 @@ from threadpoolctl import threadpool_limits
 import sigdb
 from sigdb.core.version import __version__
 from sigdb.database import Database, Manifest
+from sigdb.database.manifest import PlanRecord
 from sigdb.database.residuals import unit_residuals
-from sigdb.database.storage import publish_json
+from sigdb.database.storage import Store
 from sigdb.database.writer import write_part
 from sigdb.pipeline import load_recipe
 from sigdb.sweep.columns import plan_schema
@@ -97,29 +98,27 @@ def machine() -> dict[str, Any]:
 def synthetic(root: Path, rows: int, templates: int) -> Path:
     """A database of made-up numbers, written part by part."""
     plan = load_recipe(RECIPE).plan()
-    schema, rng = plan_schema(plan), np.random.default_rng(1)
+    schema, rng, store = plan_schema(plan), np.random.default_rng(1), Store.at(root)
     part_rows = min(max(1 << max(0, rows // 16 - 1).bit_length(), 2048), 32768)
+    record = PlanRecord(
+        hash=f"{rows:032x}{templates:032x}", seed=1, rows=rows, templates=templates, resolved=plan.resolved
+    )
     Manifest(
-        hash=f"{rows:032x}{templates:032x}",
-        seed=1,
-        rows=rows,
-        templates=templates,
+        plan=record,
         part_rows=part_rows,
         part_templates=PART_TEMPLATES,
         sensors=plan.sensors,
         recipe="",
-        resolved=plan.resolved,
         sigdb_version=__version__,
-    ).write(root)
-    publish_json(root / "schema.json", schema.as_json())
+    ).write(store)
     for part, first in enumerate(range(0, templates, PART_TEMPLATES)):
         content = template_columns(np.arange(first, min(first + PART_TEMPLATES, templates)), rng)
-        tables = {"templates": table(content, schema.arrow("templates"))}
-        write_part(root, "templates", part, tables, first=first, failed=0, started=time.perf_counter())
+        pieces = [{"templates": table(content, schema.arrow("templates"))}]
+        write_part(store, "templates", part, pieces, plan=record.hash, first=first, started=time.perf_counter())
     for part, first in enumerate(range(0, rows, part_rows)):
         content = row_columns(np.arange(first, min(first + part_rows, rows)), rng)
-        tables = {name: table(content, schema.arrow(name)) for name in ("features", "signals")}
-        write_part(root, "rows", part, tables, first=first, failed=0, started=time.perf_counter())
+        pieces = [{name: table(content, schema.arrow(name)) for name in ("features", "signals")}]
+        write_part(store, "rows", part, pieces, plan=record.hash, first=first, started=time.perf_counter())
     return root
 
 

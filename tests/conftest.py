@@ -1,4 +1,4 @@
-"""For all tests: one thread for linear algebra, so that rounding does not depend on the machine; one oscillator."""
+"""For all tests: one thread for linear algebra, so that rounding is the same everywhere; a cache; an oscillator."""
 
 import numpy as np
 import pytest
@@ -11,6 +11,14 @@ from sigdb.transmission import ModalSystem, Transmission, load_transmission
 @pytest.fixture(scope="session", autouse=True)
 def _one_thread():
     with threadpool_limits(1):
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory):
+    """No test reads or writes the cache of who runs it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SIGDB_CACHE", str(tmp_path_factory.mktemp("cache")))
         yield
 
 

@@ -5,6 +5,7 @@ import sys
 
 import click
 
+from sigdb.cli.card import card
 from sigdb.cli.coverage import coverage
 from sigdb.cli.describe import describe
 from sigdb.cli.evaluate import evaluate
@@ -18,6 +19,7 @@ from sigdb.cli.run import run
 from sigdb.cli.show import show
 from sigdb.cli.sweep import sweep
 from sigdb.cli.train import train
+from sigdb.cli.verify import verify
 from sigdb.core.errors import InputError, SigdbError
 from sigdb.core.version import __version__
 
@@ -30,7 +32,23 @@ def cli() -> None:
     """Fault-signature databases for gear transmissions: make, query, learn from them."""
 
 
-for _command in (new_rig, describe, modes, run, sweep, query, show, match, export, coverage, refine, train, evaluate):
+for _command in (
+    new_rig,
+    describe,
+    modes,
+    run,
+    sweep,
+    verify,
+    coverage,
+    refine,
+    card,
+    query,
+    show,
+    match,
+    export,
+    train,
+    evaluate,
+):
     cli.add_command(_command)
 
 

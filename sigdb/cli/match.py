@@ -64,11 +64,15 @@ def match(
 
 
 def _revolution(path: Path) -> "FloatArray":
-    """One revolution from a file of numbers."""
+    """One revolution from a file of numbers, a row or a column."""
+    import warnings
+
     import numpy as np
 
     try:
-        x = np.load(path, allow_pickle=False) if path.suffix == ".npy" else np.loadtxt(path, delimiter=",", ndmin=1)
-        return np.asarray(x, dtype=float).reshape(-1) if 1 in np.shape(x) else np.asarray(x, dtype=float)
-    except (ValueError, TypeError, EOFError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # of a file without numbers
+            x = np.load(path, allow_pickle=False) if path.suffix == ".npy" else np.loadtxt(path, delimiter=",", ndmin=1)
+        return np.asarray(x, dtype=float).squeeze()
+    except (ValueError, TypeError, EOFError, UserWarning) as error:
         raise InputError(f"{path}: not one revolution, one number a line or a .npy array ({error})") from None

@@ -37,7 +37,7 @@ def export_database(
         raise InputError(f"{path}: the name of an export ends in .mat or .h5, which says what is written")
     columns = export_columns(database, signals=signals, sensor=sensor)
     if write is write_mat:
-        check_size(path, _list_sizes(database, where, columns))
+        check_size(_list_sizes(database, where, columns))
     counted: list[int] = []
     batches = export_batches(database, where, columns, _BATCH)
     about = _about(database, where)

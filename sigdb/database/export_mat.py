@@ -31,12 +31,12 @@ def write_mat(
         **{f"{key}s": {column.name: column.described(key) for column in columns} for key in _KEYS},
         "about": dict(about),
     }
-    check_size(path, {"cases": sum(_bytes(value) for value in content["cases"].values())})
+    check_size({"cases": sum(_bytes(value) for value in content["cases"].values())})
     savemat(path, content, appendmat=False, long_field_names=True, oned_as="column")
     return len(next(iter(values.values())))
 
 
-def check_size(path: Path, sizes: Mapping[str, int]) -> None:
+def check_size(sizes: Mapping[str, int]) -> None:
     """Refuse variables that a MAT-file cannot hold.
 
     Raises
@@ -47,8 +47,8 @@ def check_size(path: Path, sizes: Mapping[str, int]) -> None:
     for name, size in sizes.items():
         if size > LIMIT:
             raise InputError(
-                f"{path.name}: {name} would have {size / 1e9:.1f} GB, and a variable of a MAT-file has at most "
-                f"{LIMIT / 1e9:.1f} GB; write {path.stem}.h5 instead, or fewer rows with a condition"
+                f"{name} would have {size / 1e9:.1f} GB, and a variable of a MAT-file has at most {LIMIT / 1e9:.1f} "
+                "GB; write HDF5 instead, to a name that ends in .h5, or fewer rows with a condition"
             )
 
 

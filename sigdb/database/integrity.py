@@ -1,9 +1,9 @@
 """Whether the files of a database are as they were written: seals, sizes, checksums, and nothing beside them."""
 
 import hashlib
-from collections.abc import Collection, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -24,10 +24,8 @@ from sigdb.database.receipts import (
 from sigdb.database.seal import unsealed
 from sigdb.database.storage import Store
 
-DESCRIPTIONS = (NAME, "schema.json", "coverage.json")
-"""The files that are no part's; the last one only where coverage was measured."""
-
-_OWN = frozenset({*DESCRIPTIONS, ".lock", ".owner"})
+_OWN = frozenset({NAME, "schema.json", "coverage.json", ".lock", ".owner"})
+"""Files that are no part's."""
 
 PartKey = tuple[str, int]
 """``templates`` or ``rows``, and the number of a part."""
@@ -49,7 +47,7 @@ class Finding:
     remedy
         What to do.
     stage, part
-        The part to make again, ``templates`` or ``rows`` and its number; None where no part is concerned.
+        The part to make again: ``templates`` or ``rows``, and its number; None where none is.
     """
 
     kind: Literal["damage", "unfinished", "foreign"]
@@ -59,8 +57,13 @@ class Finding:
     stage: str | None = None
     part: int | None = None
 
+    @property
+    def key(self) -> PartKey | None:
+        """The part to make again."""
+        return None if self.stage is None or self.part is None else (self.stage, self.part)
+
     def __str__(self) -> str:
-        return ": ".join(filter(None, (self.file, f"{self.what}; {self.remedy}")))
+        return f"{self.file and self.file + ': '}{self.what}; {self.remedy}"
 
 
 def damaged_part(key: PartKey, file: str, what: str) -> Finding:
@@ -83,16 +86,15 @@ def read_all_receipts(store: Store) -> tuple[dict[PartKey, Receipt], list[Findin
     return receipts, findings
 
 
-def check_sealed(store: Store, name: str, remedy: str) -> Finding | None:
-    """What is wrong with a sealed description."""
+def unsealed_or_why(store: Store, name: str) -> tuple[dict[str, Any] | None, str]:
+    """The content of a sealed description, or None and why there is none."""
     try:
-        unsealed(store.get(name), name=name)
+        return unsealed(store.get(name), name=name), ""
     except DatabaseError as error:
-        return Finding(kind="damage", file=name, what=_what(error, name), remedy=remedy)
-    return None
+        return None, _what(error, name)
 
 
-def check_file(
+def read_file(
     store: Store, record: FileRecord, rows: int, schema: pa.Schema | None
 ) -> tuple[pq.ParquetFile | None, str]:
     """A part's file if it is as it was written, or None and what is wrong with it."""
@@ -103,9 +105,9 @@ def check_file(
     if len(content) != record.bytes:
         return None, f"has {len(content)} bytes, its receipt says {record.bytes}"
     if hashlib.sha256(content).hexdigest() != record.sha256:
-        return None, "its bytes are not those that were written (SHA-256)"
+        return None, "its bytes are not those that were written"
     if block_checksums(memoryview(content)) != record.blocks:
-        return None, "the checksums of its blocks in its receipt are wrong"
+        return None, "the checksums of its blocks in its receipt are not its own"
     file = pq.ParquetFile(pa.BufferReader(content))
     if file.metadata.num_rows != rows:
         return None, f"has {file.metadata.num_rows} rows, its receipt says {rows}"
@@ -114,15 +116,15 @@ def check_file(
     return file, ""
 
 
-def foreign_files(store: Store, receipts: Mapping[PartKey, Receipt], parts: Collection[PartKey]) -> list[Finding]:
-    """Files that are neither a description, nor a planned part's, nor named by a receipt."""
-    known = _OWN | {path for stage, part in [*parts, *receipts] for path in _names(stage, part)}
+def foreign_files(store: Store, parts: Iterable[PartKey]) -> list[Finding]:
+    """Files that are neither a description nor those of a part."""
+    known = _OWN | {path for stage, part in parts for path in _names(stage, part)}
     strangers = [
         Finding(
             kind="foreign",
             file=name,
             what="is none of this database's files",
-            remedy="nothing reads it; move it away or delete it",
+            remedy="move it away or delete it",
         )
         for name in store.sizes()
         if name not in known
@@ -132,7 +134,7 @@ def foreign_files(store: Store, receipts: Mapping[PartKey, Receipt], parts: Coll
             kind="foreign",
             file=name,
             what="is a temporary file that a stopped sweep has left, or that a running one is writing",
-            remedy="nothing reads it; the next sweep or repair deletes it",
+            remedy="the next sweep deletes it, or --repair",
         )
         for name in store.temporary()
     ]

@@ -126,10 +126,12 @@ def nearest(
     few = min(int(among.sum()), k + _SPARE)
     place = np.sort(np.argpartition(coarse, few - 1)[:few])
 
-    c = correlation(_spectra(bank, place).astype(complex), Z)
-    at, rms = c.argmax(axis=1), rms[place]
+    Z_t = _spectra(bank, place).astype(complex)
+    at = correlation(Z_t, Z).argmax(axis=1)
     shift = -at % n if shifts.size == n else shifts[at]
-    product = c[np.arange(few), at] / n
+    z_t = np.take_along_axis(np.fft.irfft(Z_t, n), (np.arange(n) - shift[:, None]) % n, axis=1)
+    # The size of the very signal in the product, or a small misfit is rounding.
+    product, rms = (z_t * z).mean(axis=1), root_mean_square(z_t)
     order = np.argsort(distance(product, own, rms), kind="stable")[:k]
     return Nearest(
         place=place[order],

@@ -123,9 +123,11 @@ def _batches(
     reader = relation.to_arrow_reader(rows)
 
     def read() -> Iterator[pa.RecordBatch]:
-        with _told(owner):
-            yield from reader
-        connection.close()
+        try:
+            with _told(owner):
+                yield from reader
+        finally:
+            connection.close()
 
     return pa.RecordBatchReader.from_batches(reader.schema, read())
 
@@ -137,10 +139,16 @@ def _told(owner: str) -> Iterator[None]:
         yield
     except duckdb.Error as error:
         if "reading the stream" in str(error):
-            raise DatabaseError(f"a part of the database is damaged: {_first_line(error)}") from None
+            raise DatabaseError(_damage(error)) from None
         raise InputError(f"{owner}: {_first_line(error)}") from None
     except (OSError, pa.ArrowInvalid) as error:
-        raise DatabaseError(f"a part of the database is damaged: {_first_line(error)}") from None
+        raise DatabaseError(_damage(error)) from None
+
+
+def _damage(error: Exception) -> str:
+    """The sentence of the file that is damaged, out of what Arrow and DuckDB have put around it."""
+    line = _first_line(error).rpartition("IOError: ")[2].partition(". Detail: Python exception")[0]
+    return line if " is damaged: " in line else f"a part of the database is damaged: {line}"
 
 
 def _first_line(error: Exception) -> str:

@@ -1,101 +1,36 @@
-"""Reading a database: cases, SQL, signals, templates."""
+"""Reading a database: cases, SQL, signals, templates, batches, match, export."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
-import pyarrow.dataset as ds
-import pyarrow.parquet as pq
 from numpy.typing import ArrayLike
 
 from sigdb.core.errors import DatabaseError, InputError
 from sigdb.core.typing import FloatArray, IntArray
 from sigdb.database.batches import check_rows, check_table, chosen_columns, described, signal_batches
-from sigdb.database.checked import open_checked
 from sigdb.database.export import Export, export_database
-from sigdb.database.manifest import Manifest, read_manifest
 from sigdb.database.match import Match, match_average
 from sigdb.database.match_bank import MatchBank
-from sigdb.database.query import choose, choose_batches, connect, select, stream
-from sigdb.database.receipts import KINDS, Receipt, read_receipts
+from sigdb.database.parts import Parts
+from sigdb.database.query import choose, choose_batches, select, stream
 from sigdb.database.schema import suffixed
-from sigdb.database.signals import AbsentRowError, row_blocks, row_matrices
-from sigdb.database.storage import Store
-
-_PARQUET = ds.ParquetFileFormat()
-_PART_KIND = {"templates": "templates", "features": "rows", "signals": "rows"}
+from sigdb.database.signals import row_matrices
 
 
-class Database:
+class Database(Parts):
     """A database that is read; see :func:`sigdb.open`.
 
     Readers follow receipts, so a sweep may go on writing meanwhile: what was finished when the database was opened
     is what is seen.
     """
 
-    def __init__(self, location: str | PathLike[str] | Store) -> None:
-        self.store = Store.at(location)
-        self.manifest: Manifest = read_manifest(self.store)
-        hashes = {plan.hash for plan in self.manifest.plans}
-        self._receipts: dict[str, dict[int, Receipt]] = {
-            name: {receipt.part: receipt for receipt in read_receipts(self.store, name, hashes)} for name in KINDS
-        }
-
     def __repr__(self) -> str:
         return f"Database({str(self.store)!r}, {len(self)} of {self.manifest.rows} rows)"
-
-    def __len__(self) -> int:
-        """Number of finished rows."""
-        return sum(receipt.rows for receipt in self._receipts["rows"].values())
-
-    @property
-    def sensors(self) -> tuple[str, ...]:
-        """Stored sensors; the first one's columns have no suffix."""
-        return self.manifest.sensors
-
-    def dataset(self, table: str) -> ds.Dataset:
-        """The finished parts of a table as an Arrow dataset; whatever it reads is compared with its checksums.
-
-        Parameters
-        ----------
-        table
-            ``templates``, ``features`` or ``signals``.
-        """
-        receipts = self._receipts[_PART_KIND[table]].values()
-        if not receipts:
-            raise DatabaseError(f"{self.store}: no {table} are finished yet; run the sweep that makes this database")
-        with self._reading():
-            parts = [_PARQUET.make_fragment(open_checked(self.store, receipt.file(table))) for receipt in receipts]
-            return ds.FileSystemDataset(parts, parts[0].physical_schema, _PARQUET)
-
-    @contextmanager
-    def _reading(self) -> Iterator[None]:
-        """Tell of damage in a part, wherever it is met."""
-        try:
-            yield
-        except (OSError, pa.ArrowInvalid) as error:
-            raise DatabaseError(f"{self.store}: a part is damaged: {error}") from None
-
-    @cached_property
-    def _connection(self) -> Any:
-        return self._connect()
-
-    def _connect(self) -> Any:
-        """A connection of its own: a stream keeps it busy until its end."""
-        tables = {table: self.dataset(table) for table in ("templates", "features", "signals")}
-        scalars = [f'"{field.name}"' for field in tables["features"].schema if not pa.types.is_list(field.type)]
-        return connect(tables, {"cases": f"select {', '.join(scalars)} from features"})
-
-    def arrow(self, query: str) -> pa.Table:
-        """The result of one SELECT statement as an Arrow table; see :meth:`sql`."""
-        with self._reading():
-            return select(self._connection, query)
 
     def sql(self, query: str) -> pd.DataFrame:
         """Run one SELECT statement.
@@ -121,6 +56,32 @@ class Database:
         """
         return self.arrow(query).to_pandas()
 
+    def arrow(self, query: str) -> pa.Table:
+        """The result of one SELECT statement as an Arrow table; see :meth:`sql`."""
+        with self._reading():
+            return select(self._connection, query)
+
+    def stream(self, query: str, *, rows: int = 2048) -> pa.RecordBatchReader:
+        """The result of one SELECT statement in batches, as DuckDB computes them; see :meth:`sql`.
+
+        A statement that needs all rows before it has a first one, such as one that sorts, holds its result in memory.
+
+        Parameters
+        ----------
+        query
+            One SELECT statement in DuckDB's SQL.
+        rows
+            Greatest number of rows in a batch.
+
+        Raises
+        ------
+        InputError, DatabaseError
+            As :meth:`sql`. Damage is told when the stream comes to it.
+        """
+        check_rows(rows)
+        with self._reading():
+            return stream(self._connect(), query, rows)
+
     def cases(self, where: str | None = None) -> pd.DataFrame:
         """Rows without their lists: parameters, labels, indicators, by id.
 
@@ -143,98 +104,6 @@ class Database:
         """Rows with their pooled Wigner-Ville features, by id; ``where`` as in :meth:`cases`."""
         with self._reading():
             return choose(self._connection, "features", where, order="id").to_pandas()
-
-    def unit(self, column: str, sensor: str | None = None) -> str:
-        """Unit of a sensor's column of signals, ``tsa`` or ``spectrum``."""
-        field = self.dataset("signals").schema.field(self._sensor_columns(sensor)[column])
-        return str(field.metadata[b"unit"].decode())
-
-    def templates(self) -> pd.DataFrame:
-        """The templates: each distinct case once, damage at tooth 1."""
-        with self._reading():
-            return self.dataset("templates").to_table().to_pandas()
-
-    def signals(self, ids: ArrayLike, *, sensor: str | None = None) -> dict[str, FloatArray]:
-        """Averaged signals and order spectra of rows, found by arithmetic on their ids.
-
-        Parameters
-        ----------
-        ids
-            (k,) ids.
-        sensor
-            Name of a stored sensor; the first one if left out.
-
-        Returns
-        -------
-        dict
-            ``tsa`` (k, n) and ``spectrum`` (k, n // 2 + 1), float32, in the order of ``ids``; rows without a result
-            are nan.
-
-        Raises
-        ------
-        InputError
-            If an id or the sensor is not in the database, or the rows have different lengths (other tooth counts).
-        DatabaseError
-            If a part is damaged.
-        """
-        wanted = np.atleast_1d(np.asarray(ids))
-        if wanted.size and wanted.dtype.kind not in "iu":
-            raise InputError(f"ids must be whole numbers, not {wanted.dtype} such as {wanted.flat[0]}")
-        wanted = wanted.astype(np.int64)
-        columns = self._sensor_columns(sensor)
-        found = row_matrices(self._signal_rows(wanted, columns.values()), columns, wanted.size)
-        if not found:  # none of the rows has a result that would tell the length
-            n = self._length(wanted)
-            widths = {"tsa": n, "spectrum": n // 2 + 1 if n else 0}
-            return {key: np.full((wanted.size, width), np.nan, np.float32) for key, width in widths.items()}
-        return found
-
-    def _length(self, ids: IntArray) -> int:
-        """Samples of a row that has no signal of its own to tell."""
-        if not ids.size:
-            return 0
-        teeth = self.sql(f"select teeth from cases where id = {ids[0]}")["teeth"].iloc[0]
-        return int(teeth) * int(self.manifest.resolved["signature"]["samples_per_tooth"])
-
-    def _sensor_columns(self, sensor: str | None) -> dict[str, str]:
-        return {key: suffixed(key, self.sensors, self.stored_sensor(sensor)) for key in ("tsa", "spectrum")}
-
-    def _signal_rows(self, ids: IntArray, columns: Iterable[str]) -> Iterator[tuple[IntArray, pa.Table]]:
-        """Rows of ``signals``, a few row groups at a time; see :func:`row_blocks`."""
-        names = list(dict.fromkeys(["id", *columns]))
-        try:
-            yield from row_blocks(lambda part, groups: self._groups(part, groups, names), self.manifest.part_rows, ids)
-        except AbsentRowError as error:
-            raise InputError(f"id {error.id} is not in {self.store}, which has {len(self)} finished rows") from None
-
-    def _groups(self, part: int, groups: Sequence[int], columns: Sequence[str]) -> pa.Table:
-        """Row groups of a part of ``signals``; no rows where they do not exist."""
-        if part not in self._receipts["rows"]:
-            return pa.table({"id": pa.array([], pa.int64())})
-        with self._reading():
-            file = pq.ParquetFile(open_checked(self.store, self._receipts["rows"][part].file("signals")))
-            return file.read_row_groups([one for one in groups if one < file.num_row_groups], columns=list(columns))
-
-    def stream(self, query: str, *, rows: int = 2048) -> pa.RecordBatchReader:
-        """The result of one SELECT statement in batches, as DuckDB computes them; see :meth:`sql`.
-
-        A statement that needs all rows before it has a first one, such as one that sorts, holds its result in memory.
-
-        Parameters
-        ----------
-        query
-            One SELECT statement in DuckDB's SQL.
-        rows
-            Greatest number of rows in a batch.
-
-        Raises
-        ------
-        InputError, DatabaseError
-            As :meth:`sql`. Damage is told when the stream comes to it.
-        """
-        check_rows(rows)
-        with self._reading():
-            return stream(self._connect(), query, rows)
 
     def batches(
         self,
@@ -286,6 +155,61 @@ class Database:
                 return described(choose_batches(self._connect(), table, where, names, rows), schema)
             ids = choose_batches(self._connect(), "features", where, ["id"], rows)
             return signal_batches(ids, lambda some: self._signal_rows(some, names), names, schema)
+
+    def templates(self) -> pd.DataFrame:
+        """The templates: each distinct case once, damage at tooth 1."""
+        with self._reading():
+            return self.dataset("templates").to_table().to_pandas()
+
+    def signals(self, ids: ArrayLike, *, sensor: str | None = None) -> dict[str, FloatArray]:
+        """Averaged signals and order spectra of rows, found by arithmetic on their ids.
+
+        Parameters
+        ----------
+        ids
+            (k,) ids.
+        sensor
+            Name of a stored sensor; the first one if left out.
+
+        Returns
+        -------
+        dict
+            ``tsa`` (k, n) and ``spectrum`` (k, n // 2 + 1), float32, in the order of ``ids``; rows without a result
+            are nan.
+
+        Raises
+        ------
+        InputError
+            If an id or the sensor is not in the database, or the rows have different lengths (other tooth counts).
+        DatabaseError
+            If a part is damaged.
+        """
+        wanted = np.atleast_1d(np.asarray(ids))
+        if wanted.size and wanted.dtype.kind not in "iu":
+            raise InputError(f"ids must be whole numbers, not {wanted.dtype} such as {wanted.flat[0]}")
+        wanted = wanted.astype(np.int64)
+        columns = self._sensor_columns(sensor)
+        found = row_matrices(self._signal_rows(wanted, columns.values()), columns, wanted.size)
+        if not found:  # none of the rows has a result that would tell the length
+            n = self._length(wanted)
+            widths = {"tsa": n, "spectrum": n // 2 + 1 if n else 0}
+            return {key: np.full((wanted.size, width), np.nan, np.float32) for key, width in widths.items()}
+        return found
+
+    def _length(self, ids: IntArray) -> int:
+        """Samples of a row that has no signal of its own to tell."""
+        if not ids.size:
+            return 0
+        teeth = self.sql(f"select teeth from cases where id = {ids[0]}")["teeth"].iloc[0]
+        return int(teeth) * int(self.manifest.resolved["signature"]["samples_per_tooth"])
+
+    def _sensor_columns(self, sensor: str | None) -> dict[str, str]:
+        return {key: suffixed(key, self.sensors, self.stored_sensor(sensor)) for key in ("tsa", "spectrum")}
+
+    def unit(self, column: str, sensor: str | None = None) -> str:
+        """Unit of a sensor's column of signals, ``tsa`` or ``spectrum``."""
+        field = self.dataset("signals").schema.field(self._sensor_columns(sensor)[column])
+        return str(field.metadata[b"unit"].decode())
 
     def match(
         self,
@@ -340,6 +264,11 @@ class Database:
         """
         return match_average(self, tsa, k=k, sensor=sensor, turns=turns, where=where)
 
+    @cached_property
+    def banks(self) -> dict[str, MatchBank]:
+        """Templates as match reads them, those that were needed; memory-mapped."""
+        return {}
+
     def export(
         self, path: str | Path, *, where: str | None = None, signals: bool = True, sensor: str | None = None
     ) -> Export:
@@ -378,30 +307,6 @@ class Database:
             If a part is damaged; then no file is written.
         """
         return export_database(self, path, where=where, signals=signals, sensor=sensor)
-
-    def signal_rows(self, ids: IntArray, columns: Sequence[str]) -> pa.Table:
-        """Rows of ``signals`` by ascending ids."""
-        return pa.concat_tables(rows.select(columns) for _, rows in self._signal_rows(ids, columns))
-
-    @cached_property
-    def banks(self) -> dict[str, MatchBank]:
-        """Templates as match reads them, those that were needed; memory-mapped."""
-        return {}
-
-    def receipts(self, name: str) -> list[Receipt]:
-        """Receipts of the finished parts, ``templates`` or ``rows``."""
-        return list(self._receipts[name].values())
-
-    def stored_sensor(self, sensor: str | None) -> str:
-        """A stored sensor by name, the first one if None."""
-        if sensor is not None and sensor not in self.sensors:
-            raise InputError(f"sensor {sensor!r} is not stored in {self.store}; stored: {', '.join(self.sensors)}")
-        return sensor or self.sensors[0]
-
-    def scan(self, table: str, columns: Sequence[str]) -> Iterator[pa.RecordBatch]:
-        """Some columns of a table, batch by batch, without SQL."""
-        with self._reading():
-            yield from self.dataset(table).to_batches(columns=list(columns))
 
 
 def open(location: str | PathLike[str]) -> Database:

@@ -88,7 +88,7 @@ _CONTACT_LOSS = Column(
     name="contact_loss",
     type=pa.bool_(),
     help="Whether the mesh loses contact in this case. Its clean average comes from the march in time then, without "
-    "index errors.",
+    "index errors: its index_error is 0.",
 )
 
 

@@ -108,7 +108,7 @@ class _Encoder:
         )
 
     def add(self, rows: pa.Table) -> None:
-        """Rows to come next."""
+        """Rows to come next; as many as divide a row group, or fill some, but for the last."""
         self._rows += rows.num_rows
         self._waiting.append(rows)
         if sum(some.num_rows for some in self._waiting) >= self._group:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from sigdb.core.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from sigdb.pipeline.card import database_card
     from sigdb.pipeline.describe import describe_rig, draw_rig
     from sigdb.pipeline.models import train_model
     from sigdb.pipeline.new_rig import write_new_rig
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Made",
     "Recipe",
+    "database_card",
     "describe_rig",
     "draw_coverage",
     "draw_rig",
@@ -32,6 +34,7 @@ __getattr__, __dir__ = lazy_names(
     {
         "Made": "sigdb.pipeline.run",
         "Recipe": "sigdb.pipeline.recipe",
+        "database_card": "sigdb.pipeline.card",
         "describe_rig": "sigdb.pipeline.describe",
         "draw_coverage": "sigdb.pipeline.pictures",
         "draw_rig": "sigdb.pipeline.describe",

@@ -71,7 +71,7 @@ def describe_rig(rig: Transmission) -> dict[str, Any]:
         "modes": modes,
         "overdamped": overdamped,
         "resonances": list(resonances(rig, modes)),
-        "origins": _origins(rig),
+        "origins": origins(rig),
     }
 
 
@@ -111,7 +111,7 @@ def _excitations(rig: Transmission) -> Iterator[dict[str, Any]]:
         yield {"what": what, "size": rig.operating.load_fluctuation, "unit": "of the mean", "shaft": shaft}
 
 
-def _origins(rig: Transmission) -> dict[str, int]:
+def origins(rig: Transmission) -> dict[str, int]:
     """Counts of fields by the origin that ``sources`` gives them; ``unstated`` are quantities without one."""
     counts = dict.fromkeys((*ORIGINS, "unstated"), 0)
     for part in _parts(rig):

@@ -6,6 +6,7 @@ from sigdb.core.lazy import lazy_names
 
 if TYPE_CHECKING:
     from sigdb.report.campbell import campbell_figure
+    from sigdb.report.card_page import database_card_markdown
     from sigdb.report.claims_page import claims_markdown, claims_text
     from sigdb.report.comparison import Case, comparison_figure
     from sigdb.report.coverage import coverage_figure
@@ -24,6 +25,7 @@ __all__ = [
     "claims_text",
     "comparison_figure",
     "coverage_figure",
+    "database_card_markdown",
     "rig_figure",
     "rig_text",
     "save_figure",
@@ -41,6 +43,7 @@ __getattr__, __dir__ = lazy_names(
         "claims_markdown": "sigdb.report.claims_page",
         "claims_text": "sigdb.report.claims_page",
         "comparison_figure": "sigdb.report.comparison",
+        "database_card_markdown": "sigdb.report.card_page",
         "coverage_figure": "sigdb.report.coverage",
         "rig_figure": "sigdb.report.rig_drawing",
         "rig_text": "sigdb.report.rig_page",

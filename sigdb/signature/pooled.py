@@ -8,7 +8,7 @@ from sigdb.signature._analytic import analytic
 from sigdb.signature._lag_window import LagWindow, lag_weights
 from sigdb.signature._validation import Float64Array, band_edges, count, real_or_complex_signal
 
-_SIGNALS_AT_ONCE = 64
+_SIGNALS_AT_ONCE = 32
 """Bounds the memory for lag products, whatever the batch, and keeps it in the cache."""
 
 

@@ -24,6 +24,8 @@ Cases = Mapping[str, NDArray[Any]]
 CASE = ("id", "template", "teeth", "tooth", "specimen", "averages", "snr_db", "index_error")
 """What of its case a row's average depends on."""
 
+_ROWS_AT_ONCE = 32
+"""Rows made together: their arrays stay in the cache, and in memory that the process has already."""
 _BESIDE = (
     "the mesh loses contact, and unbalance, run-out or a fluctuating load act beside the damage: the motion with "
     "damage at one tooth is not that at another turned; reduce the damage, or leave those out"
@@ -64,7 +66,9 @@ class Averages:
         self.scatter = revolution_scatter(stream, np.ones((rows, sensors)), n, cases["averages"][:, None])
         for number in np.unique(cases["template"]):
             point = plan.rig_points[plan.case(int(number)).rig_point]
-            self._fill(bank[int(number)], point, np.flatnonzero(cases["template"] == number))
+            here = np.flatnonzero(cases["template"] == number)
+            for first in range(0, len(here), _ROWS_AT_ONCE):
+                self._fill(bank[int(number)], point, here[first : first + _ROWS_AT_ONCE])
 
     @property
     def done(self) -> BoolArray:

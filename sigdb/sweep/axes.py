@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import field_validator, model_validator
 
 from sigdb.core.errors import InputError, suggestion
-from sigdb.core.fields import Section
+from sigdb.core.fields import Section, quantity
 from sigdb.measurement import Measurement
 from sigdb.transmission import ToothDamage
 from sigdb.transmission.damage import FLAW_FIELDS
@@ -23,8 +23,8 @@ WHOLE_AXES = ("tooth", "damaged_teeth", "pits", "averages")
 class Range(Section):
     """Values between two ends, from which a sample takes as many as the grid has points."""
 
-    min: float
-    max: float
+    min: float = quantity("-", "Lower end, in the unit of the axis.")
+    max: float = quantity("-", "Upper end, in the unit of the axis; for whole numbers it is one of them.")
 
     @field_validator("min", "max", mode="after")
     @classmethod
@@ -134,6 +134,20 @@ def _number(of: str, value: Any) -> float:
     return float(value)
 
 
+def read_teeth(value: Any) -> Any:
+    """First damaged teeth as written.
+
+    Raises
+    ------
+    ValueError
+        If they are neither whole numbers nor ``all``.
+    """
+    teeth = value if isinstance(value, list | tuple) else (value,)
+    if value != "all" and not all(isinstance(one, int) and not isinstance(one, bool) for one in teeth):
+        raise ValueError(f"tooth = {value!r} must be a whole number, a list of them, or 'all'")
+    return value if value == "all" else tuple(teeth)
+
+
 def known_axis(axis: str) -> None:
     """Refuse a name that is neither an axis of a grid nor a dotted path.
 
@@ -143,4 +157,6 @@ def known_axis(axis: str) -> None:
         Names the nearest one.
     """
     if axis not in OWN_AXES and "." not in axis:
-        raise ValueError(f"no axis is called {axis!r}{suggestion(axis, OWN_AXES)}")
+        raise ValueError(
+            f"no axis is called {axis!r}{suggestion(axis, OWN_AXES)} (a number of the rig is named by its dotted path)"
+        )

@@ -7,7 +7,8 @@ from sigdb.database.schema import Column, Schema, database_schema
 from sigdb.measurement import Measurement
 from sigdb.signature import INDICATORS
 from sigdb.sweep.plan import Plan
-from sigdb.transmission import Damage, ToothDamage
+from sigdb.sweep.rig_points import declared
+from sigdb.transmission import Damage, ToothDamage, Transmission
 from sigdb.transmission.gears import Gear, Operating
 
 _TYPES = {int: pa.int32(), float: pa.float64(), str: pa.string()}
@@ -25,7 +26,7 @@ def plan_schema(plan: Plan) -> Schema:
             _declared(Damage, "damaged_teeth"),
             *(_declared(ToothDamage, name) for name in plan.damage_fields),
             _declared(Damage, "pattern"),
-            *(Column(name=path, type=pa.float64(), help="Swept parameter of the rig.") for path in plan.swept),
+            *(_of_rig(plan.rig, path) for path in plan.swept),
         ],
         rows=[
             _declared(Damage, "tooth"),
@@ -35,6 +36,16 @@ def plan_schema(plan: Plan) -> Schema:
         ],
         sensors={name: plan.rig.sensors[name].unit for name in plan.sensors},
         indicators=INDICATORS.values(),
+    )
+
+
+def _of_rig(rig: Transmission, path: str) -> Column:
+    """The column of a swept parameter, with the unit and the help of the rig's field."""
+    field = declared(rig, path)
+    if field is None:
+        return Column(name=path, type=pa.float64(), help="Swept parameter of the rig.")
+    return Column(
+        name=path, type=pa.float64(), unit=unit_of(field), help=f"Swept parameter of the rig. {field.description}"
     )
 
 

@@ -4,6 +4,7 @@ A place is a joint point at one combination of the listed values of the rig. Joi
 measurement only are one place, with several measurements.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -63,6 +64,12 @@ class Crossing:
         return len(self._joint_groups[1]) * self._listed_rig[1]
 
     @property
+    def cases(self) -> int:
+        """Number of cases of damage, those that damage nothing included."""
+        listed = ("pattern",) if self.grid.pattern else self.grid.listed_damage
+        return self.places * math.prod(len(set(getattr(self.grid, axis))) for axis in listed)
+
+    @property
     def _group(self) -> IntArray:
         """(places,) group of joint points of each place."""
         return np.repeat(np.arange(len(self._joint_groups[1])), self._listed_rig[1])
@@ -96,9 +103,9 @@ class Crossing:
         return meaningful(columns), names, n
 
     def teeth(self, teeth: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-        """(places,) where the teeth of each place stand in a list of teeth, how many they are, and that list.
+        """(places,) where the teeth of each place stand in a list, how many they are, and the list.
 
-        The list begins with the number of each tooth, from 0 on.
+        Without a list of its own, which is empty then, they stand in that of all numbers from 0 on.
 
         Parameters
         ----------
@@ -110,18 +117,18 @@ class Crossing:
         InputError
             If it names a tooth that the gear does not have.
         """
-        all_teeth = np.arange(teeth.max() + 1)
+        none = np.empty(0, np.int64)
         if "tooth" in self.joint:
             named = np.asarray(self.joint["tooth"])[self._joint_groups[1][self._group]].astype(np.int64)
             self._check_teeth(named, teeth)
-            return named, np.ones_like(named), all_teeth
+            return named, np.ones_like(named), none
         if self.grid.tooth == "all":
-            return np.ones_like(teeth), teeth, all_teeth
+            return np.ones_like(teeth), teeth, none
         listed = np.array(list(dict.fromkeys(self.grid.tooth)))
         for tooth in listed:
             self._check_teeth(np.full_like(teeth, tooth), teeth)
         count = np.full_like(teeth, len(listed))
-        return np.full_like(teeth, len(all_teeth)), count, np.concatenate([all_teeth, listed])
+        return np.zeros_like(teeth), count, listed
 
     def _check_teeth(self, named: IntArray, teeth: IntArray) -> None:
         for at in np.flatnonzero((named < 1) | (named > teeth))[:1]:

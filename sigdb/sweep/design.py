@@ -13,7 +13,16 @@ from pydantic import (
 )
 
 from sigdb.core.fields import Section, quantity, without_defaults
-from sigdb.sweep.axes import DAMAGE_AXES, MEASUREMENT_AXES, OWN_AXES, Range, check_bounds, read_range, split_axes
+from sigdb.sweep.axes import (
+    DAMAGE_AXES,
+    MEASUREMENT_AXES,
+    OWN_AXES,
+    Range,
+    check_bounds,
+    read_range,
+    read_teeth,
+    split_axes,
+)
 from sigdb.sweep.sampling import Method
 from sigdb.sweep.tables import read_table
 from sigdb.transmission import ToothDamage
@@ -94,6 +103,8 @@ class Grid(Section):
         if found.get("ranges") and isinstance(found["ranges"], Mapping):
             found["ranges"] = {axis: read_range(axis, value) for axis, value in found["ranges"].items()}
             found.setdefault("method", "latin-hypercube")
+        if "tooth" in found:
+            found["tooth"] = read_teeth(found["tooth"])
         if found.get("table") is not None:
             found["table"] = read_table(found["table"])
         return found
@@ -141,6 +152,9 @@ class Grid(Section):
         for axis in (*DAMAGE_AXES, *MEASUREMENT_AXES):
             for value in getattr(self, axis):
                 check_bounds(axis, value)
+        for axis, values in self.rig.items():
+            if not values:
+                raise ValueError(f"{axis} is empty; give at least 1")
         return self
 
     @model_serializer(mode="wrap")

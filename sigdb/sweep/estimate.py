@@ -35,29 +35,53 @@ class Estimate:
     jobs: int
 
 
+_PARTS_OF_A_SAMPLE = 2
+"""Most parts of templates that are made for a sample of rows."""
+
+
 def estimate(plan: Plan, jobs: int = -1) -> Estimate:
-    """Make the first part of templates and the first block of rows in a temporary directory, and scale them up."""
+    """Make some rows of the first and of the middle of the plan, with their templates, and scale them up."""
     with tempfile.TemporaryDirectory() as folder:
         store = Store.at(folder)
+        samples = [_sample(plan, start) for start in dict.fromkeys((0, plan.rows // 2 // NOISE_BLOCK * NOISE_BLOCK))]
+        parts = sorted({part for _, _, needed in samples for part in needed})
+        if plan.template_parts > 1:
+            make_template_part(plan, store, parts[0])  # loads and compiles what a worker loads once
         started = time.perf_counter()
-        templates = make_template_part(plan, store, 0)
+        templates = [make_template_part(plan, store, part) for part in parts]
         template_seconds = time.perf_counter() - started
-
-        first = plan.table(0, min(NOISE_BLOCK, plan.rows))
-        rows = int(np.argmax(np.append(first["template"] >= PART_TEMPLATES, True)))
-        list(row_pieces(plan, store, 0, rows))  # loads and compiles what a worker loads once
+        list(row_pieces(plan, store, *samples[0][:2]))
         started = time.perf_counter()
-        written = write_part(
-            store, "rows", 0, row_pieces(plan, store, 0, rows), plan=plan.hash, first=0, started=started
-        )
+        rows = [
+            write_part(
+                store,
+                "rows",
+                i,
+                row_pieces(plan, store, start, stop),
+                plan=plan.hash,
+                first=start,
+                started=time.perf_counter(),
+            )
+            for i, (start, stop, _) in enumerate(samples)
+        ]
         row_seconds = time.perf_counter() - started
-    workers = min(joblib.effective_n_jobs(jobs), plan.row_parts)
-    scale_templates, scale_rows = plan.n_templates / templates.rows, plan.rows / rows
+    scale_templates = plan.n_templates / sum(one.rows for one in templates)
+    scale_rows = plan.rows / sum(one.rows for one in rows)
+    workers = min(joblib.effective_n_jobs(jobs), max(plan.row_parts, plan.template_parts))
     return Estimate(
-        bytes=scale_templates * _size(templates) + scale_rows * _size(written),
+        bytes=scale_templates * sum(map(_size, templates)) + scale_rows * sum(map(_size, rows)),
         seconds=(scale_templates * template_seconds + scale_rows * row_seconds) / workers,
         jobs=workers,
     )
+
+
+def _sample(plan: Plan, start: int) -> tuple[int, int, list[int]]:
+    """Ids of rows of a noise block whose templates are in few parts, and these parts."""
+    first = plan.first_row + start
+    needed = plan.table(first, min(first + NOISE_BLOCK, plan.first_row + plan.rows))["template"] // PART_TEMPLATES
+    parts = needed.unique()[:_PARTS_OF_A_SAMPLE]
+    rows = int(np.argmin(np.append(needed.isin(parts), False)))
+    return first, first + rows, parts.tolist()
 
 
 def _size(receipt: Receipt) -> int:

@@ -32,9 +32,8 @@ def joint_points(grid: Grid, rig: Transmission, *, owner: str, number: int, seed
     """
     whole = {axis for axis in grid.joint_axes if axis in WHOLE_AXES or (axis not in OWN_AXES and is_whole(rig, axis))}
     if grid.ranges:
-        sample = grid_sample(
-            grid.method or "latin-hypercube", grid.points or 1, grid.joint_axes, seed=seed, grid=number
-        )
+        method, points = grid.method or "latin-hypercube", grid.points or 1
+        sample = grid_sample(method, points, grid.joint_axes, seed=seed, grid=number)
         return {axis: _placed(axis, u, grid.ranges[axis], axis in whole, owner) for axis, u in sample.items()}
     columns = {axis: np.array(values) for axis, values in (grid.table or {}).items()}
     for axis in whole:

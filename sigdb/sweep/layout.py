@@ -3,6 +3,7 @@
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sigdb.core.typing import BoolArray, IntArray
 from sigdb.sweep.distinct import consecutive, distinct
@@ -84,7 +85,7 @@ def laid_out(
     blocks
         The cases, grid by grid.
     teeth, measured
-        Lists of teeth and of measurements.
+        Lists of teeth and of measurements; the first teeth are 0, 1, 2 ... up to the most that a gear has.
     healthy
         Rig and measurement of undamaged rows, each combination once.
     rigs
@@ -110,16 +111,21 @@ def laid_out(
     kept, case, measured = _shared_once(blocks, case, teeth, measured)
     of_rig, start, count = _runs(healthy[0] if healthy_draws else np.empty(0, np.int64))
     return templates, Segments(
-        template=np.concatenate([undamaged[of_rig], number[case]]),
-        tooth_start=np.concatenate([np.zeros_like(of_rig), kept.tooth_start]),
-        tooth_count=np.concatenate([np.ones_like(of_rig), kept.tooth_count]),
-        measured_start=np.concatenate([start + len(measured), kept.measured_start]),
-        measured_count=np.concatenate([count, kept.measured_count]),
+        template=_joined(undamaged[of_rig], number[case]),
+        tooth_start=_joined(np.zeros_like(of_rig), kept.tooth_start),
+        tooth_count=_joined(np.ones_like(of_rig), kept.tooth_count),
+        measured_start=_joined(start + len(measured), kept.measured_start),
+        measured_count=_joined(count, kept.measured_count),
         draws=np.repeat([healthy_draws, draws], [len(of_rig), len(kept)]),
         specimens=specimens,
         teeth=teeth,
-        measured=np.concatenate([measured, healthy[1]]),
+        measured=_joined(measured, healthy[1]),
     )
+
+
+def _joined(healthy: IntArray, damaged: IntArray) -> NDArray[np.int32]:
+    """Numbers of both, in half the room."""
+    return np.concatenate([healthy, damaged]).astype(np.int32)
 
 
 def _merged(undamaged: IntArray, damaged: IntArray, *values: IntArray) -> IntArray:

@@ -117,6 +117,18 @@ class Plan:
         return range(self.first_template_part, self.first_template_part + self.template_parts)
 
     @property
+    def own_parts(self) -> dict[str, Any]:
+        """What of its parts does not follow from its rows, as in an extension: their numbers, and columns."""
+        if self.first_row_part == self.first_template_part == 0 and self.part_rows == rows_of_a_part(self.rows):
+            return {}
+        return {
+            "first_row_part": self.first_row_part,
+            "first_template_part": self.first_template_part,
+            "part_rows": self.part_rows,
+            "base_fields": list(self.base_fields),
+        }
+
+    @property
     def first_row(self) -> int:
         """The first id."""
         return self.first_row_part * self.part_rows
@@ -230,10 +242,21 @@ class Plan:
 
     def table(self, start: int, stop: int) -> pd.DataFrame:
         """Rows ``start`` to ``stop - 1`` of the plan: id, template, parameters and labels."""
-        ids = np.arange(start, stop)
+        return self.table_of(np.arange(start, stop))
+
+    def table_of(self, ids: IntArray) -> pd.DataFrame:
+        """Rows of the plan by their ids: the columns of :meth:`table`."""
         found = self.segments.located(ids - self.first_row)
         columns: dict[str, Any] = {"id": ids, "template": found["template"] + self.first_template}
         for name, values in self._case_columns(found["template"]).items():
             columns[name] = pd.Series(values, dtype="str") if name == "pattern" else values
         columns |= {name: found[name] for name in ("tooth", "specimen", "draw")}
         return pd.DataFrame(columns | {name: values[found["measured"]] for name, values in self.measurements.items()})
+
+    def sample_ids(self, rows: int, damaged: int) -> IntArray:
+        """The first ids, and those of the first damaged rows."""
+        template = self.segments.template
+        segment = np.flatnonzero(self.templates.tooth[template] > 0)[:1]
+        first = self.segments.first[segment]
+        found = [np.arange(min(rows, self.rows)), *(np.arange(at, min(at + damaged, self.rows)) for at in first)]
+        return np.unique(np.concatenate(found)) + self.first_row

@@ -1,6 +1,7 @@
 """Making a plan: the design's grids, checked against the rig, as templates and segments."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,9 @@ from sigdb.sweep.rig_points import RigPoints, rig_points
 from sigdb.transmission import ToothDamage, Transmission
 from sigdb.transmission.damage import PRESETS, preset_teeth
 from sigdb.transmission.mesh_stiffness import damaged_profile
+
+_MOST_CASES = 20_000_000
+"""Cases of damage in a grid, which a plan holds in memory; more could not be simulated."""
 
 
 def make_plan(
@@ -104,7 +108,12 @@ def make_plan(
 def _crossing(design: Design, number: int, rig: Transmission) -> Crossing:
     owner, grid = f"sweep.grid.{number}", design.grid[number]
     joint = joint_points(grid, rig, owner=owner, number=number, seed=design.seed)
-    return Crossing(owner=owner, grid=grid, joint=joint)
+    crossing = Crossing(owner=owner, grid=grid, joint=joint)
+    if crossing.cases > _MOST_CASES:
+        raise InputError(
+            f"{owner} has {crossing.cases} cases of damage, and a plan holds {_MOST_CASES}; give fewer, or a sample"
+        )
+    return crossing
 
 
 def _own_patterns(design: Design, teeth: int) -> dict[str, tuple[ToothDamage, ...]]:
@@ -122,7 +131,8 @@ class _Gathered:
         self.own = _own_patterns(design, points.base.gears[gear].teeth)
         self.patterns: dict[Pattern, int] = {}
         self.pieces: list[dict[str, Any]] = []
-        self.teeth: list[IntArray] = []
+        # Each tooth stands at its own number, then come the grids' lists.
+        self.teeth: list[IntArray] = [np.arange(points.teeth.max() + 1)]
         self.measured: list[dict[str, FloatArray]] = []
         self.places: list[tuple[IntArray, IntArray, IntArray]] = []
 
@@ -134,19 +144,20 @@ class _Gathered:
         self.measured.append(measured)
         self.places.append((rigs, start, count))
         columns, names, n = crossing.damages()
-        tooth_start, tooth_count, teeth = crossing.teeth(of_gear)
+        tooth_start, tooth_count, listed = crossing.teeth(of_gear)
+        tooth_start = tooth_start + (sum(map(len, self.teeth)) if len(listed) else 0)
         place = np.repeat(np.arange(len(rigs)), n)
         pattern, alike = self._numbered(names, of_gear[place])
         piece = {
             "grid": np.full(len(place), len(self.pieces)),
             "rig": rigs[place],
-            "tooth_start": (tooth_start + sum(map(len, self.teeth)))[place],
+            "tooth_start": tooth_start[place],
             # Damage of all teeth alike is one case wherever it begins.
             "tooth_count": np.where(alike, 1, tooth_count[place]),
             "measured_start": start[place],
             "measured_count": count[place],
         }
-        self.teeth.append(teeth)
+        self.teeth.append(listed)
         kept = Damages(columns=columns, pattern=pattern, patterns=tuple(self.patterns)).is_damage
         self.pieces.append(
             {
@@ -231,7 +242,8 @@ def _fits(damages: Damages, blocks: Blocks, points: RigPoints, gear: str) -> Non
     # A shift at the limit is asked too.
     wide = shift[damage] * count > 180 * (1 - 1e-9)
     for at in np.flatnonzero((damages.damaged_teeth[damage] > count) | wide | (damages.pattern[damage] > 0)):
-        damages.damage(int(damage[at]), gear, 1).on_teeth(int(count[at]))
+        with _of_grid(blocks.grid[first[at]]):
+            damages.damage(int(damage[at]), gear, 1).on_teeth(int(count[at]))
     if damages.has_geometry.any():
         _fits_geometry(damages, blocks.at(damages.has_geometry[blocks.damage]), points, gear)
 
@@ -246,5 +258,15 @@ def _fits_geometry(damages: Damages, blocks: Blocks, points: RigPoints, gear: st
             mesh = point.rig.meshes[point.rig.meshes_of(gear)[0]]
             known[build[at]] = mesh.profile, gear == mesh.driving
         profile, driving = known[build[at]]
-        for of_tooth in damages.teeth(int(blocks.damage[at])):
-            damaged_profile(profile, of_tooth, point.teeth, driving=driving)
+        with _of_grid(blocks.grid[at]):
+            for of_tooth in damages.teeth(int(blocks.damage[at])):
+                damaged_profile(profile, of_tooth, point.teeth, driving=driving)
+
+
+@contextmanager
+def _of_grid(number: int) -> Iterator[None]:
+    """Name the grid in what is wrong with its damage."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"sweep.grid.{number}: {error}") from None

@@ -10,13 +10,14 @@ from sigdb.database.coverage_record import write_coverage
 from sigdb.database.manifest import read_manifest
 from sigdb.database.reader import Database
 from sigdb.database.storage import Store
+from sigdb.sweep.beginning import check_version
 from sigdb.sweep.coverage import USUAL_MATCH, Coverage, summary
 from sigdb.sweep.engines import Cluster, Engine, Processes
 from sigdb.sweep.extension import extension
 from sigdb.sweep.ownership import owned
 from sigdb.sweep.progress import Progress
 from sigdb.sweep.reconstruction import plan_from
-from sigdb.sweep.run import append, carry_out, check_version
+from sigdb.sweep.run import append, carry_out
 from sigdb.sweep.study import study
 
 

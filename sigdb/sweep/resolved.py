@@ -23,14 +23,7 @@ def resolved_content(plan: "Plan") -> dict[str, Any]:
     content["sweep"]["gear"] = plan.gear
     content["sweep"]["patterns"] |= _presets(plan)
     content["signature"]["sensors"] = list(plan.sensors)
-    if plan.first_row_part or plan.first_template_part:
-        content["parts"] = {
-            "first_row_part": plan.first_row_part,
-            "first_template_part": plan.first_template_part,
-            "part_rows": plan.part_rows,
-            "base_fields": list(plan.base_fields),
-        }
-    return content
+    return content | ({"parts": plan.own_parts} if plan.own_parts else {})
 
 
 def hash_of(resolved: dict[str, Any]) -> str:

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
-from scipy.stats import qmc
 
 from sigdb.core.streams import sample_stream
 from sigdb.core.typing import FloatArray
@@ -53,10 +52,14 @@ def _random(points: int, axes: int, rng: np.random.Generator) -> FloatArray:
 
 
 def _latin_hypercube(points: int, axes: int, rng: np.random.Generator) -> FloatArray:
+    from scipy.stats import qmc  # slow to load, and workers do not sample
+
     return np.asarray(qmc.LatinHypercube(axes, rng=rng).random(points))
 
 
 def _sobol(points: int, axes: int, rng: np.random.Generator) -> FloatArray:
+    from scipy.stats import qmc  # slow to load, and workers do not sample
+
     power = (points - 1).bit_length()
     return np.asarray(qmc.Sobol(axes, rng=rng).random_base2(power)[:points])
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sigdb.core.typing import IntArray
 
@@ -28,15 +29,15 @@ class Segments:
         Numbers of teeth, and of measurements, which segments share.
     """
 
-    template: IntArray
-    tooth_start: IntArray
-    tooth_count: IntArray
-    measured_start: IntArray
-    measured_count: IntArray
+    template: NDArray[np.int32]
+    tooth_start: NDArray[np.int32]
+    tooth_count: NDArray[np.int32]
+    measured_start: NDArray[np.int32]
+    measured_count: NDArray[np.int32]
     draws: IntArray
     specimens: int
     teeth: IntArray
-    measured: IntArray
+    measured: NDArray[np.int32]
 
     @cached_property
     def first(self) -> IntArray:
@@ -58,7 +59,7 @@ class Segments:
         return {
             "template": self.template[segment].astype(np.int64),
             "tooth": self.teeth[self.tooth_start[segment] + tooth],
-            "measured": self.measured[self.measured_start[segment] + measured],
+            "measured": self.measured[self.measured_start[segment] + measured].astype(np.int64),
             "specimen": specimen,
             "draw": draw,
         }

@@ -30,7 +30,8 @@ def read_table(table: Any) -> Columns:
     if isinstance(table, str | Path):
         return checked_columns(_read_file(Path(table)), owner=str(table))
     if isinstance(table, Mapping):
-        return checked_columns(dict(flattened(table)), owner="table")
+        columns = {name: getattr(values, "tolist", lambda values=values: values)() for name, values in flattened(table)}
+        return checked_columns(columns, owner="table")
     raise ValueError(
         f"table = {table!r} must be the path of a CSV or Parquet file, or columns: {{ tooth = [1, 2], ... }}"
     )
@@ -42,7 +43,7 @@ def checked_columns(table: Mapping[str, Any], *, owner: str) -> Columns:
         raise ValueError(f"{owner} has no columns; give one for each axis that it is to set")
     lengths = {}
     for name, values in table.items():
-        if not isinstance(values, Sequence | np.ndarray) or isinstance(values, str):
+        if not isinstance(values, Sequence) or isinstance(values, str):
             raise ValueError(f"{owner}: column {name} = {values!r} must be a list of values, one for each row")
         lengths[name] = len(values)
     first, rows = next(iter(lengths.items()))
@@ -53,12 +54,17 @@ def checked_columns(table: Mapping[str, Any], *, owner: str) -> Columns:
         raise ValueError(f"{owner} has no rows; give at least one")
     found: Columns = {}
     for name, values in sorted((name.removeprefix("rig."), values) for name, values in table.items()):
-        try:
-            known_axis(name) if f"rig.{name}" not in table else None
-        except ValueError as error:
-            raise ValueError(f"{owner}: column {name}: {error}") from None
+        if f"rig.{name}" not in table:
+            _known(name, owner)
         found[name] = _names(values, owner) if name == "pattern" else _numbers(name, values, owner)
     return found
+
+
+def _known(name: str, owner: str) -> None:
+    try:
+        known_axis(name)
+    except ValueError as error:
+        raise ValueError(f"{owner}: column {name}: {error}") from None
 
 
 def _names(values: Any, owner: str) -> tuple[str, ...]:
@@ -102,8 +108,27 @@ def _read_file(path: Path) -> dict[str, list[Any]]:
         raise ValueError(f"{path}: cannot be read ({error.strerror or error})") from None
     except pa.ArrowInvalid as error:
         raise ValueError(f"{path}: not a readable table ({error})") from None
-    return {name: found.column(name).to_pylist() for name in found.column_names}
+    for name in found.column_names:
+        if found.column_names.count(name) > 1:
+            raise ValueError(f"{path}: column {name} is there twice; remove one")
+    columns = {name: found.column(name).to_pylist() for name in found.column_names}
+    return {name: values if name == "pattern" else [*map(_parsed, values)] for name, values in columns.items()}
 
 
 def _read_csv(path: Path) -> pa.Table:
-    return pa_csv.read_csv(path, convert_options=pa_csv.ConvertOptions(strings_can_be_null=True))
+    options = pa_csv.ConvertOptions(
+        column_types={"pattern": pa.string()},
+        null_values=[""],
+        strings_can_be_null=True,
+        true_values=[],
+        false_values=[],
+    )
+    return pa_csv.read_csv(path, convert_options=options)
+
+
+def _parsed(value: Any) -> Any:
+    """A number where text is one: a single word makes all of a CSV file's column text."""
+    try:
+        return float(value) if isinstance(value, str) else value
+    except ValueError:
+        return value

@@ -28,6 +28,7 @@ NAMES = {
     "Periodic": "sigdb.dynamics",
     "SigdbError": "sigdb.core",
     "TimeProfile": "sigdb.dynamics",
+    "ToothDamage": "sigdb.transmission",
     "Transient": "sigdb.dynamics",
     "load_model": "sigdb.recognition",
     "load_transmission": "sigdb.transmission",

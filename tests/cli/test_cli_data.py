@@ -3,13 +3,18 @@
 import io
 import json
 
+import h5py
 import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
+from click.testing import CliRunner
 from numpy.testing import assert_allclose
+from scipy.io import loadmat
 
 import sigdb
+from sigdb.cli.main import cli
+from sigdb.core.errors import InputError
 from sigdb.recognition import evaluate, load_model
 from sigdb.transmission import coupled_modes
 
@@ -116,6 +121,73 @@ def test_a_query_without_rows(invoke, folder):
     assert json.loads(invoke("query", folder / "signatures", query, "--format", "json").stdout) == []
     assert invoke("query", folder / "signatures", query, "--format", "csv").stdout == "id,tooth\n"
     assert invoke("query", folder / "signatures", query).stdout.endswith("(0 rows)\n")
+
+
+@pytest.mark.parametrize("form", ["csv", "json", "parquet"])
+def test_a_query_of_many_batches(invoke, folder, form):
+    """Every row once, in order, over the borders of batches."""
+    query = "select range as i, 'x,' || range as text from range(20000)"
+    printed = invoke("query", folder / "signatures", query, "--format", form).stdout_bytes
+    read = {"csv": pd.read_csv, "json": pd.read_json, "parquet": pd.read_parquet}[form]
+    found = read(io.BytesIO(printed))
+    assert found["i"].tolist() == list(range(20000))
+    assert found["text"].iloc[-1] == "x,19999"
+
+
+@pytest.mark.parametrize("rows", [59, 60, 61, 90, 8192, 8193, 20000])
+def test_a_long_table_shows_its_beginning_and_its_end(invoke, folder, rows):
+    printed = invoke("query", folder / "signatures", f"select range as i from range({rows})").stdout
+    frame = pd.DataFrame({"i": np.arange(rows)})
+    assert printed == f"{frame.to_string(index=False, max_rows=60)}\n({rows} rows)\n"
+
+
+def test_match_as_json(invoke, folder, database):
+    row = 30 + 12 + 5
+    result = invoke("match", folder / "signatures", "--id", row, "--k", 4, "--format", "json")
+    found = pd.DataFrame(json.loads(result.stdout))
+    expected = database.match(database.signals([row])["tsa"][0], k=4)
+    assert found["template"].tolist() == expected.table["template"].tolist()
+    assert_allclose(found[["turn", "match", "misfit"]], expected.table[["turn", "match", "misfit"]], rtol=1e-12)
+    assert found["outside"].isna().all()
+    assert result.stderr == f"{expected}\n"
+
+
+@pytest.mark.parametrize("kind", ["txt", "csv", "npy"])
+def test_match_of_a_recording(invoke, folder, database, tmp_path, kind):
+    x = database.signals([47])["tsa"][0].astype(float)
+    path = tmp_path / f"average.{kind}"
+    if kind == "npy":
+        np.save(path, x[None, :])
+    else:
+        path.write_text("# one revolution\n" + "".join(f"{value!r}\n" for value in x.tolist()), encoding="utf-8")
+    printed = invoke("match", folder / "signatures", path, "--whole-teeth", "--where", "stiffness_loss > 0").stdout
+    table = database.match(x, turns=range(12), where="stiffness_loss > 0").table
+    head, *lines, count, verdict = printed.splitlines()
+    assert head.split()[:6] == ["template", "tooth", "turn", "match", "misfit", "outside"]
+    assert [int(line.split()[0]) for line in lines] == table["template"].tolist()
+    assert [int(line.split()[1]) for line in lines] == table["tooth"].tolist()
+    assert count == f"({len(table)} rows)"
+    assert "sigdb coverage has not been run" in verdict
+
+
+@pytest.mark.parametrize("content", [b"", b"a\nb\n", b"1 2\n3\n"])
+def test_a_recording_that_is_none(folder, tmp_path, content):
+    for name in ("average.txt", "average.npy"):
+        (tmp_path / name).write_bytes(content)
+        result = CliRunner().invoke(cli, ["match", str(folder / "signatures"), str(tmp_path / name)])
+        assert isinstance(result.exception, InputError)
+        assert f"{tmp_path / name}: not one revolution" in str(result.exception)
+
+
+@pytest.mark.parametrize("kind", ["mat", "h5"])
+def test_export(invoke, folder, database, tmp_path, kind):
+    out = tmp_path / f"tooth6.{kind}"
+    printed = invoke("export", folder / "signatures", out, "--where", "tooth = 6", "--no-signals").stdout
+    columns = len(database.features("id = 0").columns)
+    assert printed.startswith(f"{out}: 12 rows, {columns} columns, ")
+    expected = database.cases("tooth = 6")["fm4"]
+    found = loadmat(out)["cases"][0, 0]["fm4"][:, 0] if kind == "mat" else h5py.File(out)["cases/fm4"][:]
+    assert found.tolist() == expected.astype(float).tolist()
 
 
 def test_show_draws_into_the_file_that_it_names(invoke, folder, tmp_path, monkeypatch):

@@ -12,19 +12,8 @@ import sigdb
 from sigdb.cli.main import cli, main
 
 COMMANDS = (
-    "new-rig",
-    "describe",
-    "modes",
-    "run",
-    "sweep",
-    "query",
-    "show",
-    "match",
-    "export",
-    "coverage",
-    "refine",
-    "train",
-    "evaluate",
+    *("new-rig", "describe", "modes", "run", "sweep", "verify", "coverage", "refine", "card"),
+    *("query", "show", "match", "export", "train", "evaluate"),
 )
 SIGDB = Path(sys.executable).with_name("sigdb")
 
@@ -84,11 +73,13 @@ def test_python_m_sigdb_is_sigdb(shell):
         (["show", "{db}", "99999"], "id 99999 is not in"),
         (["show", "{db}", "0", "--sensor", "wheel"], "sensor 'wheel' is not stored"),
         (["show", "{db}", "0", "--out", "row.txt"], "not a picture's name"),
-        (["coverage", "{missing}"], "is not a sigdb database"),
-        (["coverage", "{db}", "--sensor", "wheel"], "sensor 'wheel' is not stored"),
-        (["coverage", "{db}", "--out", "match.txt"], "not a picture's name"),
-        (["refine", "{missing}"], "is not a sigdb database"),
-        (["refine", "{db}", "--match", "1.5"], "match = 1.5 must lie between 0 and 1; 0.97 is usual"),
+        (["match", "{missing}", "--id", "0"], "is not a sigdb database"),
+        (["match", "{db}", "--id", "99999"], "id 99999 is not in"),
+        (["match", "{db}", "--id", "0", "--where", "true) --"], "where = 'true) --'"),
+        (["match", "{db}", "{db}/sigdb.toml"], "sigdb.toml: not one revolution, one number a line"),
+        (["export", "{missing}", "a.mat"], "is not a sigdb database"),
+        (["export", "{db}", "a.txt"], "a.txt: the name of an export ends in .mat or .h5"),
+        (["export", "{db}", "a.h5", "--where", "tuth = 1"], "where = 'tuth = 1'"),
         (["train", "{missing}", "--target", "location", "--out", "{missing}"], "is not a sigdb database"),
         (["evaluate", "{missing}", "{db}"], "is not a model folder"),
         (["evaluate", "{model}", "{missing}"], "is not a sigdb database"),
@@ -123,6 +114,9 @@ def test_exit_codes_are_those_of_the_process(shell, tmp_path):
         (["train", "db", "--out", "x", "--target", "wear"], "'wear' is not one of 'location', 'severity'"),
         (["query", "db"], "Missing argument 'SQL'"),
         (["show", "db", "first"], "'first' is not a valid integer"),
+        (["match", "db"], "Give either RECORDING or --id."),
+        (["match", "db", "a.txt", "--id", "3"], "Give either RECORDING or --id."),
+        (["match", "db", "a.txt", "--k", "0"], "0 is not in the range"),
         (["modes", "nasa-spiral-bevel", "--count", "0"], "0 is not in the range"),
         (["coverage", "db", "--cases", "0"], "0 is not in the range"),
         (["refine", "db", "--rounds", "0"], "0 is not in the range"),
@@ -162,7 +156,7 @@ def test_a_damaged_database_is_exit_code_3(shell, folder, tmp_path):
     done = shell("query", broken, "select 1")
     assert (done.returncode, done.stdout) == (3, "")
     assert "Traceback" not in done.stderr
-    assert "sigdb.toml: not a readable database description" in done.stderr
+    assert "sigdb.toml: is damaged or was edited" in done.stderr
 
 
 def test_a_file_that_cannot_be_written_is_exit_code_3(shell, folder, tmp_path):

@@ -1,10 +1,13 @@
 """Unit: SQL over a database reads its views, and nothing else, and changes nothing."""
 
 import hashlib
+import re
 
 import pandas as pd
 import pyarrow as pa
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 import sigdb
 from sigdb.core.errors import InputError
@@ -157,20 +160,78 @@ def test_a_wrong_query_is_told_in_a_sentence(database, query, says):
     assert "\n" not in str(error.value)
 
 
+SMUGGLED = [
+    "true); drop view cases; select (1",
+    "true; select 1",
+    "true); select 1 --",
+    "true) --",
+    "1=0) union all select * from cases --",
+    "1=0) union all select * from features --",
+    "true) order by id limit (1",
+    "true union select 1",
+    "true order by id desc",
+    "true limit 1",
+    "true group by all",
+    "tooth = 1, tooth = 2",
+    "*",
+    "select 1",
+    "tooth = 1 /* open",
+    "(select count(*) from read_text('/etc/hostname')) > 0",
+    "exists (from glob('/*'))",
+    "getenv('HOME') <> ''",
+    "sum(tooth) > 1",
+    "row_number() over () = 1",
+    "tooth = ",
+    "tuth = 1",
+]
+
+
+@pytest.mark.parametrize("where", SMUGGLED)
+def test_a_condition_smuggles_nothing(database, where):
+    """It is one expression or an error that repeats it; what follows an expression is never run."""
+    for read in (database.cases, database.features, lambda where: database.batches(where).read_all()):
+        with pytest.raises(InputError, match=r"^query: where = " + re.escape(repr(where))) as error:
+            read(where)
+        assert "\n" not in str(error.value)
+    assert len(database.cases()) == len(database)
+
+
+@pytest.mark.parametrize("where", ["", "  ", 3, True, ["tooth = 1"]])
+def test_a_condition_is_a_text(database, where):
+    with pytest.raises(InputError, match=r"where = .* must be a condition in SQL, for example 'tooth = 6'"):
+        database.cases(where)
+
+
 @pytest.mark.parametrize(
-    "where",
+    ("where", "rows"),
     [
-        "true); drop view cases; select (1",
-        "true; select 1",
-        "true); select 1 --",
-        "true) --",
-        "(select count(*) from read_text('/etc/hostname')) > 0",
-        "tooth = ",
-        "tuth = 1",
+        ("tooth = 6 -- and more", 4 * 2 * 2),
+        ("tooth = 6 /* and more */", 4 * 2 * 2),
+        ("status like '%;;%' or tooth = 6", 4 * 2 * 2),
+        ("id in (select id from signals where tsa is null)", 3),
+        ("id = (select max(id) from cases)", 1),
+        ("tooth", 548 - 360),
+        ("null", 0),
+        ("(tooth = 6) and not (stiffness_loss < 0.25)", 4 * 2),
     ],
 )
-def test_a_condition_smuggles_nothing(database, where):
-    for read in (database.cases, database.features):
-        with pytest.raises(InputError, match=r"query"):
-            read(where)
-    assert len(database.cases()) == len(database)
+def test_expressions_of_every_kind(database, where, rows):
+    """Comments, semicolons in text, subqueries over the views: all within the one expression."""
+    assert len(database.cases(where)) == rows
+
+
+WORDS = ["tooth", "1", "'a'", "=", "or", "and", "not", "(", ")", ";", ",", "--", "select", "union all", "from", "cases"]
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(where=st.lists(st.sampled_from([*WORDS, "*", "order by", "limit", "1=0)", "is null", "/*", "*/"])).map(" ".join))
+def test_no_text_gives_more_than_rows_of_the_database(database, where):
+    """Either an error, or some rows, each once, with the columns that cases have."""
+    try:
+        found = database.cases(where)
+    except InputError:
+        return
+    assert list(found) == list(database.cases("id = 0"))
+    assert found["id"].is_monotonic_increasing
+    assert found["id"].is_unique
+    assert found["id"].between(0, len(database) - 1).all()

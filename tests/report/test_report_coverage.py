@@ -1,5 +1,7 @@
 """Unit: the picture of a study of coverage shows its cases, and its labels can be read."""
 
+from itertools import pairwise
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -46,4 +48,4 @@ def test_labels_do_not_overlap():
     for axes in figure.axes:
         boxes = [label.get_window_extent() for label in axes.get_xticklabels() if label.get_text()]
         shown = [box for box in boxes if axes.bbox.x0 - 1 <= (box.x0 + box.x1) / 2 <= axes.bbox.x1 + 1]
-        assert all(one.x1 < other.x0 for one, other in zip(shown, shown[1:], strict=False))
+        assert all(one.x1 < other.x0 for one, other in pairwise(shown))

@@ -1,5 +1,6 @@
 """Unit: ``python -m sigdb.sweep``: what it prints, its exit codes, and no traceback for what a user can mend."""
 
+import json
 import subprocess
 import sys
 
@@ -8,6 +9,7 @@ import pytest
 import sigdb
 from sigdb.cli.main import main
 from sigdb.cli.sweep import sweep
+from sigdb.sweep import estimate
 
 GRID = "[[sweep.grid]]\ntooth = [1, 2]\nstiffness_loss = 0.2\n"
 SMALL = '[signature]\nsamples_per_tooth = 32\nsensors = ["pinion-vertical"]\n'
@@ -79,6 +81,40 @@ def test_a_dry_run_estimates_the_size(command, recipe_of, tmp_path):
     command(recipe, "--out", tmp_path / "out", "--jobs", 1)
     made = sum(path.stat().st_size for path in (tmp_path / "out").rglob("*.parquet")) / 1e6
     assert told == pytest.approx(made, rel=0.1)
+
+
+def test_a_dry_run_shows_the_first_damaged_rows_too(command, recipe_of, tmp_path):
+    recipe = recipe_of("healthy = 300\nspecimens = 2\n" + GRID + SMALL).path
+    _, out, _ = command(recipe, "--dry-run", "--jobs", 1)
+    header, *rows = (line.split() for line in out[out.index("first rows of the plan") :].splitlines()[1:])
+    assert [int(row[0]) for row in rows] == [0, 1, 2, 3, 4, 600, 601, 602, 603]
+    # An empty pattern leaves no word.
+    at = header.index("tooth") - 1
+    assert [int(row[at]) for row in rows] == [0] * 5 + [1, 1, 2, 2]
+
+
+def test_a_dry_run_as_json(command, recipe_of, tmp_path):
+    recipe = recipe_of("healthy = 3\n" + GRID + SMALL).path
+    _, out, _ = command(recipe, "--dry-run", "--jobs", 1, "--format", "json")
+    told = json.loads(out)
+    assert (told["rows"], told["templates"], told["parts"], told["jobs"]) == (5, 2, 1, 1)
+    assert told["bytes"] > 0
+    assert [row["tooth"] for row in told["first_rows"]] == [0, 0, 0, 1, 2]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_large_plan_is_estimated_from_few_of_its_parts(command, recipe_of, monkeypatch):
+    """However many there are, at most two parts of templates for each of two samples."""
+    made = []
+    make = estimate.make_template_part
+    monkeypatch.setattr(estimate, "make_template_part", lambda *parts: made.append(parts[-1]) or make(*parts))
+    recipe = recipe_of(
+        "healthy = 1\n[[sweep.grid]]\nstiffness_loss = { min = 0.1, max = 0.4 }\npoints = 2000\n"
+        "tooth = { min = 1, max = 12 }\n" + SMALL
+    ).path
+    _, out, err = command(recipe, "--dry-run", "--jobs", 1)
+    assert "would hold 2001 rows from 2001 templates, in 1 parts" in out, err
+    assert len(set(made)) <= 4
 
 
 @pytest.mark.parametrize(

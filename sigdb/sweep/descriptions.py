@@ -1,0 +1,74 @@
+"""Whether a database's descriptions are whole, and agree with each other and with the plans that they tell of."""
+
+from sigdb.core.errors import CorruptionError, InputError, SigdbError
+from sigdb.database.coverage_record import NAME as COVERAGE
+from sigdb.database.integrity import Finding, PartKey, unsealed_or_why
+from sigdb.database.manifest import NAME, Manifest, read_manifest, rewrite
+from sigdb.database.receipts import KINDS, finished_parts
+from sigdb.database.storage import Store
+from sigdb.sweep.beginning import SCHEMA
+from sigdb.sweep.columns import plan_schema
+from sigdb.sweep.plan import PART_TEMPLATES, Plan, rows_of_a_part
+from sigdb.sweep.reconstruction import plan_from
+
+Owners = dict[PartKey, Plan]
+"""The parts that a database is to have, each with its plan."""
+
+
+def check_descriptions(store: Store) -> tuple[Owners, list[Finding]]:
+    """The parts that a database is to have, and what is wrong with the files that describe it.
+
+    Without a readable ``sigdb.toml`` nobody knows which parts there are to be: then there are none.
+
+    Raises
+    ------
+    InputError
+        If there is no database.
+    """
+    wrong = {}
+    plans: list[Plan] = []
+    try:
+        manifest = read_manifest(store)
+    except CorruptionError:
+        wrong[NAME] = "is damaged or was edited"
+    except InputError:
+        if not any(finished_parts(store, stage) for stage in KINDS):
+            raise
+        wrong[NAME] = "is missing"
+    else:
+        try:
+            plans = [plan_from(record.resolved) for record in manifest.plans]
+        except SigdbError as error:
+            wrong[NAME] = f"its recipe cannot be planned: {error}"
+        if plans and not _agree(manifest, plans):
+            wrong[NAME] = "the hash or the numbers in it are not those of the recipe in it"
+    if NAME in wrong:
+        plans = []
+    schema, why = unsealed_or_why(store, SCHEMA)
+    if why or (plans and schema != plan_schema(plans[0]).as_json()):
+        wrong[SCHEMA] = why or f"its columns are not those of {NAME}"
+    if store.size(COVERAGE) is not None and (why := unsealed_or_why(store, COVERAGE)[1]):
+        wrong[COVERAGE] = why
+    remedies = {
+        NAME: rewrite(store),
+        SCHEMA: "write it again with --repair",
+        COVERAGE: f"measure it again with: sigdb coverage {store}",
+    }
+    findings = [Finding(kind="damage", file=name, what=what, remedy=remedies[name]) for name, what in wrong.items()]
+    return {(stage, part): plan for plan in plans for stage in KINDS for part in part_numbers(plan, stage)}, findings
+
+
+def part_numbers(plan: Plan, stage: str) -> range:
+    """Numbers of a plan's parts of ``templates`` or ``rows``."""
+    return plan.template_part_numbers if stage == "templates" else plan.row_part_numbers
+
+
+def _agree(manifest: Manifest, plans: list[Plan]) -> bool:
+    """Whether a description says what the plans that are made from it say."""
+    said = [(record.hash, record.seed, record.rows, record.templates) for record in manifest.plans]
+    return (
+        said == [(plan.hash, plan.seed, plan.rows, plan.n_templates) for plan in plans]
+        and all(plan.sensors == manifest.sensors for plan in plans)
+        and manifest.part_rows == rows_of_a_part(plans[0].rows)
+        and manifest.part_templates == PART_TEMPLATES
+    )
