@@ -415,3 +415,12 @@ def test_a_damaged_file_is_an_error_of_each_reader_too(copy):
     (copy / "sigdb.toml").write_bytes((copy / "sigdb.toml").read_bytes() + b"\n")
     with pytest.raises(CorruptionError):
         read_manifest(Store.at(copy))
+
+
+@pytest.mark.parametrize("field", ["sha256", "blocks"])
+def test_checksums_of_another_file_in_a_receipt_are_found(copy, field):
+    store = Store.at(copy)
+    first, second = (read_receipt(store, "rows", part) for part in (0, 1))
+    files = (replace(second.files[0], **{field: getattr(first.files[0], field)}), second.files[1])
+    write_receipt(store, replace(second, files=files))
+    assert told(verify(copy)) == [("damage", "features/part-00001.parquet", "rows", 1)]
