@@ -78,7 +78,7 @@ def extended(plan_of, tmp_path_factory):
     folder = tmp_path_factory.mktemp("extended") / "db"
     text = "[[sweep.grid]]\ntooth = [1, 2]\nphase_shift_deg = [0.5, 4.0]\n[signature]\nsamples_per_tooth = 32\n"
     run(plan_of(text), folder, jobs=1)
-    refine(folder, match=0.9999, cases=10, rounds=3, jobs=1)
+    refine(folder, match=0.9999, cases=10, rounds=2, jobs=1)
     return folder
 
 
