@@ -84,8 +84,12 @@ class Store:
     def sizes(self, folder: str = "") -> dict[str, int]:
         """Size in bytes of every file below a folder, those that are being written aside, by name, in order."""
         below = self._path(folder) if folder else self.root
+        select = fs.FileSelector(below, recursive=True, allow_not_found=True)
         with self._reading(folder):
-            files = self.filesystem.get_file_info(fs.FileSelector(below, recursive=True, allow_not_found=True))
+            try:
+                files = self.filesystem.get_file_info(select)
+            except FileNotFoundError:  # a folder that a sweep makes between Arrow's two looks
+                files = self.filesystem.get_file_info(select)
         return {
             name: file.size
             for name, file in sorted((file.path[len(self.root) + 1 :], file) for file in files if file.is_file)

@@ -1,5 +1,7 @@
 """What carries out the parts of a plan: processes here, or a Dask cluster. Receipts come back, never arrays."""
 
+import multiprocessing
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -44,7 +46,7 @@ class Processes:
         pool = joblib.Parallel(n_jobs=self.jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
         with joblib.parallel_config("loky", inner_max_num_threads=1):
             try:
-                yield from pool(joblib.delayed(_make)(make, plan, store, part) for part in parts)
+                yield from pool(joblib.delayed(_make_in_process)(make, plan, store, part) for part in parts)
             except TerminatedWorkerError:
                 raise WorkerDiedError from None
 
@@ -97,6 +99,13 @@ class Cluster:
 
 def _itself(plan: Plan) -> Plan:
     return plan
+
+
+def _make_in_process(make: Make, plan: Plan, store: Store, part: int) -> Receipt:
+    """Ctrl-C reaches the whole group, but the parent alone answers it: it ends its workers."""
+    if multiprocessing.current_process().name != "MainProcess":
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return _make(make, plan, store, part)
 
 
 def _make(make: Make, plan: Plan, store: Store, part: int) -> Receipt:

@@ -55,6 +55,25 @@ def test_a_missing_file(store, read):
         read(store)
 
 
+def test_a_folder_that_is_made_while_it_is_listed(tmp_path):
+    """Arrow looks for a missing folder, and then whether it is missing: in between a sweep may make it."""
+
+    class Listing:
+        def __init__(self):
+            self.looks = 0
+
+        def get_file_info(self, selector):
+            self.looks += 1
+            if self.looks == 1:
+                (tmp_path / "receipts").mkdir()
+                (tmp_path / "receipts" / "rows-00000.json").write_bytes(b"12")
+                raise FileNotFoundError(2, "No such file or directory")
+            return fs.LocalFileSystem().get_file_info(selector)
+
+    store = Store(location="place", filesystem=Listing(), root=str(tmp_path))
+    assert store.sizes("receipts") == {"receipts/rows-00000.json": 2}
+
+
 def test_temporary_files_are_not_listed_but_known(tmp_path):
     store = Store.at(tmp_path)
     store.put("a/part-00000.parquet", b"1")

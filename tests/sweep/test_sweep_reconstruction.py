@@ -71,8 +71,8 @@ def test_a_plan_is_made_again_for_every_rig(name):
 
 def test_the_manifest_of_a_run_gives_its_plan(small_run, small_plan):
     manifest = tomllib.loads((small_run[0] / "sigdb.toml").read_text(encoding="utf-8"))
-    plan = plan_from(manifest["resolved"])
-    assert plan.hash == manifest["hash"]
+    plan = plan_from(manifest["plan"]["resolved"])
+    assert plan.hash == manifest["plan"]["hash"]
     assert_same(plan, small_plan)
 
 

@@ -413,6 +413,6 @@ def test_a_second_refinement_at_the_same_time_is_refused(copy):
 
 
 def test_a_database_of_another_version_is_refused(copy, monkeypatch):
-    monkeypatch.setattr("sigdb.sweep.beginning.__version__", "99.0")
+    monkeypatch.setattr(importlib.import_module("sigdb.sweep.beginning"), "__version__", "99.0")
     with pytest.raises(InputError, match=r"was begun with sigdb .*, this is 99\.0, whose rows may differ"):
         refine(copy, jobs=1)
