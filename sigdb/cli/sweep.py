@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from sigdb.sweep import Plan
 
 
-@click.command()
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @click.argument("recipe", type=click.Path(path_type=Path))
 @click.option("--out", help="Directory of the database, or s3://BUCKET/PREFIX; data/RECIPE/signatures if left out.")
 @jobs_option

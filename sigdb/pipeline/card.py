@@ -58,7 +58,7 @@ def database_card(database: Database) -> dict[str, Any]:
         ],
         "statuses": _asked(
             database,
-            "select status, count(*) as rows from cases where status <> 'ok' group by status order by rows desc",
+            "select status, count(*) as rows from cases where status <> 'ok' group by 1 order by 2 desc, 1",
         ),
         "indicators": _indicators(database),
         "checks": _asked(

@@ -8,9 +8,7 @@ crashes = importlib.util.module_from_spec(_SPEC)
 _SPEC.loader.exec_module(crashes)
 
 
-def test_a_sweep_that_is_killed_again_and_again(tmp_path, capsys):
+def test_a_sweep_that_is_killed_again_and_again(tmp_path):
     """Workers, parents and whole groups; tests/sweep/crashes.py does the same for longer."""
     said = crashes.crash(tmp_path, kills=15, seed=1)
     assert said.startswith("15 kills")
-    with capsys.disabled():
-        print(f"\n{said}")
