@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.io import savemat
 
 from sigdb.core.errors import InputError
 from sigdb.database.export_columns import ExportColumn, joined
@@ -22,6 +21,8 @@ def write_mat(
     Variables: ``cases``, a struct of columns (rows, 1), text as cells; each list column, (rows, n) single; ``units``,
     ``descriptions`` and ``formulas``, structs with the columns' names; ``about``.
     """
+    from scipy.io import savemat  # slow to load
+
     parts = list(batches)
     values = {column.name: _matlab(column, [part[column.name] for part in parts]) for column in columns}
     lists = [column.name for column in columns if column.is_list]

@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import firwin, upfirdn
 
 from sigdb.core.errors import InputError
 from sigdb.core.typing import ComplexArray, FloatArray
@@ -249,12 +248,16 @@ class _AntiAlias:
     """Every ``finer``-th sample of what is fed, filtered with zero phase; samples go along the first axis."""
 
     def __init__(self, finer: int, first: FloatArray) -> None:
+        from scipy.signal import firwin  # slow to load, and a sweep does without it
+
         self._finer, self._half = finer, _HALF_LENGTH * finer if finer > 1 else 0
         self._taps = firwin(2 * self._half + 1, 0.9 / finer, window=("kaiser", 8.0)) if self._half else np.ones(1)
         # What was before the first sample is taken to be as that.
         self._held = np.repeat(first[None], self._half + 1, axis=0)
 
     def __call__(self, more: FloatArray) -> FloatArray:
+        from scipy.signal import upfirdn
+
         self._held = np.concatenate([self._held, more])
         ready = (len(self._held) - len(self._taps)) // self._finer + 1
         if ready < 1:

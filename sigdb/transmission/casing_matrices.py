@@ -5,7 +5,6 @@ from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, Strict
-from scipy.io import loadmat, mmread
 from scipy.linalg import eigh
 
 from sigdb.core.errors import InputError
@@ -70,6 +69,8 @@ class CasingMatrices(Described):
         ]
 
     def _matrix(self, folder: Path, name: str) -> FloatArray:
+        from scipy.io import mmread  # slow to load
+
         path = folder / (name if self.file is None else self.file)
         try:
             content: Any = mmread(path) if self.file is None else _arrays(path)
@@ -93,6 +94,8 @@ def _arrays(path: Path) -> Any:
     # Opened here, since the readers leave a damaged file open.
     with path.open("rb") as file:
         if path.suffix == ".mat":
+            from scipy.io import loadmat  # slow to load
+
             return loadmat(file)
         with np.load(file, allow_pickle=False) as content:
             return dict(content)
