@@ -2,6 +2,7 @@
 
 import multiprocessing
 import signal
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -44,7 +45,9 @@ class Processes:
     def receipts(self, make: Make, plan: Plan, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
         """Receipts as parts are finished."""
         pool = joblib.Parallel(n_jobs=self.jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
-        with joblib.parallel_config("loky", inner_max_num_threads=1):
+        with joblib.parallel_config("loky", inner_max_num_threads=1), warnings.catch_warnings():
+            # A worker that has grown is replaced between two parts; nothing is lost, and there is nothing to do.
+            warnings.filterwarnings("ignore", message="A worker stopped while some jobs were given")
             try:
                 yield from pool(joblib.delayed(_make_in_process)(make, plan, store, part) for part in parts)
             except TerminatedWorkerError:
