@@ -1,7 +1,7 @@
 """What an average would look like under each template, as a normal law, and how likely an average is under each."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from sigdb.core.typing import FloatArray, IntArray
+from sigdb.core.typing import BoolArray, FloatArray, IntArray
 from sigdb.database import Database
 from sigdb.recognition.stored_templates import StoredTemplate, stored_templates
 from sigdb.recognition.turning import TurnedProducts
 
-_ROWS_AT_ONCE = 64
+_ROWS_AT_ONCE = 128
 """Rows worked on together: their products stay in the cache."""
 
 
@@ -49,13 +49,6 @@ class Hypotheses:
         (templates, h, teeth) phi_t.
     reference_variance
         (templates,) variance of the healthy clean average, which ``snr_db`` refers to.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> one = Hypotheses.of(database, speed_rpm=14400.0, torque=356.05, teeth=12)  # doctest: +SKIP
-    >>> one.log_likelihood(x, noise=1e-4, index_error=2e-6).shape                  # doctest: +SKIP
-    (rows, templates, 12)
     """
 
     teeth: int
@@ -120,9 +113,15 @@ class Hypotheses:
         )
 
     @property
-    def healthy(self) -> FloatArray:
+    def healthy(self) -> BoolArray:
         """(templates,) whether a template is of a healthy gear."""
         return self.cases["tooth"].to_numpy() == 0
+
+    def only(self, places: IntArray) -> Self:
+        """Some of the hypotheses, by their places in ``cases``."""
+        arrays = ("signal", "modes", "gains", "harmonic", "phases", "reference_variance")
+        some = {name: getattr(self, name)[places] for name in arrays}
+        return replace(self, cases=self.cases.iloc[places].reset_index(drop=True), **some)
 
     def log_likelihood(self, x: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
         """Logarithm of the density of averages under each template turned to each tooth.

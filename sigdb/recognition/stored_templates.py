@@ -63,8 +63,8 @@ def stored_templates(
     rig, gear = _rig(database)
     if not rig.turns_exactly(gear):
         raise InputError(
-            f"{database.store}: the rig {rig.name} has {len(rig.meshes)} meshes, so that damage at another tooth is not "
-            "a turn of the damage at the first; the law of an average is known for rigs with one mesh"
+            f"{database.store}: the rig {rig.name} has {len(rig.meshes)} meshes, so that damage at another tooth is "
+            "not a turn of the damage at the first; the law of an average is known for rigs with one mesh"
         )
     stored = database.stored_sensor(sensor)
     names = {key: suffixed(key, database.sensors, stored) for key in (*_ARRAYS, "reference_variance")}
