@@ -1,0 +1,194 @@
+"""The law of an average: against the normal density written out, turned signals, draws, and the rows of a database."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.stats import chi2, multivariate_normal
+
+from sigdb.core.errors import InputError
+from sigdb.core.streams import specimen_stream
+from sigdb.measurement import index_error_covariance, index_errors, noise_deviation
+from sigdb.recognition import Hypotheses
+from sigdb.recognition.stored_templates import StoredTemplate
+from sigdb.transmission import Transmission
+
+TEETH, STEP, MATE = 4, 6, 10
+N = TEETH * STEP
+
+
+def template(stream, number, *, tooth, orders=(), size=1.0):
+    return StoredTemplate(
+        case={"template": number, "tooth": tooth},
+        signal=size * stream.standard_normal(N),
+        response=1e5 * stream.standard_normal((N, TEETH)),
+        harmonic=0.3 * stream.standard_normal((N, 2 * len(orders))),
+        orders=np.array(orders, float),
+        reference_variance=1.0,
+        covariance=index_error_covariance(TEETH, MATE),
+    )
+
+
+@pytest.fixture
+def stored():
+    stream = np.random.default_rng(3)
+    return [template(stream, i, tooth=min(i, 1), orders=(1.0, 3.0)) for i in range(4)]
+
+
+def law(one, turn, noise, index_error):
+    """Mean and covariance of an average with the damage `turn` teeth later, written out in the row's own frame."""
+    angle = one.orders * turn * 2 * np.pi / TEETH
+    phases = np.stack([np.cos(angle), np.sin(angle)], axis=1).ravel()
+    mean = np.roll(one.signal + one.harmonic @ phases, turn * STEP)
+    turned = np.roll(np.eye(TEETH), -turn, axis=0)  # e turned back: the error of tooth j + turn at j
+    response = np.roll(one.response, turn * STEP, axis=0) @ turned
+    return mean, noise**2 * np.eye(N) + index_error**2 * response @ index_error_covariance(TEETH, MATE) @ response.T
+
+
+def test_it_is_the_normal_density_of_every_template_at_every_tooth(stored):
+    hypotheses = Hypotheses.made_of(stored, TEETH)
+    x = np.random.default_rng(4).standard_normal((5, N))
+    noise, index_error = np.array([0.5, 0.7, 0.1, 1.0, 0.3]), np.array([2e-6, 1e-6, 3e-6, 0.0, 1e-5])
+    found = hypotheses.log_likelihood(x, noise=noise, index_error=index_error)
+    assert found.shape == (5, 4, TEETH)
+    for row in range(5):
+        for k, one in enumerate(stored):
+            for t in range(TEETH):
+                turn = t if one.case["tooth"] else 0
+                expected = multivariate_normal.logpdf(x[row], *law(one, turn, noise[row], index_error[row]))
+                assert_allclose(found[row, k, t], expected, rtol=1e-10)
+
+
+def test_parts_of_the_hypotheses_and_of_the_rows_give_the_same(stored):
+    hypotheses = Hypotheses.made_of(stored, TEETH)
+    x = np.random.default_rng(5).standard_normal((300, N))
+    whole = hypotheses.log_likelihood(x, noise=0.4, index_error=2e-6)
+    assert_allclose(
+        hypotheses.only(np.array([3, 0])).log_likelihood(x[290:], noise=0.4, index_error=2e-6),
+        whole[290:, [3, 0]],
+        rtol=1e-12,
+    )
+
+
+@pytest.mark.parametrize("j", [1, 3])
+def test_turning_the_average_turns_the_answer(j):
+    stream = np.random.default_rng(6)
+    hypotheses = Hypotheses.made_of([template(stream, i, tooth=1) for i in range(3)], TEETH)
+    x = stream.standard_normal((7, N))
+    case = {"noise": 0.5, "index_error": 2e-6}
+    turned = hypotheses.log_likelihood(np.roll(x, j * STEP, axis=1), **case)
+    assert_allclose(turned, np.roll(hypotheses.log_likelihood(x, **case), j, axis=2), rtol=1e-12)
+
+
+def test_little_noise_does_not_drown_the_differences_in_rounding():
+    """At 90 dB squares of 10^10 cancel to tens; the residual itself, squared, has no such digits to lose."""
+    stream = np.random.default_rng(7)
+    stored = [template(stream, i, tooth=1) for i in range(3)]
+    noise, index_error = 3e-5, 1e-10
+    mean, covariance = law(stored[1], 2, noise, index_error)
+    x = mean + noise * stream.standard_normal(N)
+    near = np.array([multivariate_normal.logpdf(x, mean, covariance)])
+    found = Hypotheses.made_of(stored, TEETH).log_likelihood(x[None], noise=noise, index_error=index_error)
+    assert_allclose(found[0, 1, 2], near, atol=1e-3)
+    assert found[0].argmax() == np.ravel_multi_index((1, 2), (3, TEETH))
+
+
+def test_draws_follow_the_law(stored):
+    """Mean and covariance of 40 000 draws, each entry within five of its standard errors."""
+    hypotheses, draws = Hypotheses.made_of(stored, TEETH), 40_000
+    place, tooth = np.full(draws, 2), np.full(draws, 4)
+    x = hypotheses.draw(np.random.default_rng(8), place, tooth, noise=0.5, index_error=3e-6)
+    mean, covariance = law(stored[2], 3, 0.5, 3e-6)
+    deviation = np.sqrt(np.diag(covariance))
+    assert (np.abs(x.mean(axis=0) - mean) < 5 * deviation / math.sqrt(draws)).all()
+    error = np.sqrt((covariance**2 + np.outer(deviation, deviation) ** 2) / draws)
+    assert (np.abs(np.cov(x.T) - covariance) < 5 * error).all()
+
+
+def test_draws_of_a_healthy_gear_have_no_turn(stored):
+    hypotheses = Hypotheses.made_of(stored, TEETH)
+    x = hypotheses.draw(np.random.default_rng(9), np.zeros(6, int), np.arange(6) % 5, noise=1e-9, index_error=0.0)
+    assert_allclose(x, np.tile(law(stored[0], 0, 1.0, 0.0)[0], (6, 1)), atol=1e-7)
+
+
+def at_the_point(database, teeth):
+    rows = database.cases(f"teeth = {teeth}")
+    point = {name: rows[name].iloc[0].item() for name in ("speed_rpm", "torque", "teeth")}
+    return rows, Hypotheses.of(database, **point)
+
+
+def true_residuals(database, rows, hypotheses):
+    """Rows turned back, less the clean average of their templates with their own specimens' index errors."""
+    tsa = database.signals(rows["id"].to_numpy())["tsa"].astype(float)
+    seed, teeth = database.manifest.seed, hypotheses.teeth
+    place = {number: k for k, number in enumerate(hypotheses.cases["template"])}
+    templates = database.templates().set_index("template")
+    residuals = []
+    for x, row in zip(tsa, rows.itertuples(), strict=True):
+        turn, one = max(row.tooth, 1) - 1, templates.loc[row.template]
+        errors = row.index_error * index_errors(specimen_stream(seed, row.specimen), teeth, 36)
+        clean = one["tsa"] + np.reshape(one["specimen_response"], (-1, teeth)) @ np.roll(errors, -turn)
+        residuals.append(np.roll(x, -turn * len(x) // teeth) - clean)
+    return np.array(residuals), np.array([place[number] for number in rows["template"]])
+
+
+@pytest.mark.parametrize("teeth", [12, 13])
+def test_rows_of_a_database_follow_the_law(mixed_teeth, teeth):
+    """-2 log p less its constant is chi-square with n degrees of freedom under the true hypothesis, in sum over rows.
+
+    Rows of a specimen share its index errors: their part, of teeth - 1 degrees, is the same in all. The bounds are
+    five standard deviations.
+    """
+    rows, hypotheses = at_the_point(mixed_teeth, teeth)
+    x = mixed_teeth.signals(rows["id"].to_numpy())["tsa"]
+    reference = hypotheses.reference_variance[0]
+    noise = noise_deviation(reference, rows["snr_db"].to_numpy()) / np.sqrt(rows["averages"].to_numpy())
+    found = hypotheses.log_likelihood(x, noise=noise, index_error=rows["index_error"].to_numpy())
+    residuals, place = true_residuals(mixed_teeth, rows, hypotheses)
+    at = np.arange(len(rows)), place, rows["tooth"].to_numpy() - 1
+    d = (hypotheses.gains[place] * (rows["index_error"].to_numpy() / noise)[:, None]) ** 2
+    n = x.shape[1]
+    square = -2 * found[at] - n * np.log(2 * np.pi * noise**2) - np.log1p(d).sum(axis=1)
+
+    specimens, shared = rows["specimen"].nunique(), len(rows) / rows["specimen"].nunique()
+    variance = 2 * len(rows) * (n - teeth + 1) + 2 * (teeth - 1) * specimens * shared**2
+    assert abs(square.sum() - n * len(rows)) < 5 * math.sqrt(variance)
+    # The noise alone, with the specimens known.
+    white = (residuals / noise[:, None]) ** 2
+    assert chi2.sf(white.sum(), white.size) > 1e-6
+    assert chi2.cdf(white.sum(), white.size) > 1e-6
+
+
+def test_the_true_hypothesis_is_the_most_likely_where_there_is_little_noise(database):
+    rows, hypotheses = at_the_point(database, 12)
+    noise = noise_deviation(hypotheses.reference_variance[0], rows["snr_db"].to_numpy())
+    noise /= np.sqrt(rows["averages"].to_numpy())
+    tsa = database.signals(rows["id"].to_numpy())["tsa"]
+    found = hypotheses.log_likelihood(tsa, noise=noise, index_error=rows["index_error"].to_numpy())
+    best = found.reshape(len(rows), -1).argmax(axis=1)
+    template, tooth = hypotheses.cases["template"].to_numpy()[best // 12], best % 12 + 1
+    healthy = rows["tooth"].to_numpy() == 0
+    assert np.array_equal(template, rows["template"])
+    assert np.array_equal(np.where(healthy, 0, tooth), rows["tooth"])
+
+
+def test_some_templates_by_sql(database):
+    rows, hypotheses = at_the_point(database, 12)
+    some = Hypotheses.of(
+        database, speed_rpm=14400.0, torque=rows["torque"].iloc[0].item(), teeth=12, where="damaged_teeth < 2"
+    )
+    assert set(some.cases["damaged_teeth"]) == {0, 1}
+    assert len(hypotheses.cases) == 9
+    assert some.healthy.tolist() == [True, *[False] * 4]
+
+
+def test_an_operating_point_without_templates_is_refused(database):
+    with pytest.raises(InputError, match=r"no template at speed_rpm = 9, torque = 9, teeth = 12 .* take an operating"):
+        Hypotheses.of(database, speed_rpm=9.0, torque=9.0, teeth=12)
+
+
+def test_a_rig_that_does_not_turn_exactly_is_refused(database, monkeypatch):
+    monkeypatch.setattr(Transmission, "turns_exactly", lambda self, gear: False)
+    with pytest.raises(InputError, match="the law of an average is known for rigs with one mesh"):
+        Hypotheses.of(database, speed_rpm=14400.0, torque=1.0, teeth=12)
