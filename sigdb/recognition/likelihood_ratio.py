@@ -88,7 +88,7 @@ def optimal_roc(
         raise InputError("detection needs both healthy and damaged rows at an operating point; add the missing kind")
     two = point.hypotheses.only(np.concatenate([healthy, places]))
     prior = [_normalised(point.log_prior[some]) for some in (healthy, places)]
-    local = rows.assign(place=len(healthy) + pd.Index(places).get_indexer(rows["place"]))
+    local = rows.assign(place=len(healthy) + pd.Index(places).get_indexer(pd.Index(rows["place"])))
     narrowed = OperatingPoint(hypotheses=two, rows=local, judged=np.full(len(local), True))
     found = []
     for drawn, x in narrowed.redrawn(np.random.default_rng(seed), draws, specimens=specimens):
