@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING
 from sigdb.core.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from sigdb.recognition.bayes_bound import Bound, bound, error_curve, expected_losses
+    from sigdb.recognition.bayes_bound import Bound, bound
     from sigdb.recognition.efficiency import ErrorCurve, eta_info
     from sigdb.recognition.excess import Excess, above_bound
+    from sigdb.recognition.expected import error_curve, expected_losses
     from sigdb.recognition.likelihood import Hypotheses
     from sigdb.recognition.likelihood_ratio import OptimalRoc, detection_table, optimal_roc, smallest_found
     from sigdb.recognition.location import LocationClassifier
@@ -64,10 +65,10 @@ __getattr__, __dir__ = lazy_names(
         "above_bound": "sigdb.recognition.excess",
         "bound": "sigdb.recognition.bayes_bound",
         "detection_table": "sigdb.recognition.likelihood_ratio",
-        "error_curve": "sigdb.recognition.bayes_bound",
+        "error_curve": "sigdb.recognition.expected",
         "eta_info": "sigdb.recognition.efficiency",
         "evaluate": "sigdb.recognition.training",
-        "expected_losses": "sigdb.recognition.bayes_bound",
+        "expected_losses": "sigdb.recognition.expected",
         "load_model": "sigdb.recognition.persist",
         "operating_points": "sigdb.recognition.rows_by_point",
         "optimal_roc": "sigdb.recognition.likelihood_ratio",

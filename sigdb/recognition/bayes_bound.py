@@ -5,7 +5,6 @@ point, the level of the noise and the size of the index errors. It knows neither
 No rule that judges one average at a time, of gears it has not seen, does better on average.
 """
 
-from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,24 +15,12 @@ from numpy.typing import ArrayLike
 from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray
 from sigdb.database import Database
+from sigdb.recognition.bayes_rule import LOSSES, judge
 from sigdb.recognition.bootstrap import Figure, Specimens
-from sigdb.recognition.efficiency import ErrorCurve
+from sigdb.recognition.expected import expected_losses, judged_shares
 from sigdb.recognition.metrics import circular_distance
-from sigdb.recognition.posterior import Posterior
-from sigdb.recognition.rows_by_point import OperatingPoint, operating_points
+from sigdb.recognition.rows_by_point import operating_points
 from sigdb.recognition.severity import TARGETS
-
-LOSSES: Mapping[str, tuple[str, ...]] = {
-    "location": ("error", "log_loss"),
-    "severity": tuple(f"{kind}_{target}" for kind in ("absolute", "square", "crps") for target in TARGETS),
-}
-"""Losses of a row that the Bayes rule makes as small as they can be on average; less is a sign of a leak."""
-
-DECIBELS = np.arange(-3.0, 25.0, 1.5)
-"""Levels of an error curve, dB above the rows' own noise."""
-
-_EXPECTED = {"error": "risk", "log_loss": "entropy"}
-"""What the rule itself expects a loss to be: of the same mean over rows of the law, and less scatter."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,11 +34,14 @@ class Bound:
     rows
         By id: ``tooth``, ``teeth``, ``specimen``, and what the rule says of each row. Location: ``found`` (the most
         probable tooth, 0 for none), ``log_odds`` (logarithm of P(damage) / P(none)), ``risk`` (probability that it is
-        wrong), ``entropy`` (of the tooth, nats). Severity: each target's posterior
-        ``median_TARGET`` and ``mean_TARGET``.
+        wrong), ``entropy`` (of the tooth, nats). Severity: each target's posterior ``median_TARGET`` and
+        ``mean_TARGET``.
     losses
-        By id, a column for each of :data:`LOSSES`: ``error`` (0 or 1, healthy rows too), ``log_loss`` (nats);
-        ``absolute_TARGET`` (of the posterior median), ``square_TARGET`` (of the mean), ``crps_TARGET``.
+        By id, what the rule makes as small as it can be on average: ``error`` (0 or 1, healthy rows too), ``log_loss``
+        (nats); ``absolute_TARGET`` (of the posterior median), ``square_TARGET`` (of the mean), ``crps_TARGET``.
+    scores
+        By id, columns 0, 1, 2, ...: logarithm of the posterior probability of 'none' and of each tooth, -inf where a
+        gear has no such tooth. None for severity.
     outside
         Number of rows that the law does not cover, by reason. They are not in ``rows``.
     expected
@@ -64,24 +54,32 @@ class Bound:
     target: str
     rows: pd.DataFrame
     losses: pd.DataFrame
+    scores: pd.DataFrame | None
     outside: dict[str, int]
     expected: dict[str, tuple[float, float]] | None
     entropy: float
 
     @cached_property
-    def figures(self) -> dict[str, Figure]:
-        """Figures of merit by the names that models' have, with 95 % intervals over specimens.
+    def values(self) -> pd.DataFrame:
+        """By id, what each row adds to the figures: they are means of the values that are not nan.
 
         Location: ``accuracy`` (healthy rows too), ``p_exact``, ``p_within_one``, ``p_detected``, ``circular_bias``,
         ``none_on_healthy``, ``log_loss``. Of these only accuracy and log loss are bounds: a rule that calls damage more
-        often finds more of it. Severity: ``mae_TARGET``, ``rmse_TARGET``, ``crps_TARGET``.
+        often finds more of it. Severity: ``mae_TARGET`` and ``crps_TARGET``, and ``rmse_TARGET``, errors whose root
+        mean square is the figure.
         """
+        values = _located(self.rows, self.losses) if self.target == "location" else _estimated(self.losses)
+        return pd.DataFrame(values, index=self.rows.index)
+
+    @cached_property
+    def figures(self) -> dict[str, Figure]:
+        """The figures by name, with 95 % intervals of a bootstrap over specimens."""
         specimens = Specimens(self.rows["specimen"].to_numpy())
-        if self.target == "location":
-            return {name: specimens.mean(value) for name, value in _located(self.rows, self.losses).items()}
         return {
-            figure: specimens.root_mean_square(value) if figure.startswith("rmse") else specimens.mean(value)
-            for figure, value in _estimated(self.losses).items()
+            str(name): (specimens.root_mean_square if str(name).startswith("rmse") else specimens.mean)(
+                value.to_numpy()
+            )
+            for name, value in self.values.items()
         }
 
 
@@ -133,123 +131,18 @@ def bound(
         raise InputError(f"target = {target!r} is not known; choose one of {', '.join(LOSSES)}")
     points, outside = operating_points(database, ids, sensor=sensor, damaged=target == "severity")
     judged = pd.concat(judge(point, point.stored(database, sensor), target) for point in points).sort_index()
-    names = list(LOSSES[target])
+    losses, scores = list(LOSSES[target]), [str(name) for name in judged if str(name).startswith("score_")]
+    posterior = judged[scores].fillna(-np.inf).set_axis(np.arange(len(scores)), axis=1)
+    before = [point.before.entropy[0] for point in points]
     return Bound(
         target=target,
-        rows=judged.drop(columns=names),
-        losses=judged[names],
+        rows=judged.drop(columns=[*losses, *scores]),
+        losses=judged[losses],
+        scores=posterior if scores else None,
         outside=outside,
         expected=expected_losses(points, target, draws=draws, seed=seed) if draws else None,
-        entropy=float(sum(s * point.before.entropy[0] for s, point in zip(_shares(points), points, strict=True))),
+        entropy=float(judged_shares(points) @ before),
     )
-
-
-def expected_losses(
-    points: Iterable[OperatingPoint],
-    target: str,
-    *,
-    draws: int,
-    seed: int = 0,
-    specimens: bool = True,
-    decibels: float = 0.0,
-) -> dict[str, tuple[float, float]]:
-    """Mean losses of the Bayes rule, with standard errors, over rows drawn anew from the law.
-
-    Parameters
-    ----------
-    points
-        Whose rows are drawn, each as often as it has rows.
-    target
-        ``location`` or ``severity``.
-    draws
-        Number of rows.
-    seed
-        Of the draws. Calls with the same seed draw the same rows, specimens and noise, whatever the noise's level.
-    specimens
-        Whether gears have index errors (tier B2), or are nominal (B0).
-    decibels
-        By how much the noise is raised.
-
-    Returns
-    -------
-    dict
-        By loss: mean and standard error.
-    """
-    points, stream = list(points), np.random.default_rng(seed)
-    counts = stream.multinomial(draws, _shares(points))
-    judged = pd.concat(
-        judge(point, point.redrawn(stream, count, specimens=specimens, decibels=decibels), target)
-        for point, count in zip(points, counts.tolist(), strict=True)
-        if count
-    )
-    means = {name: judged[_EXPECTED.get(name, name)] for name in LOSSES[target]}
-    return {name: (float(loss.mean()), float(loss.std() / np.sqrt(draws))) for name, loss in means.items()}
-
-
-def error_curve(
-    points: Iterable[OperatingPoint], decibels: ArrayLike = DECIBELS, *, draws: int = 2000, seed: int = 0
-) -> ErrorCurve:
-    """Error of the Bayes rule of location against the level of the noise, the specimens as they are.
-
-    Parameters
-    ----------
-    points
-        As :func:`operating_points` gives them.
-    decibels
-        By how much the noise is raised, ascending.
-    draws, seed
-        Rows drawn at each level; the same ones at all.
-    """
-    points, levels = list(points), np.asarray(decibels, float)
-    found = [expected_losses(points, "location", draws=draws, seed=seed, decibels=level)["error"] for level in levels]
-    error, standard_error = np.array(found).T
-    chance = sum(share * point.before.risk[0] for share, point in zip(_shares(points), points, strict=True))
-    return ErrorCurve(decibels=levels, error=error, standard_error=standard_error, chance=float(chance))
-
-
-def _shares(points: list[OperatingPoint]) -> FloatArray:
-    """(points,) share of each operating point among the rows asked for."""
-    judged = np.array([point.judged.sum() for point in points], float)
-    return judged / judged.sum()
-
-
-def judge(point: OperatingPoint, parts: Iterable[tuple[pd.DataFrame, FloatArray]], target: str) -> pd.DataFrame:
-    """What the Bayes rule says of averages, and its losses, by id."""
-    return pd.concat(_JUDGE[target](point, rows, point.posterior(x, rows)) for rows, x in parts)
-
-
-def _judge_location(point: OperatingPoint, rows: pd.DataFrame, known: Posterior) -> pd.DataFrame:
-    true, found = rows["tooth"].to_numpy(), known.tooth
-    return rows[["tooth", "teeth", "specimen"]].assign(
-        found=found,
-        log_odds=known.log_odds,
-        risk=known.risk,
-        entropy=known.entropy,
-        error=(found != true).astype(float),
-        log_loss=-known.location[np.arange(len(rows)), true],
-    )
-
-
-def _judge_severity(point: OperatingPoint, rows: pd.DataFrame, known: Posterior) -> pd.DataFrame:
-    judged = rows[["tooth", "teeth", "specimen"]]
-    for target in TARGETS:
-        level = np.nan_to_num(point.hypotheses.cases[target].to_numpy(float))  # patterns have none, and no share
-        true, mean, median = rows[target].to_numpy(float), known.mean(level), known.median(level)
-        columns = {
-            f"mean_{target}": mean,
-            f"median_{target}": median,
-            f"absolute_{target}": np.abs(median - true),
-            f"square_{target}": (mean - true) ** 2,
-            f"crps_{target}": known.crps(level, true),
-        }
-        judged = judged.assign(**columns)
-    return judged
-
-
-_JUDGE: dict[str, Callable[[OperatingPoint, pd.DataFrame, Posterior], pd.DataFrame]] = {
-    "location": _judge_location,
-    "severity": _judge_severity,
-}
 
 
 def _located(rows: pd.DataFrame, losses: pd.DataFrame) -> dict[str, FloatArray]:

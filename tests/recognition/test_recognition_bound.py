@@ -299,6 +299,18 @@ def test_the_share_of_templates_is_that_of_all_rows_whichever_are_asked_for(data
     assert np.array_equal(some.log_prior, all_rows.log_prior)
 
 
+def test_figures_are_means_of_values_and_scores_are_the_posterior(mixed_teeth):
+    found = bound(mixed_teeth)
+    assert found.scores.shape == (len(mixed_teeth), 14)
+    assert np.array_equal(found.scores.to_numpy().argmax(axis=1), found.rows["found"])
+    assert_allclose(np.exp(found.scores).sum(axis=1), 1)
+    assert np.isneginf(found.scores.loc[found.rows["teeth"] == 12, 13]).all()
+    true = found.scores.to_numpy()[np.arange(len(found.rows)), found.rows["tooth"]]
+    assert_allclose(found.losses["log_loss"], -true)
+    for name, figure in found.figures.items():
+        assert_allclose(figure.value, np.nanmean(found.values[name]))
+
+
 def test_each_tooth_count_has_its_own_hypotheses(mixed_teeth):
     points, _ = operating_points(mixed_teeth)
     assert sorted(one.hypotheses.teeth for one in points) == [12, 13]
