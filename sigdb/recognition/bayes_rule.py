@@ -47,7 +47,7 @@ def _location(point: OperatingPoint, rows: pd.DataFrame, known: Posterior) -> pd
 
 
 def _severity(point: OperatingPoint, rows: pd.DataFrame, known: Posterior) -> pd.DataFrame:
-    columns = {}
+    columns: dict[str, FloatArray] = {}
     for target in TARGETS:
         # Templates with a pattern have no severity; they have no share in the rows either.
         level = np.nan_to_num(point.hypotheses.cases[target].to_numpy(float))
