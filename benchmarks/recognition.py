@@ -21,7 +21,6 @@ from threadpoolctl import threadpool_limits
 
 import sigdb
 from sigdb.database import Database
-from sigdb.measurement import index_error_covariance
 from sigdb.pipeline import load_recipe
 from sigdb.recognition import OperatingPoint, bound, detection_table, error_curve, expected_losses, operating_points
 from sigdb.sweep import run

@@ -150,7 +150,7 @@ def smallest_found(stiffness_loss: FloatArray, p_detected: FloatArray, *, rate: 
     >>> from scipy.special import ndtr, ndtri
     >>> loss = np.array([0.2, 0.4])
     >>> p = ndtr(20 * loss + ndtri(1e-3))
-    >>> round(smallest_found(loss, p, draws=10**6), 4), round((ndtri(0.9) - ndtri(1e-3)) / 20, 4)
+    >>> round(smallest_found(loss, p, draws=10**9), 4), round(float(ndtri(0.9) - ndtri(1e-3)) / 20, 4)
     (0.2186, 0.2186)
     """
     order = np.argsort(stiffness_loss)

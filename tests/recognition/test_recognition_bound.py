@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import quad
 from scipy.special import ndtri
-from scipy.stats import binom, norm
+from scipy.stats import binom, norm, ttest_1samp
 
 from sigdb.core.errors import InputError
 from sigdb.measurement import index_error_covariance
@@ -124,13 +124,33 @@ def test_risk_and_entropy_are_small_without_being_rounded_away():
 
 
 def test_mean_median_and_crps_by_hand():
-    """Levels 0.4, 0.0, 0.2 have 0.3, 0.45, 0.25 of the posterior: F is 0.45 from 0.0 on, 0.7 from 0.2, 1 from 0.4."""
-    known = Posterior(location=np.zeros((1, 2)), damage=np.log([[0.3, 0.45, 0.25]]))
+    """Levels 0.4, 0.0, 0.2 have 0.45, 0.45, 0.1 of the posterior: F is 0.45 from 0.0 on, 0.55 from 0.2, 1 from 0.4."""
+    known = Posterior(location=np.zeros((1, 2)), damage=np.log([[0.45, 0.45, 0.1]]))
     level = np.array([0.4, 0.0, 0.2])
-    assert_allclose(known.mean(level), 0.4 * 0.3 + 0.2 * 0.25)
+    assert_allclose(known.mean(level), 0.4 * 0.45 + 0.2 * 0.1)
     assert_allclose(known.median(level), 0.2)
-    assert_allclose(known.crps(level, np.array([0.2])), 0.2 * 0.45**2 + 0.2 * 0.3**2)
-    assert_allclose(known.crps(level, np.array([0.0])), 0.2 * 0.55**2 + 0.2 * 0.3**2)
+    assert_allclose(known.crps(level, np.array([0.2])), 0.2 * 0.45**2 + 0.2 * 0.45**2)
+    assert_allclose(known.crps(level, np.array([0.0])), 0.2 * 0.55**2 + 0.2 * 0.45**2)
+
+
+def test_losses_of_two_severities_are_those_of_their_distance():
+    """Levels 0 and 1, equally likely, d apart: with p = P(1 | y) the median errs in Phi(-d / 2) of the cases, by 1; the
+    mean's square and the CRPS are both E[p (1 - p)]."""
+    d, difference = 2.0, np.eye(12)[3]
+    signals, level = [np.zeros(12), 2.0 * NOISE * difference], [0.0, 1.0]
+    one = point(signals, [1, 1], teeth=2, rows=[(0, 1), (1, 1)], stiffness_loss=level)
+
+    def density(y):
+        p = 1 / (1 + math.exp(d * (d / 2 - y)))
+        return p * (1 - p) * (norm.pdf(y) + norm.pdf(y - d)) / 2
+
+    square, _ = quad(density, -9, 11)
+    found = expected_losses([one], "severity", draws=20_000)
+    expected = {"absolute": norm.cdf(-d / 2), "square": square, "crps": square}
+    for kind, due in expected.items():
+        value, error = found[f"{kind}_stiffness_loss"]
+        assert error < 0.01
+        assert abs(value - due) < 5 * error
 
 
 def test_the_bayes_rule_loses_no_decibels_and_one_with_twice_the_noise_loses_three():
@@ -202,6 +222,13 @@ def test_one_specimen_or_equal_losses_prove_nothing():
     assert above_bound(np.zeros(9), np.ones(9), np.arange(9)).significant
     with pytest.raises(InputError, match=r"2 losses of the model, 3 of the bound, 3 specimens; give those of the same"):
         above_bound([0, 0], [1, 1, 1], [0, 1, 2])
+
+
+def test_equally_many_rows_of_a_specimen_make_it_the_t_test_of_their_means():
+    gain = np.random.default_rng(9).standard_normal((6, 4)) + 0.3
+    found = above_bound(-gain.ravel(), np.zeros(24), np.repeat(np.arange(6), 4))
+    assert_allclose(found.value, gain.mean())
+    assert_allclose(found.p_value, ttest_1samp(gain.mean(axis=1), 0, alternative="greater").pvalue)
 
 
 def test_a_rule_that_knows_the_specimens_is_above_the_bound_and_an_honest_one_is_not():
@@ -309,6 +336,16 @@ def test_figures_are_means_of_values_and_scores_are_the_posterior(mixed_teeth):
     assert_allclose(found.losses["log_loss"], -true)
     for name, figure in found.figures.items():
         assert_allclose(figure.value, np.nanmean(found.values[name]))
+
+
+def test_noise_of_a_row_is_that_of_its_average(mixed_teeth):
+    """By the definition of snr_db: the variance of the healthy average, here itself, over that of one revolution."""
+    cases, templates = mixed_teeth.cases().set_index("id"), mixed_teeth.templates()
+    for one in operating_points(mixed_teeth)[0]:
+        healthy = templates[(templates["tooth"] == 0) & (templates["teeth"] == one.hypotheses.teeth)]
+        rows = cases.loc[one.rows.index]
+        variance = np.var(healthy["tsa"].iloc[0].astype(float)) * 10 ** (-rows["snr_db"] / 10) / rows["averages"]
+        assert_allclose(one.rows["noise"], np.sqrt(variance), rtol=1e-5)
 
 
 def test_each_tooth_count_has_its_own_hypotheses(mixed_teeth):

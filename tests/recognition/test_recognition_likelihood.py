@@ -160,6 +160,22 @@ def test_rows_of_a_database_follow_the_law(mixed_teeth, teeth):
     assert chi2.cdf(white.sum(), white.size) > 1e-6
 
 
+@pytest.mark.parametrize("mate_teeth", [30, 36])
+def test_covariance_is_that_of_the_template_and_of_its_own_mate(make_database, mate_teeth):
+    """The mate's tooth count is swept: 12 teeth meet 36 in twelve groups, 30 in six."""
+    grid = "tooth = 1\nstiffness_loss = 0.2\ngear.teeth = [30, 36]"
+    swept = make_database(seed=5, specimens=1, healthy=1, grid=grid, averages=180)
+    hypotheses = at_the_point(swept, 12)[1]
+    assert len(hypotheses.cases) == 4
+    of_mate = np.flatnonzero((hypotheses.cases["gear.teeth"] == mate_teeth) & ~hypotheses.healthy)[0]
+    number = hypotheses.cases["template"].iloc[of_mate]
+    stored = swept.templates().set_index("template").loc[number, "specimen_response"]
+    response = np.reshape(stored.astype(float), (-1, 12))
+    modes = hypotheses.modes[of_mate] * hypotheses.gains[of_mate]
+    expected = response @ index_error_covariance(12, mate_teeth) @ response.T
+    assert_allclose(modes @ modes.T, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
 def test_the_true_hypothesis_is_the_most_likely_where_there_is_little_noise(database):
     rows, hypotheses = at_the_point(database, 12)
     noise = noise_deviation(hypotheses.reference_variance[0], rows["snr_db"].to_numpy())
