@@ -84,5 +84,5 @@ def error_curve(
 
 def judged_shares(points: Sequence[OperatingPoint]) -> FloatArray:
     """(points,) share of each operating point among the rows asked for."""
-    judged = np.array([point.judged.sum() for point in points], float)
+    judged = np.array([point.rows["judged"].sum() for point in points], float)
     return judged / judged.sum()

@@ -89,7 +89,7 @@ def optimal_roc(
     two = point.hypotheses.only(np.concatenate([healthy, places]))
     prior = [_normalised(point.log_prior[some]) for some in (healthy, places)]
     local = rows.assign(place=len(healthy) + pd.Index(places).get_indexer(pd.Index(rows["place"])))
-    narrowed = OperatingPoint(hypotheses=two, rows=local, judged=np.full(len(local), True))
+    narrowed = OperatingPoint(hypotheses=two, rows=local)
     found = []
     for drawn, x in narrowed.redrawn(np.random.default_rng(seed), draws, specimens=specimens):
         case = {name: drawn[name].to_numpy() for name in ("noise", "index_error")}

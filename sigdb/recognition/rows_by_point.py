@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sigdb.core.errors import InputError
-from sigdb.core.typing import BoolArray, FloatArray
+from sigdb.core.typing import FloatArray
 from sigdb.database import Database
 from sigdb.measurement import noise_deviation
 from sigdb.recognition.likelihood import Hypotheses
@@ -17,7 +17,7 @@ from sigdb.recognition.posterior import Posterior, log_prior, posterior
 from sigdb.recognition.severity import TARGETS
 
 _POINT = ["speed_rpm", "torque", "teeth"]
-_COLUMNS = ("id", "template", "tooth", "specimen", "pattern", "averages", "snr_db", "index_error", "contact_loss")
+_COLUMNS = ("id", "template", "tooth", "specimen", "averages", "snr_db", "index_error", "contact_loss")
 _ROWS_AT_ONCE = 2048
 
 
@@ -31,14 +31,12 @@ class OperatingPoint:
         The laws that rows may follow.
     rows
         All rows inside the law, by id: ``place`` (of its template among the hypotheses), ``tooth``, ``teeth``,
-        ``specimen``, ``noise`` (standard deviation of the average's noise), ``index_error``, and the severities.
-    judged
-        (rows,) which of them are asked for.
+        ``specimen``, ``noise`` (standard deviation of the average's noise), ``index_error``, the severities, and
+        ``judged`` (whether the row is one of those asked for).
     """
 
     hypotheses: Hypotheses
     rows: pd.DataFrame
-    judged: BoolArray
 
     def posterior(self, x: FloatArray, rows: pd.DataFrame) -> Posterior:
         """What is known of averages x (rows, n) whose noise and size of index errors are those of ``rows``."""
@@ -49,7 +47,7 @@ class OperatingPoint:
 
     def stored(self, database: Database, sensor: str | None) -> Iterator[tuple[pd.DataFrame, FloatArray]]:
         """The rows that are asked for with their averages, some at a time."""
-        wanted = self.rows[self.judged]
+        wanted = self.rows[self.rows["judged"]]
         for first in range(0, len(wanted), _ROWS_AT_ONCE):
             some = wanted.iloc[first : first + _ROWS_AT_ONCE]
             yield some, database.signals(some.index.to_numpy(), sensor=sensor)["tsa"]
@@ -124,35 +122,29 @@ def operating_points(
     """
     rows = _rows(database)
     wanted = np.isin(rows.index, ids) if ids is not None else np.full(len(rows), True)
-    reasons = {
-        "without a result": (rows["status"] != "ok").to_numpy(),
-        "with loss of contact": rows["contact_loss"].eq(True).to_numpy(bool),
-    }
+    reasons = {"without a result": ~rows["done"], "with loss of contact": rows["contact_loss"].eq(True)}
     if damaged:
         wanted &= (rows["tooth"] > 0).to_numpy()
-        reasons["with a pattern of damage"] = (rows["pattern"] != "").to_numpy()
-        reasons["healthy"] = (rows["tooth"] == 0).to_numpy()
-    inside = ~np.any(list(reasons.values()), axis=0)
-    outside = {reason: int((some & wanted).sum()) for reason, some in reasons.items() if (some & wanted).any()}
-    points = [
-        _point(database, some, some.index.isin(rows.index[wanted]), sensor)
-        for _, some in rows[inside].groupby(_POINT)
-        if some.index.isin(rows.index[wanted]).any()
-    ]
+        reasons |= {"with a pattern of damage": rows["patterned"], "healthy": rows["tooth"] == 0}
+    counts = {reason: int((some & wanted).sum()) for reason, some in reasons.items()}
+    outside = {reason: count for reason, count in counts.items() if count}
+    inside = rows.assign(judged=wanted)[~np.any(list(reasons.values()), axis=0)]
+    points = [_point(database, some, sensor) for _, some in inside.groupby(_POINT) if some["judged"].any()]
     if not points:
         raise InputError(f"{database.store}: no row is inside the law that the bound is computed from ({outside})")
     return points, outside
 
 
 def _rows(database: Database) -> pd.DataFrame:
-    columns = ", ".join(dict.fromkeys((*_COLUMNS, *_POINT, *TARGETS, "status")))
-    return database.sql(f"select {columns} from cases order by id").set_index("id")
+    columns = ", ".join(dict.fromkeys((*_COLUMNS, *_POINT, *TARGETS)))
+    answers = "status = 'ok' as done, pattern <> '' as patterned"
+    return database.sql(f"select {columns}, {answers} from cases order by id").set_index("id")
 
 
-def _point(database: Database, rows: pd.DataFrame, judged: BoolArray, sensor: str | None) -> OperatingPoint:
+def _point(database: Database, rows: pd.DataFrame, sensor: str | None) -> OperatingPoint:
     speed_rpm, torque, teeth = (rows[name].iloc[0].item() for name in _POINT)
     hypotheses = Hypotheses.of(database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor)
-    place = pd.Index(hypotheses.cases["template"]).get_indexer(rows["template"])
+    place = pd.Index(hypotheses.cases["template"]).get_indexer(pd.Index(rows["template"]))
     deviation = noise_deviation(hypotheses.reference_variance[place], rows["snr_db"].to_numpy())
-    noise = deviation / np.sqrt(rows["averages"].to_numpy())
-    return OperatingPoint(hypotheses=hypotheses, rows=rows.assign(place=place, noise=noise), judged=judged)
+    rows = rows.assign(place=place, noise=deviation / np.sqrt(rows["averages"].to_numpy()))
+    return OperatingPoint(hypotheses=hypotheses, rows=rows)

@@ -50,10 +50,10 @@ def point(signals, tooth, *, teeth, rows, response=None, index_error=0.0, **seve
     ]
     hypotheses = Hypotheses.made_of(stored, teeth)
     frame = pd.DataFrame(rows, columns=["place", "tooth"])
-    frame = frame.assign(teeth=teeth, specimen=0, noise=NOISE, index_error=index_error)
+    frame = frame.assign(teeth=teeth, specimen=0, judged=True, noise=NOISE, index_error=index_error)
     for name in TARGETS:
         frame[name] = hypotheses.cases[name].to_numpy()[frame["place"]]
-    return OperatingPoint(hypotheses=hypotheses, rows=frame, judged=np.full(len(frame), True))
+    return OperatingPoint(hypotheses=hypotheses, rows=frame)
 
 
 def two_signals(distance, **options):
@@ -322,7 +322,7 @@ def test_the_share_of_templates_is_that_of_all_rows_whichever_are_asked_for(data
     one = database.cases("tooth = 5")["id"].to_numpy()[:1]
     (some,), _ = operating_points(database, one)
     (all_rows,), _ = operating_points(database)
-    assert some.judged.sum() == 1
+    assert some.rows["judged"].sum() == 1
     assert np.array_equal(some.log_prior, all_rows.log_prior)
 
 
@@ -380,8 +380,8 @@ def test_rows_outside_the_law_are_counted(database, monkeypatch):
     rows = rows_by_point._rows(database)
     damaged = rows.index[rows["tooth"] > 0]
     rows.loc[damaged[:5], "contact_loss"] = True
-    rows.loc[damaged[5:8], "status"] = "the mesh loses contact with this specimen"
-    rows.loc[damaged[8:10], "pattern"] = "pitted"
+    rows.loc[damaged[5:8], "done"] = False
+    rows.loc[damaged[8:10], "patterned"] = True
     monkeypatch.setattr(rows_by_point, "_rows", lambda database: rows)
     found = bound(database, damaged[3:])
     assert found.outside == {"without a result": 3, "with loss of contact": 2}

@@ -1,8 +1,10 @@
 """The law of an average: against the normal density written out, turned signals, draws, and the rows of a database."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
 from scipy.stats import chi2, multivariate_normal
@@ -118,46 +120,75 @@ def at_the_point(database, teeth):
     return rows, Hypotheses.of(database, **point)
 
 
-def true_residuals(database, rows, hypotheses):
-    """Rows turned back, less the clean average of their templates with their own specimens' index errors."""
+def true_residuals(database, rows, teeth):
+    """Rows turned back, less the clean averages of their templates with their own specimens' index errors."""
     tsa = database.signals(rows["id"].to_numpy())["tsa"].astype(float)
-    seed, teeth = database.manifest.seed, hypotheses.teeth
-    place = {number: k for k, number in enumerate(hypotheses.cases["template"])}
-    templates = database.templates().set_index("template")
-    residuals = []
+    templates, residuals = database.templates().set_index("template"), []
     for x, row in zip(tsa, rows.itertuples(), strict=True):
         turn, one = max(row.tooth, 1) - 1, templates.loc[row.template]
-        errors = row.index_error * index_errors(specimen_stream(seed, row.specimen), teeth, 36)
+        errors = row.index_error * index_errors(specimen_stream(database.manifest.seed, row.specimen), teeth, 36)
         clean = one["tsa"] + np.reshape(one["specimen_response"], (-1, teeth)) @ np.roll(errors, -turn)
         residuals.append(np.roll(x, -turn * len(x) // teeth) - clean)
-    return np.array(residuals), np.array([place[number] for number in rows["template"]])
+    return np.array(residuals)
+
+
+def squares(database, rows, hypotheses):
+    """(rows,) -2 log p less its constant under the true hypothesis: chi-square of n degrees of freedom.
+
+    Also five standard deviations of their sum. Rows of a specimen share its index errors: their part, of teeth - 1
+    degrees, is the same in all.
+    """
+    x, index_error = database.signals(rows["id"].to_numpy())["tsa"], rows["index_error"].to_numpy()
+    noise = noise_deviation(hypotheses.reference_variance[0], rows["snr_db"].to_numpy())
+    noise = noise / np.sqrt(rows["averages"].to_numpy())
+    place = pd.Index(hypotheses.cases["template"]).get_indexer(pd.Index(rows["template"]))
+    found = hypotheses.log_likelihood(x, noise=noise, index_error=index_error)
+    found = found[np.arange(len(rows)), place, rows["tooth"].to_numpy() - 1]
+    d = (hypotheses.gains[place] * (index_error / noise)[:, None]) ** 2
+    n, freedom = x.shape[1], hypotheses.teeth - 1
+    specimens = rows["specimen"].nunique()
+    variance = 2 * len(rows) * (n - freedom) + 2 * freedom * len(rows) ** 2 / specimens
+    return -2 * found - n * np.log(2 * np.pi * noise**2) - np.log1p(d).sum(axis=1), 5 * math.sqrt(variance)
 
 
 @pytest.mark.parametrize("teeth", [12, 13])
 def test_rows_of_a_database_follow_the_law(mixed_teeth, teeth):
-    """-2 log p less its constant is chi-square with n degrees of freedom under the true hypothesis, in sum over rows.
-
-    Rows of a specimen share its index errors: their part, of teeth - 1 degrees, is the same in all. The bounds are
-    five standard deviations.
-    """
     rows, hypotheses = at_the_point(mixed_teeth, teeth)
-    x = mixed_teeth.signals(rows["id"].to_numpy())["tsa"]
-    reference = hypotheses.reference_variance[0]
-    noise = noise_deviation(reference, rows["snr_db"].to_numpy()) / np.sqrt(rows["averages"].to_numpy())
-    found = hypotheses.log_likelihood(x, noise=noise, index_error=rows["index_error"].to_numpy())
-    residuals, place = true_residuals(mixed_teeth, rows, hypotheses)
-    at = np.arange(len(rows)), place, rows["tooth"].to_numpy() - 1
-    d = (hypotheses.gains[place] * (rows["index_error"].to_numpy() / noise)[:, None]) ** 2
-    n = x.shape[1]
-    square = -2 * found[at] - n * np.log(2 * np.pi * noise**2) - np.log1p(d).sum(axis=1)
+    square, tolerance = squares(mixed_teeth, rows, hypotheses)
+    n = hypotheses.signal.shape[1]
+    assert tolerance < 0.05 * n * len(rows)
+    assert abs(square.sum() - n * len(rows)) < tolerance
 
-    specimens, shared = rows["specimen"].nunique(), len(rows) / rows["specimen"].nunique()
-    variance = 2 * len(rows) * (n - teeth + 1) + 2 * (teeth - 1) * specimens * shared**2
-    assert abs(square.sum() - n * len(rows)) < 5 * math.sqrt(variance)
-    # The noise alone, with the specimens known.
-    white = (residuals / noise[:, None]) ** 2
-    assert chi2.sf(white.sum(), white.size) > 1e-6
-    assert chi2.cdf(white.sum(), white.size) > 1e-6
+
+@pytest.mark.parametrize("teeth", [12, 13])
+def test_what_the_law_leaves_of_rows_whose_specimen_is_known_is_their_noise(mixed_teeth, teeth):
+    rows, hypotheses = at_the_point(mixed_teeth, teeth)
+    noise = noise_deviation(hypotheses.reference_variance[0], rows["snr_db"].to_numpy())
+    noise = noise / np.sqrt(rows["averages"].to_numpy())
+    white = (true_residuals(mixed_teeth, rows, teeth) / noise[:, None]) ** 2
+    assert 1e-6 < chi2.sf(white.sum(), white.size) < 1 - 1e-6
+
+
+def test_rows_with_unbalance_follow_the_law(make_database):
+    """Its phase is fixed to the shaft, so as seen from the damage it turns with the tooth."""
+    grid = 'tooth = "all"\nstiffness_loss = 0.3\npinion.unbalance = 5e-5'
+    unbalanced = make_database(seed=6, specimens=3, healthy=2, grid=grid, snr_db=20.0)
+    rows, hypotheses = at_the_point(unbalanced, 12)
+    assert (rows["status"] == "ok").all()
+    assert np.abs(hypotheses.harmonic).max() > 0
+    rows = rows[rows["template"].isin(hypotheses.cases["template"])]
+    square, tolerance = squares(unbalanced, rows, hypotheses)
+    assert abs(square.sum() - 768 * len(rows)) < tolerance
+    wrong, _ = squares(unbalanced, rows, replace(hypotheses, phases=np.roll(hypotheses.phases, 1, axis=2)))
+    assert wrong.sum() - 768 * len(rows) > 5 * tolerance
+
+
+def test_covariance_is_that_of_a_mate_that_is_not_swept(database):
+    hypotheses = at_the_point(database, 12)[1]
+    response = np.reshape(database.templates()["specimen_response"].iloc[3].astype(float), (-1, 12))
+    modes = hypotheses.modes[3] * hypotheses.gains[3]
+    expected = response @ index_error_covariance(12, 36) @ response.T
+    assert_allclose(modes @ modes.T, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("mate_teeth", [30, 36])
