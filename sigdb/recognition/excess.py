@@ -37,7 +37,7 @@ def above_bound(
     """Whether a model is significantly better than the Bayes rule, paired over the same rows.
 
     Rows of a specimen are no independent evidence. With D_s the sum of the gains of specimen s over its n_s rows, of S
-    specimens, the mean gain and its error are
+    specimens, the mean gain and its error are::
 
         mean = sum D / sum n,   error^2 = S / (S - 1) sum (D_s - mean n_s)^2 / (sum n)^2,
 

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from sigdb.core.errors import InputError
 from sigdb.core.typing import BoolArray, FloatArray, IntArray
 from sigdb.database import Database
 from sigdb.recognition.stored_templates import StoredTemplate, stored_templates
@@ -22,7 +23,7 @@ _ROWS_AT_ONCE = 128
 class Hypotheses:
     """The laws of an average at one operating point, for one sensor and one tooth count of the damaged gear.
 
-    Under template k turned by t teeth the average of a gear with unknown index errors is normal,
+    Under template k turned by t teeth the average of a gear with unknown index errors is normal::
 
         x turned back ~ N(s_kt, noise^2 I + index_error^2 U_k diag(d_k) U_k'),   s_kt = y_k + H_k phi_t,
 
@@ -126,7 +127,7 @@ class Hypotheses:
     def log_likelihood(self, x: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
         """Logarithm of the density of averages under each template turned to each tooth.
 
-        With r = x turned back - s_kt, by the identities of Woodbury and Sylvester,
+        With r = x turned back - s_kt, by the identities of Woodbury and Sylvester::
 
             -2 log p = n log(2 pi noise^2) + sum log(1 + rho d) + (|r|^2 - sum g (u' r)^2) / noise^2,
 
@@ -145,8 +146,14 @@ class Hypotheses:
         -------
         ndarray, (rows, templates, teeth)
             float64; entry t - 1 of the last axis is the damage at tooth t, and the same for all t for a healthy gear.
+
+        Raises
+        ------
+        InputError
+            If the averages are not of the templates' length, or the noise is not above 0.
         """
         x = np.asarray(x, float)
+        self._check(x, np.asarray(noise, float))
         noise, index_error = (np.broadcast_to(np.asarray(one, float), len(x)) for one in (noise, index_error))
         found = np.empty((len(x), len(self.signal), self.teeth))
         for first in range(0, len(x), _ROWS_AT_ONCE):
@@ -154,6 +161,13 @@ class Hypotheses:
             found[some] = self._log_likelihood(x[some], noise[some], index_error[some])
         found[:, self.healthy] = found[:, self.healthy, :1]
         return found
+
+    def _check(self, x: FloatArray, noise: FloatArray) -> None:
+        n = self.signal.shape[1]
+        if x.ndim != 2 or x.shape[1] != n:
+            raise InputError(f"x has the shape {x.shape}; give rows of {n} samples, as the templates have")
+        if not (noise > 0).all():
+            raise InputError(f"noise = {noise.min():g} must be above 0: without noise there is no density")
 
     def _log_likelihood(self, x: FloatArray, noise: FloatArray, index_error: FloatArray) -> FloatArray:
         n, r = x.shape[1], self.gains.shape[1]

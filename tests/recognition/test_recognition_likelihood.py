@@ -239,3 +239,11 @@ def test_a_rig_that_does_not_turn_exactly_is_refused(database, monkeypatch):
     monkeypatch.setattr(Transmission, "turns_exactly", lambda self, gear: False)
     with pytest.raises(InputError, match="the law of an average is known for rigs with one mesh"):
         Hypotheses.of(database, speed_rpm=14400.0, torque=1.0, teeth=12)
+
+
+def test_averages_of_another_length_or_without_noise_are_refused(stored):
+    hypotheses = Hypotheses.made_of(stored, TEETH)
+    with pytest.raises(InputError, match=r"x has the shape \(3, 23\); give rows of 24 samples"):
+        hypotheses.log_likelihood(np.zeros((3, N - 1)), noise=1.0, index_error=0.0)
+    with pytest.raises(InputError, match="noise = 0 must be above 0"):
+        hypotheses.log_likelihood(np.zeros((3, N)), noise=[1.0, 0.0, 1.0], index_error=0.0)
