@@ -75,11 +75,10 @@ class Bound:
     def figures(self) -> dict[str, Figure]:
         """The figures by name, with 95 % intervals of a bootstrap over specimens."""
         specimens = Specimens(self.rows["specimen"].to_numpy())
+        columns = {str(name): value.to_numpy() for name, value in self.values.items()}
         return {
-            str(name): (specimens.root_mean_square if str(name).startswith("rmse") else specimens.mean)(
-                value.to_numpy()
-            )
-            for name, value in self.values.items()
+            name: specimens.root_mean_square(value) if name.startswith("rmse") else specimens.mean(value)
+            for name, value in columns.items()
         }
 
 
