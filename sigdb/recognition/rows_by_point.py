@@ -95,8 +95,8 @@ def operating_points(
     """The operating points of some rows, and why which rows are outside of the law.
 
     What is expected before an average is seen, the prior, is the share of each template and tooth among all rows of the
-    operating point that are inside the law, whichever are asked for. Noise and index errors are taken to be the same for
-    all cases: where they are not, they tell of the case what this prior does not use.
+    operating point that are inside the law, whichever are asked for. Noise and index errors are taken to be the same
+    for all cases: where they are not, they tell of the case what this prior does not use.
 
     Parameters
     ----------
