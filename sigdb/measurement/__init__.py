@@ -2,6 +2,13 @@
 
 from sigdb.measurement.noise import noise_deviation, revolution_scatter
 from sigdb.measurement.settings import Measurement
-from sigdb.measurement.specimen import index_errors, tooth_cycle
+from sigdb.measurement.specimen import index_error_covariance, index_errors, tooth_cycle
 
-__all__ = ["Measurement", "index_errors", "noise_deviation", "revolution_scatter", "tooth_cycle"]
+__all__ = [
+    "Measurement",
+    "index_error_covariance",
+    "index_errors",
+    "noise_deviation",
+    "revolution_scatter",
+    "tooth_cycle",
+]

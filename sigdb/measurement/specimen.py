@@ -45,3 +45,31 @@ def index_errors(stream: np.random.Generator, teeth: int, mate_teeth: int) -> Fl
     own, mate = (draw - draw.mean() for draw in (stream.standard_normal(teeth), stream.standard_normal(mate_teeth)))
     meets = (np.arange(teeth)[:, None] + teeth * np.arange(tooth_cycle(teeth, mate_teeth))) % mate_teeth
     return own + mate[meets].mean(axis=1)
+
+
+def index_error_covariance(teeth: int, mate_teeth: int) -> FloatArray:
+    """Covariance of :func:`index_errors`.
+
+    With g = gcd(teeth, mate_teeth), teeth whose numbers agree modulo g meet the same teeth of the mate:
+    ``C_ij = delta(i = j) - 1 / teeth + (g / mate_teeth) (delta(i = j modulo g) - 1 / g)``. It is circulant: turning a
+    specimen does not change its law.
+
+    Parameters
+    ----------
+    teeth, mate_teeth
+        Tooth counts of the averaged gear and of its mate.
+
+    Returns
+    -------
+    ndarray, (teeth, teeth)
+
+    Examples
+    --------
+    >>> index_error_covariance(2, 4).tolist()
+    [[0.75, -0.75], [-0.75, 0.75]]
+    """
+    apart = np.subtract.outer(np.arange(teeth), np.arange(teeth))
+    common = math.gcd(teeth, mate_teeth)
+    own = (apart == 0) - 1 / teeth
+    mate = ((apart % common == 0) - 1 / common) * common / mate_teeth
+    return np.asarray(own + mate)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from sigdb.core.streams import specimen_stream
-from sigdb.measurement import index_errors, tooth_cycle
+from sigdb.measurement import index_error_covariance, index_errors, tooth_cycle
 
 TEETH = st.integers(5, 60)
 
@@ -67,3 +67,37 @@ def test_specimens_differ_and_repeat():
     assert np.array_equal(one, again)
     assert not np.isclose(one, other).any()
     assert not np.isclose(one, reseeded).any()
+
+
+class UnitStream:
+    """Gives the k-th unit vector, cut into the pieces that are asked for."""
+
+    def __init__(self, k, length):
+        self._left = np.eye(length)[k]
+
+    def standard_normal(self, size):
+        piece, self._left = self._left[:size], self._left[size:]
+        return piece
+
+
+@pytest.mark.parametrize(("teeth", "mate_teeth"), [(12, 36), (36, 12), (13, 36), (12, 18), (17, 17), (2, 3)])
+def test_covariance_is_that_of_the_linear_map_that_draws_the_errors(teeth, mate_teeth):
+    length = teeth + mate_teeth
+    columns = [index_errors(UnitStream(k, length), teeth, mate_teeth) for k in range(length)]
+    linear = np.array(columns).T
+    assert_allclose(index_error_covariance(teeth, mate_teeth), linear @ linear.T, rtol=0, atol=1e-14)
+
+
+def test_covariance_by_hand():
+    """Two teeth: own +-1/2. With three on the mate each meets all of them; with four, the mean of two: +-1/4 more."""
+    assert_allclose(index_error_covariance(2, 3), [[0.5, -0.5], [-0.5, 0.5]], rtol=0, atol=1e-15)
+    assert_allclose(index_error_covariance(2, 4), [[0.75, -0.75], [-0.75, 0.75]], rtol=0, atol=1e-15)
+    assert_allclose(index_error_covariance(3, 3), 2 * np.eye(3) - 2 / 3, rtol=0, atol=1e-15)
+
+
+@given(TEETH, TEETH)
+@settings(max_examples=25, deadline=None)
+def test_covariance_is_the_same_after_a_turn(teeth, mate_teeth):
+    covariance = index_error_covariance(teeth, mate_teeth)
+    assert_allclose(np.roll(covariance, (1, 1), axis=(0, 1)), covariance, rtol=0, atol=1e-15)
+    assert_allclose(covariance.sum(axis=0), 0, atol=1e-13)

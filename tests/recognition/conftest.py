@@ -21,8 +21,8 @@ healthy = {healthy}
 {grid}
 
 [measurement]
-averages = 108
-snr_db = 10.0
+averages = {averages}
+snr_db = {snr_db}
 index_error = 1e-6
 
 [signature]
@@ -44,9 +44,10 @@ def one_thread():
 
 @pytest.fixture(scope="session")
 def make_database(tmp_path_factory):
-    def make(*, seed=1, specimens=6, healthy=24, grid=ALL_TEETH, sensor="pinion-vertical"):
+    def make(*, seed=1, specimens=6, healthy=24, grid=ALL_TEETH, sensor="pinion-vertical", **measured):
         folder = tmp_path_factory.mktemp("database")
-        text = EASY.format(seed=seed, specimens=specimens, healthy=healthy, grid=grid, sensor=sensor)
+        case = {"seed": seed, "specimens": specimens, "healthy": healthy, "grid": grid, "sensor": sensor}
+        text = EASY.format(**case, **{"snr_db": 10.0, "averages": 108} | measured)
         (folder / "recipe.toml").write_text(text, encoding="utf-8")
         recipe = load_recipe(folder / "recipe.toml")
         run(recipe.plan(), folder / "signatures", recipe=recipe.text, jobs=1)

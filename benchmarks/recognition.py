@@ -1,0 +1,108 @@
+"""Speed of recognition: posteriors a second on one core, and the time of the Bayes bound.
+
+The rows are those of `pipelines/quick.toml`: 768 samples, 12 teeth, 25 templates, so 289 hypotheses, with specimens of
+11 degrees of freedom. Every row counts as one of an own level of noise. The peer is what is done by hand: the logarithm
+of the normal density of each template, turned to each tooth, by SciPy's `multivariate_normal` with a frozen covariance,
+factored beforehand for one level of noise; it is timed on a few rows.
+
+    python benchmarks/recognition.py [--json] [--rows N]
+"""
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from measuring import environment, least_seconds, print_table, timed
+from scipy.stats import multivariate_normal
+from threadpoolctl import threadpool_limits
+
+import sigdb
+from sigdb.database import Database
+from sigdb.pipeline import load_recipe
+from sigdb.recognition import OperatingPoint, bound, detection_table, error_curve, expected_losses, operating_points
+from sigdb.sweep import run
+
+RECIPE = Path(__file__).parents[1] / "pipelines" / "quick.toml"
+ROWS = 10_000
+PEER_ROWS, PEER_TEMPLATES = 100, 2
+Rows = list[dict[str, Any]]
+
+
+def main() -> None:
+    """Print the tables, or a JSON document with the same numbers."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--rows", type=int, default=ROWS, help=f"averages to judge; {ROWS} by default")
+    given = parser.parse_args()
+    machine = environment("numpy", "scipy", "pandas", "pyarrow")
+    with tempfile.TemporaryDirectory() as folder, threadpool_limits(1):
+        recipe = load_recipe(RECIPE)
+        run(recipe.plan(), folder, recipe=recipe.text, jobs=1)
+        tables = measure(sigdb.open(folder), given.rows)
+    if given.json:
+        print(json.dumps({"machine": machine, "tables": tables}, indent=1))
+        return
+    print(", ".join(f"{key} {value}" for key, value in machine.items()))
+    for title, rows in tables.items():
+        print_table(title, rows)
+
+
+def measure(database: Database, rows: int) -> dict[str, Rows]:
+    """Tables by title."""
+    (point,), _ = operating_points(database)
+    return {"Posteriors on one core": posteriors(point, rows), "The bound of the quick recipe": bounds(database, point)}
+
+
+def posteriors(point: OperatingPoint, rows: int) -> Rows:
+    """Averages a second, by sigdb and by the densities of SciPy."""
+    parts = list(point.redrawn(np.random.default_rng(0), rows))
+    own = least_seconds(lambda: [point.posterior(x, some) for some, x in parts]) / rows
+    drawn = timed(lambda: list(point.redrawn(np.random.default_rng(0), rows)))[1] / rows
+    peer = density_seconds(point, parts[0][1][:PEER_ROWS])
+    return [
+        {"what": "posterior of sigdb", "averages a second": 1 / own, "times SciPy": peer / own},
+        {"what": "draw of the law", "averages a second": 1 / drawn, "times SciPy": None},
+        {"what": "densities of SciPy", "averages a second": 1 / peer, "times SciPy": 1.0},
+    ]
+
+
+def density_seconds(point: OperatingPoint, x: np.ndarray) -> float:
+    """Seconds an average of all densities by SciPy, from those of some templates."""
+    hypotheses, row = point.hypotheses, point.rows.iloc[0]
+    step = x.shape[1] // hypotheses.teeth
+    laws = []
+    for k in range(PEER_TEMPLATES):
+        modes = hypotheses.modes[k] * hypotheses.gains[k] * row["index_error"]
+        covariance = row["noise"] ** 2 * np.eye(x.shape[1]) + modes @ modes.T
+        laws.append(multivariate_normal(hypotheses.signal[k], covariance))
+    turned = [np.roll(x, -turn * step, axis=1) for turn in range(hypotheses.teeth)]
+    seconds = least_seconds(lambda: [law.logpdf(one) for law in laws for one in turned])
+    return seconds * len(hypotheses.cases) / PEER_TEMPLATES / len(x)
+
+
+def bounds(database: Database, point: OperatingPoint) -> Rows:
+    """Seconds of the parts of the bound, and what they give."""
+    found: Rows = []
+
+    def add(what: str, rows: int, call: Any) -> Any:
+        result, seconds = timed(call)
+        found.append({"what": what, "averages": rows, "seconds": seconds})
+        return result
+
+    rows = len(database)
+    add("location, stored rows", rows, lambda: bound(database))
+    add("severity, stored rows", rows, lambda: bound(database, target="severity"))
+    add("Bayes error, with specimens", ROWS, lambda: expected_losses([point], "location", draws=ROWS))
+    add("Bayes error, nominal", ROWS, lambda: expected_losses([point], "location", draws=ROWS, specimens=False))
+    curve = add("error against noise", 19 * 2000, lambda: error_curve([point]))
+    table = add("detection of each severity", 24 * 2000, lambda: detection_table(point))
+    assert len(curve.error) == 19
+    assert len(table) == 24
+    return found
+
+
+if __name__ == "__main__":
+    main()
