@@ -13,7 +13,7 @@ RESAMPLES = 1000
 
 @dataclass(frozen=True, kw_only=True)
 class Figure:
-    """A figure of merit with the ends of its interval, 95 % unless said otherwise."""
+    """A figure of merit with the ends of its interval, 95 % unless said otherwise; nan where there is none."""
 
     value: float
     low: float
@@ -22,6 +22,8 @@ class Figure:
     def __str__(self) -> str:
         if np.isnan(self.value):
             return "-"
+        if np.isnan(self.low):
+            return f"{self.value:.3f}"
         return f"{self.value:.3f} [{self.low:.3f}, {self.high:.3f}]"
 
 

@@ -203,7 +203,7 @@ def _a90(a: FloatArray, hit: FloatArray, of: FloatArray, curve: PodCurve | None)
 
 def _point(value: float, a: FloatArray) -> Figure:
     """A bound, which has no interval of its own; unknown outside the levels."""
-    return Figure(value=value, low=value, high=value) if a[0] <= value <= a[-1] else UNKNOWN
+    return Figure(value=value, low=np.nan, high=np.nan) if a[0] <= value <= a[-1] else UNKNOWN
 
 
 def pod_figures(score: FloatArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Figure]:

@@ -97,7 +97,8 @@ def train(
     Raises
     ------
     InputError
-        If the target or the split is not known or does not fit the database, there are no healthy or no damaged rows, or a class is missing from a fold.
+        If the target or the split is not known or does not fit the database, there are no healthy or no damaged rows,
+        or a class is missing from a fold.
     DatabaseError
         If the sweep is not finished.
     """

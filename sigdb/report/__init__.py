@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from sigdb.report.card_page import database_card_markdown
     from sigdb.report.claims_page import claims_markdown, claims_text
     from sigdb.report.comparison import Case, comparison_figure
+    from sigdb.report.evaluation_page import evaluation_figures, evaluation_html, write_evaluation_report
     from sigdb.report.figures import save_figure, signature_figure
     from sigdb.report.rig_drawing import rig_figure
     from sigdb.report.rig_page import rig_text
@@ -23,10 +24,13 @@ __all__ = [
     "claims_text",
     "comparison_figure",
     "database_card_markdown",
+    "evaluation_figures",
+    "evaluation_html",
     "rig_figure",
     "rig_text",
     "save_figure",
     "signature_figure",
+    "write_evaluation_report",
 ]
 
 __getattr__, __dir__ = lazy_names(
@@ -40,9 +44,12 @@ __getattr__, __dir__ = lazy_names(
         "claims_text": "sigdb.report.claims_page",
         "comparison_figure": "sigdb.report.comparison",
         "database_card_markdown": "sigdb.report.card_page",
+        "evaluation_figures": "sigdb.report.evaluation_page",
+        "evaluation_html": "sigdb.report.evaluation_page",
         "rig_figure": "sigdb.report.rig_drawing",
         "rig_text": "sigdb.report.rig_page",
         "save_figure": "sigdb.report.figures",
         "signature_figure": "sigdb.report.figures",
+        "write_evaluation_report": "sigdb.report.evaluation_page",
     },
 )
