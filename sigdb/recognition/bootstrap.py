@@ -57,8 +57,8 @@ class Specimens:
     def totals(self, values: FloatArray) -> FloatArray:
         """(1 + resamples, ...) sums of values (rows, ...) over the rows of each resample."""
         flat = values.reshape(len(values), -1)
-        sums = np.column_stack([np.bincount(self.index, column, self.count) for column in flat.T])
-        return (self.weights @ sums).reshape(len(self.weights), *values.shape[1:])
+        sums = np.column_stack([np.bincount(self.index, column.astype(float), self.count) for column in flat.T])
+        return np.asarray((self.weights @ sums).reshape(len(self.weights), *values.shape[1:]), float)
 
     def figure(self, statistic: Callable[..., FloatArray], *values: FloatArray, level: float = 0.95) -> Figure:
         """A statistic of sums over rows.

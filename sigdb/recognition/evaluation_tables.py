@@ -1,19 +1,19 @@
 """Frames behind an evaluation's report: figures against noise, by severity, curves, cells."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
 
-from sigdb.core.typing import FloatArray
+from sigdb.core.typing import FloatArray, IntArray
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.bootstrap import Figure, Specimens
 from sigdb.recognition.metrics import covered, location_values, severity_errors, severity_values
 from sigdb.recognition.metrics_calibration import reliability
 from sigdb.recognition.metrics_coverage import banded, coverage_cells, set_values
 from sigdb.recognition.metrics_detection import RATES, is_resolved, roc
-from sigdb.recognition.pod import RATE, detection_by_loss
+from sigdb.recognition.pod import RATE, Pod, detection_by_loss
 from sigdb.recognition.severity import TARGETS
 
 AXES = ("snr_db", "averages")
@@ -32,7 +32,7 @@ def evaluation_tables(
         Figures of each estimator against the axis, in bands where it has many values; and of the ``bound``.
     ``confusion``
         Location: number of rows by ``teeth``, true ``tooth`` and ``found``, of the model.
-    ``roc``, ``pod``, ``reliability``
+    ``roc``, ``pod`` and ``pod_curve``, ``reliability``
         Location: of each estimator that has scores or probabilities.
     ``levels``
         Severity: bias and mean absolute error of each estimator at each true value.
@@ -41,9 +41,11 @@ def evaluation_tables(
     ``coverage``
         Of the model's intervals, or of its sets: cell by cell.
     """
-    severity = isinstance(answers[learner].found, pd.DataFrame)
     tables = {axis: _against(axis, answers, rows, bound_values) for axis in AXES if axis in rows}
-    tables |= _of_severity(answers, rows, learner) if severity else _of_location(answers, rows, learner)
+    if isinstance(answers[learner].found, pd.DataFrame):
+        tables |= _of_severity({name: _frame(one) for name, one in answers.items()}, rows, learner)
+    else:
+        tables |= _of_location(answers, rows, learner)
     return {name: table for name, table in tables.items() if len(table)}
 
 
@@ -52,7 +54,7 @@ def _of_location(answers: Mapping[str, Answers], rows: pd.DataFrame, learner: st
     sure = {name: one.probabilities for name, one in answers.items() if one.probabilities is not None}
     tables = {
         "confusion": rows[["teeth", "tooth"]]
-        .assign(found=answers[learner].found)
+        .assign(found=cast(IntArray, answers[learner].found))
         .groupby(["teeth", "tooth", "found"], as_index=False)
         .size()
         .rename(columns={"size": "rows"}),
@@ -60,7 +62,9 @@ def _of_location(answers: Mapping[str, Answers], rows: pd.DataFrame, learner: st
         "reliability": _each({name: reliability(one, rows) for name, one in sure.items()}),
     }
     if set(_POD_COLUMNS) <= set(rows):
-        tables["pod"] = _each({name: _pod(score, rows) for name, score in scored.items()})
+        pods = {name: pod for name, score in scored.items() if (pod := _pod(score, rows))}
+        tables["pod"] = _each({name: one.levels.assign(false_alarm_rate=one.rate) for name, one in pods.items()})
+        tables["pod_curve"] = _each({name: _curve(one) for name, one in pods.items()})
     sets = answers[learner].sets
     if sets is not None:
         inside = set_values(sets, rows)["set_coverage"]
@@ -71,28 +75,34 @@ def _of_location(answers: Mapping[str, Answers], rows: pd.DataFrame, learner: st
 _POD_COLUMNS = ("stiffness_loss", "phase_shift_deg")
 
 
-def _pod(score: FloatArray, rows: pd.DataFrame) -> pd.DataFrame:
+def _pod(score: FloatArray, rows: pd.DataFrame) -> Pod | None:
     """Detection by loss at a90's false-alarm rate, or at the least one that the healthy rows resolve."""
     healthy = int((rows["tooth"] == 0).sum())
     rate = next((one for one in (RATE, *RATES) if is_resolved(one, healthy)), None)
-    pod = detection_by_loss(score, rows, rate=rate) if rate else None
-    if pod is None:
+    return detection_by_loss(score, rows, rate=rate) if rate else None
+
+
+def _curve(pod: Pod) -> pd.DataFrame:
+    """The fitted curve and its lower bound over the range of losses."""
+    if pod.curve is None:
         return pd.DataFrame()
-    a = pod.levels["stiffness_loss"].to_numpy()
-    curve = {"fitted": pod.curve.probability(a), "bound": pod.curve.bound(a)} if pod.curve else {}
-    return pod.levels.assign(false_alarm_rate=pod.rate, **curve)
+    a = np.linspace(pod.levels["stiffness_loss"].min(), pod.levels["stiffness_loss"].max(), 101)
+    return pd.DataFrame({"stiffness_loss": a, "fitted": pod.curve.probability(a), "bound": pod.curve.bound(a)})
 
 
-def _of_severity(answers: Mapping[str, Answers], rows: pd.DataFrame, learner: str) -> dict[str, pd.DataFrame]:
-    found = answers[learner].found
+def _frame(answers: Answers) -> pd.DataFrame:
+    return cast(pd.DataFrame, answers.found)
+
+
+def _of_severity(found: Mapping[str, pd.DataFrame], rows: pd.DataFrame, learner: str) -> dict[str, pd.DataFrame]:
     tables = {
-        "levels": pd.DataFrame([one for name, some in answers.items() for one in _levels(name, some.found, rows)]),
-        "scatter": _scatter(found, rows),
+        "levels": pd.DataFrame([one for name, some in found.items() for one in _levels(name, some, rows)]),
+        "scatter": _scatter(found[learner], rows),
     }
     cells = [
-        coverage_cells(covered(found, rows, target), rows).assign(target=target)
+        coverage_cells(covered(found[learner], rows, target), rows).assign(target=target)
         for target in TARGETS
-        if f"{target}_low" in found
+        if f"{target}_low" in found[learner]
     ]
     return tables | ({"coverage": pd.concat(cells, ignore_index=True)} if cells else {})
 

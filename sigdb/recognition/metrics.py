@@ -62,7 +62,7 @@ def severity_errors(found: pd.DataFrame, rows: pd.DataFrame, target: str) -> Flo
 
 def severity_values(found: pd.DataFrame, rows: pd.DataFrame) -> dict[str, FloatArray]:
     """Of each row, what the figures of severity are means of (root mean squares: ``rmse_`` holds the errors)."""
-    values = {}
+    values: dict[str, FloatArray] = {}
     for target in TARGETS:
         error = severity_errors(found, rows, target)
         values |= {f"mae_{target}": np.abs(error), f"rmse_{target}": error, f"bias_{target}": error}

@@ -169,7 +169,7 @@ def detection_by_loss(score: FloatArray, rows: pd.DataFrame, *, rate: float = RA
     hits = np.stack(
         [counts(score, specimens, threshold, one)[:, 0] for one in at], axis=-1
     )  # resample, specimen, level
-    of_all = np.column_stack([np.bincount(specimens.index[one], minlength=specimens.count) for one in at])
+    of_all = np.column_stack([np.bincount(specimens.index[one], minlength=specimens.count).astype(float) for one in at])
     hit, of = np.einsum("rsl,rs->rl", hits, specimens.weights), specimens.weights @ of_all
     return Pod(
         rate=rate,

@@ -132,8 +132,9 @@ def specimen_folds(seed: int, specimens: ArrayLike, folds: int, labels: ArrayLik
         raise InputError(
             f"{len(names)} specimens cannot be split into {folds} folds; make a database with {folds} specimens or more"
         )
-    dealt = {}
-    order = pd.Series(specimens).map({name: i for i, name in enumerate(names)}).to_numpy()
+    dealt: dict[int, int] = {}
+    place = {name: i for i, name in enumerate(names)}
+    order = np.asarray(pd.Series(specimens).map(place), np.int64)
     for fold, (_, test) in enumerate(_deals(folds, labels, order)):
         dealt |= {names[i]: fold for i in np.unique(order[test])}
     return dealt

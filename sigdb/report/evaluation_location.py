@@ -1,15 +1,20 @@
 """Figures of an evaluation of location: confusion around the gear, detection, calibration."""
 
 from collections.abc import Callable, Iterator
+from typing import cast
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.projections.polar import PolarAxes
 
 from sigdb.recognition import Evaluation
-from sigdb.report.evaluation_style import BOUND_STYLE, Styles, drawing, lay_grid
+from sigdb.report.evaluation_style import BOUND_STYLE, Styles, by_estimator, drawing, lay_grid
 from sigdb.report.panels import DAMAGE, GRID, INK
+
+_LEAST = 10
+"""Rows of a bin of probabilities that is drawn."""
 
 
 def confusion_figure(evaluation: Evaluation, styles: Styles) -> Figure:
@@ -30,9 +35,8 @@ def confusion_figure(evaluation: Evaluation, styles: Styles) -> Figure:
         axes.set_yticks(ticks, names)
         axes.set(xlabel="tooth found", ylabel="true tooth", title=f"{evaluation.learner}, {teeth} teeth")
         axes.tick_params(axis="x", labelrotation=90 if teeth > 12 else 0)
-        for line in (0.5,):
-            axes.axhline(line, color=INK, linewidth=0.6)
-            axes.axvline(line, color=INK, linewidth=0.6)
+        axes.axhline(0.5, color=INK, linewidth=0.6)
+        axes.axvline(0.5, color=INK, linewidth=0.6)
         if teeth <= 15:
             _write_shares(axes, share)
         bar = figure.colorbar(image, ax=axes, shrink=0.85, pad=0.02, label="share of the rows of a true tooth")
@@ -59,7 +63,7 @@ def around_figure(evaluation: Evaluation, styles: Styles) -> Figure:
     missed = 1 - share.sum()
     least = 1 / own["rows"].sum()
     with drawing(width=4.8, height=4.6) as figure:
-        axes = figure.add_subplot(projection="polar")
+        axes = cast(PolarAxes, figure.add_subplot(projection="polar"))
         axes.set_theta_zero_location("N")
         axes.set_theta_direction(-1)
         angle = 2 * np.pi * np.arange(teeth) / teeth
@@ -69,7 +73,7 @@ def around_figure(evaluation: Evaluation, styles: Styles) -> Figure:
         decades = np.arange(1, -int(floor) + 1)
         axes.set_yticks(decades, [f"{10.0 ** (one + floor):g}" for one in decades], fontsize=7)
         axes.set_ylim(0, -floor)
-        axes.set_rlabel_position(180 / teeth)
+        axes.set_rlabel_position((teeth // 2 + 0.5) * 360 / teeth)
         step = -(-teeth // 24)
         distance = (np.arange(teeth) + teeth // 2) % teeth - teeth // 2
         axes.set_xticks(angle[::step], [f"{one:+d}" if one else "0" for one in distance[::step]])
@@ -83,7 +87,7 @@ def roc_figure(evaluation: Evaluation, styles: Styles) -> Figure:
     table = evaluation.tables["roc"]
     with drawing() as figure:
         axes = figure.subplots()
-        for name, own in table.groupby("estimator", sort=False):
+        for name, own in by_estimator(table):
             axes.fill_between(
                 own["false_alarm_rate"], own["low"], own["high"], color=styles[name]["color"], alpha=0.15, lw=0
             )
@@ -92,8 +96,11 @@ def roc_figure(evaluation: Evaluation, styles: Styles) -> Figure:
         chance = np.geomspace(least, 1, 50)
         axes.plot(chance, chance, color="#888888", linewidth=0.8, linestyle=":", label="chance")
         if evaluation.bound:
-            rates = {10.0 ** int(name[-2:]): one for name, one in evaluation.bound.items() if name.startswith("pd_at")}
-            rates = {rate: one.value for rate, one in rates.items() if np.isfinite(one.value)}
+            rates = {
+                10.0 ** int(name[-2:]): one.value
+                for name, one in evaluation.bound.items()
+                if name.startswith("pd_at") and np.isfinite(one.value)
+            }
             if rates:
                 axes.plot(list(rates), list(rates.values()), label="bound", **BOUND_STYLE)
         axes.set_xscale("log")
@@ -110,13 +117,13 @@ def pod_figure(evaluation: Evaluation, styles: Styles) -> Figure:
     table = evaluation.tables["pod"]
     with drawing() as figure:
         axes = figure.subplots()
-        for name, own in table.groupby("estimator", sort=False):
+        for name, own in by_estimator(table):
             colour = styles[name]["color"]
             ends = np.abs(own[["low", "high"]].to_numpy().T - own["found"].to_numpy())
             axes.errorbar(own["stiffness_loss"], own["found"], ends, fmt="o", color=colour, ms=4, capsize=2, label=name)
-            if "fitted" in own and own["fitted"].notna().all():
-                axes.plot(own["stiffness_loss"], own["fitted"], color=colour)
-                axes.plot(own["stiffness_loss"], own["bound"], color=colour, linestyle=":", linewidth=1)
+        for name, own in by_estimator(evaluation.tables.get("pod_curve", table[:0])):
+            axes.plot(own["stiffness_loss"], own["fitted"], color=styles[name]["color"])
+            axes.plot(own["stiffness_loss"], own["bound"], color=styles[name]["color"], linestyle=":", linewidth=1)
         axes.axhline(0.9, color="#888888", linewidth=0.8, linestyle="--")
         rate = float(table["false_alarm_rate"].iloc[0])
         axes.set(
@@ -137,7 +144,7 @@ def reliability_figure(evaluation: Evaluation, styles: Styles) -> Figure:
     with drawing(height=4.2) as figure:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
         above.plot([0, 1], [0, 1], color="#888888", linewidth=0.8, linestyle="--")
-        for name, own in table.groupby("estimator", sort=False):
+        for name, own in by_estimator(table[table["rows"] >= _LEAST]):
             ends = np.abs(own[["low", "high"]].to_numpy().T - own["right"].to_numpy())
             above.errorbar(
                 own["probability"], own["right"], ends, fmt="o-", ms=3, capsize=2, label=name, **styles[name]
@@ -196,7 +203,8 @@ _FIGURES: tuple[tuple[str, str, str, Callable[[Evaluation, Styles], Figure]], ..
     (
         "reliability",
         "Probabilities against what came true",
-        "On the dashed line what is said with probability p comes true in p of the cases.",
+        f"On the dashed line what is said with probability p comes true in p of the cases. Bins of {_LEAST} rows or "
+        "more.",
         reliability_figure,
     ),
 )

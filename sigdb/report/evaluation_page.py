@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from sigdb.core.version import __version__
 from sigdb.recognition import Evaluation
 from sigdb.recognition.card import TITLES, bound_said, figure_rows
+from sigdb.recognition.metrics_coverage import ENOUGH
 from sigdb.report.evaluation_location import location_figures
 from sigdb.report.evaluation_severity import severity_figures
 from sigdb.report.evaluation_shared import coverage_figures, noise_figures
@@ -62,8 +63,8 @@ def evaluation_html(evaluation: Evaluation, *, title: str) -> str:
 def evaluation_figures(evaluation: Evaluation) -> Iterator[tuple[str, str, Figure]]:
     """Heading, caption and figure of all that an evaluation holds."""
     styles = estimator_styles(evaluation.figures, evaluation.learner)
-    yield from noise_figures(evaluation, styles)
     yield from (location_figures if evaluation.target == "location" else severity_figures)(evaluation, styles)
+    yield from noise_figures(evaluation, styles)
     yield from coverage_figures(evaluation)
 
 
@@ -92,10 +93,19 @@ def _page(evaluation: Evaluation, title: str) -> Iterator[str]:
         yield f'<img alt="{html.escape(f"{heading}. {caption}")}" src="{_embedded(figure)}">'
         yield f"<figcaption>{html.escape(caption)}</figcaption>\n</figure>"
     yield "</div>"
+    if "coverage" not in evaluation.tables:
+        yield f"<p>Coverage cell by cell is not given: {_why_no_cells(evaluation)}.</p>"
     yield (
         f"<footer>The same numbers are in {NUMBERS}. Table of cases and folds: {evaluation.split_hash[:12]}. "
         f"sigdb {html.escape(__version__)}.</footer>\n</body>\n</html>"
     )
+
+
+def _why_no_cells(evaluation: Evaluation) -> str:
+    figures = evaluation.figures[evaluation.learner]
+    if not any("coverage" in name for name in figures):
+        return "the model gives neither sets nor intervals"
+    return f"no cell of severity, noise and operating point has {ENOUGH} rows"
 
 
 def _table(evaluation: Evaluation) -> Iterator[str]:
@@ -164,6 +174,7 @@ figure img { width: 100%; max-width: 36rem; height: auto; }
 figcaption { color: #4a5565; font-size: .88rem; }
 footer { color: #667080; font-size: .85rem; margin-top: 2rem; }
 .alarm { border-left: .3rem solid #c8553d; background: #fbeeea; padding: .6rem .8rem; }
+@media (max-width: 40rem) { td:first-child { white-space: normal; min-width: 8rem; } }
 @media print { body { font-size: 10pt; max-width: none; padding: 0; } .wide { overflow: visible; }
   table { font-size: 7.5pt; } .pictures { display: block; } figure { margin-bottom: 1rem; }
   figure img { width: 62%; } }

@@ -8,20 +8,25 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sigdb.recognition import Evaluation
-from sigdb.report.evaluation_style import BOUND_STYLE, Styles, drawing, lay_grid
+from sigdb.report.evaluation_style import BOUND_STYLE, Styles, by_estimator, drawing, lay_grid
 
 _AXES = {
     "snr_db": ("signal-to-noise ratio of one revolution, dB", "against the signal-to-noise ratio"),
     "averages": ("revolutions in the average", "against the number of averages"),
 }
 _FIGURES = {
-    "location": (("accuracy", "share of correct answers", "Accuracy"),),
+    "location": (
+        ("accuracy", "share of correct answers", "Accuracy, healthy rows too,"),
+        ("p_exact", "P(exact tooth)", "Exact tooth of damaged rows"),
+    ),
     "severity": (
         ("mae_stiffness_loss", "MAE of the stiffness loss", "Error of the stiffness loss"),
         ("mae_phase_shift_deg", "MAE of the phase shift, deg", "Error of the phase shift"),
         ("mae_damaged_teeth", "MAE of the damaged teeth", "Error of the number of damaged teeth"),
     ),
 }
+
+_SHARES = tuple(quantity for _, quantity, _ in _FIGURES["location"])
 
 
 def noise_figures(evaluation: Evaluation, styles: Styles) -> Iterator[tuple[str, str, Figure]]:
@@ -44,7 +49,7 @@ def noise_figures(evaluation: Evaluation, styles: Styles) -> Iterator[tuple[str,
 def _lines(own: pd.DataFrame, styles: Styles, label: str, quantity: str, logarithmic: bool) -> Figure:
     with drawing() as figure:
         axes = figure.subplots()
-        for name, line in own.groupby("estimator", sort=False):
+        for name, line in by_estimator(own):
             if name == "bound":
                 axes.plot(line["at"], line["value"], label=name, **BOUND_STYLE)
                 continue
@@ -53,7 +58,7 @@ def _lines(own: pd.DataFrame, styles: Styles, label: str, quantity: str, logarit
         axes.set(xlabel=label, ylabel=quantity)
         if logarithmic:
             axes.set_xscale("log")
-        axes.set_ylim(bottom=0)
+        axes.set_ylim(0, 1.01 if quantity in _SHARES else None)
         axes.legend(frameon=False, fontsize=8)
         lay_grid(axes)
     return figure
@@ -63,13 +68,12 @@ def _dots(own: pd.DataFrame, styles: Styles, quantity: str) -> Figure:
     own = own.iloc[::-1]
     with drawing(height=1.0 + 0.32 * len(own)) as figure:
         axes = figure.subplots()
-        for place, one in enumerate(own.itertuples()):
-            style = BOUND_STYLE if one.estimator == "bound" else styles[one.estimator]
-            ends = np.abs(np.array([[one.low], [one.high]]) - one.value)
-            axes.errorbar(one.value, place, xerr=ends, fmt="o", capsize=3, color=style["color"])
-            axes.annotate(
-                f"{one.value:.3f}", (one.value, place), (0, 5), textcoords="offset points", ha="center", fontsize=8
-            )
+        for place, name, value, low, high in zip(
+            range(len(own)), *(own[key] for key in ("estimator", "value", "low", "high")), strict=True
+        ):
+            colour = (BOUND_STYLE if name == "bound" else styles[name])["color"]
+            axes.errorbar(value, place, xerr=[[value - low], [high - value]], fmt="o", capsize=3, color=colour)
+            axes.annotate(f"{value:.3f}", (value, place), (0, 5), textcoords="offset points", ha="center", fontsize=8)
         axes.set_yticks(range(len(own)), list(own["estimator"]))
         axes.set(xlabel=quantity, ylim=(-0.5, len(own) - 0.3))
         axes.margins(x=0.08)

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import matplotlib
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -21,7 +22,7 @@ _OTHERS = ("#3c8d7a", "#8a6bbd", "#c79a2b", "#5b8fd6", "#8c8c8c", "#b3697f", "#6
 
 
 def estimator_styles(estimators: Iterable[str], learner: str) -> Styles:
-    """The model in the strongest colour and line, what stands beside it in others, the last ones' lines dashed."""
+    """The model in the strongest colour and line, what stands beside it in others."""
     others = [name for name in estimators if name != learner]
     styles = {learner: {"color": INK, "linewidth": 2.0}}
     for i, name in enumerate(others):
@@ -39,6 +40,12 @@ def drawing(*, width: float = 4.8, height: float = 3.4) -> Iterator[Figure]:
         figure = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)
         yield figure
+
+
+def by_estimator(table: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
+    """The rows of each estimator, in the order of the table."""
+    for name in table["estimator"].unique():
+        yield str(name), table[table["estimator"] == name]
 
 
 def lay_grid(axes: Axes) -> None:
