@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -144,7 +145,8 @@ def _differences(evaluation: Evaluation) -> Iterator[str]:
 def _embedded(figure: Figure) -> str:
     """A figure as an SVG in a data address."""
     picture = io.BytesIO()
-    figure.savefig(picture, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
+    with matplotlib.rc_context({"svg.hashsalt": "sigdb"}):  # the same page each time
+        figure.savefig(picture, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
     return f"data:image/svg+xml;base64,{base64.b64encode(picture.getvalue()).decode()}"
 
 

@@ -34,9 +34,7 @@ def estimator_styles(estimators: Iterable[str], learner: str) -> Styles:
 @contextmanager
 def drawing(*, width: float = 4.8, height: float = 3.4) -> Iterator[Figure]:
     """A figure narrow enough to be read on a phone."""
-    with matplotlib.rc_context(
-        {"font.size": 9, "axes.titlesize": 9, "axes.titlelocation": "left", "svg.hashsalt": "0"}
-    ):
+    with matplotlib.rc_context({"font.size": 9, "axes.titlesize": 9, "axes.titlelocation": "left"}):
         figure = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)
         yield figure

@@ -244,5 +244,8 @@ def test_the_model_form_is_the_rig_and_the_solver_and_not_the_cases(database, mi
     resolved = database.manifest.resolved
     form = model_form(resolved)
     assert changed_parts(form, model_form(mixed_teeth.manifest.resolved)) == []
-    softer = resolved | {"rig": resolved["rig"] | {"damping_ratio": 0.5, "title": "softer"}, "solver": {"kind": "march"}}
+    softer = resolved | {
+        "rig": resolved["rig"] | {"damping_ratio": 0.5, "title": "softer"},
+        "solver": {"kind": "march"},
+    }
     assert changed_parts(form, model_form(softer)) == ["rig.damping_ratio", "solver"]
