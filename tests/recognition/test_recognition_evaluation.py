@@ -161,8 +161,11 @@ def test_the_bound_stands_in_the_table_against_noise(location_model, database):
 def test_figures_that_can_be_traded_are_no_bound(location_model, database):
     # Whoever always says 'none' raises no false alarm: that is no sign of a leak.
     certain = {name: Figure(value=0.5, low=0.5, high=0.5) for name in ("none_on_healthy", "p_detected", "p_exact")}
-    evaluation = asked(location_model, database, Oracle(), bound=certain)
-    assert evaluation.above == ()
+    rows = asked_rows(location_model, database)
+    for best in (0.0, 1.0):
+        values = {name: pd.Series(best, rows.index) for name in certain}
+        assert asked(location_model, database, Oracle(0.5), bound=certain, bound_values=values).above == ()
+    assert asked(location_model, database, Oracle(), bound=certain).above == ()
 
 
 def test_less_is_better_for_losses():
