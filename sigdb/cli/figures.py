@@ -3,7 +3,7 @@
 import click
 
 from sigdb.recognition import Evaluation
-from sigdb.recognition.card import figure_rows
+from sigdb.recognition.card import bound_said, figure_rows
 
 
 def print_figures(evaluation: Evaluation) -> None:
@@ -13,4 +13,4 @@ def print_figures(evaluation: Evaluation) -> None:
     click.echo(f"{evaluation.target}: {evaluation.rows} rows of {evaluation.specimens} specimens. {evaluation.split}.")
     for row in rows:
         click.echo("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
-    click.echo("In brackets: 95 % interval, bootstrap over specimens. The Bayes bound is not computed.")
+    click.echo(f"In brackets: 95 % interval, bootstrap over specimens. {bound_said(evaluation)}")

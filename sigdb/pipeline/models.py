@@ -7,8 +7,7 @@ from typing import Any, TypeVar
 
 from sigdb.core.fields import Section, validated
 from sigdb.database import Database
-from sigdb.recognition import Evaluation, Recognition, evaluate, save_model, train
-from sigdb.recognition.training import usable_rows
+from sigdb.recognition import Evaluation, Recognition, asked_rows, evaluate_beside_bound, save_model, train
 
 S = TypeVar("S", bound=Section)
 
@@ -25,10 +24,11 @@ def train_model(
     folder: str | Path,
     *,
     learner: str | None = None,
+    split: str = "S1",
     command: str,
     on_step: Callable[[str], Any] = lambda step: None,
 ) -> Evaluation:
-    """Train a model, evaluate it on the held-out specimens, and write its folder.
+    """Train a model, evaluate it on what was held out, and write its folder.
 
     Parameters
     ----------
@@ -40,6 +40,8 @@ def train_model(
         Folder of the model.
     learner
         Learner; that of the database's recipe if left out.
+    split
+        What is left out for the evaluation, ``S0`` to ``S4``; see :func:`sigdb.recognition.make_split`.
     command
         The command that makes it again, for the card.
     on_step
@@ -49,9 +51,7 @@ def train_model(
     if learner is not None:
         settings = validated(Recognition, settings.model_dump() | {"learner": learner}, owner="train_model")
     Path(folder).mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is told before the work
-    model = train(database, target, settings, on_step=on_step)
-    evaluation = evaluate(model, database)
-    held_out = usable_rows(database, target)
-    held_out = held_out[~held_out["specimen"].isin(model.trained_on)]
-    save_model(model, folder, evaluation=evaluation, probe=held_out, command=command)
+    model = train(database, target, settings, split=split, on_step=on_step)
+    evaluation = evaluate_beside_bound(model, database)
+    save_model(model, folder, evaluation=evaluation, probe=asked_rows(model, database), command=command)
     return evaluation

@@ -6,9 +6,12 @@ from sigdb.core.lazy import lazy_names
 
 if TYPE_CHECKING:
     from sigdb.recognition.bayes_bound import Bound, bound
+    from sigdb.recognition.bootstrap import Figure
     from sigdb.recognition.efficiency import ErrorCurve, eta_info
+    from sigdb.recognition.evaluation import Evaluation, EvaluationError, asked_rows, evaluate
     from sigdb.recognition.excess import Excess, above_bound
     from sigdb.recognition.expected import error_curve, expected_losses
+    from sigdb.recognition.judged import evaluate_beside_bound
     from sigdb.recognition.likelihood import Hypotheses
     from sigdb.recognition.likelihood_ratio import OptimalRoc, detection_table, optimal_roc, smallest_found
     from sigdb.recognition.location import LocationClassifier
@@ -16,14 +19,18 @@ if TYPE_CHECKING:
     from sigdb.recognition.rows_by_point import OperatingPoint, operating_points
     from sigdb.recognition.settings import Recognition
     from sigdb.recognition.severity import SeverityRegressor
-    from sigdb.recognition.training import Evaluation, Model, evaluate, train
+    from sigdb.recognition.split_kinds import make_split
+    from sigdb.recognition.splits import Split
+    from sigdb.recognition.training import Model, train
     from sigdb.recognition.transformer import SignatureTransformer
 
 __all__ = [
     "Bound",
     "ErrorCurve",
     "Evaluation",
+    "EvaluationError",
     "Excess",
+    "Figure",
     "Hypotheses",
     "LocationClassifier",
     "Model",
@@ -32,14 +39,18 @@ __all__ = [
     "Recognition",
     "SeverityRegressor",
     "SignatureTransformer",
+    "Split",
     "above_bound",
+    "asked_rows",
     "bound",
     "detection_table",
     "error_curve",
     "eta_info",
     "evaluate",
+    "evaluate_beside_bound",
     "expected_losses",
     "load_model",
+    "make_split",
     "operating_points",
     "optimal_roc",
     "save_model",
@@ -52,9 +63,11 @@ __getattr__, __dir__ = lazy_names(
     {
         "Bound": "sigdb.recognition.bayes_bound",
         "ErrorCurve": "sigdb.recognition.efficiency",
-        "Evaluation": "sigdb.recognition.training",
         "Excess": "sigdb.recognition.excess",
         "Hypotheses": "sigdb.recognition.likelihood",
+        "Evaluation": "sigdb.recognition.evaluation",
+        "EvaluationError": "sigdb.recognition.evaluation",
+        "Figure": "sigdb.recognition.bootstrap",
         "LocationClassifier": "sigdb.recognition.location",
         "Model": "sigdb.recognition.training",
         "OperatingPoint": "sigdb.recognition.rows_by_point",
@@ -67,11 +80,15 @@ __getattr__, __dir__ = lazy_names(
         "detection_table": "sigdb.recognition.likelihood_ratio",
         "error_curve": "sigdb.recognition.expected",
         "eta_info": "sigdb.recognition.efficiency",
-        "evaluate": "sigdb.recognition.training",
         "expected_losses": "sigdb.recognition.expected",
-        "load_model": "sigdb.recognition.persist",
         "operating_points": "sigdb.recognition.rows_by_point",
         "optimal_roc": "sigdb.recognition.likelihood_ratio",
+        "Split": "sigdb.recognition.splits",
+        "asked_rows": "sigdb.recognition.evaluation",
+        "evaluate": "sigdb.recognition.evaluation",
+        "evaluate_beside_bound": "sigdb.recognition.judged",
+        "load_model": "sigdb.recognition.persist",
+        "make_split": "sigdb.recognition.split_kinds",
         "save_model": "sigdb.recognition.persist",
         "smallest_found": "sigdb.recognition.likelihood_ratio",
         "train": "sigdb.recognition.training",

@@ -1,33 +1,68 @@
 """A model's card, and the table of figures that evaluation prints."""
 
-from sigdb.recognition.learners import LEARNERS
-from sigdb.recognition.training import Evaluation, Model
+import numpy as np
 
-_TITLES = {
+from sigdb.recognition.evaluation import Evaluation
+from sigdb.recognition.learners import LEARNERS
+from sigdb.recognition.severity import TARGETS
+from sigdb.recognition.training import Model
+
+_OF_LOCATION = {
+    "accuracy": "P(correct), healthy too",
     "p_exact": "P(exact tooth)",
     "p_within_one": "P(within one)",
     "p_detected": "P(detected)",
     "none_on_healthy": "'none' on healthy",
     "circular_bias": "circular bias, teeth",
-    "mae_stiffness_loss": "MAE stiffness_loss",
-    "mae_phase_shift_deg": "MAE phase_shift_deg, deg",
-    "mae_damaged_teeth": "MAE damaged_teeth",
-    "coverage_stiffness_loss": "coverage of 90 % interval, stiffness_loss",
-    "coverage_phase_shift_deg": "coverage of 90 % interval, phase_shift_deg",
-    "coverage_damaged_teeth": "coverage of 90 % interval, damaged_teeth",
+    "pd_at_1e-2": "P(detected) at 1e-2 false alarms",
+    "pd_at_1e-3": "P(detected) at 1e-3 false alarms",
+    "pd_at_1e-4": "P(detected) at 1e-4 false alarms",
+    "a90": "a90, stiffness loss",
+    "a90_95": "a90/95, stiffness loss",
+    "log_loss": "log loss, nats",
+    "brier": "Brier score",
+    "ece": "calibration error (ECE)",
+    "set_size": "classes in a 90 % set",
+    "set_coverage": "coverage of 90 % sets",
+    "set_coverage_damaged": "coverage of 90 % sets, damaged",
+    "set_coverage_healthy": "coverage of 90 % sets, healthy",
+}
+_OF_SEVERITY = {
+    "mae": "MAE {}",
+    "rmse": "RMSE {}",
+    "bias": "bias {}",
+    "crps": "CRPS {}",
+    "coverage": "coverage of 90 % interval, {}",
+}
+_UNITS = {"phase_shift_deg": "phase_shift_deg, deg"}
+TITLES = _OF_LOCATION | {
+    f"{kind}_{target}": title.format(target if kind == "coverage" else _UNITS.get(target, target))
+    for kind, title in _OF_SEVERITY.items()
+    for target in TARGETS
 }
 """Names of figures as a reader sees them."""
 
 
 def figure_rows(evaluation: Evaluation) -> list[list[str]]:
-    """Head and rows of the table of figures: a row for each figure, a column for each estimator."""
+    """Head and rows of the table of figures: a row for each figure that is known of any, a column for each
+    estimator and for the bound."""
     names = list(evaluation.figures)
     heads = [f"{name} (the model)" if name == evaluation.learner else name for name in names]
+    columns = [evaluation.figures[name] for name in names]
+    if evaluation.bound is not None:
+        heads, columns = [*heads, "bound"], [*columns, dict(evaluation.bound)]
     return [["figure", *heads]] + [
-        [title, *(str(evaluation.figures[name].get(key, "")) for name in names)]
-        for key, title in _TITLES.items()
-        if key in evaluation.figures[evaluation.learner]
+        [title, *(str(figures.get(key, "")) for figures in columns)]
+        for key, title in TITLES.items()
+        if any(key in figures and not np.isnan(figures[key].value) for figures in columns)
     ]
+
+
+def bound_said(evaluation: Evaluation) -> str:
+    """A sentence on the bound."""
+    if evaluation.bound is None:
+        return "The best possible answer (the Bayes bound) is not computed."
+    return "'bound' is the best possible answer."
 
 
 def model_card(model: Model, evaluation: Evaluation, *, command: str) -> str:
@@ -44,7 +79,8 @@ def model_card(model: Model, evaluation: Evaluation, *, command: str) -> str:
 training data is simulated: on a measured signal its answer is a hypothesis to be checked.
 
 **Training data.** {model.rows} simulated signatures of sensor `{model.sensor}` from {len(model.trained_on)} specimens
-of the database `{model.database_hash[:12]}`, seed {model.seed}; table of folds `{model.split_hash[:12]}`.
+of the database `{model.database_hash[:12]}`, seed {model.seed}; split {model.split}, table of folds
+`{model.split_hash[:12]}`.
 
 **Input.** Pooled Wigner-Ville features, speed and torque, seen from each tooth in turn.
 
@@ -52,8 +88,7 @@ of the database `{model.database_hash[:12]}`, seed {model.seed}; table of folds 
 
 Split: {evaluation.split}. {evaluation.rows} rows of
 {evaluation.specimens} specimens; in brackets the 95 % interval of a bootstrap over specimens, which is rough for few.
-The test asks about the same damages as the training rows hold, on other gears: between and beyond them the figures are
-worse. The best possible answer (the Bayes bound) is not computed.
+{_SAME_DAMAGES if evaluation.split.startswith("S1") else ""}{bound_said(evaluation)}
 
 {table}
 
@@ -67,6 +102,10 @@ worse. The best possible answer (the Bayes bound) is not computed.
 """
 
 
+_SAME_DAMAGES = (
+    "The test asks about the same damages as the training rows hold, on other gears: between and beyond them the "
+    "figures are\nworse. "
+)
 _PURPOSE = {
     "location": "Says at which tooth of the averaged gear the first damaged tooth is, or 'none'. Absolute tooth\n"
     "numbers need the tacho mark.",

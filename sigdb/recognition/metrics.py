@@ -1,29 +1,14 @@
-"""Figures of merit, with intervals from a bootstrap over specimens."""
+"""Figures of merit of answers, with intervals from a bootstrap over specimens."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
 
 from sigdb.core.typing import FloatArray, IntArray
-from sigdb.recognition.severity import TARGETS
-
-_RESAMPLES = 1000
-
-
-@dataclass(frozen=True, kw_only=True)
-class Figure:
-    """A figure of merit with the ends of its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
-
-    def __str__(self) -> str:
-        if np.isnan(self.value):
-            return "-"
-        return f"{self.value:.3f} [{self.low:.3f}, {self.high:.3f}]"
+from sigdb.recognition.bootstrap import Figure, Specimens
+from sigdb.recognition.crps import crps_quantiles
+from sigdb.recognition.severity import COVERAGE, TARGETS
 
 
 def circular_distance(found: IntArray, true: IntArray, teeth: IntArray) -> IntArray:
@@ -39,8 +24,23 @@ def circular_distance(found: IntArray, true: IntArray, teeth: IntArray) -> IntAr
     return (found - true + half) % teeth - half
 
 
+def location_values(found: IntArray, rows: pd.DataFrame) -> dict[str, FloatArray]:
+    """Of each row, what the figures of location are means of; nan where a row does not count."""
+    true, teeth = rows["tooth"].to_numpy(int), rows["teeth"].to_numpy(int)
+    damaged, called = true > 0, found > 0
+    distance = circular_distance(found, true, teeth)
+    return {
+        "accuracy": (found == true).astype(float),
+        "p_exact": np.where(damaged, found == true, np.nan),
+        "p_within_one": np.where(damaged, called & (np.abs(distance) <= 1), np.nan),
+        "p_detected": np.where(damaged, called, np.nan),
+        "none_on_healthy": np.where(damaged, np.nan, ~called),
+        "circular_bias": np.where(damaged & called, distance, np.nan),
+    }
+
+
 def location_figures(found: IntArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Figure]:
-    """P(exact), P(within one tooth), P(detected), mean circular error of damaged rows; 'none' on healthy ones.
+    """P(correct), of damaged rows P(exact), P(within one tooth), P(detected), circular bias; 'none' on healthy ones.
 
     Parameters
     ----------
@@ -51,22 +51,32 @@ def location_figures(found: IntArray, rows: pd.DataFrame, *, seed: int = 0) -> d
     seed
         Seed of the bootstrap.
     """
-    true, teeth = rows["tooth"].to_numpy(int), rows["teeth"].to_numpy(int)
-    damaged, called = true > 0, found > 0
-    distance = circular_distance(found, true, teeth)
-    both = damaged & called
-    values = {
-        "p_exact": np.where(damaged, found == true, np.nan),
-        "p_within_one": np.where(damaged, called & (np.abs(distance) <= 1), np.nan),
-        "p_detected": np.where(damaged, called, np.nan),
-        "none_on_healthy": np.where(damaged, np.nan, ~called),
-        "circular_bias": np.where(both, distance, np.nan),
-    }
-    return _bootstrapped(values, rows["specimen"].to_numpy(), seed)
+    specimens = Specimens(rows["specimen"], seed=seed)
+    return {name: specimens.mean(value) for name, value in location_values(found, rows).items()}
+
+
+def severity_errors(found: pd.DataFrame, rows: pd.DataFrame, target: str) -> FloatArray:
+    """(rows,) estimate minus truth of a target."""
+    return found[target].to_numpy(float) - rows[target].to_numpy(float)
+
+
+def severity_values(found: pd.DataFrame, rows: pd.DataFrame) -> dict[str, FloatArray]:
+    """Of each row, what the figures of severity are means of (root mean squares: ``rmse_`` holds the errors)."""
+    values: dict[str, FloatArray] = {}
+    for target in TARGETS:
+        error = severity_errors(found, rows, target)
+        values |= {f"mae_{target}": np.abs(error), f"rmse_{target}": error, f"bias_{target}": error}
+        values[f"crps_{target}"] = _crps(found, rows, target)
+        if f"{target}_low" in found:
+            values[f"coverage_{target}"] = covered(found, rows, target)
+    return values
 
 
 def severity_figures(found: pd.DataFrame, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Figure]:
-    """Mean absolute error of each target on damaged rows, and the coverage of its interval where there is one.
+    """Of each target: mean absolute and root-mean-square error, bias, CRPS, and the coverage of its interval.
+
+    The CRPS takes an estimate and the ends of its interval as median and quantiles (:func:`crps_quantiles`); of an
+    estimate without interval it is the absolute error.
 
     Parameters
     ----------
@@ -77,34 +87,28 @@ def severity_figures(found: pd.DataFrame, rows: pd.DataFrame, *, seed: int = 0) 
     seed
         Seed of the bootstrap.
     """
-    values = {}
-    for target in TARGETS:
-        true = rows[target].to_numpy(float)
-        values[f"mae_{target}"] = np.abs(found[target].to_numpy() - true)
-        if f"{target}_low" in found:
-            inside = (found[f"{target}_low"].to_numpy() <= true) & (true <= found[f"{target}_high"].to_numpy())
-            values[f"coverage_{target}"] = inside.astype(float)
-    return _bootstrapped(values, rows["specimen"].to_numpy(), seed)
+    specimens = Specimens(rows["specimen"], seed=seed)
+    return {
+        name: specimens.root_mean_square(value) if name.startswith("rmse") else specimens.mean(value)
+        for name, value in severity_values(found, rows).items()
+    }
 
 
-def _bootstrapped(values: Mapping[str, FloatArray], specimens: IntArray, seed: int) -> dict[str, Figure]:
-    """Mean of each value without nan, with the 2.5 and 97.5 percentiles over resampled specimens."""
-    names, index = np.unique(specimens, return_inverse=True)
-    weights = np.random.default_rng(seed).multinomial(len(names), np.full(len(names), 1 / len(names)), _RESAMPLES)
-    return {name: _figure(np.asarray(value, float), index, len(names), weights) for name, value in values.items()}
+def covered(found: pd.DataFrame, rows: pd.DataFrame, target: str) -> FloatArray:
+    """(rows,) 1 where the truth lies in the interval, its ends included, else 0."""
+    true = rows[target].to_numpy(float)
+    return ((found[f"{target}_low"].to_numpy() <= true) & (true <= found[f"{target}_high"].to_numpy())).astype(float)
 
 
-def _figure(value: FloatArray, index: IntArray, count: int, weights: IntArray) -> Figure:
-    known = ~np.isnan(value)
-    if not known.any():
-        return Figure(value=np.nan, low=np.nan, high=np.nan)
-    sums = np.bincount(index[known], value[known], count)
-    numbers = np.bincount(index[known], minlength=count)
-    total = weights @ numbers
-    means = (weights @ sums)[total > 0] / total[total > 0]
-    low, high = np.quantile(means, [0.025, 0.975])
-    return Figure(value=float(value[known].mean()), low=float(low), high=float(high))
+def _crps(found: pd.DataFrame, rows: pd.DataFrame, target: str) -> FloatArray:
+    names, levels = [target], [0.5]
+    if f"{target}_low" in found:
+        names, levels = [f"{target}_low", target, f"{target}_high"], [(1 - COVERAGE) / 2, 0.5, (1 + COVERAGE) / 2]
+    return crps_quantiles(found[names].to_numpy(float), levels, rows[target].to_numpy(float))
 
 
 FIGURES: dict[str, Callable[..., dict[str, Figure]]] = {"location": location_figures, "severity": severity_figures}
 """Figures of merit by target."""
+
+VALUES: dict[str, Callable[..., dict[str, FloatArray]]] = {"location": location_values, "severity": severity_values}
+"""What they are means of, by target: for paired differences."""

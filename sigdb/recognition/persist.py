@@ -6,7 +6,7 @@ import json
 import platform
 import zipfile
 import zlib
-from dataclasses import asdict, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,8 @@ from sigdb.core.errors import DatabaseError, InputError
 from sigdb.core.version import __version__
 from sigdb.database.storage import Store
 from sigdb.recognition.card import model_card
-from sigdb.recognition.training import Evaluation, Model
+from sigdb.recognition.evaluation import Evaluation
+from sigdb.recognition.training import Model
 
 TRUSTED = (
     "numpy.dtype",
@@ -82,7 +83,7 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
         store.put(name, content)
     described = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "estimators"}
     described |= {
-        "evaluation": asdict(evaluation),
+        "evaluation": evaluation.as_json(),
         "versions": {"sigdb": __version__, "scikit-learn": sklearn.__version__, "python": platform.python_version()},
         "sha256": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()},
     }

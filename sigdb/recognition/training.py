@@ -1,4 +1,4 @@
-"""Training on a database and evaluating on one: rows by specimen, baselines beside the model."""
+"""Training on a database: by a split that keeps specimens apart, baselines beside the model."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,13 +13,12 @@ from sigdb.database.reader import check_complete
 from sigdb.recognition.baselines import Fm4Location, Fm4Severity, MajorityLocation, MajoritySeverity
 from sigdb.recognition.learners import LEARNERS
 from sigdb.recognition.location import LocationClassifier
-from sigdb.recognition.metrics import FIGURES, Figure
 from sigdb.recognition.settings import Recognition
 from sigdb.recognition.severity import TARGETS, SeverityRegressor
-from sigdb.recognition.splits import check_classes, specimen_folds, split_hash
+from sigdb.recognition.split_kinds import make_split, model_form
+from sigdb.recognition.splits import TRAINING
 from sigdb.recognition.views import COLUMNS
 
-_TEST_FOLD = 0
 _ESTIMATORS: dict[str, tuple[Callable[..., Any], dict[str, Callable[..., Any]]]] = {
     "location": (LocationClassifier, {"fm4": Fm4Location, "majority": MajorityLocation}),
     "severity": (SeverityRegressor, {"fm4": Fm4Severity, "majority": MajoritySeverity}),
@@ -42,8 +41,12 @@ class Model:
         Seed of the database that it was trained on.
     trained_on
         Specimens of that database that it has seen.
-    database_hash, split_hash
-        Hashes of that database, and of the table of specimens and folds.
+    database_hash
+        Hash of that database.
+    form
+        Hash of each part of the rig and the solver that the database was made with.
+    split, folds, split_hash
+        Name of the split that it was trained by, its number of folds, and the hash of its table.
     sensor
         Sensor whose signatures it reads.
     rows
@@ -56,6 +59,9 @@ class Model:
     seed: int
     trained_on: tuple[int, ...]
     database_hash: str
+    form: dict[str, str]
+    split: str
+    folds: int
     split_hash: str
     sensor: str
     rows: int
@@ -65,35 +71,12 @@ class Model:
         return self.estimators[self.learner].predict(X)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Evaluation:
-    """Figures of merit of a model and of its baselines on rows whose specimens it has not seen.
-
-    Attributes
-    ----------
-    target, learner
-        As in the model.
-    split
-        How the rows were chosen, in words.
-    rows, specimens
-        Number of rows and of specimens.
-    figures
-        Figures by estimator and name.
-    """
-
-    target: str
-    learner: str
-    split: str
-    rows: int
-    specimens: int
-    figures: dict[str, dict[str, Figure]]
-
-
 def train(
     database: Database,
     target: str,
     settings: Recognition | None = None,
     *,
+    split: str = "S1",
     on_step: Callable[[str], Any] = lambda step: None,
 ) -> Model:
     """Train location or severity on a database, with one fold of specimens left out for :func:`evaluate`.
@@ -106,13 +89,16 @@ def train(
         ``location`` or ``severity``.
     settings
         Learner, folds and seed.
+    split
+        What is left out besides, ``S0`` to ``S4``: see :func:`~sigdb.recognition.split_kinds.make_split`.
     on_step
         Called with a word for each estimator before it is trained.
 
     Raises
     ------
     InputError
-        If the target is not known, there are no healthy or no damaged rows, or a class is missing from a fold.
+        If the target or the split is not known or does not fit the database, there are no healthy or no damaged rows,
+        or a class is missing from a fold.
     DatabaseError
         If the sweep is not finished.
     """
@@ -124,11 +110,8 @@ def train(
     if not counts.all():
         lacking = "healthy" if counts[0] == 0 else "damaged"
         raise InputError(f"{database.store} has no {lacking} rows to learn from; set healthy in [sweep], or add a grid")
-    folds = specimen_folds(database.manifest.seed, rows["specimen"].to_numpy(), settings.folds)
-    inside = (rows["specimen"].map(folds) != _TEST_FOLD).to_numpy()
-    check_classes(rows["tooth"], inside, "training")
-    check_classes(rows["tooth"], ~inside, "held-out")
-    training = rows[inside]
+    parts = make_split(split, rows, seed=database.manifest.seed, folds=settings.folds)
+    training = rows[parts.folds(rows) == TRAINING]
     groups = training["specimen"].to_numpy()
     labels = training["tooth"] if target == "location" else training[["tooth", *TARGETS]]
 
@@ -145,50 +128,14 @@ def train(
         learner=settings.learner,
         estimators=estimators,
         seed=database.manifest.seed,
-        trained_on=tuple(sorted(one for one, fold in folds.items() if fold != _TEST_FOLD)),
+        trained_on=tuple(int(one) for one in np.unique(groups)),
         database_hash=database.manifest.hash,
-        split_hash=split_hash(folds),
+        form=model_form(database.manifest.resolved),
+        split=split,
+        folds=settings.folds,
+        split_hash=parts.hash,
         sensor=database.sensors[0],
         rows=len(training),
-    )
-
-
-def evaluate(model: Model, database: Database) -> Evaluation:
-    """Evaluate a model on the rows of a database whose specimens it has not seen.
-
-    Specimens are the same gears in databases of the same seed; rows with a specimen that the model was trained on are
-    left out.
-
-    Raises
-    ------
-    InputError
-        If no rows are left, or the database holds another sensor.
-    """
-    rows = usable_rows(database, model.target)
-    if database.sensors[0] != model.sensor:
-        raise InputError(f"the model reads {model.sensor!r}, {database.store} holds {database.sensors[0]!r} first")
-    same_gears = database.manifest.seed == model.seed
-    if same_gears:
-        rows = rows[~rows["specimen"].isin(model.trained_on)]
-    if rows.empty:
-        raise InputError(
-            f"every specimen of {database.store} was used in training; evaluate on a database with another seed"
-        )
-    if model.target == "severity":
-        rows = rows[rows["tooth"] > 0]
-        if rows.empty:
-            raise InputError(f"{database.store} has no damaged rows, and severity is judged on them")
-    held_out = "specimens held out of training" if same_gears else "specimens of a database with another seed"
-    same_cases = "the same cases" if database.manifest.hash == model.database_hash else "the cases of another database"
-    return Evaluation(
-        target=model.target,
-        learner=model.learner,
-        split=f"S1, by specimen: {held_out}, {same_cases}",
-        rows=len(rows),
-        specimens=rows["specimen"].nunique(),
-        figures={
-            name: FIGURES[model.target](estimator.predict(rows), rows) for name, estimator in model.estimators.items()
-        },
     )
 
 
@@ -201,7 +148,7 @@ def usable_rows(database: Database, target: str) -> pd.DataFrame:
         If the sweep is not finished.
     """
     check_complete(database)
-    labels = ("tooth", *TARGETS, "specimen", "fm4", "status")
+    labels = ("tooth", *TARGETS, "specimen", "draw", "snr_db", "averages", "fm4", "status")
     columns = ", ".join(dict.fromkeys((*labels, *COLUMNS)))
     plain = " and pattern = ''" if target == "severity" else ""
     return database.sql(f"select id, {columns} from features where status = 'ok'{plain} order by id").set_index("id")

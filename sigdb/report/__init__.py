@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from sigdb.report.claims_page import claims_markdown, claims_text
     from sigdb.report.comparison import Case, comparison_figure
     from sigdb.report.coverage import coverage_figure
+    from sigdb.report.evaluation_page import evaluation_figures, evaluation_html, write_evaluation_report
     from sigdb.report.figures import check_picture, save_figure, signature_figure
     from sigdb.report.rig_drawing import rig_figure
     from sigdb.report.rig_page import rig_text
@@ -26,10 +27,13 @@ __all__ = [
     "comparison_figure",
     "coverage_figure",
     "database_card_markdown",
+    "evaluation_figures",
+    "evaluation_html",
     "rig_figure",
     "rig_text",
     "save_figure",
     "signature_figure",
+    "write_evaluation_report",
 ]
 
 __getattr__, __dir__ = lazy_names(
@@ -45,9 +49,12 @@ __getattr__, __dir__ = lazy_names(
         "comparison_figure": "sigdb.report.comparison",
         "database_card_markdown": "sigdb.report.card_page",
         "coverage_figure": "sigdb.report.coverage",
+        "evaluation_figures": "sigdb.report.evaluation_page",
+        "evaluation_html": "sigdb.report.evaluation_page",
         "rig_figure": "sigdb.report.rig_drawing",
         "rig_text": "sigdb.report.rig_page",
         "save_figure": "sigdb.report.figures",
         "signature_figure": "sigdb.report.figures",
+        "write_evaluation_report": "sigdb.report.evaluation_page",
     },
 )

@@ -15,7 +15,7 @@ from scipy.io import loadmat
 import sigdb
 from sigdb.cli.main import cli
 from sigdb.core.errors import InputError
-from sigdb.recognition import evaluate, load_model
+from sigdb.recognition import Figure, evaluate, load_model
 from sigdb.transmission import coupled_modes
 
 SCALARS = "select id, tooth, snr_db, index_error, fm4, status, contact_loss from cases order by id limit 70"
@@ -235,6 +235,25 @@ def test_evaluate_as_a_table(invoke, folder, database):
     (exact,) = (line for line in lines if line.startswith("P(exact tooth)"))
     assert f"{evaluation.figures['lda']['p_exact'].value:.3f} [" in exact
     assert "95 % interval" in last
+
+
+def test_evaluate_writes_a_report(invoke, folder, tmp_path):
+    words = ("evaluate", folder / "location", folder / "signatures")
+    result = invoke(*words, "--report", tmp_path / "report")
+    assert result.stderr.splitlines()[-1] == f"report: {tmp_path / 'report' / 'index.html'}"
+    assert result.stdout == invoke(*words).stdout
+    numbers = json.loads((tmp_path / "report" / "evaluation.json").read_text(encoding="utf-8"))
+    (exact,) = (line for line in result.stdout.splitlines() if line.startswith("P(exact tooth)"))
+    assert f"{numbers['figures']['lda']['p_exact']['value']:.3f} [" in exact
+
+
+def test_evaluate_leaves_with_1_when_a_model_is_above_the_bound(folder, monkeypatch, capsys):
+    best = {"accuracy": Figure(value=0.01, low=0.0, high=0.02)}
+    monkeypatch.setattr("sigdb.recognition.evaluate", lambda model, database: evaluate(model, database, bound=best))
+    assert cli.main(["evaluate", str(folder / "location"), str(folder / "signatures")], standalone_mode=False) == 1
+    out, err = capsys.readouterr()
+    assert "is better than the best possible answer (accuracy" in err
+    assert out.splitlines()[1].split()[-1] == "bound"
 
 
 def test_evaluate_as_json(invoke, folder, database):

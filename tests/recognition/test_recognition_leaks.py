@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from sklearn.ensemble import HistGradientBoostingClassifier
+from sklearn.metrics import roc_auc_score
 
-from sigdb.recognition import LocationClassifier, Recognition, SeverityRegressor, evaluate, train
+from sigdb.recognition import LocationClassifier, Recognition, SeverityRegressor, evaluate, make_split, train
 from sigdb.recognition.severity import TARGETS
+from sigdb.recognition.splits import TEST, TRAINING
+from sigdb.recognition.training import usable_rows
 from sigdb.recognition.views import COLUMNS
 
 LABELS = ["tooth", *TARGETS]
@@ -37,10 +41,14 @@ class Shuffled:
 def test_location_of_shuffled_labels_is_guesswork(database, learner):
     shuffled = Shuffled(database)
     model = train(shuffled, "location", Recognition(folds=3, learner=learner))
-    figures = evaluate(model, shuffled).figures[learner]
+    evaluation = evaluate(model, shuffled)
+    figures = evaluation.figures[learner]
     # One tooth in twelve by chance; four standard deviations of a share of 192 rows are 0.08.
     assert figures["p_exact"].value < 1 / 12 + 0.08
     assert figures["p_within_one"].value < 3 / 12 + 4 * np.sqrt(0.25 * 0.75 / 192)
+    # Damage is called as often as it is a false alarm, of 192 damaged and 48 healthy rows.
+    table = evaluation.tables["roc"].query("estimator == @learner")
+    assert (table["detected"] - table["false_alarm_rate"]).abs().max() < 4 * np.sqrt(0.25 * (1 / 192 + 1 / 48))
 
 
 # The FM4 baseline cannot know whether a shuffled label rises or falls.
@@ -53,6 +61,44 @@ def test_severity_of_shuffled_labels_is_no_better_than_the_median(database, lear
     for target, median_error in (("stiffness_loss", 0.1), ("phase_shift_deg", 1.0), ("damaged_teeth", 0.5)):
         assert figures["majority"][f"mae_{target}"].value == pytest.approx(median_error, rel=1e-6)
         assert figures[learner][f"mae_{target}"].value > 0.9 * median_error
+
+
+def test_noise_level_and_noise_draw_tell_nothing_of_the_damage(database):
+    """What is measured of the noise of a row, and which draw it is, learnt with the labels under S1."""
+    rows = database.features()
+    folds = make_split("S1", rows, seed=1, folds=3).folds(rows)
+    noise = rows[["scatter", "snr_db", "averages", "index_error"]].assign(of_median=lambda one: one["scatter"].rank())
+    learnt = HistGradientBoostingClassifier(max_iter=50, early_stopping=False, random_state=0)
+    learnt.fit(noise[folds == TRAINING], rows["tooth"][folds == TRAINING])
+    tooth = rows["tooth"][folds == TEST].to_numpy()
+    damaged = tooth > 0
+    found = learnt.predict_proba(noise[folds == TEST])
+    assert (found[damaged, 1:].argmax(axis=1) + 1 == tooth[damaged]).mean() < 1 / 12 + 4 * np.sqrt(
+        1 / 12 * 11 / 12 / 192
+    )
+    # The standard deviation of the area under the curve without information (Mann and Whitney).
+    error = np.sqrt((192 + 48 + 1) / (12 * 192 * 48))
+    assert roc_auc_score(damaged, 1 - found[:, 0]) == pytest.approx(0.5, abs=4 * error)
+
+
+def test_no_estimator_reads_ids_labels_or_the_law_of_the_noise(location_model, severity_model, held_out):
+    """Ids tell the case, since a plan numbers the cases in turn: no estimator may see them, or what is not measured."""
+    stream = np.random.default_rng(5)
+    measured = [*COLUMNS, "fm4"]
+    hidden = held_out[measured].set_axis(stream.permutation(len(held_out)))
+    for model in (location_model, severity_model):
+        for estimator in model.estimators.values():
+            expected = np.asarray(estimator.predict(held_out))
+            assert_array_equal(np.asarray(estimator.predict(hidden)), expected)
+
+
+def test_the_split_is_the_same_for_any_order_and_numbering_of_the_rows(database, location_model):
+    rows = usable_rows(database, "location")
+    order = np.random.default_rng(6).permutation(len(rows))
+    shuffled = rows.iloc[order].set_axis(np.arange(len(rows)))
+    split = make_split("S1", shuffled, seed=1, folds=3)
+    assert split.hash == location_model.split_hash
+    assert set(shuffled["specimen"][split.folds(shuffled) == TRAINING]) == set(location_model.trained_on)
 
 
 def test_the_order_of_rows_permutes_the_answers_only(location_model, severity_model, held_out):

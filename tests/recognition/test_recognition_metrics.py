@@ -28,6 +28,7 @@ def test_location_figures_by_hand():
     true = [4, 4, 1, 12, 6, 1, 12, 0, 0]
     found = [4, 5, 12, 1, 9, 0, 0, 0, 3]
     values = located(true, found)
+    assert values["accuracy"] == pytest.approx(2 / 9)
     assert values["p_exact"] == pytest.approx(1 / 7)
     assert values["p_within_one"] == pytest.approx(4 / 7)
     assert values["p_detected"] == pytest.approx(5 / 7)
@@ -81,12 +82,22 @@ def test_severity_figures_by_hand():
     # Errors 0.125, 0.25, 0.0625, 0: three are inside of half a width of 0.125, one of them at its end.
     figures = severity_figures(estimates([0.375, 0.25, 0.6875, 0.0], 0.125), rows)
     values = {name: figure.value for name, figure in figures.items()}
+    interval_scores = [(e / 2 + 0.05 * (0.25 + 20 * max(0, e - 0.125))) / 1.5 for e in (0.125, 0.25, 0.0625, 0)]
     assert values == pytest.approx(
         {
             "mae_stiffness_loss": (0.125 + 0.25 + 0.0625 + 0) / 4,
+            "rmse_stiffness_loss": ((0.125**2 + 0.25**2 + 0.0625**2) / 4) ** 0.5,
+            "bias_stiffness_loss": (0.125 - 0.25 - 0.0625 + 0) / 4,
+            "crps_stiffness_loss": sum(interval_scores) / 4,
             "coverage_stiffness_loss": 3 / 4,
             "mae_phase_shift_deg": (0 + 1.5 + 3 + 0) / 4,
+            "rmse_phase_shift_deg": ((1.5**2 + 3**2) / 4) ** 0.5,
+            "bias_phase_shift_deg": (-1.5 + 3) / 4,
+            "crps_phase_shift_deg": (0 + 1.5 + 3 + 0) / 4,
             "mae_damaged_teeth": (0 + 1 + 2 + 0) / 4,
+            "rmse_damaged_teeth": ((1 + 4) / 4) ** 0.5,
+            "bias_damaged_teeth": -(1 + 2) / 4,
+            "crps_damaged_teeth": (0 + 1 + 2 + 0) / 4,
         }
     )
 

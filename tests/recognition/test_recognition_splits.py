@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from sigdb.core.errors import DatabaseError, InputError
 from sigdb.recognition import Recognition, evaluate, train
-from sigdb.recognition.splits import check_classes, specimen_folds, split_hash
+from sigdb.recognition.split_kinds import make_split
+from sigdb.recognition.splits import check_classes, specimen_folds
 from sigdb.recognition.training import usable_rows
 
 TWO_TEETH = "tooth = [1, 6]\nstiffness_loss = [0.4]"
@@ -29,17 +30,24 @@ def test_every_specimen_has_one_fold_and_folds_are_balanced(seed, names, folds):
 
 def test_the_table_depends_on_the_seed_and_on_nothing_else():
     tables = [specimen_folds(seed, np.arange(20), 5) for seed in range(10)]
-    assert len({split_hash(table) for table in tables}) == 10
+    assert len({tuple(sorted(table.items())) for table in tables}) == 10
     # Recorded: a table that changes lets models that were published before see their training rows again.
     assert specimen_folds(1, np.arange(6), 3) == {3: 0, 0: 1, 1: 2, 5: 0, 2: 1, 4: 2}
 
 
-def test_the_hash_is_that_of_the_table():
-    table = {0: 0, 1: 1, 2: 0}
-    assert split_hash(dict(reversed(table.items()))) == split_hash(table)
-    assert len(split_hash(table)) == 64
-    others = [{**table, 2: 1}, {**table, 3: 1}, {0: 0, 1: 1}]
-    assert len({split_hash(one) for one in (table, *others)}) == 4
+def test_a_class_of_two_specimens_is_dealt_to_both_sides():
+    # Specimens 0 and 3 would be in folds 1 and 0 by turns, 0 and 5 too, 3 and 5 both in fold 0.
+    for pair in ((0, 3), (0, 5), (3, 5), (1, 4)):
+        specimens = np.repeat(np.arange(6), 4)
+        labels = np.where(np.isin(specimens, pair) & (np.arange(24) % 4 == 0), 7, 0)
+        table = specimen_folds(1, specimens, 2, labels)
+        assert table[pair[0]] != table[pair[1]]
+        assert sorted(table.values()) == [0, 0, 0, 1, 1, 1]
+
+
+def test_classes_too_rare_for_any_fold_are_told():
+    with pytest.raises(InputError, match=r"the rows cannot be split into 3 folds: .*; ask for fewer folds"):
+        specimen_folds(1, np.arange(3), 3, np.arange(3))
 
 
 def test_too_few_specimens_say_how_many_are_needed():
@@ -71,17 +79,19 @@ class WithoutRows:
         return rows[~self._hide(rows)]
 
 
-@pytest.mark.parametrize(("specimens", "what"), [({3, 5}, "held-out"), ({0, 1, 2, 4}, "training")])
-def test_training_refuses_a_fold_without_a_class(database, specimens, what):
-    lacking = WithoutRows(database, lambda rows: (rows["tooth"] == 7) & rows["specimen"].isin(specimens))
-    with pytest.raises(InputError, match=rf"the {what} specimens have no rows of the classes \[7\]"):
+@pytest.mark.parametrize("only", range(6))
+def test_training_refuses_a_fold_without_a_class(database, only):
+    # Tooth 7 is in one specimen only: whichever fold has it, the other one lacks it.
+    lacking = WithoutRows(database, lambda rows: (rows["tooth"] == 7) & (rows["specimen"] != only))
+    with pytest.raises(InputError, match=r"the (held-out|training) specimens have no rows of the classes \[7\]"):
         train(lacking, "location", Recognition(folds=3))
 
 
 def test_training_and_held_out_specimens_are_disjoint(database, location_model):
     table = specimen_folds(1, np.arange(6), 3)
     assert set(location_model.trained_on) == {one for one, fold in table.items() if fold != 0}
-    assert location_model.split_hash == split_hash(table)
+    split = make_split("S1", usable_rows(database, "location"), seed=1, folds=3)
+    assert (location_model.split, location_model.folds, location_model.split_hash) == ("S1", 3, split.hash)
     assert location_model.rows == 4 * (24 + 8 * 12)
     assert (location_model.seed, location_model.sensor) == (1, "pinion-vertical")
     assert location_model.database_hash == database.manifest.hash

@@ -1,0 +1,291 @@
+"""Evaluating a model: figures of merit of it, of what it must beat and of what cannot be beaten, on unseen cases."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.stats import norm, t
+
+from sigdb.core.errors import InputError, SigdbError
+from sigdb.core.typing import FloatArray, IntArray
+from sigdb.database import Database
+from sigdb.recognition.answers import Answers
+from sigdb.recognition.bootstrap import Figure, Specimens
+from sigdb.recognition.evaluation_tables import evaluation_tables
+from sigdb.recognition.metrics import FIGURES, VALUES
+from sigdb.recognition.metrics_calibration import calibration_figures, calibration_values
+from sigdb.recognition.metrics_coverage import set_figures, set_values
+from sigdb.recognition.metrics_detection import detection_figures
+from sigdb.recognition.pod import pod_figures
+from sigdb.recognition.split_kinds import changed_parts, make_split, model_form
+from sigdb.recognition.splits import TEST
+from sigdb.recognition.training import Model, usable_rows
+
+BOUNDED = {"accuracy": 1, "pd_at": 1, "log_loss": -1, "brier": -1, "mae": -1, "rmse": -1, "crps": -1}
+"""Figures, by the beginning of their name, that no rule can better than the bound: 1 where greater is better.
+
+Others can be bettered at the cost of another: a rule that says 'none' of everything raises no false alarm.
+"""
+
+_SURE = 0.99
+"""One-sided level at which a model counts as better than the bound."""
+
+
+class EvaluationError(SigdbError):
+    """A model that is better than is possible: what it is asked about has leaked, or the law of the rows is wrong."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluation:
+    """Figures of merit of a model and of its baselines on rows whose specimens it has not seen.
+
+    Attributes
+    ----------
+    target, learner
+        As in the model.
+    split
+        How the rows were chosen, in words.
+    split_hash
+        Hash of the table of cases and folds that the model was trained by.
+    rows, specimens
+        Number of rows and of specimens.
+    figures
+        Figures by estimator and name.
+    differences
+        By estimator and name: the model's figure minus the estimator's, of the same rows and the same resamples.
+    bound
+        Figures of the best possible answer, None where it was not computed.
+    above
+        Names of the model's figures that are better than the bound at a significance of 1 %.
+    tables
+        Frames for the report: figures against noise and averages, by severity, reliability, curves, cells.
+    """
+
+    target: str
+    learner: str
+    split: str
+    split_hash: str
+    rows: int
+    specimens: int
+    figures: dict[str, dict[str, Figure]]
+    differences: dict[str, dict[str, Figure]] = field(default_factory=dict)
+    bound: Mapping[str, Figure] | None = None
+    above: tuple[str, ...] = ()
+    tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+
+    def check(self) -> None:
+        """Refuse a model that is better than the bound.
+
+        Raises
+        ------
+        EvaluationError
+            Names the figures.
+        """
+        if self.above and self.bound is not None:
+            said = ", ".join(
+                f"{name} {self.figures[self.learner][name]} against {self.bound[name]}" for name in self.above
+            )
+            raise EvaluationError(
+                f"the model {self.learner!r} is better than the best possible answer ({said}): its training has seen "
+                "what it was asked about, or the rows do not follow the law that the bound assumes"
+            )
+
+    def as_json(self) -> dict[str, Any]:
+        """All but the tables as numbers, text, lists and dictionaries; None where a figure is not known."""
+        return {
+            **{name: getattr(self, name) for name in ("target", "learner", "split", "split_hash", "rows", "specimens")},
+            "figures": {name: _plain(figures) for name, figures in self.figures.items()},
+            "differences": {name: _plain(figures) for name, figures in self.differences.items()},
+            "bound": None if self.bound is None else _plain(self.bound),
+            "above": list(self.above),
+        }
+
+
+def evaluate(
+    model: Model,
+    database: Database,
+    *,
+    bound: Mapping[str, Figure] | None = None,
+    bound_values: Mapping[str, pd.Series] | None = None,
+) -> Evaluation:
+    """Evaluate a model on the rows of a database that its split keeps for that.
+
+    On the database that it was trained on, these are the test cases of its split. On others they are all rows whose
+    specimens it has not seen; specimens are the same gears in databases of the same seed. A database whose rig or
+    solver differs is another model form, which is the split S5.
+
+    Parameters
+    ----------
+    model
+        A trained model.
+    database
+        A finished database with the model's sensor first.
+    bound
+        Figures of the best possible answer to the same rows (:func:`asked_rows`), by name.
+    bound_values
+        By id of these rows, what a bound's figure is the mean of: with it the model is compared row by row, on the rows
+        that it holds.
+
+    Raises
+    ------
+    InputError
+        If no rows are left, the database holds another sensor, or was extended so that the model's split has changed.
+    """
+    rows, tells = _asked(model, database)
+    answers = {name: Answers.of(estimator, rows) for name, estimator in model.estimators.items()}
+    figures = {name: answer_figures(answer, rows) for name, answer in answers.items()}
+    values = {name: answer_values(answer, rows) for name, answer in answers.items()}
+    best = {name: one.reindex(rows.index).to_numpy(float) for name, one in (bound_values or {}).items()}
+    return Evaluation(
+        target=model.target,
+        learner=model.learner,
+        split=tells,
+        split_hash=model.split_hash,
+        rows=len(rows),
+        specimens=rows["specimen"].nunique(),
+        figures=figures,
+        differences=_differences(values, model.learner, rows),
+        bound=bound,
+        above=above_bound(figures[model.learner], bound or {}, values[model.learner], best, rows),
+        tables=evaluation_tables(answers, rows, model.learner, best),
+    )
+
+
+def asked_rows(model: Model, database: Database) -> pd.DataFrame:
+    """The rows, by id, that :func:`evaluate` asks a model about."""
+    return _asked(model, database)[0]
+
+
+def answer_figures(answers: Answers, rows: pd.DataFrame) -> dict[str, Figure]:
+    """All figures that answers allow."""
+    if isinstance(answers.found, pd.DataFrame):
+        return FIGURES["severity"](answers.found, rows)
+    figures = FIGURES["location"](answers.found, rows)
+    if answers.detection is not None:
+        figures |= detection_figures(answers.detection, rows) | pod_figures(answers.detection, rows)
+    if answers.probabilities is not None:
+        figures |= calibration_figures(answers.probabilities, rows)
+    if answers.sets is not None:
+        figures |= set_figures(answers.sets, rows)
+    return figures
+
+
+def answer_values(answers: Answers, rows: pd.DataFrame) -> dict[str, FloatArray]:
+    """Of each row, what those figures that are means are means of."""
+    if isinstance(answers.found, pd.DataFrame):
+        values = VALUES["severity"](answers.found, rows)
+        return {name: value for name, value in values.items() if not name.startswith("rmse")}
+    values = VALUES["location"](answers.found, rows)
+    if answers.probabilities is not None:
+        values |= calibration_values(answers.probabilities, rows)
+    if answers.sets is not None:
+        values |= set_values(answers.sets, rows)
+    return values
+
+
+def above_bound(
+    figures: Mapping[str, Figure],
+    bound: Mapping[str, Figure],
+    values: Mapping[str, FloatArray],
+    bound_values: Mapping[str, FloatArray],
+    rows: pd.DataFrame,
+) -> tuple[str, ...]:
+    """Names of the figures that are better than the bound at a significance of 1 %.
+
+    Where the values of both are given row by row, the mean of their difference is held against Student's t, its error
+    from the sums of the specimens: a bootstrap of few specimens would be too sure. Else the two figures count as
+    independent, with the standard errors that their intervals tell.
+    """
+    found = []
+    for name in figures.keys() & bound.keys():
+        sign = next((sign for start, sign in BOUNDED.items() if name.startswith(start)), 0)
+        if name in values and name in bound_values:
+            gain = sign * (values[name] - bound_values[name])
+            better = _is_positive(gain, rows["specimen"].to_numpy())
+        else:
+            ours, best = figures[name], bound[name]
+            error = np.hypot(ours.high - ours.low, best.high - best.low) / (2 * 1.96)
+            better = sign * (ours.value - best.value) > norm.ppf(_SURE) * error
+        if sign and better:
+            found.append(name)
+    return tuple(sorted(found))
+
+
+def _is_positive(gain: FloatArray, specimens: IntArray) -> bool:
+    """Whether the mean of gains that are not nan is above 0, specimens being what is independent."""
+    known = ~np.isnan(gain)
+    _, index, n = np.unique(specimens[known], return_inverse=True, return_counts=True)
+    if len(n) < 2:
+        return False
+    mean = gain[known].mean()
+    off = np.bincount(index, gain[known]) - mean * n
+    error = np.sqrt(len(n) / (len(n) - 1) * (off**2).sum()) / n.sum()
+    return bool(mean > t.ppf(_SURE, len(n) - 1) * error)
+
+
+def _differences(
+    values: Mapping[str, Mapping[str, FloatArray]], learner: str, rows: pd.DataFrame
+) -> dict[str, dict[str, Figure]]:
+    """The model minus each other estimator, of the figures that both have."""
+    specimens, ours = Specimens(rows["specimen"]), values[learner]
+    return {
+        other: {name: specimens.mean(ours[name] - theirs[name]) for name in ours if name in theirs}
+        for other, theirs in values.items()
+        if other != learner
+    }
+
+
+def _asked(model: Model, database: Database) -> tuple[pd.DataFrame, str]:
+    """The rows that a model is asked about, and what they tell."""
+    rows = usable_rows(database, model.target)
+    if database.sensors[0] != model.sensor:
+        raise InputError(f"the model reads {model.sensor!r}, {database.store} holds {database.sensors[0]!r} first")
+    if database.manifest.hash == model.database_hash and model.split != "S1":
+        rows, tells = _of_split(model, database, rows)
+    else:
+        rows, tells = _of_others(model, database, rows)
+    if rows.empty:
+        raise InputError(
+            f"every specimen of {database.store} was used in training; evaluate on a database with another seed"
+        )
+    if model.target == "severity":
+        rows = rows[rows["tooth"] > 0]
+        if rows.empty:
+            raise InputError(f"{database.store} has no damaged rows, and severity is judged on them")
+    return rows, tells
+
+
+def _of_split(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:
+    """Test rows of the split that the model was trained by, on the database that it was trained on."""
+    split = make_split(model.split, rows, seed=model.seed, folds=model.folds)
+    if split.hash != model.split_hash:
+        raise InputError(
+            f"{database.store} was extended since the model was trained, and the split {model.split} of its rows is "
+            "another one now; train again"
+        )
+    return rows[split.folds(rows) == TEST], f"{split.name}, {split.tells}"
+
+
+def _of_others(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:
+    """Rows of specimens that the model has not seen."""
+    same_gears = database.manifest.seed == model.seed
+    if same_gears:
+        rows = rows[~rows["specimen"].isin(model.trained_on)]
+    held_out = "specimens held out of training" if same_gears else "specimens of a database with another seed"
+    changed = changed_parts(model.form, model_form(database.manifest.resolved))
+    if changed:
+        return rows, (
+            f"S5, another model form: {database.store}, which differs in {', '.join(changed)}; {held_out}, the cases "
+            "of that database"
+        )
+    same_cases = "the same cases" if database.manifest.hash == model.database_hash else "the cases of another database"
+    return rows, f"S1, by specimen: {held_out}, {same_cases}"
+
+
+def _plain(figures: Mapping[str, Figure]) -> dict[str, dict[str, float | None]]:
+    return {
+        name: {end: None if np.isnan(value := getattr(one, end)) else value for end in ("value", "low", "high")}
+        for name, one in figures.items()
+    }

@@ -1,0 +1,98 @@
+"""Coverage of intervals and sets where it matters: cell by cell, not only on average."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from sigdb.core.typing import BoolArray, FloatArray
+from sigdb.recognition.bootstrap import Figure, Specimens
+
+ENOUGH = 2000
+"""Rows of a cell below which its coverage is not given."""
+
+CELL = ("stiffness_loss", "snr_db", "speed_rpm", "torque")
+"""What a cell is made of: severity, noise, operating point."""
+
+
+def banded(values: pd.Series, *, most: int = 6) -> pd.Series:
+    """The values themselves where few are distinct, else the median of the values of each of so many quantile bands.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> banded(pd.Series([1.0, 2.0, 2.0])).tolist()
+    [1.0, 2.0, 2.0]
+    >>> banded(pd.Series([1.0, 2.0, 3.0, 4.0]), most=2).tolist()
+    [1.5, 1.5, 3.5, 3.5]
+    """
+    if values.nunique() <= most:
+        return values.astype(float)
+    return values.groupby(pd.qcut(values, most, labels=False, duplicates="drop")).transform("median").astype(float)
+
+
+def coverage_cells(
+    inside: FloatArray, rows: pd.DataFrame, *, by: Sequence[str] = CELL, enough: int = ENOUGH, seed: int = 0
+) -> pd.DataFrame:
+    """Share of rows whose truth is inside, for each cell of at least so many rows.
+
+    Parameters
+    ----------
+    inside
+        (rows,) 1 where the truth is in the interval or set, 0 where not, nan where the row does not count.
+    rows
+        ``specimen`` and the columns of ``by``; many-valued ones are taken in bands (:func:`banded`).
+    by
+        Columns that make a cell.
+    enough
+        Least number of rows of a cell.
+    seed
+        Seed of the bootstrap over the specimens of a cell.
+
+    Returns
+    -------
+    pandas.DataFrame
+        The cell, ``rows``, ``coverage`` and the ends of its interval, ``low`` and ``high``.
+    """
+    known = ~np.isnan(inside)
+    cells = pd.DataFrame({name: banded(rows.loc[known, name].reset_index(drop=True)) for name in by})
+    cells = cells.assign(inside=inside[known], specimen=rows["specimen"].to_numpy()[known])
+    table = [
+        dict(zip(by, cell, strict=True)) | {"rows": len(own)} | _share(own, seed)
+        for cell, own in cells.groupby(list(by), dropna=False)
+        if len(own) >= enough
+    ]
+    return pd.DataFrame(table, columns=[*by, "rows", "coverage", "low", "high"])
+
+
+def _share(own: pd.DataFrame, seed: int) -> dict[str, float]:
+    figure = Specimens(own["specimen"], seed=seed).mean(own["inside"].to_numpy())
+    return {"coverage": figure.value, "low": figure.low, "high": figure.high}
+
+
+def set_values(sets: BoolArray, rows: pd.DataFrame) -> dict[str, FloatArray]:
+    """Of each row, the size of its conformal set, and whether the truth is in it, of damaged and of healthy rows."""
+    true = rows["tooth"].to_numpy(int)
+    inside = sets[np.arange(len(true)), true].astype(float)
+    return {
+        "set_size": sets.sum(axis=1).astype(float),
+        "set_coverage": inside,
+        "set_coverage_damaged": np.where(true > 0, inside, np.nan),
+        "set_coverage_healthy": np.where(true > 0, np.nan, inside),
+    }
+
+
+def set_figures(sets: BoolArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Figure]:
+    """Mean size and coverage of conformal sets, over all rows and by label.
+
+    Parameters
+    ----------
+    sets
+        (rows, 1 + teeth) whether 'none' and each tooth is in the set.
+    rows
+        ``tooth`` and ``specimen`` of each row.
+    seed
+        Seed of the bootstrap.
+    """
+    specimens = Specimens(rows["specimen"], seed=seed)
+    return {name: specimens.mean(value) for name, value in set_values(sets, rows).items()}

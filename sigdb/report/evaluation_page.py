@@ -1,0 +1,183 @@
+"""The report of an evaluation: one page that needs no network, and its numbers as JSON."""
+
+import base64
+import html
+import io
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from sigdb.core.version import __version__
+from sigdb.recognition import Evaluation
+from sigdb.recognition.card import TITLES, bound_said, figure_rows
+from sigdb.recognition.metrics_coverage import ENOUGH
+from sigdb.report.evaluation_location import location_figures
+from sigdb.report.evaluation_severity import severity_figures
+from sigdb.report.evaluation_shared import coverage_figures, noise_figures
+from sigdb.report.evaluation_style import estimator_styles
+
+PAGE, NUMBERS = "index.html", "evaluation.json"
+"""Files of a report."""
+
+
+def write_evaluation_report(evaluation: Evaluation, folder: str | Path, *, title: str) -> Path:
+    """Write the page of an evaluation, ``index.html``, and its numbers, ``evaluation.json``.
+
+    The page is one file, without scripts: pictures are in it. The numbers are all figures with their intervals (null
+    where one is not known) and, under ``tables``, what the pictures show, as columns.
+
+    Parameters
+    ----------
+    evaluation
+        What :func:`sigdb.recognition.evaluate` gives.
+    folder
+        Where; made if it does not exist.
+    title
+        Heading of the page, for example names of model and database.
+
+    Returns
+    -------
+    pathlib.Path
+        The page.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    numbers = evaluation.as_json() | {
+        "tables": {name: _columns(table) for name, table in evaluation.tables.items()},
+        "sigdb_version": __version__,
+    }
+    (folder / NUMBERS).write_text(json.dumps(numbers, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    (folder / PAGE).write_text(evaluation_html(evaluation, title=title), encoding="utf-8")
+    return folder / PAGE
+
+
+def evaluation_html(evaluation: Evaluation, *, title: str) -> str:
+    """The page as one string."""
+    return "\n".join(_page(evaluation, title)) + "\n"
+
+
+def evaluation_figures(evaluation: Evaluation) -> Iterator[tuple[str, str, Figure]]:
+    """Heading, caption and figure of all that an evaluation holds."""
+    styles = estimator_styles(evaluation.figures, evaluation.learner)
+    yield from (location_figures if evaluation.target == "location" else severity_figures)(evaluation, styles)
+    yield from noise_figures(evaluation, styles)
+    yield from coverage_figures(evaluation)
+
+
+def _page(evaluation: Evaluation, title: str) -> Iterator[str]:
+    yield '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">'
+    yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    yield f"<title>{html.escape(title)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>"
+    yield f"<h1>{html.escape(title)}</h1>"
+    yield f"<p>{html.escape(evaluation.split)}. {evaluation.rows} rows of {evaluation.specimens} specimens.</p>"
+    if evaluation.above:
+        named = ", ".join(TITLES.get(name, name) for name in evaluation.above)
+        yield (
+            f'<p class="alarm">The model is better than the best possible answer ({html.escape(named)}): its training '
+            "has seen what it was asked about, or the rows do not follow the law that the bound assumes.</p>"
+        )
+    yield "<h2>Figures</h2>"
+    yield from _table(evaluation)
+    yield (
+        "<p>In brackets: 95 % interval of a bootstrap over specimens, rough for few of them. "
+        f"{html.escape(bound_said(evaluation))}</p>"
+    )
+    yield from _differences(evaluation)
+    yield '<div class="pictures">'
+    for heading, caption, figure in evaluation_figures(evaluation):
+        yield f"<figure>\n<h3>{html.escape(heading)}</h3>"
+        yield f'<img alt="{html.escape(f"{heading}. {caption}")}" src="{_embedded(figure)}">'
+        yield f"<figcaption>{html.escape(caption)}</figcaption>\n</figure>"
+    yield "</div>"
+    if "coverage" not in evaluation.tables:
+        yield f"<p>Coverage cell by cell is not given: {_why_no_cells(evaluation)}.</p>"
+    yield (
+        f"<footer>The same numbers are in {NUMBERS}. Table of cases and folds: {evaluation.split_hash[:12]}. "
+        f"sigdb {html.escape(__version__)}.</footer>\n</body>\n</html>"
+    )
+
+
+def _why_no_cells(evaluation: Evaluation) -> str:
+    figures = evaluation.figures[evaluation.learner]
+    if not any("coverage" in name for name in figures):
+        return "the model gives neither sets nor intervals"
+    return f"no cell of severity, noise and operating point has {ENOUGH} rows"
+
+
+def _table(evaluation: Evaluation) -> Iterator[str]:
+    head, *rows = figure_rows(evaluation)
+    ours = 1 + list(evaluation.figures).index(evaluation.learner)
+    yield '<div class="wide"><table>\n<thead>' + _cells("th", head, ours) + "</thead>\n<tbody>"
+    yield from (_cells("td", row, ours) for row in rows)
+    yield "</tbody></table></div>"
+
+
+def _cells(tag: str, row: list[str], ours: int) -> str:
+    cells = []
+    for i, text in enumerate(row):
+        value, _, ends = html.escape(text, quote=False).partition(" [")
+        mark = ' class="ours"' if i == ours else ""
+        small = f' <span class="ends">[{ends}</span>' if ends else ""
+        cells.append(f"<{tag}{mark}>{value}{small}</{tag}>")
+    return "<tr>" + "".join(cells) + "</tr>"
+
+
+def _differences(evaluation: Evaluation) -> Iterator[str]:
+    """The model against the others, on the figure that says most."""
+    key = "accuracy" if evaluation.target == "location" else "mae_stiffness_loss"
+    said = [
+        f"{other} {figures[key].value:+.3f} [{figures[key].low:+.3f}, {figures[key].high:+.3f}]"
+        for other, figures in evaluation.differences.items()
+        if key in figures
+    ]
+    if said:
+        yield (
+            f"<p>{html.escape(TITLES[key])} of {html.escape(evaluation.learner)} minus that of others, on the same "
+            f"rows: {html.escape('; '.join(said))}.</p>"
+        )
+
+
+def _embedded(figure: Figure) -> str:
+    """A figure as an SVG in a data address."""
+    picture = io.BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "sigdb"}):  # the same page each time
+        figure.savefig(picture, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
+    return f"data:image/svg+xml;base64,{base64.b64encode(picture.getvalue()).decode()}"
+
+
+def _columns(table: pd.DataFrame) -> dict[str, list[object]]:
+    return {
+        str(name): [None if isinstance(one, float) and not np.isfinite(one) else one for one in table[name].tolist()]
+        for name in table
+    }
+
+
+_STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; color: #1b2430; background: #fff; margin: 0 auto; padding: 1rem;
+  max-width: 66rem; }
+h1 { font-size: 1.5rem; line-height: 1.25; overflow-wrap: anywhere; }
+h2 { font-size: 1.2rem; margin-top: 1.8rem; }
+h3 { font-size: 1rem; margin: 0 0 .4rem; }
+.wide { overflow-x: auto; }
+table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
+th, td { text-align: left; padding: .25rem .8rem .25rem 0; border-bottom: 1px solid #e3e6ea; white-space: nowrap;
+  vertical-align: top; }
+.ours { font-weight: 600; }
+.ends { color: #667080; font-weight: 400; font-size: .8rem; }
+.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 28rem), 1fr)); gap: 2rem;
+  margin-top: 2rem; }
+figure { margin: 0; break-inside: avoid; }
+figure img { width: 100%; max-width: 36rem; height: auto; }
+figcaption { color: #4a5565; font-size: .88rem; }
+footer { color: #667080; font-size: .85rem; margin-top: 2rem; }
+.alarm { border-left: .3rem solid #c8553d; background: #fbeeea; padding: .6rem .8rem; }
+@media (max-width: 40rem) { td:first-child { white-space: normal; min-width: 8rem; } }
+@media print { body { font-size: 10pt; max-width: none; padding: 0; } .wide { overflow: visible; }
+  table { font-size: 7.5pt; } .pictures { display: block; } figure { margin-bottom: 1rem; }
+  figure img { width: 62%; } }
+"""
