@@ -15,7 +15,7 @@ from scipy.io import loadmat
 import sigdb
 from sigdb.cli.main import cli
 from sigdb.core.errors import InputError
-from sigdb.recognition import Figure, evaluate, load_model
+from sigdb.recognition import Figure, evaluate, evaluate_beside_bound, load_model
 from sigdb.transmission import coupled_modes
 
 SCALARS = "select id, tooth, snr_db, index_error, fm4, status, contact_loss from cases order by id limit 70"
@@ -249,7 +249,9 @@ def test_evaluate_writes_a_report(invoke, folder, tmp_path):
 
 def test_evaluate_leaves_with_1_when_a_model_is_above_the_bound(folder, monkeypatch, capsys):
     best = {"accuracy": Figure(value=0.01, low=0.0, high=0.02)}
-    monkeypatch.setattr("sigdb.recognition.evaluate", lambda model, database: evaluate(model, database, bound=best))
+    monkeypatch.setattr(
+        "sigdb.recognition.evaluate_beside_bound", lambda model, database: evaluate(model, database, bound=best)
+    )
     assert cli.main(["evaluate", str(folder / "location"), str(folder / "signatures")], standalone_mode=False) == 1
     out, err = capsys.readouterr()
     assert "is better than the best possible answer (accuracy" in err
@@ -258,11 +260,12 @@ def test_evaluate_leaves_with_1_when_a_model_is_above_the_bound(folder, monkeypa
 
 def test_evaluate_as_json(invoke, folder, database):
     rows = json.loads(invoke("evaluate", folder / "location", folder / "signatures", "--format", "json").stdout)
-    evaluation = evaluate(load_model(folder / "location"), database)
+    evaluation = evaluate_beside_bound(load_model(folder / "location"), database)
+    figures = evaluation.figures | {"bound": evaluation.bound}
     assert {tuple(row) for row in rows} == {("estimator", "figure", "value", "low", "high")}
-    assert len(rows) == sum(len(figures) for figures in evaluation.figures.values())
+    assert len(rows) == sum(len(some) for some in figures.values())
     for row in rows:
-        figure = evaluation.figures[row["estimator"]][row["figure"]]
+        figure = figures[row["estimator"]][row["figure"]]
         expected = [None if np.isnan(one) else one for one in (figure.value, figure.low, figure.high)]
         assert [row["value"], row["low"], row["high"]] == expected
     assert None in [row["value"] for row in rows]  # the bias of a majority that never calls a tooth
