@@ -3,7 +3,8 @@
 The recipe is `pipelines/quick.toml` with more specimens: 768 samples, one sensor, averages of 102 revolutions. A sweep
 runs in a process of its own, which starts its workers: its seconds go from the recipe to the last receipt, by the
 clock. Compiled kernels are there before, as on every machine after its first sweep. Memory is the greatest resident
-memory of a worker, or of the process itself where it works alone.
+memory of a worker, or of the process itself where it works alone. A Dask cluster of as many processes makes the largest
+sweep once more; it runs already when the clock starts.
 
 Stages are shares of the processor time of one core. The peer does what is done by hand: each row is simulated, gets its
 noise, is analysed with the public functions and saved as a MAT file of its own; once more with the simulation left out
@@ -25,7 +26,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -74,7 +76,7 @@ def main() -> None:
     if given.one:
         print(json.dumps(one_sweep(given.one[0], int(given.one[1]), int(given.one[2]))))
         return
-    machine = environment("numpy", "scipy", "numba", "pandas", "pyarrow", "joblib")
+    machine = environment("numpy", "scipy", "numba", "pandas", "pyarrow", "joblib", "distributed")
     sizes = [*(size for size in SCALES if size < given.rows), given.rows, *([FULL] if given.full else [])]
     tables = measure(sizes)
     if given.json:
@@ -88,10 +90,12 @@ def main() -> None:
 def measure(sizes: list[int]) -> dict[str, Rows]:
     """Tables by title."""
     in_own_process("joblib", 1, 1)  # compiles what is kept on disk
-    sweeps = [in_own_process(engine, size, jobs) for engine in ENGINES for size in sizes for jobs in JOBS]
-    alone = {(row["engine"], row["rows"]): row["rows a second"] for row in sweeps if row["jobs"] == 1}
+    sweeps = [in_own_process("joblib", size, jobs) for size in sizes for jobs in JOBS]
+    sweeps.append(in_own_process("dask", sizes[-1], JOBS[-1]))
+    rate = {(row["engine"], row["rows"], row["jobs"]): row["rows a second"] for row in sweeps}
     for row in sweeps:
-        row["times one job"] = row["rows a second"] / alone[row["engine"], row["rows"]]
+        row["times one job"] = row["rows a second"] / rate["joblib", row["rows"], 1]
+        row["times joblib"] = row["rows a second"] / rate["joblib", row["rows"], row["jobs"]]
     with threadpool_limits(1):
         parts, peers = stages(planned(sizes[0])), one_file_a_row(planned(sizes[0]))
     own = max(row["rows a second"] for row in sweeps if row["jobs"] == 1)
@@ -112,12 +116,25 @@ def planned(rows: int) -> Plan:
     return of(max(1, round(rows / of(1).rows)))
 
 
-def joblib_processes(plan: Plan, folder: str, jobs: int) -> Summary:
-    """A sweep by worker processes of this machine."""
-    return run(plan, folder, jobs=jobs)
+Sweep = Callable[[Plan, str], Summary]
 
 
-ENGINES: dict[str, Callable[[Plan, str, int], Summary]] = {"joblib": joblib_processes}
+@contextmanager
+def joblib_processes(jobs: int) -> Iterator[Sweep]:
+    """A sweep by worker processes of this machine, which it starts."""
+    yield partial(run, jobs=jobs)
+
+
+@contextmanager
+def dask_cluster(jobs: int) -> Iterator[Sweep]:
+    """A sweep by a Dask cluster of worker processes on this machine, which runs already."""
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=jobs, threads_per_worker=1, dashboard_address=":0") as cluster:
+        yield partial(run, scheduler=cluster.scheduler_address)
+
+
+ENGINES: dict[str, Callable[[int], AbstractContextManager[Sweep]]] = {"joblib": joblib_processes, "dask": dask_cluster}
 """What carries out a sweep, by name."""
 
 
@@ -129,9 +146,9 @@ def in_own_process(engine: str, rows: int, jobs: int) -> dict[str, Any]:
 
 def one_sweep(engine: str, rows: int, jobs: int) -> dict[str, Any]:
     """One sweep in a temporary directory, from its recipe on."""
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, ENGINES[engine](jobs) as sweep:
         started = time.perf_counter()
-        summary = ENGINES[engine](planned(rows), folder, jobs)
+        summary = sweep(planned(rows), folder)
         seconds = time.perf_counter() - started
     return {
         "engine": engine,
@@ -141,7 +158,7 @@ def one_sweep(engine: str, rows: int, jobs: int) -> dict[str, Any]:
         "rows a second": summary.rows / seconds,
         "bytes a row": summary.bytes / summary.rows,
         "failed": summary.failed,
-        "worker, MB": peak_resident(jobs > 1) / 1e6,
+        "worker, MB": peak_resident(jobs > 1 or engine == "dask") / 1e6,
     }
 
 

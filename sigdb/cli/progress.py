@@ -57,7 +57,7 @@ class _Bar:
         if done.stage not in self.tasks:
             self.tasks[done.stage] = self.bar.add_task(done.stage, total=done.total, rate="")
         text = f"{rate:.0f}/s" if done.done > done.before else ""
-        self.bar.update(self.tasks[done.stage], completed=done.done, rate=text)
+        self.bar.update(self.tasks[done.stage], completed=done.done, total=done.total, rate=text)
 
 
 class _Lines:

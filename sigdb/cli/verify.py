@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from sigdb.cli.workers import jobs_option
+
 if TYPE_CHECKING:
     from sigdb.sweep import Finding
 
@@ -24,9 +26,7 @@ FOUND = 1
     help="Templates, and blocks of 256 rows, that --deep makes again.",
 )
 @click.option("--repair", "mend", is_flag=True, help="Make what is damaged or missing again from the recipe in DB.")
-@click.option(
-    "--jobs", type=int, default=-1, show_default=True, help="Worker processes of --repair; -1 for one on each core."
-)
+@jobs_option
 @click.option(
     "--format",
     "form",
@@ -46,8 +46,6 @@ def verify(database: str, deep: bool, sample: int, mend: bool, jobs: int, form: 
     from sigdb.sweep import repair
     from sigdb.sweep import verify as verify_database
 
-    if jobs == 0 or jobs < -1:
-        raise click.BadParameter(f"{jobs}; give 1 or more, or -1 for one on each core", param_hint="--jobs")
     with show_progress() as on_progress:
         if mend:
             done = repair(database, deep=deep, sample=sample, jobs=jobs, on_progress=on_progress)

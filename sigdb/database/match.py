@@ -20,7 +20,7 @@ from sigdb.database.schema import suffixed
 if TYPE_CHECKING:
     from sigdb.database.reader import Database
 
-_BANK_FORMAT = 1
+_BANK_FORMAT = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,17 +96,27 @@ def template_bank(database: "Database", sensor: str, n: int) -> MatchBank:
 
 
 def _of_length(database: "Database", column: str, n: int) -> Iterator[pa.RecordBatch]:
-    """Batches of the bank, or an error that names the lengths that there are."""
+    """Batches of the bank, or an error that names the lengths that there are.
+
+    An extension has undamaged templates of its own: those that are there already are left out.
+    """
     schema, step = database.dataset("templates").schema, database.manifest.resolved["signature"]["samples_per_tooth"]
     scalars = [field.name for field in schema if not pa.types.is_list(field.type)]
+    rig = ["teeth", "speed_rpm", "torque", *(name for name in scalars if "." in name)]  # swept: by dotted path
     teeth: set[int] = set()
+    undamaged: set[tuple[float, ...]] = set()
 
-    def seen() -> Iterator[pa.RecordBatch]:
+    def distinct() -> Iterator[pa.RecordBatch]:
         for batch in database.scan("templates", [*scalars, column]):
             teeth.update(batch["teeth"].filter(batch[column].is_valid()).to_pylist())
-            yield batch
+            new = np.ones(batch.num_rows, dtype=bool)
+            for row in np.flatnonzero((batch["tooth"].to_numpy() == 0) & batch[column].is_valid().to_numpy(False)):
+                point = tuple(batch[name][int(row)].as_py() for name in rig)
+                new[row] = point not in undamaged
+                undamaged.add(point)
+            yield batch.filter(pa.array(new))
 
-    batches = bank_batches(seen(), column, n, n // step)
+    batches = bank_batches(distinct(), column, n, n // step)
     first = next(batches, None)
     if first is None:
         lengths = ", ".join(f"{step * z} ({z} teeth)" for z in sorted(teeth)) or "none"

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from sigdb.pipeline.models import train_model
     from sigdb.pipeline.new_rig import write_new_rig
     from sigdb.pipeline.paper.results import paper_claims
-    from sigdb.pipeline.pictures import draw_signature
+    from sigdb.pipeline.pictures import draw_coverage, draw_signature
     from sigdb.pipeline.recipe import Recipe, load_recipe
     from sigdb.pipeline.run import Made, run_recipe
 
@@ -19,6 +19,7 @@ __all__ = [
     "Recipe",
     "database_card",
     "describe_rig",
+    "draw_coverage",
     "draw_rig",
     "draw_signature",
     "load_recipe",
@@ -35,6 +36,7 @@ __getattr__, __dir__ = lazy_names(
         "Recipe": "sigdb.pipeline.recipe",
         "database_card": "sigdb.pipeline.card",
         "describe_rig": "sigdb.pipeline.describe",
+        "draw_coverage": "sigdb.pipeline.pictures",
         "draw_rig": "sigdb.pipeline.describe",
         "draw_signature": "sigdb.pipeline.pictures",
         "load_recipe": "sigdb.pipeline.recipe",

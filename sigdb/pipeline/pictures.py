@@ -1,4 +1,4 @@
-"""From a row of a database to its picture."""
+"""From a row of a database, or a study of its coverage, to its picture."""
 
 from pathlib import Path
 from typing import Any
@@ -8,7 +8,8 @@ import numpy as np
 from sigdb.core.errors import InputError
 from sigdb.database import Database
 from sigdb.pipeline.models import recipe_section
-from sigdb.report import Report, save_figure, signature_figure
+from sigdb.report import Report, coverage_figure, save_figure, signature_figure
+from sigdb.sweep import Coverage
 
 
 def draw_signature(database: Database, id: int, path: str | Path, *, sensor: str | None = None) -> Path:
@@ -47,6 +48,30 @@ def draw_signature(database: Database, id: int, path: str | Path, *, sensor: str
         settings=settings,
     )
     save_figure(figure, Path(path), settings)
+    return Path(path)
+
+
+def draw_coverage(coverage: Coverage, path: str | Path, name: str) -> Path:
+    """Draw a study of coverage into a file: the match of its cases, and where they lie.
+
+    Parameters
+    ----------
+    coverage
+        From :func:`sigdb.sweep.coverage`.
+    path
+        Picture file; its suffix is the format.
+    name
+        What was studied, for the title.
+
+    Raises
+    ------
+    InputError
+        If the suffix names no format of pictures.
+    """
+    figure = coverage_figure(
+        coverage.cases, grid=coverage.grid, title=f"{name}: {len(coverage.cases)} random cases between its own"
+    )
+    save_figure(figure, Path(path))
     return Path(path)
 
 

@@ -9,7 +9,8 @@ if TYPE_CHECKING:
     from sigdb.report.card_page import database_card_markdown
     from sigdb.report.claims_page import claims_markdown, claims_text
     from sigdb.report.comparison import Case, comparison_figure
-    from sigdb.report.figures import save_figure, signature_figure
+    from sigdb.report.coverage import coverage_figure
+    from sigdb.report.figures import check_picture, save_figure, signature_figure
     from sigdb.report.rig_drawing import rig_figure
     from sigdb.report.rig_page import rig_text
     from sigdb.report.settings import Picture, Report
@@ -19,9 +20,11 @@ __all__ = [
     "Picture",
     "Report",
     "campbell_figure",
+    "check_picture",
     "claims_markdown",
     "claims_text",
     "comparison_figure",
+    "coverage_figure",
     "database_card_markdown",
     "rig_figure",
     "rig_text",
@@ -36,10 +39,12 @@ __getattr__, __dir__ = lazy_names(
         "Picture": "sigdb.report.settings",
         "Report": "sigdb.report.settings",
         "campbell_figure": "sigdb.report.campbell",
+        "check_picture": "sigdb.report.figures",
         "claims_markdown": "sigdb.report.claims_page",
         "claims_text": "sigdb.report.claims_page",
         "comparison_figure": "sigdb.report.comparison",
         "database_card_markdown": "sigdb.report.card_page",
+        "coverage_figure": "sigdb.report.coverage",
         "rig_figure": "sigdb.report.rig_drawing",
         "rig_text": "sigdb.report.rig_page",
         "save_figure": "sigdb.report.figures",

@@ -12,6 +12,9 @@ _COUNTS = (
     ("specimens", "specimens: pairs of gears with their own index errors"),
 )
 
+_REASONS = 5
+"""Reasons of failures that are told one by one, the most frequent ones."""
+
 
 def database_card_markdown(facts: Mapping[str, Any], *, title: str) -> str:
     """The card, from what :func:`sigdb.pipeline.database_card` gives."""
@@ -40,7 +43,7 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
     yield from _table(
         ("number", "what"),
         [
-            *((f"{facts[name]}", said) for name, said in _COUNTS),
+            *((_grouped(facts[name]), said) for name, said in _COUNTS),
             (
                 f"{facts['bytes'] / 1e6:.1f} MB",
                 f"in {facts['parts']} parts, {facts['bytes'] / facts['rows']:.0f} bytes a row",
@@ -89,8 +92,7 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
         "the teeth part."
     )
     yield from _coverage(facts["coverage"])
-    for one in facts["statuses"]:
-        yield f"- {one['rows']} rows without a result: {one['status']}."
+    yield from _failures(facts["statuses"])
     yield ""
     yield "## Origin"
     yield ""
@@ -99,7 +101,7 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
     yield f"- Seed {facts['seed']}; hash of recipe and rig `{facts['hash']}`; {facts['extensions']} extensions."
     yield f"- Licence {facts['licence']}. {facts['citation']}"
     yield ""
-    yield "Recipe:"
+    yield "Made again by `python -m sigdb.sweep RECIPE` with this recipe, then `sigdb coverage DB`:"
     yield ""
     yield "```toml"
     yield facts["recipe"].strip()
@@ -117,6 +119,23 @@ def _coverage(coverage: Mapping[str, Any] | None) -> Iterator[str]:
         f"{coverage['separation_greatest']:.1f}."
     )
     yield f"- A signature whose misfit is above {coverage['threshold']:.3g} is outside the database."
+
+
+def _failures(statuses: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    for one in statuses[:_REASONS]:
+        yield f"- Without a result, {_counted(one['rows'], 'row')}: {one['status']}."
+    if others := statuses[_REASONS:]:
+        rows = sum(one["rows"] for one in others)
+        yield f"- Without a result for {_counted(len(others), 'other reason')}, {_counted(rows, 'row')}."
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
+def _grouped(number: int) -> str:
+    """A whole number with its digits in threes."""
+    return f"{number:,}".replace(",", " ")
 
 
 def _triple(quantiles: Sequence[float] | None) -> str:

@@ -75,8 +75,18 @@ def save_figure(figure: Figure, path: Path, settings: Report | None = None) -> N
     InputError
         If the suffix names no format of pictures.
     """
-    formats = FigureCanvasAgg.get_supported_filetypes()
-    if path.suffix.lstrip(".").lower() not in formats:
-        raise InputError(f"{path}: not a picture's name; end it in .png, .svg or .pdf")
+    check_picture(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=(settings or Report()).dots_per_inch)
+
+
+def check_picture(path: Path) -> None:
+    """Refuse a file whose suffix names no format of pictures.
+
+    Raises
+    ------
+    InputError
+        Says what to do.
+    """
+    if path.suffix.lstrip(".").lower() not in FigureCanvasAgg.get_supported_filetypes():
+        raise InputError(f"{path}: not a picture's name; end it in .png, .svg or .pdf")

@@ -6,10 +6,10 @@ from sigdb.database.integrity import Finding, PartKey, unsealed_or_why
 from sigdb.database.manifest import NAME, Manifest, read_manifest, rewrite
 from sigdb.database.receipts import KINDS, finished_parts
 from sigdb.database.storage import Store
+from sigdb.sweep.beginning import SCHEMA
 from sigdb.sweep.columns import plan_schema
 from sigdb.sweep.plan import PART_TEMPLATES, Plan, rows_of_a_part
 from sigdb.sweep.reconstruction import plan_from
-from sigdb.sweep.run import SCHEMA
 
 Owners = dict[PartKey, Plan]
 """The parts that a database is to have, each with its plan."""

@@ -92,10 +92,10 @@ def _signature(token: str = "") -> bytes:
 def _owner(store: Store) -> dict[str, Any] | None:
     """Who owns a place; None where nobody says so."""
     try:
-        owner: dict[str, Any] | None = json.loads(store.get(OWNER)) if store.size(OWNER) else None
-        return owner
+        owner = json.loads(store.get(OWNER)) if store.size(OWNER) else None
     except (DatabaseError, ValueError):
         return None
+    return owner if isinstance(owner, dict) and {"process", "host", "alive"} <= owner.keys() else None
 
 
 def _busy(store: Store, owner: dict[str, Any] | None) -> DatabaseError:

@@ -13,15 +13,17 @@ from sigdb.database.integrity import Finding, PartKey, damaged_part, foreign_fil
 from sigdb.database.manifest import NAME, read_manifest
 from sigdb.database.receipts import KINDS, TABLES_OF, Receipt, part_name, receipt_name
 from sigdb.database.storage import Store
+from sigdb.sweep.beginning import SCHEMA, check_version, write_schema
 from sigdb.sweep.columns import plan_schema
 from sigdb.sweep.contents import doubtful_rows, wrong_rows, wrong_templates
 from sigdb.sweep.descriptions import Owners, check_descriptions
 from sigdb.sweep.engines import Processes
 from sigdb.sweep.ownership import owned
 from sigdb.sweep.plan import Plan
+from sigdb.sweep.progress import Progress
 from sigdb.sweep.reconstruction import plan_from
 from sigdb.sweep.remake import differing_parts
-from sigdb.sweep.run import SCHEMA, Progress, carry_out, check_version, write_schema
+from sigdb.sweep.run import carry_out
 
 OnProgress = Callable[[Progress], Any]
 

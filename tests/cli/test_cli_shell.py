@@ -118,6 +118,9 @@ def test_exit_codes_are_those_of_the_process(shell, tmp_path):
         (["match", "db", "a.txt", "--id", "3"], "Give either RECORDING or --id."),
         (["match", "db", "a.txt", "--k", "0"], "0 is not in the range"),
         (["modes", "nasa-spiral-bevel", "--count", "0"], "0 is not in the range"),
+        (["coverage", "db", "--cases", "0"], "0 is not in the range"),
+        (["refine", "db", "--rounds", "0"], "0 is not in the range"),
+        (["refine", "db", "--jobs", "-2"], "-2; give 1 or more, or -1"),
         (["run", "recipe.toml", "--jobs", "0"], "0; give 1 or more, or -1"),
     ],
 )

@@ -23,7 +23,7 @@ def tables(plans):
 
 
 def test_these_are_the_recipes():
-    assert {path.stem for path in RECIPES} >= {"quick", "paper", "teeth"}
+    assert {path.stem for path in RECIPES} >= {"quick", "paper", "teeth", "reference"}
 
 
 @pytest.mark.parametrize("path", RECIPES, ids=lambda path: path.stem)
@@ -52,6 +52,18 @@ def test_quick_has_about_ten_thousand_rows(tables):
     assert set(damaged["damaged_teeth"]) == {1, 2, 3}
     alone = set(zip(damaged["phase_shift_deg"] > 0, damaged["stiffness_loss"] > 0, strict=True))
     assert alone == {(True, False), (False, True), (True, True)}
+
+
+def test_reference_is_a_million_signatures_at_stratified_operating_points(tables):
+    """25 operating points within 6 % of speed and 18 % of load, one in each 25th of both; 200 specimens."""
+    reference = tables["reference"]
+    assert len(reference) == 25 * 200 * (8 + 12 * 2 * 8) == 1_000_000
+    assert (reference["tooth"] == 0).sum() == 40_000
+    points = reference[["speed_rpm", "torque"]].drop_duplicates()
+    assert len(points) == 25
+    for name, nominal, part in (("speed_rpm", 14400.0, 0.06), ("torque", 356.05, 0.18)):
+        stratum = (points[name] / nominal - 1 + part) / (2 * part) * 25
+        assert sorted(stratum.astype(int)) == list(range(25))
 
 
 def test_quick_keeps_contact_on_all_templates(plans):

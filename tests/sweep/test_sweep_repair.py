@@ -2,7 +2,6 @@
 
 import json
 import shutil
-import subprocess
 import sys
 
 import pytest
@@ -139,21 +138,20 @@ def test_another_version_repairs_nothing(copy, monkeypatch):
     import importlib
 
     flipped(copy / "features" / "part-00001.parquet", 1000)
-    monkeypatch.setattr(importlib.import_module("sigdb.sweep.run"), "__version__", "99.0.0")
+    monkeypatch.setattr(importlib.import_module("sigdb.sweep.beginning"), "__version__", "99.0.0")
     with pytest.raises(InputError, match=r"was begun with sigdb \S+, this is 99\.0\.0"):
         repair(copy, jobs=1)
     assert (copy / "receipts" / "rows-00001.json").exists()
 
 
-def test_what_readers_say_of_damage_mends_it(copy, parts_folder, digests):
+def test_what_readers_say_of_damage_mends_it(command, copy, parts_folder, digests):
     """The command that a reader's error names is the remedy."""
     flipped(copy / "features" / "part-00001.parquet", 1000)
     with pytest.raises(CorruptionError) as error:
         sigdb.open(copy).dataset("features").to_table()
     remedy = str(error.value).partition("make it again with: sigdb ")[2].split()
     assert remedy == ["verify", str(copy), "--repair"]
-    done = subprocess.run([sys.executable, "-m", "sigdb", *remedy], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    assert command(*remedy[1:], "--jobs", 1)[0] == 0
     assert digests(copy) == digests(parts_folder)
 
 

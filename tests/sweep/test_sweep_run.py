@@ -15,7 +15,7 @@ import sigdb
 from sigdb.core.errors import CorruptionError, DatabaseError, InputError
 from sigdb.sweep import Progress, run
 
-SWEEP_RUN = importlib.import_module("sigdb.sweep.run")
+BEGINNING = importlib.import_module("sigdb.sweep.beginning")
 BUILT_IN = Path(__file__).parents[2] / "data" / "transmissions" / "nasa_spiral_bevel.toml"
 
 
@@ -240,7 +240,7 @@ def test_parts_that_no_receipt_names_readably_are_not_taken_over(parts_plan, cop
 
 
 def test_another_version_does_not_go_on(parts_plan, copy, monkeypatch):
-    monkeypatch.setattr(SWEEP_RUN, "__version__", "99.0.0")
+    monkeypatch.setattr(BEGINNING, "__version__", "99.0.0")
     for _ in range(2):
         with pytest.raises(InputError, match=r"was begun with sigdb \S+, this is 99\.0\.0, whose rows may differ"):
             run(parts_plan, copy, jobs=1)

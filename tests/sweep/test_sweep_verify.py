@@ -16,7 +16,7 @@ from sigdb.database.receipts import read_receipt, write_receipt
 from sigdb.database.seal import sealed_json, sealed_toml, unsealed
 from sigdb.database.storage import Store
 from sigdb.database.writer import write_part
-from sigdb.sweep import Progress, run, verify
+from sigdb.sweep import Progress, refine, repair, run, verify
 
 ALL = 10**9
 TABLES = {"templates": ("templates",), "rows": ("features", "signals")}
@@ -72,6 +72,36 @@ def test_a_whole_database_is_whole(small_run, parts_folder, deep):
         assert verify(folder, deep=deep, sample=ALL) == ()
 
 
+@pytest.fixture(scope="module")
+def extended(plan_of, tmp_path_factory):
+    """A database with two extensions and a coverage record: damage between that of the grid was badly stood for."""
+    folder = tmp_path_factory.mktemp("extended") / "db"
+    text = "[[sweep.grid]]\ntooth = [1, 2]\nphase_shift_deg = [0.5, 4.0]\n[signature]\nsamples_per_tooth = 32\n"
+    run(plan_of(text), folder, jobs=1)
+    refine(folder, match=0.9999, cases=10, rounds=2, jobs=1)
+    return folder
+
+
+def test_an_extended_database(extended, tmp_path):
+    """Its extensions are parts like others: whole, found when damaged, and made again with their own plans."""
+    folder = shutil.copytree(extended, tmp_path / "copy")
+    assert len(read_manifest(Store.at(folder)).extensions) == 2
+    assert (folder / "coverage.json").exists()
+    assert verify(folder, deep=True, sample=ALL) == ()
+    content = {path: path.read_bytes() for path in folder.rglob("*.parquet")}
+    for name in ("templates/part-00002.parquet", "signals/part-00001.parquet"):
+        (folder / name).unlink()
+    assert told(verify(folder)) == [
+        ("damage", "templates/part-00002.parquet", "templates", 2),
+        ("damage", "signals/part-00001.parquet", "rows", 1),
+    ]
+    assert repair(folder, jobs=1).left == ()
+    assert {path: path.read_bytes() for path in folder.rglob("*.parquet")} == content
+    (folder / "receipts" / "rows-00002.json").unlink()
+    (found,) = verify(folder)
+    assert found.what == "1 of 3 parts of rows are not made yet (2)"
+
+
 def test_nothing_is_written(copy):
     before = {path: path.stat().st_mtime_ns for path in copy.rglob("*")}
     verify(copy, deep=True, sample=2)
@@ -100,7 +130,7 @@ def test_any_flipped_bit_is_found(small_copy, copy, where):
     paths = files_of(folder)
     sizes = np.array([path.stat().st_size for path in paths])
     chosen = [(paths[k], offset) for k in range(len(paths)) for offset in (0, sizes[k] - 1)]
-    for k in [*rng.integers(len(paths), size=20), *rng.choice(len(paths), size=20, p=sizes / sizes.sum())]:
+    for k in [*rng.integers(len(paths), size=12), *rng.choice(len(paths), size=12, p=sizes / sizes.sum())]:
         chosen.append((paths[k], int(rng.integers(sizes[k]))))
     for path, offset in chosen:
         content = path.read_bytes()
@@ -385,3 +415,12 @@ def test_a_damaged_file_is_an_error_of_each_reader_too(copy):
     (copy / "sigdb.toml").write_bytes((copy / "sigdb.toml").read_bytes() + b"\n")
     with pytest.raises(CorruptionError):
         read_manifest(Store.at(copy))
+
+
+@pytest.mark.parametrize("field", ["sha256", "blocks"])
+def test_checksums_of_another_file_in_a_receipt_are_found(copy, field):
+    store = Store.at(copy)
+    first, second = (read_receipt(store, "rows", part) for part in (0, 1))
+    files = (replace(second.files[0], **{field: getattr(first.files[0], field)}), second.files[1])
+    write_receipt(store, replace(second, files=files))
+    assert told(verify(copy)) == [("damage", "features/part-00001.parquet", "rows", 1)]

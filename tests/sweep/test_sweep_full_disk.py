@@ -1,0 +1,68 @@
+"""Unit: what cannot be written is told in a sentence, whatever was finished stays, and afterwards the sweep goes on."""
+
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+import sigdb
+from sigdb.core.errors import DatabaseError
+from sigdb.sweep import run, verify
+
+LIMITED = """
+import resource, sys
+from sigdb.cli.main import main
+from sigdb.cli.sweep import sweep
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
+sys.argv = ["sigdb.sweep", *sys.argv[2:]]
+main(sweep, "python -m sigdb.sweep")
+"""
+
+
+@pytest.fixture
+def copy(parts_folder, tmp_path):
+    return shutil.copytree(parts_folder, tmp_path / "copy")
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_no_room_for_a_part(copy, recipe_of, parts_text, parts_plan, parts_folder, digests, jobs):
+    """The operating system refuses files of more than half a megabyte, in worker processes too."""
+    for part in (0, 1):
+        (copy / "receipts" / f"rows-{part:05d}.json").unlink()
+    shutil.rmtree(copy / "templates")
+    (copy / "receipts" / "templates-00000.json").unlink()
+    place = [str(recipe_of(parts_text).path), "--out", str(copy), "--jobs", str(jobs)]
+    done = subprocess.run(
+        [sys.executable, "-c", LIMITED, "500000", *place], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.returncode == 3, done.stderr
+    (sentence,) = (line for line in done.stderr.splitlines() if "error" in line)
+    assert sentence.startswith(f"python -m sigdb.sweep: error: {copy}/")
+    assert sentence.endswith(
+        ".parquet: cannot be written (File too large); nothing that is finished is lost; make room or give the right "
+        "to write, then run the same command again"
+    )
+    assert "Traceback" not in done.stderr
+    # The templates had room; the part of rows that was there is there.
+    assert (copy / "receipts" / "templates-00000.json").exists()
+    database = sigdb.open(copy)
+    assert database.cases()["id"].tolist() == list(range(4096, 5060))
+    assert not list(copy.rglob("*.tmp"))
+    assert not (copy / ".owner").exists()
+    assert run(parts_plan, copy, recipe=parts_text, jobs=1).made == 4096
+    assert digests(copy) == digests(parts_folder)
+    assert verify(copy) == ()
+
+
+@pytest.mark.parametrize("name", ["features", "signals", "receipts", "templates"])
+def test_a_file_where_a_folder_should_be(parts_plan, parts_text, parts_folder, digests, tmp_path, name):
+    """As where writing is not allowed; the administrator may write anywhere, so that permissions do not tell here."""
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / name).write_bytes(b"")
+    with pytest.raises(DatabaseError, match=rf"{name}.*: cannot be \w+ \(.*(File exists|Not a directory)\)"):
+        run(parts_plan, out, recipe=parts_text, jobs=1)
+    (out / name).unlink()
+    run(parts_plan, out, recipe=parts_text, jobs=1)
+    assert digests(out) == digests(parts_folder)
