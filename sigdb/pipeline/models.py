@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from sigdb.core.fields import Section, validated
 from sigdb.database import Database
 from sigdb.recognition import Evaluation, Recognition, evaluate, save_model, train
-from sigdb.recognition.training import usable_rows
+from sigdb.recognition.training import probe_rows, usable_rows
 
 S = TypeVar("S", bound=Section)
 
@@ -53,5 +53,5 @@ def train_model(
     evaluation = evaluate(model, database)
     held_out = usable_rows(database, target)
     held_out = held_out[~held_out["specimen"].isin(model.trained_on)]
-    save_model(model, folder, evaluation=evaluation, probe=held_out, command=command)
+    save_model(model, folder, evaluation=evaluation, probe=probe_rows(model, database, held_out), command=command)
     return evaluation

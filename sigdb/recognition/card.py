@@ -46,7 +46,7 @@ training data is simulated: on a measured signal its answer is a hypothesis to b
 **Training data.** {model.rows} simulated signatures of sensor `{model.sensor}` from {len(model.trained_on)} specimens
 of the database `{model.database_hash[:12]}`, seed {model.seed}; table of folds `{model.split_hash[:12]}`.
 
-**Input.** Pooled Wigner-Ville features, speed and torque, seen from each tooth in turn.
+**Input.** {_INPUT.get(model.learner, _POOLED_INPUT)}
 
 ## Figures
 
@@ -67,6 +67,11 @@ worse. The best possible answer (the Bayes bound) is not computed.
 """
 
 
+_POOLED_INPUT = "Pooled Wigner-Ville features, speed and torque, seen from each tooth in turn."
+_INPUT = {
+    "templates": "The average itself, its number of revolutions, the scatter between them (the noise), speed and\n"
+    "torque; templates of the nearest operating point, index errors of the size that the training rows have."
+}
 _PURPOSE = {
     "location": "Says at which tooth of the averaged gear the first damaged tooth is, or 'none'. Absolute tooth\n"
     "numbers need the tacho mark.",

@@ -5,14 +5,13 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
-from scipy.optimize import minimize
-from scipy.special import log_softmax, softmax
+from scipy.special import softmax
 from sklearn.base import BaseEstimator, ClassifierMixin, clone
 from sklearn.model_selection import GroupShuffleSplit
 from sklearn.utils.validation import check_is_fitted
 
-from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray, IntArray
+from sigdb.recognition.calibration import calibrated, check_labels, with_none
 from sigdb.recognition.learners import tooth_scorer
 from sigdb.recognition.views import ToothViews, by_teeth, check_columns
 
@@ -55,7 +54,7 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
         check_columns(X)
         y = np.asarray(y, dtype=int)
         groups = np.arange(len(y)) if groups is None else np.asarray(groups)
-        _check_labels(X, y)
+        check_labels(X["teeth"].to_numpy(), y)
         if len(np.unique(groups)) < 2:
             groups = np.arange(len(y))  # with one specimen only, its own rows have to calibrate
         self.classes_ = np.arange(int(X["teeth"].max()) + 1)
@@ -63,7 +62,7 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
         inner, outer = next(GroupShuffleSplit(1, test_size=0.25, random_state=self.random_state).split(X, y, groups))
         self.scorer_ = self._fit_scorer(X.iloc[inner], y[inner])
         self.slope_, self.none_ = 1.0, 0.0
-        self.slope_, self.none_ = _calibrated(self._tooth_scores(X.iloc[outer]), y[outer])
+        self.slope_, self.none_ = calibrated(self._tooth_scores(X.iloc[outer]), y[outer])
         self.scorer_ = self._fit_scorer(X, y)
         return self
 
@@ -95,7 +94,7 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
         """(rows, most teeth + 1) unbounded scores of 'none' and of each tooth; their softmax is the probability."""
         check_is_fitted(self)
         scores = self._tooth_scores(X)
-        return np.column_stack([np.full(len(X), self.none_), self.slope_ * scores])
+        return with_none(scores, self.slope_, self.none_)
 
     def predict_proba(self, X: pd.DataFrame) -> FloatArray:
         """(rows, most teeth + 1) probability of 'none' and of each tooth."""
@@ -104,25 +103,3 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
     def predict(self, X: pd.DataFrame) -> IntArray:
         """(rows,) first damaged tooth, 0 for none."""
         return self.decision_function(X).argmax(axis=1)
-
-
-def _check_labels(X: pd.DataFrame, y: IntArray) -> None:
-    if ((y < 0) | (y > X["teeth"].to_numpy())).any():
-        wrong = int(y[(y < 0) | (y > X["teeth"].to_numpy())][0])
-        raise InputError(
-            f"y holds tooth {wrong}, which its gear does not have; give 0 for none, or 1 up to the tooth count"
-        )
-    if not (y > 0).any() or not (y == 0).any():
-        raise InputError("y must hold both healthy rows (0) and damaged ones; add the missing kind")
-
-
-def _calibrated(scores: FloatArray, y: IntArray) -> tuple[float, float]:
-    """Slope of the scores and level of 'none' that make the labels most likely."""
-
-    def loss(parameters: FloatArray) -> float:
-        log_slope, none = parameters
-        stacked = np.column_stack([np.full(len(y), none), np.exp(log_slope) * scores])
-        return -float(log_softmax(stacked, axis=1)[np.arange(len(y)), y].mean())
-
-    found = minimize(loss, np.zeros(2), method="Nelder-Mead").x
-    return float(np.exp(found[0])), float(found[1])
