@@ -6,6 +6,7 @@ from sigdb.core.lazy import lazy_names
 
 if TYPE_CHECKING:
     from sigdb.recognition.bayes_bound import Bound, bound
+    from sigdb.recognition.detection import Detector
     from sigdb.recognition.efficiency import ErrorCurve, eta_info
     from sigdb.recognition.excess import Excess, above_bound
     from sigdb.recognition.expected import error_curve, expected_losses
@@ -16,11 +17,16 @@ if TYPE_CHECKING:
     from sigdb.recognition.rows_by_point import OperatingPoint, operating_points
     from sigdb.recognition.settings import Recognition
     from sigdb.recognition.severity import SeverityRegressor
+    from sigdb.recognition.template_bank import TemplateBank
+    from sigdb.recognition.template_location import TemplateLocation
+    from sigdb.recognition.template_scores import TemplateScores
+    from sigdb.recognition.template_severity import TemplateSeverity
     from sigdb.recognition.training import Evaluation, Model, evaluate, train
     from sigdb.recognition.transformer import SignatureTransformer
 
 __all__ = [
     "Bound",
+    "Detector",
     "ErrorCurve",
     "Evaluation",
     "Excess",
@@ -32,6 +38,10 @@ __all__ = [
     "Recognition",
     "SeverityRegressor",
     "SignatureTransformer",
+    "TemplateBank",
+    "TemplateLocation",
+    "TemplateScores",
+    "TemplateSeverity",
     "above_bound",
     "bound",
     "detection_table",
@@ -51,6 +61,7 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "Bound": "sigdb.recognition.bayes_bound",
+        "Detector": "sigdb.recognition.detection",
         "ErrorCurve": "sigdb.recognition.efficiency",
         "Evaluation": "sigdb.recognition.training",
         "Excess": "sigdb.recognition.excess",
@@ -62,6 +73,10 @@ __getattr__, __dir__ = lazy_names(
         "Recognition": "sigdb.recognition.settings",
         "SeverityRegressor": "sigdb.recognition.severity",
         "SignatureTransformer": "sigdb.recognition.transformer",
+        "TemplateBank": "sigdb.recognition.template_bank",
+        "TemplateLocation": "sigdb.recognition.template_location",
+        "TemplateScores": "sigdb.recognition.template_scores",
+        "TemplateSeverity": "sigdb.recognition.template_severity",
         "above_bound": "sigdb.recognition.excess",
         "bound": "sigdb.recognition.bayes_bound",
         "detection_table": "sigdb.recognition.likelihood_ratio",

@@ -27,6 +27,7 @@ TRUSTED = (
     "sigdb.recognition.baselines.Fm4Severity",
     "sigdb.recognition.baselines.MajorityLocation",
     "sigdb.recognition.baselines.MajoritySeverity",
+    "sigdb.recognition.detection.Detector",
     "sigdb.recognition.location.LocationClassifier",
     "sigdb.recognition.severity.SeverityRegressor",
     "sigdb.recognition.template_bank.PointTemplates",

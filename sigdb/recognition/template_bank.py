@@ -149,7 +149,7 @@ class TemplateBank:
         lacking = sorted(set(np.unique(teeth).tolist()) - set(self.teeth))
         if lacking:
             raise InputError(
-                f"teeth = {lacking[0]} is not in the bank of templates, which has {', '.join(map(str, self.teeth))}; "
+                f"teeth = {lacking[0]:g} is not in the bank of templates, which has {', '.join(map(str, self.teeth))}; "
                 "train on a database with this tooth count"
             )
         distance = np.stack([_distance(point, speed_rpm, torque, teeth) for point in self.points], axis=1)
