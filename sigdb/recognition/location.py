@@ -1,5 +1,6 @@
 """Damage location by construction: one scorer looks at one tooth, and is turned around the gear."""
 
+from collections.abc import Iterator
 from typing import Any, Self
 
 import numpy as np
@@ -14,6 +15,8 @@ from sigdb.core.typing import FloatArray, IntArray
 from sigdb.recognition.calibration import calibrated, check_labels, with_none
 from sigdb.recognition.learners import tooth_scorer
 from sigdb.recognition.views import ToothViews, by_teeth, check_columns
+
+_ROWS_AT_ONCE = 4096
 
 
 class LocationClassifier(ClassifierMixin, BaseEstimator):
@@ -71,11 +74,13 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
         stream = np.random.default_rng(self.random_state)
         seen, labels = [], []
         for teeth, at in by_teeth(X):
-            views = self.views_.views(X.iloc[at], teeth)
             others = np.argsort(stream.random((len(at), teeth - 1)), axis=1)[:, : self._OTHER_TEETH] + 1
             first = np.maximum(y[at], 1) - 1
             columns = (first[:, None] + np.column_stack([np.zeros(len(at), int), others])) % teeth
-            seen.append(views[np.arange(len(at))[:, None], columns].reshape(-1, views.shape[2]))
+            seen += [
+                np.take_along_axis(views, columns[part][:, :, None], axis=1).reshape(-1, views.shape[2])
+                for part, views in self._views_of(X, at, teeth)
+            ]
             is_first = np.zeros(columns.shape, bool)
             is_first[:, 0] = y[at] > 0
             labels.append(is_first.ravel())
@@ -86,9 +91,16 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
         check_columns(X)
         scores = np.full((len(X), int(X["teeth"].max())), -np.inf)
         for teeth, at in by_teeth(X):
-            views = self.views_.views(X.iloc[at], teeth)
-            scores[at, :teeth] = self.scorer_.decision_function(views.reshape(-1, views.shape[2])).reshape(-1, teeth)
+            for part, views in self._views_of(X, at, teeth):
+                found = self.scorer_.decision_function(views.reshape(-1, views.shape[2]))
+                scores[at[part], :teeth] = found.reshape(-1, teeth)
         return scores
+
+    def _views_of(self, X: pd.DataFrame, at: IntArray, teeth: int) -> Iterator[tuple[slice, FloatArray]]:
+        """Views of some rows at once: those of all teeth of many rows would not fit into memory."""
+        for first in range(0, len(at), _ROWS_AT_ONCE):
+            part = slice(first, first + _ROWS_AT_ONCE)
+            yield part, self.views_.views(X.iloc[at[part]], teeth)
 
     def decision_function(self, X: pd.DataFrame) -> FloatArray:
         """(rows, most teeth + 1) unbounded scores of 'none' and of each tooth; their softmax is the probability."""
