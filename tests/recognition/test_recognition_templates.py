@@ -12,7 +12,15 @@ from sklearn.base import clone, is_classifier, is_regressor
 
 from sigdb.core.errors import InputError
 from sigdb.measurement import index_error_covariance
-from sigdb.recognition import Detector, TemplateBank, TemplateLocation, TemplateScores, TemplateSeverity
+from sigdb.recognition import (
+    Detector,
+    Recognition,
+    TemplateBank,
+    TemplateLocation,
+    TemplateScores,
+    TemplateSeverity,
+    train,
+)
 from sigdb.recognition.likelihood import Hypotheses
 from sigdb.recognition.severity import TARGETS
 from sigdb.recognition.stored_templates import StoredTemplate
@@ -235,6 +243,16 @@ def test_sets_hold_the_truth_as_often_as_promised_healthy_or_not(location, test_
     assert sets.any(axis=1).all()
 
 
+def test_sets_of_rare_healthy_gears_hold_the_truth_as_often(bank, test_rows):
+    """One row in twenty of the training is healthy: one threshold for all labels would serve the others only."""
+    rows, labels = drawn(bank, np.random.default_rng(13), 8000, healthy=0.05)
+    sets = TemplateLocation(bank).fit(rows, labels["tooth"]).predict_set(test_rows[0])
+    healthy = (test_rows[1]["tooth"] == 0).to_numpy()
+    assert abs(sets[healthy, 0].mean() - 0.9) < 4 * math.sqrt(
+        0.09 / healthy.sum() + 0.09 / (labels["tooth"] == 0).sum()
+    )
+
+
 def test_fewer_than_nine_specimens_support_no_smaller_set(bank, training):
     rows, labels = training
     few = TemplateLocation(bank).fit(rows[:800], labels["tooth"][:800], np.arange(800) % 8)
@@ -371,3 +389,51 @@ def test_labels_are_checked(bank, training):
         TemplateLocation(bank).fit(rows, np.zeros(50, int))
     with pytest.raises(InputError, match="y holds no damaged rows"):
         TemplateSeverity(bank).fit(rows, labels.assign(tooth=0))
+
+
+# Banks of databases
+
+
+def test_the_bank_of_a_database(database):
+    bank = TemplateBank.of(database)
+    (one,) = bank.points
+    assert (bank.sensor, bank.teeth, one.samples) == ("pinion-vertical", (12,), 768)
+    assert bank.index_error == pytest.approx(1e-6)
+    assert one.healthy.sum() == 1
+    # Eight kinds of damage, of as many rows each.
+    assert_allclose(one.share, np.where(one.healthy, 1, 1 / 8), rtol=1e-12)
+    assert all(array.dtype == np.float32 for array in one.arrays.values())
+
+
+class OneRevolution:
+    """A database whose averages are of one revolution each."""
+
+    def __init__(self, database):
+        self._database = database
+
+    def __getattr__(self, name):
+        return getattr(self._database, name)
+
+    def __len__(self):
+        return len(self._database)
+
+    def sql(self, query):
+        found = self._database.sql(query)
+        return found.assign(averages=1) if "averages" in found else found
+
+
+def test_averages_of_one_revolution_have_no_bank(database):
+    with pytest.raises(
+        InputError, match=r"averages of 1 revolution, which has no scatter .* set averages to 2 or more"
+    ):
+        TemplateBank.of(OneRevolution(database))
+
+
+def test_training_without_a_bank_says_so_or_refuses(database):
+    steps = []
+    model = train(OneRevolution(database), "location", Recognition(folds=3, learner="lda"), on_step=steps.append)
+    assert "templates" not in model.estimators
+    assert model.scores is None
+    assert steps[0].startswith("templates are left out: ")
+    with pytest.raises(InputError, match="averages of 1 revolution"):
+        train(OneRevolution(database), "location", Recognition(folds=3, learner="templates"))
