@@ -11,8 +11,8 @@ import click
 @click.option("--out", required=True, type=click.Path(), help="Folder for the model.")
 @click.option(
     "--learner",
-    type=click.Choice(["lda", "boosting"]),
-    help="Which learner is the model; that of the database's recipe if left out. Both are trained and compared.",
+    type=click.Choice(["lda", "boosting", "templates"]),
+    help="Which learner is the model; that of the database's recipe if left out. All are trained and compared.",
 )
 @click.option(
     "--split",

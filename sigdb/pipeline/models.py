@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 from sigdb.core.fields import Section, validated
 from sigdb.database import Database
 from sigdb.recognition import Evaluation, Recognition, asked_rows, evaluate_beside_bound, save_model, train
+from sigdb.recognition.training import probe_rows
 
 S = TypeVar("S", bound=Section)
 
@@ -53,5 +54,11 @@ def train_model(
     Path(folder).mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is told before the work
     model = train(database, target, settings, split=split, on_step=on_step)
     evaluation = evaluate_beside_bound(model, database)
-    save_model(model, folder, evaluation=evaluation, probe=asked_rows(model, database), command=command)
+    save_model(
+        model,
+        folder,
+        evaluation=evaluation,
+        probe=probe_rows(model, database, asked_rows(model, database)),
+        command=command,
+    )
     return evaluation

@@ -7,6 +7,7 @@ from sigdb.core.lazy import lazy_names
 if TYPE_CHECKING:
     from sigdb.recognition.bayes_bound import Bound, bound
     from sigdb.recognition.bootstrap import Figure
+    from sigdb.recognition.detection import Detector
     from sigdb.recognition.efficiency import ErrorCurve, eta_info
     from sigdb.recognition.evaluation import Evaluation, EvaluationError, asked_rows, evaluate
     from sigdb.recognition.excess import Excess, above_bound
@@ -21,11 +22,16 @@ if TYPE_CHECKING:
     from sigdb.recognition.severity import SeverityRegressor
     from sigdb.recognition.split_kinds import make_split
     from sigdb.recognition.splits import Split
+    from sigdb.recognition.template_bank import TemplateBank
+    from sigdb.recognition.template_location import TemplateLocation
+    from sigdb.recognition.template_scores import TemplateScores
+    from sigdb.recognition.template_severity import TemplateSeverity
     from sigdb.recognition.training import Model, train
     from sigdb.recognition.transformer import SignatureTransformer
 
 __all__ = [
     "Bound",
+    "Detector",
     "ErrorCurve",
     "Evaluation",
     "EvaluationError",
@@ -40,6 +46,10 @@ __all__ = [
     "SeverityRegressor",
     "SignatureTransformer",
     "Split",
+    "TemplateBank",
+    "TemplateLocation",
+    "TemplateScores",
+    "TemplateSeverity",
     "above_bound",
     "asked_rows",
     "bound",
@@ -62,6 +72,7 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "Bound": "sigdb.recognition.bayes_bound",
+        "Detector": "sigdb.recognition.detection",
         "ErrorCurve": "sigdb.recognition.efficiency",
         "Excess": "sigdb.recognition.excess",
         "Hypotheses": "sigdb.recognition.likelihood",
@@ -75,6 +86,10 @@ __getattr__, __dir__ = lazy_names(
         "Recognition": "sigdb.recognition.settings",
         "SeverityRegressor": "sigdb.recognition.severity",
         "SignatureTransformer": "sigdb.recognition.transformer",
+        "TemplateBank": "sigdb.recognition.template_bank",
+        "TemplateLocation": "sigdb.recognition.template_location",
+        "TemplateScores": "sigdb.recognition.template_scores",
+        "TemplateSeverity": "sigdb.recognition.template_severity",
         "above_bound": "sigdb.recognition.excess",
         "bound": "sigdb.recognition.bayes_bound",
         "detection_table": "sigdb.recognition.likelihood_ratio",

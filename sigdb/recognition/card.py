@@ -82,7 +82,7 @@ training data is simulated: on a measured signal its answer is a hypothesis to b
 of the database `{model.database_hash[:12]}`, seed {model.seed}; split {model.split}, table of folds
 `{model.split_hash[:12]}`.
 
-**Input.** Pooled Wigner-Ville features, speed and torque, seen from each tooth in turn.
+**Input.** {_INPUT.get(model.learner, _POOLED_INPUT)}
 
 ## Figures
 
@@ -106,6 +106,11 @@ _SAME_DAMAGES = (
     "The test asks about the same damages as the training rows hold, on other gears: between and beyond them the "
     "figures are\nworse. "
 )
+_POOLED_INPUT = "Pooled Wigner-Ville features, speed and torque, seen from each tooth in turn."
+_INPUT = {
+    "templates": "The average itself, its number of revolutions, the scatter between them (the noise), speed and\n"
+    "torque; templates of the nearest operating point, index errors of the size that the training rows have."
+}
 _PURPOSE = {
     "location": "Says at which tooth of the averaged gear the first damaged tooth is, or 'none'. Absolute tooth\n"
     "numbers need the tacho mark.",

@@ -254,7 +254,7 @@ def _asked(model: Model, database: Database) -> tuple[pd.DataFrame, str]:
         rows = rows[rows["tooth"] > 0]
         if rows.empty:
             raise InputError(f"{database.store} has no damaged rows, and severity is judged on them")
-    return rows, tells
+    return model.ready(database, rows), tells
 
 
 def _of_split(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:

@@ -1,4 +1,4 @@
-"""The two learners behind a shared-tooth scorer: linear and boosted."""
+"""The learners: two behind a shared-tooth scorer of pooled features, linear and boosted, and a bank of templates."""
 
 from sklearn.base import BaseEstimator
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
@@ -12,8 +12,12 @@ from sigdb.core.errors import InputError
 LEARNERS = {
     "lda": "shrinkage linear discriminant analysis",
     "boosting": "gradient boosting of histograms",
+    "templates": "likelihoods of a bank of templates, calibrated",
 }
 """Learners by name."""
+
+POOLED = ("lda", "boosting")
+"""Those that look at pooled Wigner-Ville features."""
 
 
 def tooth_scorer(learner: str, random_state: int) -> BaseEstimator:
@@ -39,5 +43,5 @@ def severity_regressor(learner: str, random_state: int) -> BaseEstimator:
 
 
 def _check(learner: str) -> None:
-    if learner not in LEARNERS:
-        raise InputError(f"learner = {learner!r} is not known; choose one of {', '.join(LEARNERS)}")
+    if learner not in POOLED:
+        raise InputError(f"learner = {learner!r} is not known; choose one of {', '.join(POOLED)}")

@@ -1,20 +1,22 @@
 """Damage location by construction: one scorer looks at one tooth, and is turned around the gear."""
 
+from collections.abc import Iterator
 from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
-from scipy.optimize import minimize
-from scipy.special import log_softmax, softmax
+from scipy.special import softmax
 from sklearn.base import BaseEstimator, ClassifierMixin, clone
 from sklearn.model_selection import GroupShuffleSplit
 from sklearn.utils.validation import check_is_fitted
 
-from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray, IntArray
+from sigdb.recognition.calibration import calibrated, check_labels, with_none
 from sigdb.recognition.learners import tooth_scorer
 from sigdb.recognition.views import ToothViews, by_teeth, check_columns
+
+_ROWS_AT_ONCE = 4096
 
 
 class LocationClassifier(ClassifierMixin, BaseEstimator):
@@ -55,7 +57,7 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
         check_columns(X)
         y = np.asarray(y, dtype=int)
         groups = np.arange(len(y)) if groups is None else np.asarray(groups)
-        _check_labels(X, y)
+        check_labels(X["teeth"].to_numpy(), y)
         if len(np.unique(groups)) < 2:
             groups = np.arange(len(y))  # with one specimen only, its own rows have to calibrate
         self.classes_ = np.arange(int(X["teeth"].max()) + 1)
@@ -63,7 +65,7 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
         inner, outer = next(GroupShuffleSplit(1, test_size=0.25, random_state=self.random_state).split(X, y, groups))
         self.scorer_ = self._fit_scorer(X.iloc[inner], y[inner])
         self.slope_, self.none_ = 1.0, 0.0
-        self.slope_, self.none_ = _calibrated(self._tooth_scores(X.iloc[outer]), y[outer])
+        self.slope_, self.none_ = calibrated(self._tooth_scores(X.iloc[outer]), y[outer])
         self.scorer_ = self._fit_scorer(X, y)
         return self
 
@@ -72,11 +74,13 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
         stream = np.random.default_rng(self.random_state)
         seen, labels = [], []
         for teeth, at in by_teeth(X):
-            views = self.views_.views(X.iloc[at], teeth)
             others = np.argsort(stream.random((len(at), teeth - 1)), axis=1)[:, : self._OTHER_TEETH] + 1
             first = np.maximum(y[at], 1) - 1
             columns = (first[:, None] + np.column_stack([np.zeros(len(at), int), others])) % teeth
-            seen.append(views[np.arange(len(at))[:, None], columns].reshape(-1, views.shape[2]))
+            seen += [
+                np.take_along_axis(views, columns[part][:, :, None], axis=1).reshape(-1, views.shape[2])
+                for part, views in self._views_of(X, at, teeth)
+            ]
             is_first = np.zeros(columns.shape, bool)
             is_first[:, 0] = y[at] > 0
             labels.append(is_first.ravel())
@@ -87,15 +91,22 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
         check_columns(X)
         scores = np.full((len(X), int(X["teeth"].max())), -np.inf)
         for teeth, at in by_teeth(X):
-            views = self.views_.views(X.iloc[at], teeth)
-            scores[at, :teeth] = self.scorer_.decision_function(views.reshape(-1, views.shape[2])).reshape(-1, teeth)
+            for part, views in self._views_of(X, at, teeth):
+                found = self.scorer_.decision_function(views.reshape(-1, views.shape[2]))
+                scores[at[part], :teeth] = found.reshape(-1, teeth)
         return scores
+
+    def _views_of(self, X: pd.DataFrame, at: IntArray, teeth: int) -> Iterator[tuple[slice, FloatArray]]:
+        """Views of some rows at once: those of all teeth of many rows would not fit into memory."""
+        for first in range(0, len(at), _ROWS_AT_ONCE):
+            part = slice(first, first + _ROWS_AT_ONCE)
+            yield part, self.views_.views(X.iloc[at[part]], teeth)
 
     def decision_function(self, X: pd.DataFrame) -> FloatArray:
         """(rows, most teeth + 1) unbounded scores of 'none' and of each tooth; their softmax is the probability."""
         check_is_fitted(self)
         scores = self._tooth_scores(X)
-        return np.column_stack([np.full(len(X), self.none_), self.slope_ * scores])
+        return with_none(scores, self.slope_, self.none_)
 
     def predict_proba(self, X: pd.DataFrame) -> FloatArray:
         """(rows, most teeth + 1) probability of 'none' and of each tooth."""
@@ -104,25 +115,3 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
     def predict(self, X: pd.DataFrame) -> IntArray:
         """(rows,) first damaged tooth, 0 for none."""
         return self.decision_function(X).argmax(axis=1)
-
-
-def _check_labels(X: pd.DataFrame, y: IntArray) -> None:
-    if ((y < 0) | (y > X["teeth"].to_numpy())).any():
-        wrong = int(y[(y < 0) | (y > X["teeth"].to_numpy())][0])
-        raise InputError(
-            f"y holds tooth {wrong}, which its gear does not have; give 0 for none, or 1 up to the tooth count"
-        )
-    if not (y > 0).any() or not (y == 0).any():
-        raise InputError("y must hold both healthy rows (0) and damaged ones; add the missing kind")
-
-
-def _calibrated(scores: FloatArray, y: IntArray) -> tuple[float, float]:
-    """Slope of the scores and level of 'none' that make the labels most likely."""
-
-    def loss(parameters: FloatArray) -> float:
-        log_slope, none = parameters
-        stacked = np.column_stack([np.full(len(y), none), np.exp(log_slope) * scores])
-        return -float(log_softmax(stacked, axis=1)[np.arange(len(y)), y].mean())
-
-    found = minimize(loss, np.zeros(2), method="Nelder-Mead").x
-    return float(np.exp(found[0])), float(found[1])

@@ -28,8 +28,13 @@ TRUSTED = (
     "sigdb.recognition.baselines.Fm4Severity",
     "sigdb.recognition.baselines.MajorityLocation",
     "sigdb.recognition.baselines.MajoritySeverity",
+    "sigdb.recognition.detection.Detector",
     "sigdb.recognition.location.LocationClassifier",
     "sigdb.recognition.severity.SeverityRegressor",
+    "sigdb.recognition.template_bank.PointTemplates",
+    "sigdb.recognition.template_bank.TemplateBank",
+    "sigdb.recognition.template_location.TemplateLocation",
+    "sigdb.recognition.template_severity.TemplateSeverity",
     "sigdb.recognition.views.ToothViews",
     "sklearn._loss.link.Interval",
     "sklearn._loss.link.IdentityLink",
@@ -55,7 +60,8 @@ _UNREADABLE = (
 """What damaged or foreign files raise in the readers of JSON, ZIP, skops and NPZ."""
 
 _PROBE = 8
-_COLUMNS = ("teeth", "speed_rpm", "torque", "fm4", "wigner_ville")
+_COLUMNS = ("teeth", "speed_rpm", "torque", "fm4", "wigner_ville", "averages", "scatter", "tsa")
+"""Columns that estimators read; averages only where one of them reads templates."""
 
 
 def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, probe: pd.DataFrame, command: str) -> None:
@@ -150,8 +156,9 @@ def _answers(model: Model, rows: pd.DataFrame) -> np.ndarray:
 
 
 def _arrays(rows: pd.DataFrame) -> dict[str, Any]:
-    return {name: np.stack(rows[name].to_list()) for name in _COLUMNS}
+    return {name: np.stack(rows[name].to_list()) for name in _COLUMNS if name in rows}
 
 
 def _rows(arrays: Any) -> pd.DataFrame:
-    return pd.DataFrame({name: list(arrays[name]) if arrays[name].ndim > 1 else arrays[name] for name in _COLUMNS})
+    known = [name for name in _COLUMNS if name in arrays]
+    return pd.DataFrame({name: list(arrays[name]) if arrays[name].ndim > 1 else arrays[name] for name in known})

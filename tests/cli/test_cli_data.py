@@ -203,7 +203,8 @@ def test_train_writes_a_model_that_evaluates_to_what_it_printed(invoke, folder, 
     out = tmp_path / "model"
     result = invoke("train", folder / "signatures", "--target", "location", "--out", out, "--learner", "boosting")
     assert result.stderr.splitlines() == [
-        f"training location: {step} ..." for step in ("lda", "boosting", "fm4", "majority")
+        f"training location: {step} ..."
+        for step in ("scores of templates", "lda", "boosting", "templates", "fm4", "majority")
     ]
     *table, last = result.stdout.splitlines()
     assert last == f"model and card: {out}"

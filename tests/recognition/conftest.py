@@ -71,7 +71,8 @@ def mixed_teeth(make_database):
 
 @pytest.fixture(scope="session")
 def rows(database):
-    return database.features()
+    rows = database.features()
+    return rows.assign(tsa=list(database.signals(rows["id"].to_numpy())["tsa"]))
 
 
 @pytest.fixture(scope="session")
@@ -91,13 +92,14 @@ def held_out(rows, location_model):
 
 @pytest.fixture(scope="session")
 def turned():
-    """Rows of a signal that was turned by so many teeth: tooth t's cells become those of tooth t + j."""
+    """Rows of a signal that was turned by so many teeth: tooth t's cells and samples become those of tooth t + j."""
 
     def turn(rows, j):
         cells = [
             np.roll(np.reshape(flat, (teeth, -1)), j, axis=0).ravel()
             for flat, teeth in zip(rows["wigner_ville"], rows["teeth"], strict=True)
         ]
-        return rows.assign(wigner_ville=cells)
+        tsa = [np.roll(x, j * len(x) // teeth) for x, teeth in zip(rows["tsa"], rows["teeth"], strict=True)]
+        return rows.assign(wigner_ville=cells, tsa=tsa)
 
     return turn

@@ -9,11 +9,14 @@ from sklearn.metrics import roc_auc_score
 from sigdb.recognition import LocationClassifier, Recognition, SeverityRegressor, evaluate, make_split, train
 from sigdb.recognition.severity import TARGETS
 from sigdb.recognition.splits import TEST, TRAINING
+from sigdb.recognition.template_scores import COLUMNS as TEMPLATE_COLUMNS
 from sigdb.recognition.training import usable_rows
 from sigdb.recognition.views import COLUMNS
 
 LABELS = ["tooth", *TARGETS]
-LEARNERS = ("lda", "boosting")
+POOLED = ("lda", "boosting")
+LEARNERS = (*POOLED, "templates")
+READ = {"lda": COLUMNS, "boosting": COLUMNS, "templates": TEMPLATE_COLUMNS}
 
 
 class Shuffled:
@@ -30,6 +33,8 @@ class Shuffled:
 
     def sql(self, query):
         rows = self._database.sql(query)
+        if not {"specimen", *LABELS} <= set(rows):
+            return rows
         stream = np.random.default_rng(8)
         for specimen in sorted(rows["specimen"].unique()):
             mine = (rows["specimen"] == specimen).to_numpy()
@@ -53,7 +58,7 @@ def test_location_of_shuffled_labels_is_guesswork(database, learner):
 
 # The FM4 baseline cannot know whether a shuffled label rises or falls.
 @pytest.mark.filterwarnings("ignore:Confidence interval of the Spearman:UserWarning")
-@pytest.mark.parametrize("learner", LEARNERS)
+@pytest.mark.parametrize("learner", POOLED)
 def test_severity_of_shuffled_labels_is_no_better_than_the_median(database, learner):
     shuffled = Shuffled(database)
     model = train(shuffled, "severity", Recognition(folds=3, learner=learner))
@@ -101,6 +106,17 @@ def test_the_split_is_the_same_for_any_order_and_numbering_of_the_rows(database,
     assert set(shuffled["specimen"][split.folds(shuffled) == TRAINING]) == set(location_model.trained_on)
 
 
+@pytest.mark.filterwarnings("ignore:Confidence interval of the Spearman:UserWarning")
+def test_severity_by_templates_of_shuffled_labels_is_guesswork(database):
+    """A guess between two equally frequent levels errs by their half distance on average, with as great a deviation:
+    the bound is four standard deviations of the mean of 192 rows."""
+    shuffled = Shuffled(database)
+    evaluation = evaluate(train(shuffled, "severity", Recognition(folds=3)), shuffled)
+    assert evaluation.rows == 192
+    for target, half in (("stiffness_loss", 0.1), ("phase_shift_deg", 1.0), ("damaged_teeth", 0.5)):
+        assert evaluation.figures["templates"][f"mae_{target}"].value > half * (1 - 4 / np.sqrt(192))
+
+
 def test_the_order_of_rows_permutes_the_answers_only(location_model, severity_model, held_out):
     order = np.random.default_rng(2).permutation(len(held_out))
     for name in LEARNERS:
@@ -115,12 +131,12 @@ def test_the_order_of_rows_permutes_the_answers_only(location_model, severity_mo
 
 def test_other_columns_change_no_answer(location_model, severity_model, held_out):
     stream = np.random.default_rng(4)
-    changed = held_out.copy()
-    for name in set(held_out) - set(COLUMNS):
-        changed[name] = stream.permutation(held_out[name].to_numpy())
-    changed = changed.set_axis(stream.permutation(len(changed)) + 10_000)
-    bare = held_out[list(COLUMNS)]
-    for name in LEARNERS:
+    for name, read in READ.items():
+        changed = held_out.copy()
+        for other in set(held_out) - set(read):
+            changed[other] = stream.permutation(held_out[other].to_numpy())
+        changed = changed.set_axis(stream.permutation(len(changed)) + 10_000)
+        bare = held_out[list(read)]
         estimator = location_model.estimators[name]
         expected = estimator.decision_function(held_out)
         assert_array_equal(estimator.decision_function(changed), expected)

@@ -5,6 +5,7 @@ import hashlib
 import json
 import pickle
 import zipfile
+from dataclasses import replace
 
 import joblib
 import numpy as np
@@ -27,6 +28,21 @@ def saved(request, database, held_out, tmp_path_factory):
     evaluation = evaluate(model, database)
     save_model(model, folder, evaluation=evaluation, probe=held_out, command=COMMAND)
     return model, evaluation, folder
+
+
+@pytest.mark.parametrize("target", ["location", "severity"])
+def test_a_model_of_templates_carries_its_bank(request, database, held_out, tmp_path, target):
+    made = replace(request.getfixturevalue(f"{target}_model"), learner="templates")
+    evaluation = evaluate(made, database)
+    save_model(made, tmp_path / "model", evaluation=evaluation, probe=held_out, command=COMMAND)
+    loaded = load_model(tmp_path / "model")
+    assert_array_equal(np.asarray(loaded.predict(held_out)), np.asarray(made.predict(held_out)))
+    assert repr(evaluate(loaded, database)) == repr(evaluation)
+    with np.load(tmp_path / "model" / "probe.npz") as probe:
+        assert probe["tsa"].shape == (8, 768)
+    if target == "location":
+        said = made.estimators["templates"].judge(held_out)
+        assert said.equals(loaded.estimators["templates"].judge(held_out))
 
 
 def resealed(folder):

@@ -8,7 +8,8 @@ from sigdb.recognition import LocationClassifier, SeverityRegressor
 from sigdb.recognition.severity import TARGETS
 from sigdb.signature import mesh_bands, pooled_wigner_ville
 
-LEARNERS = ("lda", "boosting")
+POOLED = ("lda", "boosting")
+LEARNERS = (*POOLED, "templates")
 TURNS = (1, 5, 11, 12, -3)
 
 
@@ -31,6 +32,16 @@ def regressor(request, severity_model):
     return severity_model.estimators[request.param]
 
 
+@pytest.fixture(scope="module", params=POOLED)
+def pooled_classifier(request, location_model):
+    return location_model.estimators[request.param]
+
+
+@pytest.fixture(scope="module", params=POOLED)
+def pooled_regressor(request, severity_model):
+    return severity_model.estimators[request.param]
+
+
 @pytest.mark.parametrize("j", TURNS)
 def test_turning_the_cells_turns_the_probabilities(classifier, held_out, turned, j):
     some = held_out.iloc[::7]
@@ -39,6 +50,12 @@ def test_turning_the_cells_turns_the_probabilities(classifier, held_out, turned,
     assert_allclose(after, turned_probabilities(before, some["teeth"], j), rtol=0, atol=1e-12)
     found = classifier.predict(some)
     assert_array_equal(classifier.predict(turned(some, j)), np.where(found == 0, 0, (found - 1 + j) % 12 + 1))
+
+
+def with_tsa(database, where):
+    """Rows of one tooth count with their averages."""
+    rows = database.features(where)
+    return rows.assign(tsa=list(database.signals(rows["id"].to_numpy())["tsa"]))
 
 
 def recomputed(tsa, teeth):
@@ -52,9 +69,10 @@ def recomputed(tsa, teeth):
 def test_turning_the_signal_turns_the_probabilities(classifier, database, held_out, j):
     some = held_out.iloc[::11]
     tsa = database.signals(some["id"])["tsa"].astype(float)
-    unturned = some.assign(wigner_ville=recomputed(tsa, 12))
+    unturned = some.assign(wigner_ville=recomputed(tsa, 12), tsa=list(tsa))
     assert_allclose(np.stack(unturned["wigner_ville"]), np.stack(some["wigner_ville"].to_list()), rtol=1e-5, atol=1e-6)
-    rolled = some.assign(wigner_ville=recomputed(np.roll(tsa, j * tsa.shape[1] // 12, axis=1), 12))
+    turned = np.roll(tsa, j * tsa.shape[1] // 12, axis=1)
+    rolled = some.assign(wigner_ville=recomputed(turned, 12), tsa=list(turned))
     before, after = classifier.predict_proba(unturned), classifier.predict_proba(rolled)
     assert_allclose(after, turned_probabilities(before, some["teeth"], j), rtol=0, atol=1e-9)
 
@@ -67,8 +85,9 @@ def test_turning_leaves_the_severity(regressor, held_out, turned, j):
     assert_allclose(after.to_numpy(), before.to_numpy(), rtol=1e-9, atol=1e-12)
 
 
-def test_a_tooth_count_that_was_never_seen_has_an_answer(classifier, mixed_teeth, turned):
-    thirteen = mixed_teeth.features("teeth = 13")
+def test_a_tooth_count_that_was_never_seen_has_an_answer(pooled_classifier, mixed_teeth, turned):
+    classifier = pooled_classifier
+    thirteen = with_tsa(mixed_teeth, "teeth = 13")
     probability = classifier.predict_proba(thirteen)
     assert probability.shape == (len(thirteen), 14)
     assert_allclose(probability.sum(axis=1), 1, rtol=0, atol=1e-12)
@@ -77,16 +96,17 @@ def test_a_tooth_count_that_was_never_seen_has_an_answer(classifier, mixed_teeth
     assert_allclose(after, turned_probabilities(probability, thirteen["teeth"], 4), rtol=0, atol=1e-12)
 
 
-def test_severity_answers_a_tooth_count_that_was_never_seen(regressor, mixed_teeth):
+def test_severity_answers_a_tooth_count_that_was_never_seen(pooled_regressor, mixed_teeth):
     thirteen = mixed_teeth.features("teeth = 13 and tooth > 0")
-    found = regressor.predict(thirteen)
+    found = pooled_regressor.predict(thirteen)
     assert found.index.equals(thirteen.index)
     assert np.isfinite(found.to_numpy()).all()
     assert found["stiffness_loss"].between(0, 1).all()
     assert (found["damaged_teeth"] >= 1).all()
 
 
-def test_rows_of_mixed_tooth_counts_are_answered_one_by_one(classifier, regressor, mixed_teeth):
+def test_rows_of_mixed_tooth_counts_are_answered_one_by_one(pooled_classifier, pooled_regressor, mixed_teeth):
+    classifier, regressor = pooled_classifier, pooled_regressor
     rows = mixed_teeth.features().sample(frac=1, random_state=3)
     together = classifier.predict_proba(rows)
     assert together.shape == (len(rows), 14)
