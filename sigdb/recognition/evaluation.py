@@ -134,7 +134,7 @@ def evaluate(
         If no rows are left, the database holds another sensor, or was extended so that the model's split has changed.
     """
     rows, tells = _asked(model, database)
-    answers = {name: Answers.of(estimator, rows) for name, estimator in model.estimators.items()}
+    answers = _answers(model, rows)
     figures = {name: answer_figures(answer, rows) for name, answer in answers.items()}
     values = {name: answer_values(answer, rows) for name, answer in answers.items()}
     best = {name: one.reindex(rows.index).to_numpy(float) for name, one in (bound_values or {}).items()}
@@ -254,7 +254,29 @@ def _asked(model: Model, database: Database) -> tuple[pd.DataFrame, str]:
         rows = rows[rows["tooth"] > 0]
         if rows.empty:
             raise InputError(f"{database.store} has no damaged rows, and severity is judged on them")
-    return model.ready(database, rows), tells
+    return _ready(model, database, rows), tells
+
+
+def _ready(model: Model, database: Database, rows: pd.DataFrame) -> pd.DataFrame:
+    """Rows with what the estimators read; without scores of templates where only others can answer them."""
+    try:
+        return model.ready(database, rows)
+    except InputError:
+        if model.learner == "templates":
+            raise
+        return rows
+
+
+def _answers(model: Model, rows: pd.DataFrame) -> dict[str, Answers]:
+    """Answers of the model, and of those beside it that can answer these rows."""
+    found = {}
+    for name, estimator in model.estimators.items():
+        try:
+            found[name] = Answers.of(estimator, rows)
+        except InputError:
+            if name == model.learner:
+                raise
+    return found
 
 
 def _of_split(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:

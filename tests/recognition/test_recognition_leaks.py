@@ -89,7 +89,7 @@ def test_noise_level_and_noise_draw_tell_nothing_of_the_damage(database):
 def test_no_estimator_reads_ids_labels_or_the_law_of_the_noise(location_model, severity_model, held_out):
     """Ids tell the case, since a plan numbers the cases in turn: no estimator may see them, or what is not measured."""
     stream = np.random.default_rng(5)
-    measured = [*COLUMNS, "fm4"]
+    measured = list(dict.fromkeys((*COLUMNS, *TEMPLATE_COLUMNS, "fm4")))
     hidden = held_out[measured].set_axis(stream.permutation(len(held_out)))
     for model in (location_model, severity_model):
         for estimator in model.estimators.values():
