@@ -6,14 +6,15 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm, t
+from scipy.stats import norm
 
 from sigdb.core.errors import InputError, SigdbError
-from sigdb.core.typing import FloatArray, IntArray
+from sigdb.core.typing import FloatArray
 from sigdb.database import Database
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.bootstrap import Figure, Specimens
 from sigdb.recognition.evaluation_tables import evaluation_tables
+from sigdb.recognition.excess import above_bound
 from sigdb.recognition.metrics import FIGURES, VALUES
 from sigdb.recognition.metrics_calibration import calibration_figures, calibration_values
 from sigdb.recognition.metrics_coverage import set_figures, set_values
@@ -148,7 +149,7 @@ def evaluate(
         figures=figures,
         differences=_differences(values, model.learner, rows),
         bound=bound,
-        above=above_bound(figures[model.learner], bound or {}, values[model.learner], best, rows),
+        above=figures_above_bound(figures[model.learner], bound or {}, values[model.learner], best, rows),
         tables=evaluation_tables(answers, rows, model.learner, best),
     )
 
@@ -185,7 +186,7 @@ def answer_values(answers: Answers, rows: pd.DataFrame) -> dict[str, FloatArray]
     return values
 
 
-def above_bound(
+def figures_above_bound(
     figures: Mapping[str, Figure],
     bound: Mapping[str, Figure],
     values: Mapping[str, FloatArray],
@@ -202,27 +203,16 @@ def above_bound(
     for name in figures.keys() & bound.keys():
         sign = next((sign for start, sign in BOUNDED.items() if name.startswith(start)), 0)
         if name in values and name in bound_values:
-            gain = sign * (values[name] - bound_values[name])
-            better = _is_positive(gain, rows["specimen"].to_numpy())
+            known = ~np.isnan(values[name] - bound_values[name])
+            ours, best = (-sign * some[name][known] for some in (values, bound_values))
+            better = known.any() and above_bound(ours, best, rows["specimen"].to_numpy()[known]).significant
         else:
-            ours, best = figures[name], bound[name]
-            error = np.hypot(ours.high - ours.low, best.high - best.low) / (2 * 1.96)
-            better = sign * (ours.value - best.value) > norm.ppf(_SURE) * error
+            one, other = figures[name], bound[name]
+            error = np.hypot(one.high - one.low, other.high - other.low) / (2 * 1.96)
+            better = sign * (one.value - other.value) > norm.ppf(_SURE) * error
         if sign and better:
             found.append(name)
     return tuple(sorted(found))
-
-
-def _is_positive(gain: FloatArray, specimens: IntArray) -> bool:
-    """Whether the mean of gains that are not nan is above 0, specimens being what is independent."""
-    known = ~np.isnan(gain)
-    _, index, n = np.unique(specimens[known], return_inverse=True, return_counts=True)
-    if len(n) < 2:
-        return False
-    mean = gain[known].mean()
-    off = np.bincount(index, gain[known]) - mean * n
-    error = np.sqrt(len(n) / (len(n) - 1) * (off**2).sum()) / n.sum()
-    return bool(mean > t.ppf(_SURE, len(n) - 1) * error)
 
 
 def _differences(

@@ -12,7 +12,7 @@ from sigdb.recognition import EvaluationError, Figure, asked_rows, evaluate
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.bootstrap import Specimens
 from sigdb.recognition.card import figure_rows
-from sigdb.recognition.evaluation import above_bound
+from sigdb.recognition.evaluation import figures_above_bound
 
 
 @pytest.fixture(scope="module")
@@ -172,8 +172,8 @@ def test_less_is_better_for_losses():
     rows = pd.DataFrame({"specimen": np.arange(10)})
     ours = {name: Figure(value=1.0, low=0.9, high=1.1) for name in ("log_loss", "mae_stiffness_loss", "accuracy")}
     less = {name: Figure(value=0.5, low=0.4, high=0.6) for name in ours}
-    assert above_bound(ours, less, {}, {}, rows) == ("accuracy",)
-    assert above_bound(less, ours, {}, {}, rows) == ("log_loss", "mae_stiffness_loss")
+    assert figures_above_bound(ours, less, {}, {}, rows) == ("accuracy",)
+    assert figures_above_bound(less, ours, {}, {}, rows) == ("log_loss", "mae_stiffness_loss")
 
 
 @pytest.mark.parametrize("specimens", [3, 5, 60])
@@ -184,5 +184,5 @@ def test_equals_are_taken_for_better_once_in_a_hundred(specimens):
     for _ in range(tries):
         ours, best = stream.random((2, 300))
         figures = {"accuracy": Figure(value=0.5, low=0.0, high=1.0)}
-        found += bool(above_bound(figures, figures, {"accuracy": ours}, {"accuracy": best}, rows))
+        found += bool(figures_above_bound(figures, figures, {"accuracy": ours}, {"accuracy": best}, rows))
     assert found / tries == pytest.approx(0.01, abs=4 * np.sqrt(0.01 * 0.99 / tries))
