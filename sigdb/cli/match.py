@@ -69,6 +69,8 @@ def _revolution(path: Path) -> "FloatArray":
 
     import numpy as np
 
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; give a file of one revolution, or a row of the database by --id")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # of a file without numbers
