@@ -15,7 +15,6 @@ DuckDB on the Parquet files without checksums, and NumPy's match in double preci
 import argparse
 import json
 import os
-import platform
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -27,7 +26,7 @@ import duckdb
 import numpy as np
 import pandas as pd
 import pyarrow as pa
-import scipy
+from measuring import environment
 from scipy.io import loadmat, savemat
 from threadpoolctl import threadpool_limits
 
@@ -73,26 +72,12 @@ def main() -> None:
         os.environ["SIGDB_CACHE"] = str(Path(folder) / "cache")
         path = options.db or synthetic(Path(folder) / "db", options.rows, options.templates)
         rows = [*lookups(path, Path(folder), options.files), *aggregates(path, Path(folder)), *matches(path)]
+    machine = environment("numpy", "scipy", "pandas", "pyarrow", "duckdb")
     if options.json:
-        print(json.dumps({"machine": machine(), "aims_ms": AIMS_MS, "rows": [asdict(row) for row in rows]}, indent=1))
+        print(json.dumps({"machine": machine, "aims_ms": AIMS_MS, "rows": [asdict(row) for row in rows]}, indent=1))
         return
-    print(", ".join(f"{key} {value}" for key, value in machine().items()))
+    print(", ".join(f"{key} {value}" for key, value in machine.items()))
     print_table(rows)
-
-
-def machine() -> dict[str, Any]:
-    """What the times depend on."""
-    return {
-        "platform": platform.platform(),
-        "cpus": os.cpu_count(),
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "pandas": pd.__version__,
-        "pyarrow": pa.__version__,
-        "duckdb": duckdb.__version__,
-        "sigdb": __version__,
-    }
 
 
 def synthetic(root: Path, rows: int, templates: int) -> Path:

@@ -13,7 +13,7 @@ from sigdb.core.errors import DatabaseError, InputError
 def connect(views: Mapping[str, ds.Dataset | pa.Table], selections: Mapping[str, str]) -> duckdb.DuckDBPyConnection:
     """A connection that sees the views and nothing else.
 
-    The datasets check page checksums, which DuckDB's own Parquet reader does not.
+    What the datasets read is compared with its checksums, which DuckDB's own Parquet reader would not do.
 
     Parameters
     ----------
