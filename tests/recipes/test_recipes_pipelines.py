@@ -55,12 +55,13 @@ def test_quick_has_about_ten_thousand_rows(tables):
 
 
 def test_reference_is_a_million_signatures_at_stratified_operating_points(tables):
-    """25 operating points within 6 % of speed and 18 % of load, one in each 25th of both; 200 specimens."""
+    """25 points within 6 % of speed, 18 % of load and from -30 to -10 dB, one in each 25th of all; 125 specimens."""
     reference = tables["reference"]
-    assert len(reference) == 25 * 200 * (8 + 12 * 2 * 8) == 1_000_000
-    assert (reference["tooth"] == 0).sum() == 40_000
-    points = reference[["speed_rpm", "torque"]].drop_duplicates()
+    assert len(reference) == 25 * 125 * (56 + 12 * 2 * 11) == 1_000_000
+    assert (reference["tooth"] == 0).sum() == 175_000
+    points = reference[["speed_rpm", "torque", "snr_db"]].drop_duplicates()
     assert len(points) == 25
+    assert sorted(((points["snr_db"] + 30) / 20 * 25).astype(int)) == list(range(25))
     for name, nominal, part in (("speed_rpm", 14400.0, 0.06), ("torque", 356.05, 0.18)):
         stratum = (points[name] / nominal - 1 + part) / (2 * part) * 25
         assert sorted(stratum.astype(int)) == list(range(25))
