@@ -10,6 +10,7 @@ from sigdb.cli.workers import jobs_option
 
 if TYPE_CHECKING:
     from sigdb.pipeline import Result
+    from sigdb.recognition import Figure
 
 FOUND = 1
 """Exit code where a model is better than is possible."""
@@ -60,8 +61,8 @@ def _table(results: Sequence["Result"]) -> str:
             "target": one.target,
             "split": one.split,
             "merit": TITLES.get(one.merit, one.merit),
-            "figure": one.figure,
-            "bound": one.bound,
+            "figure": _digits(one.figure),
+            "bound": _digits(one.bound),
             "page": one.page,
         }
         for one in results
@@ -69,3 +70,10 @@ def _table(results: Sequence["Result"]) -> str:
     columns = {"target": "target", "split": "split", "figure of merit": "merit", "model": "figure"}
     columns |= {"bound": "bound", "report": "page"}
     return table([(head, word(key)) for head, key in columns.items()], rows)
+
+
+def _digits(figure: "Figure | None") -> str | None:
+    """A figure to three digits: some are thousandths."""
+    if figure is None:
+        return None
+    return f"{figure.value:.3g} [{figure.low:.3g}, {figure.high:.3g}]"

@@ -5,10 +5,9 @@ import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
-
-import sklearn
 
 from sigdb.core.errors import DatabaseError
 from sigdb.core.version import __version__
@@ -122,5 +121,5 @@ def _sha256(path: Path) -> str:
     return digest.hexdigest()
 
 
-_VERSIONS = {"sigdb": __version__, "scikit-learn": sklearn.__version__}
+_VERSIONS = {"sigdb": __version__, "scikit-learn": version("scikit-learn")}
 """Another version may make something else of the same inputs."""
