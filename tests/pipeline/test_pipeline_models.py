@@ -142,9 +142,8 @@ def test_other_settings_remake_models_and_reports_and_no_row(first, run, folder)
     shutil.copytree(folder / "out", kept)
     before = {path: path.stat().st_mtime_ns for path in folder.glob("out/**/*.parquet")}
     try:
-        _, told = run(
-            RECIPE.replace('["location", "severity"]', '["severity"]').replace("folds = 3", "folds = 3\nseed = 5")
-        )
+        severity = RECIPE.replace('["location", "severity"]', '["severity"]')
+        _, told = run(severity.replace("folds = 3", "folds = 3\nseed = 5"))
         assert told == STAGES[3:]
         assert {path: path.stat().st_mtime_ns for path in folder.glob("out/**/*.parquet")} == before
     finally:
