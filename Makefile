@@ -8,7 +8,7 @@ QUICK := data/quick
 .PHONY: help quickstart test check docs peers wheel clean
 
 help:
-	@echo "make quickstart   install, make the quick database, train, query, draw"
+	@echo "make quickstart   install, make the quick database, its models and reports, query, draw"
 	@echo "make test         run the test suite"
 	@echo "make check        lint, format, types, layer contract"
 	@echo "make docs         build the documentation into docs/_build"
@@ -31,10 +31,7 @@ help:
 
 quickstart: .venv/base
 	$(BIN)/python -m sigdb.sweep pipelines/quick.toml
-	$(BIN)/sigdb train $(QUICK)/signatures --target location --out $(QUICK)/location
-	$(BIN)/sigdb train $(QUICK)/signatures --target severity --out $(QUICK)/severity
-	$(BIN)/sigdb evaluate $(QUICK)/location $(QUICK)/signatures
-	$(BIN)/sigdb evaluate $(QUICK)/severity $(QUICK)/signatures
+	$(BIN)/sigdb run pipelines/quick.toml
 	$(BIN)/sigdb query $(QUICK)/signatures "select tooth, count(*) as rows, avg(fm4) as fm4 from features group by tooth order by tooth"
 	$(BIN)/sigdb query $(QUICK)/signatures "select damaged_teeth, stiffness_loss, phase_shift_deg, min(min_compression) as min_compression from features where tooth > 0 group by all order by all"
 	$(BIN)/sigdb show $(QUICK)/signatures 0 --out $(QUICK)/healthy.png
@@ -42,8 +39,8 @@ quickstart: .venv/base
 	@echo
 	@echo "Made:"
 	@echo "  $(QUICK)/signatures          the database; ask it: $(BIN)/sigdb query $(QUICK)/signatures \"select ...\""
-	@echo "  $(QUICK)/location/README.md  the card of the location model"
-	@echo "  $(QUICK)/severity/README.md  the card of the severity model"
+	@echo "  $(QUICK)/models/location     a model of location, and one of severity beside it; README.md is the card"
+	@echo "  $(QUICK)/reports/location    what that model is worth; index.html is the page"
 	@echo "  $(QUICK)/healthy.png         a healthy signature"
 	@echo "  $(QUICK)/damaged.png         tooth 6 with 40 % less stiffness"
 

@@ -5,8 +5,8 @@ import pytest
 
 import sigdb
 from sigdb.core.errors import InputError
-from sigdb.pipeline import load_recipe, recipe_figures, run_recipe
-from sigdb.pipeline.recipe_figures import selected_row
+from sigdb.pipeline import load_recipe, run_recipe
+from sigdb.pipeline.recipe_figures import draw_figure, selected_row
 from sigdb.transmission import Damage
 from sigdb.transmission.mesh_stiffness import tooth_stiffness
 
@@ -86,7 +86,7 @@ def test_every_stage_says_what_it_made(out):
     assert [line.split(":")[0] for line in said[2:]] == [str(path) for path in made.figures]
 
 
-def test_a_second_run_only_draws_again(recipe, out):
+def test_figures_that_are_gone_are_drawn_again_and_nothing_else(recipe, out):
     folder, made, _ = out
     parts = {path: path.stat().st_mtime_ns for path in made.database.rglob("*.parquet")}
     for path in made.figures:
@@ -94,9 +94,22 @@ def test_a_second_run_only_draws_again(recipe, out):
     said = []
     again = run_recipe(recipe, folder, jobs=1, on_stage=said.append)
     assert again.summary.made == 0
-    assert f"complete, all {made.summary.rows} rows are there" in said[1]
+    assert f"unchanged, all {made.summary.rows} rows are there" in said[1]
+    assert said[2:] == [f"{path}: drawn" for path in made.figures]
     assert {path: path.stat().st_mtime_ns for path in made.database.rglob("*.parquet")} == parts
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in again.figures)
+
+
+def test_only_a_figure_that_is_described_otherwise_is_drawn_again(recipe, load, out):
+    folder, said = out[0], []
+    run_recipe(recipe, folder, jobs=1, on_stage=said.append)
+    assert said[2:] == [f"{path}: unchanged" for path in out[1].figures]
+    other = load(RECIPE.replace("Two losses", "Losses"))
+    run_recipe(other, folder, jobs=1, on_stage=said.append)
+    both, pitted = out[1].figures
+    assert said[-2:] == [f"{both}: drawn", f"{pitted}: unchanged"]
+    run_recipe(load(RECIPE.replace("dots_per_inch = 50", "dots_per_inch = 60")), folder, jobs=1, on_stage=said.append)
+    assert said[-2:] == [f"{both}: drawn", f"{pitted}: drawn"]
 
 
 def shown(recipe, out, name, monkeypatch):
@@ -111,8 +124,9 @@ def shown(recipe, out, name, monkeypatch):
         lambda cases, **options: seen.append((cases, options)) or original(cases, **options),
     )
     database = sigdb.open(out[1].database)
-    list(recipe_figures.draw_figures(recipe, recipe.plan(), database, out[0] / "again"))
-    (found,) = (one for one, picture in zip(seen, recipe.sections.report.figures, strict=True) if picture.name == name)
+    (picture,) = (one for one in recipe.sections.report.figures if one.name == name)
+    draw_figure(recipe, recipe.plan(), database, picture, out[0] / "again" / f"{name}.png")
+    (found,) = seen
     return database, *found
 
 

@@ -45,6 +45,18 @@ def ran(tmp_path_factory):
     return out, result.stdout, json.loads((out / "claims.json").read_text(encoding="utf-8"))
 
 
+def test_a_second_run_keeps_all_of_it_and_says_the_same_table(ran):
+    out, printed, _ = ran
+    before = {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in out.rglob("*") if path.is_file()}
+    result = CliRunner().invoke(cli, ["run", str(PAPER), "--out", str(out), "--jobs", "1"], catch_exceptions=False)
+    assert {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in before} == before
+    said, table = result.stdout.split("\n\n", 1)
+    assert said.splitlines()[2:] == [f"{out / 'figures' / name}: unchanged" for name in FIGURES] + [
+        f"{out / 'claims.md'}: unchanged"
+    ]
+    assert table == printed.split("\n\n", 1)[1]
+
+
 @pytest.mark.parametrize("name", FIGURES)
 def test_the_figures_are_there_and_not_blank(ran, name):
     picture = imread(ran[0] / "figures" / name)

@@ -7,9 +7,12 @@ import pytest
 import sigdb
 from sigdb.core.errors import InputError
 from sigdb.pipeline import load_recipe
+from sigdb.recognition import make_split
+from sigdb.recognition.split_kinds import changed_parts, model_form
 
 PIPELINES = Path(__file__).parents[2] / "pipelines"
 RECIPES = sorted(PIPELINES.glob("*.toml"))
+SPLITS = ("S1", "S2", "S3", "S4")
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +26,7 @@ def tables(plans):
 
 
 def test_these_are_the_recipes():
-    assert {path.stem for path in RECIPES} >= {"quick", "paper", "teeth", "reference"}
+    assert {path.stem for path in RECIPES} >= {"quick", "paper", "teeth", "reference", "generalisation", "other-form"}
 
 
 @pytest.mark.parametrize("path", RECIPES, ids=lambda path: path.stem)
@@ -31,7 +34,7 @@ def test_a_recipe_loads_and_plans(path, plans, tables):
     recipe, plan = load_recipe(path), plans[path.stem]
     assert recipe.path == path
     assert recipe.text == path.read_text(encoding="utf-8")
-    assert recipe.rig.name == "nasa-spiral-bevel"
+    assert recipe.rig.name == ("nasa-spiral-bevel-soft" if path.stem == "other-form" else "nasa-spiral-bevel")
     assert plan.rows == len(tables[path.stem]) > 0
     assert (tables[path.stem]["tooth"] == 0).any(), "healthy rows to compare with"
     # A sweep learns from folds of specimens; each recipe says which it has.
@@ -118,6 +121,50 @@ def test_teeth_sweeps_the_tooth_count(plans, tables):
         assert rig.geometries["main"].radii[0] == pytest.approx(mesh.module * count / 2 - mesh.face_width / 2 * sine)
         assert set(teeth["averages"][teeth["teeth"] == count]) == {108}
         assert 108 % (36 // {11: 1, 12: 12, 13: 1}[count]) == 0
+
+
+def test_which_models_a_run_makes():
+    asked = {path.stem: load_recipe(path).sections.recognition for path in RECIPES}
+    found = {name: (one.targets, one.splits) for name, one in asked.items() if one.targets}
+    both = ("location", "severity")
+    assert found == {
+        "quick": (both, ("S1",)),
+        "reference": (both, ("S1",)),
+        "generalisation": (both, ("S1", "S2", "S3", "S4")),
+    }
+    (other,) = load_recipe(PIPELINES / "generalisation.toml").evaluated_on()
+    assert other.path == PIPELINES / "other-form.toml"
+
+
+def test_generalisation_holds_out_what_each_split_is_about(tables):
+    rows, asked = tables["generalisation"], load_recipe(PIPELINES / "generalisation.toml").sections
+    assert 20_000 <= len(rows) <= 50_000
+    assert rows["snr_db"].between(-30, -15).all()
+    splits = {name: make_split(name, rows, seed=asked.sweep.seed, folds=asked.recognition.folds) for name in SPLITS}
+    held_out = {name: rows[(split.folds(rows) == "test") & (rows["tooth"] > 0)] for name, split in splits.items()}
+    trained = {name: rows[(split.folds(rows) == "training") & (rows["tooth"] > 0)] for name, split in splits.items()}
+    # On a line of losses 0, 0.1, 0.2, 0.3, 0.4 and one of shifts 0, 1.5, 3: every second of both.
+    cells = held_out["S2"][["stiffness_loss", "phase_shift_deg"]].drop_duplicates()
+    assert sorted(map(tuple, cells.to_numpy())) == [(0.1, 1.5), (0.3, 1.5)]
+    assert ((held_out["S3"]["stiffness_loss"] == 0.4) | (held_out["S3"]["phase_shift_deg"] == 3)).all()
+    assert trained["S3"]["stiffness_loss"].max() == 0.3
+    assert trained["S3"]["phase_shift_deg"].max() == 1.5
+    assert set(held_out["S4"]["teeth"]) == {12}
+    assert set(trained["S4"]["teeth"]) == {11, 13}
+    # Sets and intervals by specimen need nine pairs of gears in training, and an interval more than one in the test.
+    assert trained["S1"]["specimen"].nunique() == 9
+    assert held_out["S1"]["specimen"].nunique() == 3
+
+
+def test_the_other_model_form_differs_in_rig_not_in_gears_nor_operating_point(plans, tables):
+    one, other = plans["generalisation"], plans["other-form"]
+    changed = changed_parts(model_form(one.resolved), model_form(other.resolved))
+    assert changed == ["rig.bearings", "rig.casing", "rig.damping_ratio", "rig.sensors"]
+    assert one.rig.operating.model_dump() == other.rig.operating.model_dump()
+    assert one.design.seed != other.design.seed
+    assert set(tables["other-form"]["snr_db"]) == set(tables["generalisation"]["snr_db"])
+    least = min(sigdb.simulate(other.rig, case.damage).min_compression for case in other.cases())
+    assert least > 0.1
 
 
 def test_a_recipe_names_its_rig_from_its_own_folder(tmp_path, monkeypatch):
