@@ -159,7 +159,8 @@ class Hypotheses:
         for first in range(0, len(x), _ROWS_AT_ONCE):
             some = slice(first, first + _ROWS_AT_ONCE)
             found[some] = self._log_likelihood(x[some], noise[some], index_error[some])
-        found[:, self.healthy] = found[:, self.healthy, :1]
+        # The same for all turns but for the rounding of the templates, and their mean is so exactly.
+        found[:, self.healthy] = found[:, self.healthy].mean(axis=2, keepdims=True)
         return found
 
     def _check(self, x: FloatArray, noise: FloatArray) -> None:

@@ -28,6 +28,7 @@ TRUSTED = (
     "sigdb.recognition.baselines.Fm4Severity",
     "sigdb.recognition.baselines.MajorityLocation",
     "sigdb.recognition.baselines.MajoritySeverity",
+    "sigdb.recognition.compact_signals.CompactSignals",
     "sigdb.recognition.detection.Detector",
     "sigdb.recognition.location.LocationClassifier",
     "sigdb.recognition.severity.SeverityRegressor",
@@ -83,8 +84,11 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
     store = Store.at(folder)
     rows = probe[probe["teeth"] == probe["teeth"].iloc[0]].iloc[:: max(1, len(probe) // _PROBE)][:_PROBE]
     answers = io.BytesIO()
-    np.savez(answers, expected=_answers(model, rows), **_arrays(rows))
-    files = {"model.skops": skops.io.dumps(model.estimators), "probe.npz": answers.getvalue()}
+    np.savez_compressed(answers, expected=_answers(model, rows), **_arrays(rows))
+    files = {
+        "model.skops": skops.io.dumps(model.estimators, compression=zipfile.ZIP_DEFLATED),
+        "probe.npz": answers.getvalue(),
+    }
     for name, content in files.items():
         store.put(name, content)
     described = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "estimators"}

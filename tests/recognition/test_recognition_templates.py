@@ -30,7 +30,6 @@ TEETH, STEP, MATE = 4, 6, 10
 N = TEETH * STEP
 SEVERITY = np.array([[0.0, 0.0, 0], [0.2, 0.0, 1], [0.4, 0.0, 1], [0.2, 2.0, 2], [0.4, 2.0, 2]])
 INDEX_ERROR, NOISE, AVERAGES = 2e-6, 1.1, 16
-_ARRAYS = ("signal", "modes", "gains", "harmonic", "phases", "reference_variance")
 
 
 def stored_laws(seed=3):
@@ -56,15 +55,10 @@ def stored_laws(seed=3):
 
 def point(speed_rpm=1000.0, torque=10.0, seed=3):
     laws = Hypotheses.made_of(stored_laws(seed), TEETH)
-    return PointTemplates(
-        speed_rpm=speed_rpm,
-        torque=torque,
-        teeth=TEETH,
-        arrays={name: getattr(laws, name).astype(np.float32) for name in _ARRAYS},
-        healthy=laws.healthy,
-        share=np.array([1.0, 0.1, 0.2, 0.3, 0.4]),
-        severity=SEVERITY,
+    (one,) = PointTemplates.of(
+        [laws], [np.array([1.0, 0.1, 0.2, 0.3, 0.4])], points=[(speed_rpm, torque)], index_error=INDEX_ERROR
     )
+    return one
 
 
 @pytest.fixture(scope="module")
@@ -202,7 +196,7 @@ def test_turning_the_average_turns_the_probabilities(location, test_rows, j):
 def test_clean_averages_are_recognised(bank, location, severity):
     place, tooth = np.repeat(np.arange(5), TEETH), np.tile(np.arange(1, TEETH + 1), 5)
     clean = np.stack(
-        [np.roll(bank.points[0].arrays["signal"][k], (t - 1) * STEP) for k, t in zip(place, tooth, strict=True)]
+        [np.roll(bank.points[0].hypotheses.signal[k], (t - 1) * STEP) for k, t in zip(place, tooth, strict=True)]
     )
     rows = frame(clean, noise=1e-3)
     assert_array_equal(location.predict(rows), np.where(place == 0, 0, tooth))
@@ -402,7 +396,6 @@ def test_the_bank_of_a_database(database):
     assert one.healthy.sum() == 1
     # Eight kinds of damage, of as many rows each.
     assert_allclose(one.share, np.where(one.healthy, 1, 1 / 8), rtol=1e-12)
-    assert all(array.dtype == np.float32 for array in one.arrays.values())
 
 
 class OneRevolution:
