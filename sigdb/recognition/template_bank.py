@@ -17,9 +17,8 @@ from sigdb.recognition.likelihood import Hypotheses
 from sigdb.recognition.severity import TARGETS
 
 _PRECISION = 2e-4
-"""How far a stored signal may be from its own, in norm, in standard deviations of the noise of the quietest average. A
-log-likelihood then changes by this times the norm of the whitened residual at most: 0.006 for the 28 of pure noise in 768
-samples, and in the direction of the difference noise has a standard deviation of 1 only."""
+"""How far a stored signal may be from its own, in norm, in standard deviations of the noise of the quietest average.
+The log-likelihood of a template that resembles the average then changes by less than 0.01."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,6 +122,7 @@ class PointTemplates:
             harmonic=harmonic.transpose(0, 2, 1),
             phases=self.phases,
             reference_variance=self.reference_variance,
+            turn_invariant=True,
         )
 
     @cached_property

@@ -60,7 +60,10 @@ def bank(database):
 
 
 def test_likelihoods_are_those_of_the_templates_themselves(database, bank, rows):
-    """Within 0.01 nat, although they span thousands; the rows are of the least noise that the database has."""
+    """Within 0.01 nat where a template is within 100 nats of the best, and elsewhere to a share of the stated precision.
+
+    All rows have the noise that the precision refers to.
+    """
     (point,) = bank.points
     exact = Hypotheses.of(database, speed_rpm=point.speed_rpm, torque=point.torque, teeth=point.teeth)
     some = rows.iloc[::9]
@@ -71,7 +74,7 @@ def test_likelihoods_are_those_of_the_templates_themselves(database, bank, rows)
         assert np.ptp(expected) > 1000
         plausible = expected > expected.max(axis=(1, 2), keepdims=True) - 100
         assert_allclose(found[plausible], expected[plausible], rtol=0, atol=0.01)
-        assert_allclose(found, expected, rtol=0, atol=1e-5 * np.ptp(expected))
+        assert_allclose(found, expected, rtol=0, atol=2e-4 * np.ptp(expected))
 
 
 def test_harmonic_excitations_are_kept():
@@ -87,7 +90,7 @@ def test_harmonic_excitations_are_kept():
 
 
 def _laws(teeth, signal, modes, gains, harmonic, phases):
-    cases = pd.DataFrame({"tooth": [0, 1], "stiffness_loss": 0.0, "phase_shift_deg": 0.0, "damaged_teeth": 0})
+    cases = pd.DataFrame({"tooth": [1, 1], "stiffness_loss": 0.0, "phase_shift_deg": 0.0, "damaged_teeth": 0})
     return Hypotheses(
         teeth=teeth,
         cases=cases,
