@@ -198,9 +198,10 @@ class TemplateBank:
         weight = rows.set_index("template")["n"]
         index_error = float(np.sqrt(rows["square"].sum() / rows["n"].sum()))
         found: list[PointTemplates] = []
-        for teeth, alike in points.groupby("teeth"):
-            at = [(float(speed), float(torque)) for speed, torque in alike[["speed_rpm", "torque"]].to_numpy()]
-            laws = [_laws(database, sensor, *point, teeth=int(teeth)) for point in at]
+        for teeth in sorted(set(points["teeth"].astype(int))):
+            alike = points.loc[points["teeth"] == teeth, ["speed_rpm", "torque"]].to_numpy(float)
+            at = [(float(speed), float(torque)) for speed, torque in alike]
+            laws = [_laws(database, sensor, *point, teeth=teeth) for point in at]
             found += PointTemplates.of(
                 laws,
                 [_share(one, weight) for one in laws],

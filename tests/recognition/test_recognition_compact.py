@@ -60,7 +60,7 @@ def bank(database):
 
 
 def test_likelihoods_are_those_of_the_templates_themselves(database, bank, rows):
-    """Within 0.01 nat where a template is within 100 nats of the best, and elsewhere to a share of the stated precision.
+    """Within 0.01 nat where a template is within 100 nats of the best, and elsewhere to a share.
 
     All rows have the noise that the precision refers to.
     """
