@@ -3,7 +3,7 @@
 from importlib import resources
 from pathlib import Path
 
-from sigdb.core.errors import InputError, suggestion
+from sigdb.core.errors import InputError
 
 
 def built_in_models() -> list[str]:
@@ -34,8 +34,8 @@ def model_folder(name_or_folder: str | Path) -> Path:
     built_in = _built_in_folders()
     if folder.name not in built_in:
         raise InputError(
-            f"{folder.name} is neither a model folder nor a reference model{suggestion(folder.name, built_in)}; "
-            f"reference models: {', '.join(built_in) or 'none'}; make a model with: sigdb train"
+            f"{folder.name} is not a model folder, nor one of the reference models, "
+            f"{', '.join(built_in) or 'of which there are none here'}; make a model with: sigdb train"
         )
     return built_in[folder.name]
 
