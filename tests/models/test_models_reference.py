@@ -43,7 +43,7 @@ def figures_of_the_card(name):
 
 
 def student(figure, specimens):
-    """The interval for so few specimens: a bootstrap over K of them has the normal law and (K - 1) / K of the variance."""
+    """The interval for few specimens: a bootstrap over K has the normal law and (K - 1) / K of the variance."""
     wider = t.ppf(0.975, specimens - 1) / norm.ppf(0.975) * np.sqrt(specimens / (specimens - 1))
     low, high = (figure.value + wider * (end - figure.value) for end in (figure.low, figure.high))
     return Figure(value=figure.value, low=low, high=high)
