@@ -16,6 +16,7 @@ assert "site-packages" in sigdb.__file__, sigdb.__file__
 assert "nasa-spiral-bevel" in built_in_transmissions()
 response = sigdb.simulate(sigdb.load_transmission("nasa-spiral-bevel"), sigdb.Damage(tooth=6, stiffness_loss=0.25))
 assert response.min_compression > 0
+assert sigdb.load_model("nasa-location").target == "location"
 """
 
 
