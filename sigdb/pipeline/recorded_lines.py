@@ -1,0 +1,146 @@
+"""The order spectrum of a whole record over the angle of a shaft, and the lines that stand out in it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from sigdb.core.typing import BoolArray, FloatArray
+from sigdb.pipeline.recorded_orders import NamedOrder
+
+_MOST = 1024
+"""Revolutions, the first ones, that a spectrum is made of: a resolution of a thousandth of an order."""
+_FALSE_ALARM = 1e-4
+"""Probability that noise alone makes a named order stand out."""
+_PEAKS = 12
+"""Unnamed lines that are listed, the largest."""
+_LOBE = 2
+"""Half-width of a line behind a Hann window, in bins."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordSpectrum:
+    """Order spectrum of whole revolutions, behind a Hann window.
+
+    Attributes
+    ----------
+    order
+        (bins,) a bin each 1/M of an order, M the revolutions.
+    amplitude
+        (bins,) peak amplitude of a line at the middle of a bin.
+    level
+        (bins,) median amplitude over the order about each bin.
+    """
+
+    order: FloatArray
+    amplitude: FloatArray
+    level: FloatArray
+    _windowed: FloatArray
+    _samples_per_rev: int
+
+    def at(self, order: float) -> float:
+        """Peak amplitude at an order, wherever it lies between bins."""
+        turn = np.exp(-2j * np.pi * order * np.arange(len(self._windowed)) / self._samples_per_rev)
+        return float(abs(self._windowed @ turn))
+
+
+def record_spectrum(x: FloatArray, *, samples_per_rev: int, highest: float) -> RecordSpectrum:
+    """Spectrum of a record that is sampled in equal steps of angle.
+
+    Parameters
+    ----------
+    x
+        (revolutions * samples_per_rev,) record.
+    samples_per_rev
+        Samples a revolution.
+    highest
+        Highest order.
+    """
+    x = x[: _MOST * samples_per_rev]
+    window = np.hanning(len(x) + 1)[:-1]
+    windowed = 2 * window / window.sum() * (x - x.mean())
+    revolutions = len(x) // samples_per_rev
+    bins = min(int(highest * revolutions), len(x) // 2) + 1
+    amplitude = np.abs(np.fft.rfft(windowed)[:bins])
+    return RecordSpectrum(
+        order=np.arange(bins) / revolutions,
+        amplitude=amplitude,
+        level=_level(amplitude, revolutions),
+        _windowed=windowed,
+        _samples_per_rev=samples_per_rev,
+    )
+
+
+def spectral_lines(spectrum: RecordSpectrum, orders: tuple[NamedOrder, ...]) -> pd.DataFrame:
+    """Named orders within a spectrum, and the largest lines that have no name.
+
+    An order is found where its amplitude is at least ``sqrt(log2(1/p))`` times the level about it: amplitudes of noise
+    follow Rayleigh's law, which passes a times its median with probability ``2^(-a^2)``, and p is 1e-4 for a named
+    order, that divided by the count of bins for one without a name. Where lines lie close together, the level holds
+    lines too, and fewer are found.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``name``, ``kind``, ``order``, ``amplitude``, ``over_level`` (amplitude over level), ``found``; by order.
+    """
+    named = [one for one in orders if one.order <= spectrum.order[-1]]
+    rows = [_row(spectrum, one, _threshold(1)) for one in named]
+    rows += [_row(spectrum, one, _threshold(len(spectrum.order))) for one in _unnamed(spectrum, named)]
+    return pd.DataFrame(rows).sort_values("order", ignore_index=True)
+
+
+def _row(spectrum: RecordSpectrum, one: NamedOrder, threshold: float) -> dict[str, object]:
+    amplitude = spectrum.at(one.order)
+    level = float(np.interp(one.order, spectrum.order, spectrum.level))
+    over = amplitude / level if level > 0 else np.inf if amplitude > 0 else 0.0
+    return {
+        "name": one.name,
+        "kind": one.kind,
+        "order": one.order,
+        "amplitude": amplitude,
+        "over_level": over,
+        "found": over >= threshold,
+    }
+
+
+def _threshold(bins: int) -> float:
+    return float(np.sqrt(np.log2(bins / _FALSE_ALARM)))
+
+
+def _level(amplitude: FloatArray, revolutions: int) -> FloatArray:
+    """Median over each half order, and that of its neighbours, between the middles of those stretches."""
+    step = max(revolutions // 2, 1)
+    starts = np.arange(0, len(amplitude), step)
+    medians = [np.median(amplitude[max(start - step // 2, 0) : start + step + step // 2]) for start in starts]
+    return np.interp(np.arange(len(amplitude)), starts + step / 2, medians)
+
+
+def _unnamed(spectrum: RecordSpectrum, named: list[NamedOrder]) -> list[NamedOrder]:
+    """The largest peaks that no name explains, named by their distance from the nearest mesh harmonic."""
+    A = spectrum.amplitude
+    peaks = np.flatnonzero((A[1:-1] > A[:-2]) & (A[1:-1] >= A[2:])) + 1
+    peaks = peaks[(A[peaks] >= _threshold(len(A)) * spectrum.level[peaks]) & (peaks > _LOBE)]
+    peaks = peaks[~_explained(spectrum.order[peaks], named, _LOBE * spectrum.order[1])]
+    largest = np.sort(peaks[np.argsort(A[peaks])[::-1][:_PEAKS]])
+    return [_by_distance(_refined(spectrum, int(peak)), named) for peak in largest]
+
+
+def _explained(orders: FloatArray, named: list[NamedOrder], tolerance: float) -> BoolArray:
+    known: NDArray[np.float64] = np.array([one.order for one in named])
+    return np.asarray(np.any(np.abs(orders[:, None] - known) <= tolerance, axis=1))
+
+
+def _refined(spectrum: RecordSpectrum, peak: int) -> float:
+    """Order of a peak between bins, by the parabola through the logarithms of three of them."""
+    a, b, c = np.log(np.maximum(spectrum.amplitude[peak - 1 : peak + 2], np.finfo(float).tiny))
+    return float((peak + (a - c) / (2 * (a - 2 * b + c))) * spectrum.order[1])
+
+
+def _by_distance(order: float, named: list[NamedOrder]) -> NamedOrder:
+    meshes = [one for one in named if one.kind == "mesh"]
+    if not meshes:
+        return NamedOrder(name="unnamed", kind="unnamed", order=order)
+    nearest = min(meshes, key=lambda one: abs(one.order - order))
+    return NamedOrder(name=f"{nearest.name} {order - nearest.order:+.2f}", kind="unnamed", order=order)
