@@ -1,24 +1,17 @@
-"""From a recording to its signature: angle, synchronous average, spectrum, indicators, as a database's rows have them."""
+"""From a recording to its signature: angle, synchronous average, spectrum, indicators."""
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from sigdb.core.errors import InputError
-from sigdb.core.typing import FloatArray
 from sigdb.pipeline.recorded_angle import ShaftAngle, mesh_angle, tacho_angle
 from sigdb.pipeline.recorded_lines import RecordSpectrum, record_spectrum, spectral_lines
+from sigdb.pipeline.recorded_notes import average_notes, channel_notes, range_notes
 from sigdb.pipeline.recorded_orders import AveragedGear, averaged_gear
-from sigdb.signature import (
-    SynchronousAverage,
-    indicators,
-    mesh_bands,
-    order_spectrum,
-    pooled_wigner_ville,
-    synchronous_average,
-)
+from sigdb.pipeline.recorded_result import RecordedSignature
+from sigdb.signature import SynchronousAverage, indicators, order_spectrum, synchronous_average
 from sigdb.transmission import Transmission
 
 if TYPE_CHECKING:
@@ -30,120 +23,6 @@ _NEAR_GIVEN, _NEAR_RATED = 0.05, 0.2
 """How far the speed may be from the one given, and from the rig's operating point."""
 _SHOWN_MESH_ORDERS = 4.5
 """Highest order of the record's spectrum, in mesh orders."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class RecordedSignature:
-    """The signature of a recording: one revolution of a shaft, averaged, and what is made of it.
-
-    Attributes
-    ----------
-    source, channel, unit
-        The recording, the channel, and the unit of its samples ("" if it is not known).
-    gear, shaft
-        Names in the rig of the averaged gear and its shaft; None without a rig.
-    teeth
-        Its tooth count Z.
-    angle
-        What gave the shaft's angle, in words.
-    absolute
-        Whether tooth numbers are those of the rig's conventions, tooth 1 passing after the tacho's mark. Else tooth 1
-        is the one that passes at the first pulse of this recording.
-    tsa
-        (n,) synchronous average over ``averages`` revolutions.
-    scatter
-        Standard deviation between the revolutions, as an rms over the angle: the database's column of that name. All
-        that does not repeat every revolution is in it, other shafts too.
-    averages, dropped
-        Revolutions in the average, and those of the recording that are not.
-    cycle
-        Revolutions of a tooth cycle; None without a rig.
-    speed_rpm
-        Mean speed of the shaft over the average.
-    speed_track
-        ``time`` (s) and ``speed_rpm``, of each revolution.
-    kept
-        Standard deviation of the average over that of the record: the share of its rms that repeats every revolution.
-    highest_order
-        The record's Nyquist frequency, in orders, at the mean speed. Above it the average holds nothing.
-    order_spectrum
-        ``order`` and ``amplitude`` (peak) of the average: the database's column ``spectrum``.
-    record_spectrum
-        ``order``, ``amplitude`` and ``level`` of the record over the angle, between whole orders too.
-    lines
-        Named orders and the largest other lines: ``name``, ``kind``, ``order``, ``amplitude``, ``over_level``,
-        ``found``.
-    indicators
-        :data:`sigdb.signature.INDICATORS` by name.
-    notes
-        What is to be known, one sentence each: the reader's first.
-    """
-
-    source: str
-    channel: str
-    unit: str
-    gear: str | None
-    shaft: str | None
-    teeth: int
-    angle: str
-    absolute: bool
-    tsa: FloatArray
-    scatter: float
-    averages: int
-    dropped: int
-    cycle: int | None
-    speed_rpm: float
-    speed_track: pd.DataFrame
-    kept: float
-    highest_order: float
-    order_spectrum: pd.DataFrame
-    record_spectrum: pd.DataFrame
-    lines: pd.DataFrame
-    indicators: dict[str, float]
-    notes: tuple[str, ...]
-
-    def row(self, *, torque: float, speed_rpm: float | None = None) -> pd.DataFrame:
-        """One row with the columns that estimators read, as a database has them.
-
-        Parameters
-        ----------
-        torque
-            Torque at the rig's operating point, N m.
-        speed_rpm
-            Speed of the rig's drive shaft, which a database's column means; by default that of the averaged shaft.
-
-        Returns
-        -------
-        pandas.DataFrame
-            ``teeth``, ``speed_rpm``, ``torque``, ``averages``, ``scatter``, ``tsa``, ``fm4``, ``wigner_ville``.
-        """
-        step = len(self.tsa) // self.teeth
-        cells = pooled_wigner_ville(
-            self.tsa, teeth=self.teeth, bands=mesh_bands(self.teeth), lag_window=2 * step, n_bins=6 * step
-        )
-        return pd.DataFrame(
-            {
-                "teeth": [self.teeth],
-                "speed_rpm": [self.speed_rpm if speed_rpm is None else float(speed_rpm)],
-                "torque": [float(torque)],
-                "averages": [self.averages],
-                "scatter": [self.scatter],
-                "tsa": [self.tsa],
-                "fm4": [self.indicators["fm4"]],
-                "wigner_ville": [cells.ravel() / (6 * step * step)],
-            }
-        )
-
-    def as_json(self) -> dict[str, Any]:
-        """Plain lists, dictionaries and numbers; None for a number that is not known."""
-        tables = ("speed_track", "order_spectrum", "record_spectrum", "lines")
-        plain = {name: value for name, value in vars(self).items() if name not in (*tables, "tsa", "notes")}
-        plain["indicators"] = {name: _number(value) for name, value in self.indicators.items()}
-        plain |= {"scatter": _number(self.scatter), "notes": list(self.notes), "tsa": self.tsa.tolist()}
-        for name in tables:
-            table = getattr(self, name)
-            plain[name] = {column: [_number(one) for one in table[column].tolist()] for column in table}
-        return plain
 
 
 def recorded_signature(
@@ -248,10 +127,10 @@ def recorded_signature(
         indicators={name: float(value) for name, value in indicators(average.tsa, teeth=known.teeth).items()},
         notes=(
             *recording.notes,
-            *_channel_notes(recording, signal),
+            *channel_notes(recording, signal),
             *angle.notes,
-            *_average_notes(known, M, available),
-            *_range_notes(known.teeth, highest, samples_per_tooth),
+            *average_notes(known, M, available),
+            *range_notes(known.teeth, highest, samples_per_tooth),
         ),
     )
 
@@ -316,31 +195,3 @@ def _mean_speed(angle: ShaftAngle, revolutions: int) -> float:
     last = revolutions * angle.pulses_per_rev / angle.ratio
     ends = np.interp([0.0, last], np.arange(len(angle.pulses)), angle.pulses)
     return float(60 * revolutions / (ends[1] - ends[0]))
-
-
-def _channel_notes(recording: "Recording", signal: "Channel") -> list[str]:
-    names = [one.name for one in recording.signals]
-    said = [f"channel {signal.name} of {', '.join(names)}"] if len(names) > 1 else []
-    return said + ([] if signal.unit else [f"the unit of channel {signal.name} is not stated"])
-
-
-def _average_notes(known: AveragedGear, M: int, available: int) -> list[str]:
-    used = f"{M} of {available} whole revolutions averaged"
-    if known.cycle is None:
-        return [f"{used}: whole revolutions, not tooth cycles, since the mate's tooth count is not known"]
-    if M % known.cycle:
-        return [f"{used}: no whole number of tooth cycles of {known.cycle} revolutions, so traces of other orders stay"]
-    return [f"{used}: {M // known.cycle} tooth cycles of {known.cycle} revolutions"]
-
-
-def _range_notes(teeth: int, highest: float, samples_per_tooth: int) -> list[str]:
-    if 2 * highest >= samples_per_tooth * teeth:
-        return []
-    return [
-        f"the recording reaches to order {highest:.1f}, {highest / teeth:.1f} mesh orders: above it the average holds"
-        f" nothing, where simulated ones of {samples_per_tooth} samples a tooth reach to {samples_per_tooth / 2:g}"
-    ]
-
-
-def _number(value: Any) -> Any:
-    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -13,8 +13,10 @@ _MOST = 1024
 """Revolutions, the first ones, that a spectrum is made of: a resolution of a thousandth of an order."""
 _FALSE_ALARM = 1e-4
 """Probability that noise alone makes a named order stand out."""
-_PEAKS = 12
-"""Unnamed lines that are listed, the largest."""
+_PEAKS = 20
+"""Unnamed lines that are listed, those that stand out most."""
+_ABOUT = 6.0
+"""Orders from a mesh harmonic within which a line is named by its distance from it."""
 _LOBE = 2
 """Half-width of a line behind a Hann window, in bins."""
 
@@ -37,12 +39,13 @@ class RecordSpectrum:
     amplitude: FloatArray
     level: FloatArray
     _windowed: FloatArray
-    _samples_per_rev: int
+    """(revolutions, samples_per_rev) the record behind its window, which has a sum of 2."""
 
-    def at(self, order: float) -> float:
-        """Peak amplitude at an order, wherever it lies between bins."""
-        turn = np.exp(-2j * np.pi * order * np.arange(len(self._windowed)) / self._samples_per_rev)
-        return float(abs(self._windowed @ turn))
+    def at(self, orders: FloatArray) -> FloatArray:
+        """Peak amplitudes at orders, wherever they lie between bins."""
+        revolutions, n = self._windowed.shape
+        within = self._windowed @ np.exp(-2j * np.pi / n * np.outer(np.arange(n), orders))
+        return np.abs(np.sum(within * np.exp(-2j * np.pi * np.outer(np.arange(revolutions), orders)), axis=0))
 
 
 def record_spectrum(x: FloatArray, *, samples_per_rev: int, highest: float) -> RecordSpectrum:
@@ -67,13 +70,12 @@ def record_spectrum(x: FloatArray, *, samples_per_rev: int, highest: float) -> R
         order=np.arange(bins) / revolutions,
         amplitude=amplitude,
         level=_level(amplitude, revolutions),
-        _windowed=windowed,
-        _samples_per_rev=samples_per_rev,
+        _windowed=windowed.reshape(revolutions, samples_per_rev),
     )
 
 
 def spectral_lines(spectrum: RecordSpectrum, orders: tuple[NamedOrder, ...]) -> pd.DataFrame:
-    """Named orders within a spectrum, and the largest lines that have no name.
+    """Named orders within a spectrum, and the lines without a name that stand out most.
 
     An order is found where its amplitude is at least ``sqrt(log2(1/p))`` times the level about it: amplitudes of noise
     follow Rayleigh's law, which passes a times its median with probability ``2^(-a^2)``, and p is 1e-4 for a named
@@ -86,23 +88,14 @@ def spectral_lines(spectrum: RecordSpectrum, orders: tuple[NamedOrder, ...]) -> 
         ``name``, ``kind``, ``order``, ``amplitude``, ``over_level`` (amplitude over level), ``found``; by order.
     """
     named = [one for one in orders if one.order <= spectrum.order[-1]]
-    rows = [_row(spectrum, one, _threshold(1)) for one in named]
-    rows += [_row(spectrum, one, _threshold(len(spectrum.order))) for one in _unnamed(spectrum, named)]
-    return pd.DataFrame(rows).sort_values("order", ignore_index=True)
-
-
-def _row(spectrum: RecordSpectrum, one: NamedOrder, threshold: float) -> dict[str, object]:
-    amplitude = spectrum.at(one.order)
-    level = float(np.interp(one.order, spectrum.order, spectrum.level))
-    over = amplitude / level if level > 0 else np.inf if amplitude > 0 else 0.0
-    return {
-        "name": one.name,
-        "kind": one.kind,
-        "order": one.order,
-        "amplitude": amplitude,
-        "over_level": over,
-        "found": over >= threshold,
-    }
+    unnamed = _unnamed(spectrum, named)
+    found = pd.DataFrame([vars(one) for one in (*named, *unnamed)], columns=["name", "kind", "order"])
+    threshold = np.repeat([_threshold(1), _threshold(len(spectrum.order))], [len(named), len(unnamed)])
+    found["amplitude"] = spectrum.at(found["order"].to_numpy(float))
+    level = np.interp(found["order"], spectrum.order, spectrum.level)
+    found["over_level"] = found["amplitude"] / np.maximum(level, np.finfo(float).tiny)
+    found["found"] = found["over_level"] >= threshold
+    return found.sort_values("order", ignore_index=True)
 
 
 def _threshold(bins: int) -> float:
@@ -118,13 +111,13 @@ def _level(amplitude: FloatArray, revolutions: int) -> FloatArray:
 
 
 def _unnamed(spectrum: RecordSpectrum, named: list[NamedOrder]) -> list[NamedOrder]:
-    """The largest peaks that no name explains, named by their distance from the nearest mesh harmonic."""
+    """The most outstanding peaks that no name explains, named by their distance from a mesh harmonic near them."""
     A = spectrum.amplitude
     peaks = np.flatnonzero((A[1:-1] > A[:-2]) & (A[1:-1] >= A[2:])) + 1
     peaks = peaks[(A[peaks] >= _threshold(len(A)) * spectrum.level[peaks]) & (peaks > _LOBE)]
     peaks = peaks[~_explained(spectrum.order[peaks], named, _LOBE * spectrum.order[1])]
-    largest = np.sort(peaks[np.argsort(A[peaks])[::-1][:_PEAKS]])
-    return [_by_distance(_refined(spectrum, int(peak)), named) for peak in largest]
+    first = np.argsort(A[peaks] / np.maximum(spectrum.level[peaks], np.finfo(float).tiny))[::-1][:_PEAKS]
+    return [_by_distance(_refined(spectrum, int(peak)), named) for peak in peaks[first]]
 
 
 def _explained(orders: FloatArray, named: list[NamedOrder], tolerance: float) -> BoolArray:
@@ -139,8 +132,10 @@ def _refined(spectrum: RecordSpectrum, peak: int) -> float:
 
 
 def _by_distance(order: float, named: list[NamedOrder]) -> NamedOrder:
-    meshes = [one for one in named if one.kind == "mesh"]
-    if not meshes:
-        return NamedOrder(name="unnamed", kind="unnamed", order=order)
-    nearest = min(meshes, key=lambda one: abs(one.order - order))
-    return NamedOrder(name=f"{nearest.name} {order - nearest.order:+.2f}", kind="unnamed", order=order)
+    nearest = min(
+        (one for one in named if one.kind == "mesh" and abs(one.order - order) <= _ABOUT),
+        key=lambda one: abs(one.order - order),
+        default=None,
+    )
+    name = f"order {order:.2f}" if nearest is None else f"{nearest.name} {order - nearest.order:+.2f}"
+    return NamedOrder(name=name, kind="unnamed", order=order)

@@ -10,6 +10,8 @@ from sigdb.measurement import tooth_cycle
 from sigdb.transmission import Transmission
 
 MESH_HARMONICS = 4
+_SHAFT_HARMONICS = 2, 10
+"""Of the shafts that are not averaged, and of the averaged one."""
 _SIDEBANDS = 2
 """Pairs of sidebands named about each mesh harmonic, for each of its shafts."""
 _SAME = 1e-6
@@ -114,7 +116,7 @@ def _without_rig(teeth: int) -> AveragedGear:
         cycle=None,
         speed_rpm=None,
         drive_ratio=1.0,
-        orders=_distinct([*_shaft("shaft", 1), *_mesh("mesh", teeth, {"shaft": 1.0})]),
+        orders=_distinct([*_shaft("shaft", 1.0, _SHAFT_HARMONICS[1]), *_mesh("mesh", teeth, {"shaft": 1.0})]),
     )
 
 
@@ -147,7 +149,7 @@ def _of_rig(rig: Transmission, shaft: str) -> Iterator[NamedOrder]:
     turns = {name: abs(rig.ratio(name) / rig.ratio(shaft)) for name in rig.shafts}
     for name, order in turns.items():
         if order:
-            yield from _shaft(f"shaft {name}", order)
+            yield from _shaft(f"shaft {name}", order, _SHAFT_HARMONICS[name == shaft])
     for name, mesh in rig.meshes.items():
         shafts = {rig.gears[gear].shaft: turns[rig.gears[gear].shaft] for gear in (mesh.driving, mesh.driven)}
         yield from _mesh(f"mesh {name}", _mesh_order(rig, name, shaft), shafts)
@@ -158,8 +160,8 @@ def _mesh_order(rig: Transmission, mesh: str, shaft: str) -> float:
     return driving.teeth * abs(rig.ratio(driving.shaft) / rig.ratio(shaft))
 
 
-def _shaft(name: str, order: float) -> Iterator[NamedOrder]:
-    for h in (1, 2):
+def _shaft(name: str, order: float, harmonics: int) -> Iterator[NamedOrder]:
+    for h in range(1, harmonics + 1):
         yield NamedOrder(name=name if h == 1 else f"{name} x{h}", kind="shaft", order=h * order)
 
 

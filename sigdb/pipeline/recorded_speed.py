@@ -109,8 +109,8 @@ def _checked(range_rpm: tuple[float, float], samples: int, fs: float, teeth: int
     low, high = range_rpm[0] / 60, min(range_rpm[1] / 60, fs / 2 / (teeth + 1.5))
     if not 0 < low < high:
         raise InputError(
-            f"speed range {range_rpm[0]:g} to {range_rpm[1]:g} rpm must rise from above 0, and its mesh of {teeth} teeth"
-            f" must begin below fs/2 = {fs / 2:g} Hz; check its unit and the sampling rate"
+            f"speed range {range_rpm[0]:g} to {range_rpm[1]:g} rpm must rise from above 0, and its mesh of {teeth}"
+            f" teeth must begin below fs/2 = {fs / 2:g} Hz; check its unit and the sampling rate"
         )
     if samples < 2 * _TURNS * fs / low:
         raise InputError(
