@@ -12,8 +12,8 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from sigdb.core.version import __version__
-from sigdb.report.recorded_figures import Picture, history_figure, recorded_figures
-from sigdb.report.recorded_text import INDICATOR_COLUMNS, fact_rows, history_columns, indicator_rows
+from sigdb.report.recorded_pictures import Picture, history_figure, recorded_figures
+from sigdb.report.recorded_tables import INDICATOR_COLUMNS, fact_rows, history_columns, indicator_rows
 from sigdb.report.text_table import Column
 
 PAGE, NUMBERS = "index.html", "signature.json"
