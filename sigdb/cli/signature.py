@@ -6,6 +6,9 @@ from typing import Any
 
 import click
 
+_LARGE = "record_spectrum"
+"""What is not printed: tens of thousands of numbers, which a report has."""
+
 
 @click.command()
 @click.argument("recordings", metavar="RECORDING...", nargs=-1, required=True, type=click.Path(path_type=Path))
@@ -82,7 +85,7 @@ def signature(
     table = recorded_history(signatures, baseline=baseline).astype(object)
     history = table.where(table.notna(), None).to_dict("records") if len(facts) > 1 else []
     if form == "json":
-        click.echo(json.dumps(facts))
+        click.echo(json.dumps([{name: fact for name, fact in one.items() if name != _LARGE} for one in facts]))
     else:
         click.echo("\n".join([*map(recorded_text, facts), *([history_text(history)] if history else [])]), nl=False)
     if out is not None:

@@ -123,7 +123,7 @@ def recorded_signature(
         highest_order=highest,
         order_spectrum=pd.DataFrame({"order": order, "amplitude": np.abs(c)}),
         record_spectrum=pd.DataFrame({name: getattr(spectrum, name) for name in ("order", "amplitude", "level")}),
-        lines=spectral_lines(spectrum, known.orders),
+        lines=spectral_lines(spectrum, known.orders, teeth=known.teeth),
         indicators={name: float(value) for name, value in indicators(average.tsa, teeth=known.teeth).items()},
         notes=(
             *recording.notes,

@@ -19,6 +19,8 @@ _ABOUT = 6.0
 """Orders from a mesh harmonic within which a line is named by its distance from it."""
 _LOBE = 2
 """Half-width of a line behind a Hann window, in bins."""
+_SKIRT = 0.1
+"""Orders about a line within which smaller ones are its skirts: the speed is never known exactly."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +76,7 @@ def record_spectrum(x: FloatArray, *, samples_per_rev: int, highest: float) -> R
     )
 
 
-def spectral_lines(spectrum: RecordSpectrum, orders: tuple[NamedOrder, ...]) -> pd.DataFrame:
+def spectral_lines(spectrum: RecordSpectrum, orders: tuple[NamedOrder, ...], *, teeth: int) -> pd.DataFrame:
     """Named orders within a spectrum, and the lines without a name that stand out most.
 
     An order is found where its amplitude is at least ``sqrt(log2(1/p))`` times the level about it: amplitudes of noise
@@ -88,7 +90,7 @@ def spectral_lines(spectrum: RecordSpectrum, orders: tuple[NamedOrder, ...]) -> 
         ``name``, ``kind``, ``order``, ``amplitude``, ``over_level`` (amplitude over level), ``found``; by order.
     """
     named = [one for one in orders if one.order <= spectrum.order[-1]]
-    unnamed = _unnamed(spectrum, named)
+    unnamed = _unnamed(spectrum, named, teeth)
     found = pd.DataFrame([vars(one) for one in (*named, *unnamed)], columns=["name", "kind", "order"])
     threshold = np.repeat([_threshold(1), _threshold(len(spectrum.order))], [len(named), len(unnamed)])
     found["amplitude"] = spectrum.at(found["order"].to_numpy(float))
@@ -110,14 +112,18 @@ def _level(amplitude: FloatArray, revolutions: int) -> FloatArray:
     return np.interp(np.arange(len(amplitude)), starts + step / 2, medians)
 
 
-def _unnamed(spectrum: RecordSpectrum, named: list[NamedOrder]) -> list[NamedOrder]:
-    """The most outstanding peaks that no name explains, named by their distance from a mesh harmonic near them."""
-    A = spectrum.amplitude
-    peaks = np.flatnonzero((A[1:-1] > A[:-2]) & (A[1:-1] >= A[2:])) + 1
-    peaks = peaks[(A[peaks] >= _threshold(len(A)) * spectrum.level[peaks]) & (peaks > _LOBE)]
-    peaks = peaks[~_explained(spectrum.order[peaks], named, _LOBE * spectrum.order[1])]
+def _unnamed(spectrum: RecordSpectrum, named: list[NamedOrder], teeth: int) -> list[NamedOrder]:
+    """The most outstanding peaks that no name explains."""
+    from scipy.ndimage import maximum_filter1d
+
+    A, bin_ = spectrum.amplitude, spectrum.order[1]
+    reach = max(_LOBE, int(_SKIRT / bin_))
+    peaks = np.flatnonzero(maximum_filter1d(A, 2 * reach + 1) == A)
+    peaks = peaks[(A[peaks] >= _threshold(len(A)) * spectrum.level[peaks]) & (peaks > _LOBE) & (peaks < len(A) - 1)]
+    peaks = peaks[~_explained(spectrum.order[peaks], named, _LOBE * bin_)]
     first = np.argsort(A[peaks] / np.maximum(spectrum.level[peaks], np.finfo(float).tiny))[::-1][:_PEAKS]
-    return [_by_distance(_refined(spectrum, int(peak)), named) for peak in peaks[first]]
+    meshes = [one for one in named if one.kind == "mesh" and one.order % teeth == 0]
+    return [_by_distance(_refined(spectrum, int(peak)), meshes) for peak in peaks[first]]
 
 
 def _explained(orders: FloatArray, named: list[NamedOrder], tolerance: float) -> BoolArray:
@@ -131,11 +137,9 @@ def _refined(spectrum: RecordSpectrum, peak: int) -> float:
     return float((peak + (a - c) / (2 * (a - 2 * b + c))) * spectrum.order[1])
 
 
-def _by_distance(order: float, named: list[NamedOrder]) -> NamedOrder:
-    nearest = min(
-        (one for one in named if one.kind == "mesh" and abs(one.order - order) <= _ABOUT),
-        key=lambda one: abs(one.order - order),
-        default=None,
-    )
+def _by_distance(order: float, meshes: list[NamedOrder]) -> NamedOrder:
+    """A line by its distance from a harmonic of the averaged gear's mesh near it."""
+    near = [one for one in meshes if abs(one.order - order) <= _ABOUT]
+    nearest = min(near, key=lambda one: abs(one.order - order), default=None)
     name = f"order {order:.2f}" if nearest is None else f"{nearest.name} {order - nearest.order:+.2f}"
     return NamedOrder(name=name, kind="unnamed", order=order)

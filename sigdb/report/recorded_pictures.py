@@ -139,7 +139,7 @@ def _draw_spectrum(axes: Axes, spectrum: Mapping[str, Any], shown: Any) -> None:
 
 
 def _mark(axes: Axes, facts: Mapping[str, Any], kinds: Sequence[str], *, names: bool) -> None:
-    """Dots at the lines that were found; names beside them, the last words only."""
+    """Dots at the lines that were found; what they are beside them."""
     columns = facts["lines"]
     low, high = axes.get_xlim() if names else (0, np.inf)
     for kind in kinds:
@@ -151,7 +151,7 @@ def _mark(axes: Axes, facts: Mapping[str, Any], kinds: Sequence[str], *, names: 
         axes.plot(x, y, "o", color=_KINDS[kind], markersize=3.5, label=kind)
         for i in at if names else ():
             axes.annotate(
-                columns["name"][i],
+                _last_words(columns["name"][i]),
                 (columns["order"][i], columns["amplitude"][i]),
                 xytext=(0, 5),
                 textcoords="offset points",
@@ -161,6 +161,11 @@ def _mark(axes: Axes, facts: Mapping[str, Any], kinds: Sequence[str], *, names: 
                 fontsize=6.5,
                 color=_KINDS[kind],
             )
+
+
+def _last_words(name: str) -> str:
+    """Of a sideband what is beside its mesh harmonic."""
+    return name[max(name.rfind(sign) for sign in (" + ", " - ", " +", " -")) + 1 :]
 
 
 def _unit(facts: Mapping[str, Any]) -> str:

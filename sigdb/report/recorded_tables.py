@@ -1,5 +1,6 @@
 """The signature of a recording as tables of text."""
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -62,7 +63,7 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
 def history_columns(history: Sequence[Mapping[str, Any]]) -> list[Column]:
     """Columns of a history."""
     shown = [(title, number(key, 5)) for key, title in _HISTORY.items() if key in history[0]]
-    return [("recording", word("source")), *shown]
+    return [("recording", lambda row: re.split(r"[/\\]", row["source"])[-1]), *shown]
 
 
 def fact_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
