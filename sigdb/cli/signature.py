@@ -2,9 +2,12 @@
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _LARGE = "record_spectrum"
 """What is not printed: tens of thousands of numbers, which a report has."""
@@ -82,8 +85,7 @@ def signature(
         for path in recordings
     ]
     facts = [one.as_json() for one in signatures]
-    table = recorded_history(signatures, baseline=baseline).astype(object)
-    history = table.where(table.notna(), None).to_dict("records") if len(facts) > 1 else []
+    history = _rows(recorded_history(signatures, baseline=baseline)) if len(facts) > 1 else []
     if form == "json":
         click.echo(json.dumps([{name: fact for name, fact in one.items() if name != _LARGE} for one in facts]))
     else:
@@ -91,3 +93,9 @@ def signature(
     if out is not None:
         page = write_recorded_report(facts, out, history=history, title=f"Signature of {recordings[0].name}")
         click.echo(f"page: {page}", err=True)
+
+
+def _rows(table: "pd.DataFrame") -> list[dict[str, Any]]:
+    """Rows as dictionaries, with None for a number that is not known."""
+    known = table.astype(object).where(table.notna(), None)
+    return [{str(name): value for name, value in row.items()} for row in known.to_dict("records")]

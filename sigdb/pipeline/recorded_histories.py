@@ -1,6 +1,7 @@
 """Indicators that compare the recordings of a machine with one another, oldest first."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -41,7 +42,7 @@ def recorded_history(signatures: Sequence[RecordedSignature], *, baseline: int |
     _check_alike(signatures)
     tsa, teeth = np.array([one.tsa for one in signatures]), signatures[0].teeth
     residuals, scale = residual_signal(tsa, teeth=teeth), np.abs(tsa).max(axis=1)
-    columns = {"source": [one.source for one in signatures]}
+    columns: dict[str, list[Any]] = {"source": [one.source for one in signatures]}
     columns |= {name: [getattr(one, name) for one in signatures] for name in ("speed_rpm", "averages", "kept")}
     columns |= {name: [one.indicators[name] for one in signatures] for name in _SHOWN}
     table = pd.DataFrame(columns).assign(na4=na4(residuals, scale=scale), nb4=nb4(tsa, teeth=teeth))

@@ -19,6 +19,8 @@ _ABOUT = 6.0
 """Orders from a mesh harmonic within which a line is named by its distance from it."""
 _LOBE = 2
 """Half-width of a line behind a Hann window, in bins."""
+_REFINED = 0.01
+"""Orders by which an order may be missed."""
 _SKIRT = 0.1
 """Orders about a line within which smaller ones are its skirts: the speed is never known exactly."""
 
@@ -77,7 +79,7 @@ def record_spectrum(x: FloatArray, *, samples_per_rev: int, highest: float) -> R
 
 
 def spectral_lines(spectrum: RecordSpectrum, orders: tuple[NamedOrder, ...], *, teeth: int) -> pd.DataFrame:
-    """Named orders within a spectrum, and the lines without a name that stand out most.
+    """Named orders within a spectrum, and of the lines between whole orders without a name those that stand out most.
 
     An order is found where its amplitude is at least ``sqrt(log2(1/p))`` times the level about it: amplitudes of noise
     follow Rayleigh's law, which passes a times its median with probability ``2^(-a^2)``, and p is 1e-4 for a named
@@ -113,22 +115,24 @@ def _level(amplitude: FloatArray, revolutions: int) -> FloatArray:
 
 
 def _unnamed(spectrum: RecordSpectrum, named: list[NamedOrder], teeth: int) -> list[NamedOrder]:
-    """The most outstanding peaks that no name explains."""
+    """The most outstanding peaks between whole orders that no name explains."""
     from scipy.ndimage import maximum_filter1d
 
     A, bin_ = spectrum.amplitude, spectrum.order[1]
     reach = max(_LOBE, int(_SKIRT / bin_))
     peaks = np.flatnonzero(maximum_filter1d(A, 2 * reach + 1) == A)
     peaks = peaks[(A[peaks] >= _threshold(len(A)) * spectrum.level[peaks]) & (peaks > _LOBE) & (peaks < len(A) - 1)]
-    peaks = peaks[~_explained(spectrum.order[peaks], named, _LOBE * bin_)]
+    peaks = peaks[~_explained(spectrum.order[peaks], named, max(_LOBE * bin_, _REFINED))]
     first = np.argsort(A[peaks] / np.maximum(spectrum.level[peaks], np.finfo(float).tiny))[::-1][:_PEAKS]
     meshes = [one for one in named if one.kind == "mesh" and one.order % teeth == 0]
     return [_by_distance(_refined(spectrum, int(peak)), meshes) for peak in peaks[first]]
 
 
 def _explained(orders: FloatArray, named: list[NamedOrder], tolerance: float) -> BoolArray:
+    """Whether an order is named, or a whole one: those are of the averaged shaft, and the average has them."""
     known: NDArray[np.float64] = np.array([one.order for one in named])
-    return np.asarray(np.any(np.abs(orders[:, None] - known) <= tolerance, axis=1))
+    whole = np.abs(orders - np.round(orders)) <= tolerance
+    return np.asarray(whole | np.any(np.abs(orders[:, None] - known) <= tolerance, axis=1))
 
 
 def _refined(spectrum: RecordSpectrum, peak: int) -> float:

@@ -49,8 +49,8 @@ class RecordedSignature:
     record_spectrum
         ``order``, ``amplitude`` and ``level`` of the record over the angle, between whole orders too.
     lines
-        Named orders and the largest other lines: ``name``, ``kind``, ``order``, ``amplitude``, ``over_level``,
-        ``found``.
+        Named orders, and lines between whole orders that nothing named explains: ``name``, ``kind``, ``order``,
+        ``amplitude`` (peak), ``over_level`` (amplitude over the level about it), ``found`` (stands out of it).
     indicators
         :data:`sigdb.signature.INDICATORS` by name.
     notes
