@@ -29,7 +29,11 @@ _LARGE = "record_spectrum"
 @click.option("--variable", help="Array or group of a file that holds several.")
 @click.option("--speed-rpm", type=click.FloatRange(0, min_open=True), help="Speed for --mesh-phase, to within 5 %.")
 @click.option("--speed-range", nargs=2, type=float, metavar="LOW HIGH", help="Where to seek the speed instead, rpm.")
-@click.option("--harmonic", type=click.IntRange(1), help="Mesh harmonic for --mesh-phase; the clearest if left out.")
+@click.option(
+    "--harmonic",
+    type=click.IntRange(1),
+    help="Mesh harmonic for --mesh-phase; of the first three the most even if left out.",
+)
 @click.option("--revolutions", type=click.IntRange(1), help="Revolutions to average; all whole tooth cycles else.")
 @click.option(
     "--samples-per-tooth",

@@ -62,7 +62,7 @@ def recorded_signature(
     speed_range_rpm
         Where to seek that speed; by default near the recording's, within 20 % of the rig's, or 300 to 6000 rpm.
     harmonic
-        Mesh harmonic whose phase is taken; by default the most outstanding one.
+        Mesh harmonic whose phase is taken; by default, of the first three, the one that gives the angle most evenly.
 
     Returns
     -------

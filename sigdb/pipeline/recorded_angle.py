@@ -1,5 +1,6 @@
 """The angle of a shaft in a recording: pulses of its tacho, or the phase of a mesh harmonic."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -8,7 +9,7 @@ import pandas as pd
 
 from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray
-from sigdb.pipeline.recorded_speed import FoundSpeed, find_speed
+from sigdb.pipeline.recorded_speed import HARMONICS, FoundSpeed, find_speed
 from sigdb.signature import mesh_pulses, tacho_pulses
 
 if TYPE_CHECKING:
@@ -121,7 +122,8 @@ def mesh_angle(
     range_rpm
         Where the shaft's speed lies.
     harmonic
-        Mesh harmonic; by default the most outstanding one whose phase runs forwards.
+        Mesh harmonic; by default that of the first three whose pulses come most evenly, revolution after revolution:
+        the shaft's own unevenness is in each of them, the noise of the phase adds to it.
 
     Raises
     ------
@@ -133,7 +135,7 @@ def mesh_angle(
     alike = [one.samples for one in others if one.sampling_rate == fs and len(one.samples) == size]
     found = find_speed(np.stack([channel.samples, *alike]), fs, teeth=teeth, range_rpm=range_rpm)
     speed = np.interp(np.arange(size) / fs, found.time, found.speed_rpm) / 60
-    pulses, used = _pulses(channel, teeth, speed, found.harmonics if harmonic is None else (harmonic,))
+    pulses, used = _pulses(channel, teeth, speed, range(1, HARMONICS + 1) if harmonic is None else (harmonic,))
     return ShaftAngle(
         pulses=pulses,
         pulses_per_rev=teeth,
@@ -144,17 +146,28 @@ def mesh_angle(
     )
 
 
-def _pulses(channel: "Channel", teeth: int, speed: FloatArray, harmonics: tuple[int, ...]) -> tuple[FloatArray, int]:
-    """Tooth passes by the first harmonic whose phase runs forwards, and that harmonic."""
+def _pulses(channel: "Channel", teeth: int, speed: FloatArray, harmonics: Sequence[int]) -> tuple[FloatArray, int]:
+    """Tooth passes by the harmonic that gives them most evenly, and that harmonic."""
+    found: list[tuple[float, FloatArray, int]] = []
     refused: list[InputError] = []
     for one in harmonics:
-        if 2 * one * teeth * speed.max() < channel.sampling_rate or len(harmonics) == 1:
-            try:
-                x, fs = channel.samples, channel.sampling_rate
-                return mesh_pulses(x, fs, teeth=teeth, mesh_frequency=teeth * speed, harmonic=one), one
-            except InputError as error:
-                refused.append(error)
-    raise refused[0]
+        try:
+            x, fs = channel.samples, channel.sampling_rate
+            pulses = mesh_pulses(x, fs, teeth=teeth, mesh_frequency=teeth * speed, harmonic=one)
+            found.append((_unevenness(pulses, teeth), pulses, one))
+        except InputError as error:
+            refused.append(error)
+    if not found:
+        raise refused[0]
+    _, pulses, used = min(found, key=lambda one: one[0])
+    return pulses, used
+
+
+def _unevenness(pulses: FloatArray, each: int) -> float:
+    """Standard deviation of how much a revolution is longer than the one before, s; infinite where it is not known."""
+    if len(pulses) <= 2 * each:
+        return np.inf
+    return float(np.std(pulses[2 * each :] - 2 * pulses[each:-each] + pulses[: -2 * each]))
 
 
 def _speed_notes(found: FoundSpeed, range_rpm: tuple[float, float], channels: int) -> list[str]:

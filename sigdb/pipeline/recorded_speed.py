@@ -34,8 +34,6 @@ class FoundSpeed:
         (frames,) middles of the frames, s.
     speed_rpm
         (frames,) speed in each; good to about one part in a thousand.
-    harmonics
-        Mesh harmonics, the most outstanding first.
     runner_up_rpm
         The next likely speed, more than 5 % away; nan where the range holds none.
     runner_up
@@ -44,7 +42,6 @@ class FoundSpeed:
 
     time: FloatArray
     speed_rpm: FloatArray
-    harmonics: tuple[int, ...]
     runner_up_rpm: float
     runner_up: float
 
@@ -98,7 +95,6 @@ def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, 
     return FoundSpeed(
         time=frames.time,
         speed_rpm=60 * frames.speeds[track],
-        harmonics=frames.outstanding(track),
         runner_up_rpm=runner_up_rpm,
         runner_up=runner_up,
     )
@@ -168,12 +164,6 @@ class _Frames:
             first = max(track[i + 1] - reach, 0)
             track[i] = first + np.argmax(total[i, first : track[i + 1] + reach + 1])
         return track
-
-    def outstanding(self, track: IntArray) -> tuple[int, ...]:
-        """Mesh harmonics, the one that stands out most along a track, in the first channel, first."""
-        frames = np.arange(len(track))
-        along = [_at(self._levels[0], bins)[frames, track].mean() for bins in self._bins[1::3]]
-        return tuple(int(one) + 1 for one in np.argsort(along)[::-1])
 
     def _line(self, bins: IntArray) -> FloatArray:
         return sum((_at(level, bins) for level in self._levels), start=np.zeros(1, dtype=np.float32))
