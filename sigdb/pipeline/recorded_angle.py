@@ -159,8 +159,8 @@ def _pulses(channel: "Channel", teeth: int, speed: FloatArray, harmonics: Sequen
             refused.append(error)
     if not found:
         raise refused[0]
-    _, pulses, used = min(found, key=lambda one: one[0])
-    return pulses, used
+    best = min(found, key=lambda one: one[0])
+    return best[1], best[2]
 
 
 def _unevenness(pulses: FloatArray, each: int) -> float:
