@@ -51,7 +51,7 @@ def _is_real(pa: Any, kind: Any) -> bool:
 
 
 def _values(pa: Any, column: Any) -> Any:
-    return column.cast(pa.float64()).to_numpy()
+    return column.cast(pa.float64(), safe=False).to_numpy()
 
 
 def _unit(field: Any) -> str:
