@@ -1,4 +1,4 @@
-"""What a sensor, a specimen and an average add to a clean signal, as a stated random law; and what a recording holds."""
+"""What a measurement adds to a clean signal, as a stated random law; and what a recording holds."""
 
 from sigdb.measurement.noise import noise_deviation, revolution_scatter
 from sigdb.measurement.reading import read_recording

@@ -29,7 +29,13 @@ def assembled(contents: Contents, settings: RecordingSettings, *, source: str) -
     columns = _chosen(columns, settings)
     _refuse_unknown(columns, settings)
     series = [_number(column) for column in columns]
-    rates, told = sampling_rates(columns, given=settings.sampling_rate, time=time, stated=contents.sampling_rate)
+    rates, told = sampling_rates(
+        columns,
+        given=settings.sampling_rate,
+        time=time,
+        stated=contents.sampling_rate,
+        source=contents.rate_from,
+    )
     series, cut = _aligned(series, columns, rates)
     channels, handled = _channels(series, columns, rates, settings)
     everything = (*contents.notes, *notes, *found, *told, *cut, *handled, *_remarks(channels))
@@ -45,7 +51,9 @@ def _named(contents: Contents, settings: RecordingSettings) -> tuple[tuple[Colum
     columns = contents.columns
     if settings.names is not None:
         if len(settings.names) != len(columns):
-            raise InputError(f"names gives {len(settings.names)} names, the file holds {len(columns)} columns; name all")
+            raise InputError(
+                f"names gives {len(settings.names)} names, the file holds {len(columns)} columns; name all"
+            )
         columns = tuple(replace(one, name=name) for one, name in zip(columns, settings.names, strict=True))
     columns = tuple(replace(one, name=_clean(one.name), unit=_clean(one.unit)) for one in columns)
     taken: Counter[str] = Counter()
@@ -99,7 +107,9 @@ def _number(column: Column) -> FloatArray:
     x = np.ascontiguousarray(column.values, dtype=np.float64)
     wrong = np.isinf(x)
     if wrong.any():
-        raise InputError(f"channel {column.name}: sample {int(np.argmax(wrong))} is infinite; mend it, or leave it empty")
+        raise InputError(
+            f"channel {column.name}: sample {int(np.argmax(wrong))} is infinite; mend it, or leave it empty"
+        )
     return x
 
 
@@ -120,7 +130,8 @@ def _aligned(
 def _channels(
     series: list[FloatArray], columns: tuple[Column, ...], rates: list[float], settings: RecordingSettings
 ) -> tuple[tuple[Channel, ...], list[str]]:
-    channels, notes = [], []
+    channels: list[Channel] = []
+    notes: list[str] = []
     for x, column, rate in zip(series, columns, rates, strict=True):
         is_tacho = column.name == settings.tacho
         whole, handled = filled(x, name=column.name, longest=settings.longest_gap, is_tacho=is_tacho)

@@ -30,13 +30,9 @@ GZIP = FileKind(
     name="gzip", suffixes=tuple(f"{suffix}.gz" for suffix in TEXT.suffixes), read=text.read_text, foreign=text.FOREIGN
 )
 MAT = FileKind(name="MAT version 5", suffixes=(".mat",), read=mat5.read_mat5, foreign=mat5.FOREIGN)
-HDF5 = FileKind(
-    name="HDF5", suffixes=(".h5", ".hdf5", ".hdf", ".mat"), read=hdf5.read_hdf5, foreign=hdf5.FOREIGN
-)
+HDF5 = FileKind(name="HDF5", suffixes=(".h5", ".hdf5", ".hdf", ".mat"), read=hdf5.read_hdf5, foreign=hdf5.FOREIGN)
 WAV = FileKind(name="WAV", suffixes=(".wav",), read=wav.read_wav, foreign=wav.FOREIGN)
-PARQUET = FileKind(
-    name="Parquet", suffixes=(".parquet", ".pq"), read=parquet.read_parquet, foreign=parquet.FOREIGN
-)
+PARQUET = FileKind(name="Parquet", suffixes=(".parquet", ".pq"), read=parquet.read_parquet, foreign=parquet.FOREIGN)
 NPZ = FileKind(name="NPZ", suffixes=(".npz",), read=numpy_files.read_npz, foreign=numpy_files.FOREIGN)
 NPY = FileKind(name="NPY", suffixes=(".npy",), read=numpy_files.read_npy, foreign=numpy_files.FOREIGN)
 UFF = FileKind(name="UFF", suffixes=(".uff", ".unv", ".u58"), read=uff58.read_uff58, foreign=uff58.FOREIGN)

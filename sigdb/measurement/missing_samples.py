@@ -43,9 +43,13 @@ def filled(x: FloatArray, *, name: str, longest: int, is_tacho: bool = False) ->
     if is_tacho:
         raise InputError(f"the tacho {name}: {where}, which may hide a pulse; cut the recording there")
     if lengths[worst] > longest:
-        raise InputError(f"channel {name}: {where}; cut the recording there, or give a larger longest_gap (now {longest})")
+        raise InputError(
+            f"channel {name}: {where}; cut the recording there, or give a larger longest_gap (now {longest})"
+        )
     if lengths.sum() > MOST_FILLED * x.size:
-        raise InputError(f"channel {name}: {lengths.sum()} of {x.size} samples are missing; more than 1 % is not filled")
+        raise InputError(
+            f"channel {name}: {lengths.sum()} of {x.size} samples are missing; more than 1 % is not filled"
+        )
     missing = np.isnan(x)
     y = x.copy()
     y[missing] = np.interp(np.flatnonzero(missing), np.flatnonzero(~missing), x[~missing])

@@ -70,7 +70,8 @@ def read_recording(
     Examples
     --------
     >>> with open("run.csv", "w") as file:
-    ...     _ = file.write("time [ms],a1 [m/s^2],a2\\n" + "".join(f"{i / 10},{i % 7},{i % 5}\\n" for i in range(50)))
+    ...     rows = [f"{i / 10},{i % 7},{i % 5}" for i in range(50)]
+    ...     _ = file.write("\\n".join(["time [ms],a1 [m/s^2],a2", *rows]))
     >>> recording = read_recording("run.csv")
     >>> [(one.name, one.unit, one.samples.size, one.sampling_rate) for one in recording.channels]
     [('a1', 'm/s^2', 50, 10000.0), ('a2', '', 50, 10000.0)]
@@ -79,7 +80,8 @@ def read_recording(
     """
     path = Path(path)
     options = {
-        "sampling_rate": sampling_rate, "channels": channels, "units": units, "tacho": tacho,
+        "sampling_rate": sampling_rate, "channels": channels, "tacho": tacho,
+        "units": dict(units) if isinstance(units, Mapping) else units,
         "pulses_per_rev": pulses_per_rev, "variable": variable, **more,
     }  # fmt: skip
     try:
@@ -107,7 +109,7 @@ def _read(path: Path, settings: RecordingSettings) -> Recording:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
 
 
-def _settings(path: Path, options: Mapping[str, Any]) -> RecordingSettings:
+def _settings(path: Path, options: dict[str, Any]) -> RecordingSettings:
     """What the side file says, and the options over it."""
     side = path.with_name(path.name[: len(path.name) - len(suffix_of(path))] + ".toml")
     stated: dict[str, Any] = {}

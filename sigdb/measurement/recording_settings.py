@@ -39,9 +39,7 @@ class RecordingSettings(Section):
     )
     tacho: str | None = Field(default=None, description="Channel with the tacho.")
     pulses_per_rev: float = quantity("-", "Pulses of the tacho in one revolution of its shaft.", gt=0, default=1.0)
-    ratio: float = quantity(
-        "-", "Revolutions of the shaft of interest in one of the tacho's shaft.", gt=0, default=1.0
-    )
+    ratio: float = quantity("-", "Revolutions of the shaft of interest in one of the tacho's shaft.", gt=0, default=1.0)
     teeth: int | None = quantity("-", "Tooth count of the gear of interest.", ge=1, default=None)
     speed_rpm: float | None = quantity("rev/min", "Mean speed of the shaft of interest.", gt=0, default=None)
     torque: float | None = quantity("N m", "Torque on the shaft of interest.", default=None)

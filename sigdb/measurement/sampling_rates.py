@@ -14,7 +14,7 @@ HIGHEST = 1e9
 
 
 def sampling_rates(
-    columns: tuple[Column, ...], *, given: float | None, time: Column | None, stated: float | None
+    columns: tuple[Column, ...], *, given: float | None, time: Column | None, stated: float | None, source: str
 ) -> tuple[list[float], list[str]]:
     """Rate of each column, Hz, and where they are from.
 
@@ -28,6 +28,8 @@ def sampling_rates(
         A column of times, if there is one.
     stated
         By the file for all.
+    source
+        What in the file states it.
 
     Raises
     ------
@@ -36,11 +38,11 @@ def sampling_rates(
     """
     if given is not None:
         return [given] * len(columns), _disagreeing(given, columns, time, stated)
-    general, notes = stated, [] if stated is None else [f"sampling rate {stated:.9g} Hz from the file"]
+    general, notes = stated, [] if stated is None else [f"sampling rate {stated:.9g} Hz from {source}"]
     if time is not None:
         general, notes = _from_times(time, columns)
         if stated is not None and abs(stated - general) > SAME * general:
-            notes.append(f"the file states {stated:.9g} Hz; the times were taken")
+            notes.append(f"{source} states {stated:.9g} Hz; the times were taken")
     rates = [_known(column, column.sampling_rate or general) for column in columns]
     own = sorted({column.sampling_rate for column in columns if column.sampling_rate})
     return rates, [*notes, *(f"sampling rate {rate:.9g} Hz from the file" for rate in own)]

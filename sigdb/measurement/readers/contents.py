@@ -21,12 +21,13 @@ class Column:
 
 @dataclass(frozen=True, kw_only=True)
 class Contents:
-    """The columns of a file, the sampling rate (Hz) that it states for all, and what was handled.
+    """The columns of a file, the sampling rate (Hz) that it states for all and where, and what was handled.
 
     ``named`` is False where the file gives its columns no names.
     """
 
     columns: tuple[Column, ...]
     sampling_rate: float | None = None
+    rate_from: str = "the file"
     notes: tuple[str, ...] = ()
     named: bool = True

@@ -84,14 +84,18 @@ class _Found:
             raise InputError(f"is damaged: the structure {name} has names of fields of {length} bytes")
         packed = bytes(parts[1].data)
         check_parts(len(packed) // length)
-        fields = [
-            packed[i : i + length].split(b"\0")[0].decode("latin-1") for i in range(0, len(packed), length)
-        ]
+        fields = [packed[i : i + length].split(b"\0")[0].decode("latin-1") for i in range(0, len(packed), length)]
         one = int(np.prod(shape, dtype=object)) == 1
-        names = [
-            f"{name}.{fields[i % len(fields)]}" if one else f"{name}({i // len(fields) + 1}).{fields[i % len(fields)]}"
-            for i in range(len(parts) - 2)
-        ] if fields else []
+        names = (
+            [
+                f"{name}.{fields[i % len(fields)]}"
+                if one
+                else f"{name}({i // len(fields) + 1}).{fields[i % len(fields)]}"
+                for i in range(len(parts) - 2)
+            ]
+            if fields
+            else []
+        )
         self._take_all(parts[2:], names, depth)
 
     def _take_all(self, parts: list[Element], names: list[str], depth: int) -> None:

@@ -77,16 +77,18 @@ def contents_of(
         raise InputError(f"holds no array of {SHORTEST} numbers or more; there are {_listed(short)}")
     check_columns(len(columns))
     check_values(sum(column.values.size for column in columns))
-    rate, stated = _stated_rate({name: one for name, one in arrays.items() if one.size < SHORTEST})
-    told = [name for name in short if name not in stated]
+    rates_stated = {name: rate for name, one in arrays.items() if (rate := rate_of(name, one)) is not None}
+    told = [name for name in short if name not in rates_stated]
     if told:
         notes.append(f"{_listed(told)}: fewer than {SHORTEST} numbers, so not a channel")
-    return Contents(columns=tuple(columns), sampling_rate=rate, notes=(*notes, *stated.values()), named=named)
+    if len({f"{rate:.9g}" for rate in rates_stated.values()}) > 1:
+        notes.append(f"{_listed(rates_stated)} state different sampling rates, so none was taken")
+        rates_stated = {}
+    source, rate = next(iter(rates_stated.items()), ("the file", None))
+    return Contents(columns=tuple(columns), sampling_rate=rate, rate_from=source, notes=tuple(notes), named=named)
 
 
-def _columns(
-    name: str, values: np.ndarray[Any, Any], unit: str, rate: float | None
-) -> tuple[list[Column], list[str]]:
+def _columns(name: str, values: np.ndarray[Any, Any], unit: str, rate: float | None) -> tuple[list[Column], list[str]]:
     if values.dtype.kind == "c":
         raise InputError(f"{name} holds complex numbers; a channel is real")
     values = np.squeeze(values)
@@ -102,18 +104,6 @@ def _columns(
         Column(name=f"{name}{i + 1}", values=matrix[:, i], unit=unit, sampling_rate=rate)
         for i in range(matrix.shape[1])
     ], notes
-
-
-def _stated_rate(scalars: Mapping[str, np.ndarray[Any, Any]]) -> tuple[float | None, dict[str, str]]:
-    """The one rate that scalars state, and the sentence about each that states it."""
-    rates = {name: rate for name, values in scalars.items() if (rate := rate_of(name, values)) is not None}
-    if not rates:
-        return None, {}
-    if max(rates.values()) > min(rates.values()) * (1 + 1e-9):
-        return None, {name: f"{name} states a sampling rate of {rate:.9g} Hz, others another" for name, rate in rates.items()}
-    return next(iter(rates.values())), {
-        name: f"sampling rate {rate:.9g} Hz from {name}" for name, rate in rates.items()
-    }
 
 
 def _inside(name: str, variable: str) -> bool:

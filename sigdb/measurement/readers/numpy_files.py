@@ -1,6 +1,7 @@
 """NPY and NPZ, of numbers only: nothing pickled is read."""
 
 import io
+import tokenize
 import zipfile
 import zlib
 from pathlib import Path
@@ -16,7 +17,7 @@ from sigdb.measurement.recording_settings import RecordingSettings
 
 FOREIGN: tuple[type[Exception], ...] = (
     ValueError, EOFError, OSError, SyntaxError, TypeError, KeyError, NotImplementedError, RuntimeError, MemoryError,
-    zipfile.BadZipFile, zlib.error,
+    tokenize.TokenError, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
 
 

@@ -107,10 +107,12 @@ def _polynomial(name: str, i: int, properties: Mapping[str, Any]) -> Any:
         keys = [f"NI_Scale[{i}]_Linear_Y_Intercept", f"NI_Scale[{i}]_Linear_Slope"]
     elif kind == "Polynomial":
         count = properties.get(f"NI_Scale[{i}]_Polynomial_Coefficients_Size", 4)
-        keys = [f"NI_Scale[{i}]_Polynomial_Coefficients[{j}]" for j in range(count if 0 < int(count) <= 16 else 0)]
+        known = count if isinstance(count, int) and 0 < count <= 16 else 0
+        keys = [f"NI_Scale[{i}]_Polynomial_Coefficients[{j}]" for j in range(known)]
     else:
         raise InputError(f"channel {name} has a scale of kind {kind!r}, which is not read; save it as scaled numbers")
-    if source not in (i - 1, 0xFFFFFFFF, -1) or not keys or any(not isinstance(properties.get(key), (int, float)) for key in keys):
+    whole = all(isinstance(properties.get(key), (int, float)) for key in keys) and len(keys) > 0
+    if source not in (i - 1, 0xFFFFFFFF) or not whole:
         raise InputError(f"channel {name} has a scale that is not complete; save it as scaled numbers")
     coefficients: FloatArray = np.array([properties[key] for key in keys], dtype=float)
     return lambda x: np.polynomial.polynomial.polyval(x, coefficients)

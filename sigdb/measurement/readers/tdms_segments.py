@@ -159,7 +159,7 @@ def _read_properties(cursor: _Cursor, known: dict[str, Any]) -> None:
 
 def struct_code(kind: int) -> str:
     """The code of :mod:`struct` of a type of numbers."""
-    letter, width = NUMBERS[kind]
+    letter, width = NUMBERS[kind][0], NUMBERS[kind][1]
     if letter == "f":
         return {"4": "f", "8": "d"}[width]
     code = {"1": "b", "2": "h", "4": "i", "8": "q"}[width]

@@ -96,6 +96,7 @@ def _parsed(table: bytes, layout: TextLayout) -> dict[str, "np.ndarray[tuple[int
     import pyarrow as pa
     from pyarrow import csv
 
+    _refuse_foreign_signs(table, layout)
     if layout.separator == " ":
         table = re.sub(rb"(?m)^\t|\t?\r?$", b"", re.sub(rb"[ \t]+", b"\t", table))
     names = [str(i) for i in range(layout.columns)]
@@ -118,16 +119,22 @@ def _parsed(table: bytes, layout: TextLayout) -> dict[str, "np.ndarray[tuple[int
                 null_values=[spelt for word in MISSING for spelt in {word, word.upper(), word.capitalize(), "NaN"}],
             ),
         )
-    except (pa.ArrowInvalid, pa.ArrowKeyError, UnicodeDecodeError) as error:
+    except pa.ArrowInvalid as error:
         if ragged:
             number, found = ragged[0]
             raise InputError(
                 f"line {number + layout.first} has {found} columns, others have {layout.columns}; mend or remove it"
             ) from None
         raise InputError(_with_line(str(error), layout)) from None
-    return {
-        name: read.column(name).to_numpy() for name in names if int(name) not in layout.clocks
-    }
+    return {name: read.column(name).to_numpy() for name in names if int(name) not in layout.clocks}
+
+
+def _refuse_foreign_signs(table: bytes, layout: TextLayout) -> None:
+    if not table.isascii():
+        at = next(re.finditer(rb"[\x80-\xff]", table)).start()
+        line = table[table.rfind(b"\n", 0, at) + 1 : at + 20].split(b"\n")[0].decode("utf-8", "replace")
+        number = layout.first + table.count(b"\n", 0, at) + 1
+        raise InputError(f"line {number}, {line[-40:]!r}, is not all numbers; mend it")
 
 
 def _with_line(message: str, layout: TextLayout) -> str:
@@ -155,9 +162,7 @@ def _columns(
     kept = [i for i in range(layout.columns) if str(i) in values]
     if len(kept) > 1 and not named[kept[-1]][0].strip() and np.isnan(values[str(kept[-1])]).all():
         kept = kept[:-1]
-    return tuple(
-        Column(name=named[i][0] or f"column{i + 1}", unit=named[i][1], values=values[str(i)]) for i in kept
-    )
+    return tuple(Column(name=named[i][0] or f"column{i + 1}", unit=named[i][1], values=values[str(i)]) for i in kept)
 
 
 def _clock_notes(layout: TextLayout) -> tuple[str, ...]:

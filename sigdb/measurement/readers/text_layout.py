@@ -45,16 +45,14 @@ def text_layout(lines: list[str], *, separator: str | None, decimal: str | None)
     InputError
         If there is none, or it can be read in two ways.
     """
-    ways = [
-        (s, d)
-        for s, d in _SEPARATORS
-        if separator in (None, s) and decimal in (None, d)
-    ] or [(separator or ",", decimal or ".")]
+    ways = [(s, d) for s, d in _SEPARATORS if separator in (None, s) and decimal in (None, d)] or [
+        (separator or ",", decimal or ".")
+    ]
     found = [table for s, d in ways if (table := _table(lines, s, d)) is not None]
     if not found:
         shown = next((line for line in lines if line.strip()), "")[:60]
         raise InputError(f"holds no table of numbers in its first {SAMPLE_LINES} lines; the first says {shown!r}")
-    rows, columns, _, first, s, d = max(found)
+    _, columns, _, first, s, d = max(found)
     fields = split(lines[first], s)
     _refuse_ragged(lines, first, columns, s, d)
     if separator is None and decimal is None and s == "," and columns == 2:

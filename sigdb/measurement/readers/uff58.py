@@ -84,11 +84,11 @@ def _sets(data: bytes) -> Iterator[_Set]:
 
 
 def _mark(data: bytes, at: int) -> tuple[int, int]:
-    """Where the next line of -1 begins and where it ends; -1 if there is none."""
+    """Where the next line of -1 begins and where it ends; -1 if there is none. A line begins at ``at``."""
     found = data.find(b"    -1", at)
     while found >= 0:
         after, line = _line(data, found)
-        if line.strip() == "-1" and data[max(0, found - 1) : found] in (b"", b"\n", b"\r"):
+        if line.strip() == "-1" and (found == at or data[found - 1] in b"\r\n"):
             return found, after
         found = data.find(b"    -1", found + 1)
     return -1, -1

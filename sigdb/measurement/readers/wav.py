@@ -1,8 +1,10 @@
 """WAV: integers as fractions of full scale, floats as they are."""
 
 import io
+import struct
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +13,14 @@ from sigdb.measurement.readers.contents import Column, Contents
 from sigdb.measurement.readers.limits import bounded_bytes, check_columns, check_values
 from sigdb.measurement.recording_settings import RecordingSettings
 
-FOREIGN: tuple[type[Exception], ...] = (ValueError, TypeError, ArithmeticError, UnboundLocalError, MemoryError)
+FOREIGN: tuple[type[Exception], ...] = (
+    ValueError,
+    TypeError,
+    ArithmeticError,
+    UnboundLocalError,
+    MemoryError,
+    struct.error,
+)
 
 
 def read_wav(path: Path, settings: RecordingSettings) -> Contents:
@@ -33,11 +42,11 @@ def read_wav(path: Path, settings: RecordingSettings) -> Contents:
     return Contents(columns=columns, sampling_rate=float(rate), notes=note, named=False)
 
 
-def _full_scale(matrix: "np.ndarray[tuple[int, int], np.dtype[np.generic]]") -> tuple["np.ndarray", tuple[str, ...]]:
-    """Samples with full scale 1; bytes of 8 bits have their zero at 128."""
+def _full_scale(matrix: np.ndarray[Any, Any]) -> tuple[np.ndarray[Any, Any], tuple[str, ...]]:
+    """Samples with full scale 1; bytes have their zero at 128."""
     if matrix.dtype.kind == "f":
         return matrix, ()
-    if matrix.dtype == np.uint8:
-        return (matrix.astype(float) - 128) / 128, ("integers of a WAV file: full scale is 1",)
+    # SciPy puts 24 bits at the top of 32.
+    zero = 128 if matrix.dtype == np.uint8 else 0
     scale = float(2 ** (8 * matrix.dtype.itemsize - 1))
-    return matrix / scale, ("integers of a WAV file: full scale is 1",)
+    return (matrix - np.float64(zero)) / scale, ("integers of a WAV file: full scale is 1",)
