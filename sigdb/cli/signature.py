@@ -81,7 +81,12 @@ def signature(
         raise click.UsageError("Give either --tacho or --mesh-phase.")
     if baseline is not None and len(recordings) < 2:
         raise click.UsageError("--baseline compares recordings; give several.")
-    given: dict[str, Any] = {"tacho": tacho, "sampling_rate": sampling_rate, "pulses_per_rev": pulses_per_rev, "ratio": ratio}
+    given: dict[str, Any] = {
+        "tacho": tacho,
+        "sampling_rate": sampling_rate,
+        "pulses_per_rev": pulses_per_rev,
+        "ratio": ratio,
+    }
     given = {name: value for name, value in (given | {"variable": variable}).items() if value is not None}
     loaded = None if rig is None else load_transmission(rig)
     signatures = [

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from sigdb.core.typing import FloatArray
 from sigdb.report.evaluation_style import drawing, lay_grid
@@ -134,6 +135,8 @@ def _draw_spectrum(axes: Axes, spectrum: Mapping[str, Any], shown: Any) -> None:
     axes.plot(order, np.maximum(amplitude, least), color=HEALTHY, linewidth=0.7)
     axes.plot(order, np.maximum(level, least), color=INK, linewidth=1, label="level")
     axes.set_yscale("log")
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_locator(NullLocator())
     axes.set_ylim(bottom=least)
     lay_grid(axes)
 
