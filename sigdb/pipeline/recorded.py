@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core.errors import InputError
+from sigdb.core.typing import FloatArray
 from sigdb.pipeline.recorded_angle import ShaftAngle, mesh_angle, tacho_angle
 from sigdb.pipeline.recorded_lines import RecordSpectrum, record_spectrum, spectral_lines
 from sigdb.pipeline.recorded_notes import average_notes, channel_notes, range_notes
@@ -21,6 +22,7 @@ _UNKNOWN_RPM = (300.0, 6000.0)
 """Where a speed is sought of which nothing is known."""
 _NEAR_GIVEN, _NEAR_RATED = 0.05, 0.2
 """How far the speed may be from the one given, and from the rig's operating point."""
+_ROUNDING = 64 * np.finfo(float).eps
 _SHOWN_MESH_ORDERS = 4.5
 """Highest order of the record's spectrum, in mesh orders."""
 
@@ -119,7 +121,7 @@ def recorded_signature(
         cycle=known.cycle,
         speed_rpm=speed,
         speed_track=track,
-        kept=float(np.std(average.tsa) / max(np.std(signal.samples), np.finfo(float).tiny)),
+        kept=_kept(average.tsa, signal.samples),
         highest_order=highest,
         order_spectrum=pd.DataFrame({"order": order, "amplitude": np.abs(c)}),
         record_spectrum=pd.DataFrame({name: getattr(spectrum, name) for name in ("order", "amplitude", "level")}),
@@ -188,6 +190,13 @@ def _spectrum(signal: "Channel", angle: ShaftAngle, n: int, M: int, *, highest: 
         revolutions=1,
     ).tsa
     return record_spectrum(x, samples_per_rev=n, highest=highest)
+
+
+def _kept(tsa: FloatArray, x: FloatArray) -> float:
+    """Ratio of the standard deviations; 0 for a record without any but rounding."""
+    peak = float(np.max(np.abs(x))) or 1.0
+    deviation = float(np.std(x / peak))
+    return float(np.std(tsa / peak)) / deviation if deviation > _ROUNDING else 0.0
 
 
 def _mean_speed(angle: ShaftAngle, revolutions: int) -> float:

@@ -36,7 +36,7 @@ class RecordSpectrum:
     amplitude
         (bins,) peak amplitude of a line at the middle of a bin.
     level
-        (bins,) median amplitude over the order about each bin.
+        (bins,) median amplitude over the order about each bin, rounding at least.
     """
 
     order: FloatArray
@@ -73,7 +73,7 @@ def record_spectrum(x: FloatArray, *, samples_per_rev: int, highest: float) -> R
     return RecordSpectrum(
         order=np.arange(bins) / revolutions,
         amplitude=amplitude,
-        level=_level(amplitude, revolutions),
+        level=np.maximum(_level(amplitude, revolutions), 64 * np.finfo(float).eps * np.max(np.abs(x))),
         _windowed=windowed.reshape(revolutions, samples_per_rev),
     )
 

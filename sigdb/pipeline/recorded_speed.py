@@ -72,7 +72,8 @@ def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, 
     Raises
     ------
     InputError
-        If the range is not one, its mesh frequencies do not fit the record, or the record is too short for it.
+        If the range is not one, its mesh frequencies do not fit the record, the record is too short for it, or nothing
+        stands out of its spectrum.
 
     References
     ----------
@@ -80,14 +81,8 @@ def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, 
        Mechanical Systems and Signal Processing 81, 2016: the idea that many orders vote for a speed.
     """
     low, high = _checked(range_rpm, x.shape[-1], fs, teeth)
-    runner_up_rpm, runner_up = np.nan, 0.0
     spread = _Frames(x, fs, teeth, low, high, most=_SURVEYED)
-    speeds, scores = spread.speeds, spread.surveyed()
-    best = speeds[np.argmax(scores)]
-    others = np.abs(speeds / best - 1) > _SAME
-    if np.any(others):
-        rival = int(np.argmax(np.where(others, scores, -np.inf)))
-        runner_up_rpm, runner_up = 60 * float(speeds[rival]), float(scores[rival] / max(scores.max(), 1e-300))
+    best, rival, share = _likeliest(spread.speeds, spread.surveyed())
     if high / low > _WIDE:
         low, high = max(low, best * (1 - _NARROWED)), min(high, best * (1 + _NARROWED))
     frames = _Frames(x, fs, teeth, low, high, most=None)
@@ -95,9 +90,21 @@ def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, 
     return FoundSpeed(
         time=frames.time,
         speed_rpm=60 * frames.speeds[track],
-        runner_up_rpm=runner_up_rpm,
-        runner_up=runner_up,
+        runner_up_rpm=60 * rival,
+        runner_up=share,
     )
+
+
+def _likeliest(speeds: FloatArray, scores: FloatArray) -> tuple[float, float, float]:
+    """The likeliest speed, the likeliest of those that are not near it, and its score over that of the first."""
+    best = int(np.argmax(scores))
+    if not scores[best] > 0:
+        raise InputError("no speed is found: nothing stands out of the record's spectrum; check the channel")
+    others = np.where(np.abs(speeds / speeds[best] - 1) > _SAME, scores, 0)
+    rival = int(np.argmax(others))
+    if not others[rival] > 0:
+        return float(speeds[best]), np.nan, 0.0
+    return float(speeds[best]), float(speeds[rival]), float(others[rival] / scores[best])
 
 
 def _checked(range_rpm: tuple[float, float], samples: int, fs: float, teeth: int) -> tuple[float, float]:
@@ -111,7 +118,7 @@ def _checked(range_rpm: tuple[float, float], samples: int, fs: float, teeth: int
     if samples < 2 * _TURNS * fs / low:
         raise InputError(
             f"a record of {samples / fs:.3g} s is too short to find a speed from {60 * low:g} rpm on: it needs"
-            f" {2 * _TURNS / low:.3g} s, {2 * _TURNS} revolutions; raise the lower end of the range, or record longer"
+            f" {2 * _TURNS / low:.3g} s, {2 * _TURNS} revolutions; give the speed or a narrower range, or record longer"
         )
     return low, high
 

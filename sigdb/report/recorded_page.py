@@ -13,7 +13,14 @@ from matplotlib.figure import Figure
 
 from sigdb.core.version import __version__
 from sigdb.report.recorded_pictures import Picture, history_figure, recorded_figures
-from sigdb.report.recorded_tables import INDICATOR_COLUMNS, fact_rows, history_columns, indicator_rows
+from sigdb.report.recorded_tables import (
+    INDICATOR_COLUMNS,
+    LINE_COLUMNS,
+    fact_rows,
+    history_columns,
+    indicator_rows,
+    line_rows,
+)
 from sigdb.report.text_table import Column
 
 PAGE, NUMBERS = "index.html", "signature.json"
@@ -76,6 +83,11 @@ def _signature(facts: Mapping[str, Any]) -> Iterator[str]:
     yield "</ul>"
     for picture in recorded_figures(facts):
         yield from _figure(picture)
+    lines = [row for row in line_rows(facts) if row["found"]]
+    if lines:
+        yield f"<details><summary>{len(lines)} lines that stand out</summary>"
+        yield from _table(LINE_COLUMNS, lines)
+        yield "</details>"
     yield "<h3>Indicators</h3>"
     yield from _table(INDICATOR_COLUMNS, indicator_rows(facts))
 

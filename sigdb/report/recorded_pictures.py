@@ -156,7 +156,7 @@ def _mark(axes: Axes, facts: Mapping[str, Any], kinds: Sequence[str], *, names: 
             axes.annotate(
                 _last_words(columns["name"][i]),
                 (columns["order"][i], columns["amplitude"][i]),
-                xytext=(0, 5),
+                xytext=(0, 7),
                 textcoords="offset points",
                 rotation=90,
                 ha="center",

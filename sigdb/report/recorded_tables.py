@@ -19,12 +19,13 @@ _HISTORY: dict[str, str] = {
     "na4_star": "NA4*",
     "nb4_star": "NB4*",
 }
-_LINES: tuple[Column, ...] = (
+LINE_COLUMNS: tuple[Column, ...] = (
     ("order", lambda row: f"{row['order']:.3f}"),
     ("amplitude", number("amplitude")),
     ("over level", lambda row: f"{row['over_level']:.1f}"),
     ("what", word("name")),
 )
+"""Columns of :func:`line_rows`."""
 
 
 def recorded_text(facts: Mapping[str, Any]) -> str:
@@ -41,7 +42,7 @@ def recorded_text(facts: Mapping[str, Any]) -> str:
     blocks = [
         f"{facts['source']}\n{head}",
         f"Indicators\n{table(INDICATOR_COLUMNS, indicator_rows(facts))}",
-        f"Lines that stand out of the spectrum over the angle\n{table(_LINES, lines)}"
+        f"Lines that stand out of the spectrum over the angle\n{table(LINE_COLUMNS, lines)}"
         if lines
         else "No line stands out",
         "Notes\n" + "\n".join(f"  - {note}" for note in facts["notes"]),

@@ -326,3 +326,12 @@ def test_a_recording_without_a_tacho_says_what_to_do():
         recorded_signature(recording(0 * turns, vibration(turns)), teeth=TEETH)
     with pytest.raises(InputError, match="must be a whole number"):
         recorded_signature(recording(turns, vibration(turns), pulses_per_rev=1.5), teeth=TEETH)
+
+
+def test_a_record_without_vibration_has_no_speed_and_no_lines():
+    turns = turned(5, 20.0)
+    with pytest.raises(InputError, match="nothing stands out"):
+        recorded_signature(recording(turns, 0 * turns, tacho=False), teeth=TEETH, mesh_phase=True)
+    found = recorded_signature(recording(turns, 0 * turns + 1.5), teeth=TEETH)
+    assert (found.kept, found.lines["found"].sum()) == (0, 0)
+    assert found.as_json()["indicators"]["fm4"] is None
