@@ -72,14 +72,19 @@ def file_kind(path: Path) -> FileKind:
         raise InputError(f"has the suffix {suffix or '(none)'}; known: {known}")
     if content in by_name:
         return content
+    names = " or ".join(kind.name for kind in by_name)
+    if content is None:
+        raise InputError(
+            f"is {names} by its suffix {suffix}, but does not begin like it; it is damaged or another format"
+        )
     raise InputError(
-        f"is {by_name[0].name} by its suffix {suffix}, but begins like {content.name}; give it the suffix "
+        f"is {names} by its suffix {suffix}, but begins like {content.name}; give it the suffix "
         f"{content.suffixes[0]}, or write it again"
     )
 
 
-def _by_content(begin: bytes) -> FileKind:
-    """The format that the first bytes are of; text if they are of no other."""
+def _by_content(begin: bytes) -> FileKind | None:
+    """The format that the first bytes are of; text if they are of no other and hold no zero bytes."""
     if begin[:2] == b"\x1f\x8b":
         return GZIP
     if any(begin[at : at + 8] == HDF5_MARK for at in HDF5_STARTS):
@@ -89,5 +94,9 @@ def _by_content(begin: bytes) -> FileKind:
     if begin[:4] in (b"RIFF", b"RIFX", b"RF64") and begin[8:12] == b"WAVE":
         return WAV
     starts = {b"PAR1": PARQUET, b"PK\x03\x04": NPZ, b"\x93NUM": NPY, b"TDSm": TDMS}
+    if begin[:4] in starts:
+        return starts[begin[:4]]
     first_line = begin.lstrip(b"\r\n").split(b"\n", 1)[0]
-    return UFF if first_line.startswith(b"    -1") and first_line.strip() == b"-1" else starts.get(begin[:4], TEXT)
+    if first_line.startswith(b"    -1") and first_line.strip() == b"-1":
+        return UFF
+    return TEXT if b"\0" not in begin or begin[:2] in (b"\xff\xfe", b"\xfe\xff") else None

@@ -9,15 +9,12 @@ import numpy as np
 
 from sigdb.core.errors import InputError
 from sigdb.measurement.readers.contents import Contents
-from sigdb.measurement.readers.hdf5_datasets import dataset_problem, numbers_of, unit_of
+from sigdb.measurement.readers.hdf5_datasets import dataset_problem, numbers_of, text_attribute
 from sigdb.measurement.readers.limits import MAX_DEPTH, check_bytes, check_parts, check_values
 from sigdb.measurement.readers.named_arrays import contents_of, rate_of
 from sigdb.measurement.recording_settings import RecordingSettings
 
-FOREIGN: tuple[type[Exception], ...] = (
-    OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError, OverflowError, MemoryError,
-    NotImplementedError,
-)  # fmt: skip
+FOREIGN: tuple[type[Exception], ...] = (OSError, RuntimeError, ValueError, KeyError, TypeError, MemoryError)
 
 
 def read_hdf5(path: Path, settings: RecordingSettings) -> Contents:
@@ -72,7 +69,7 @@ class _Found:
             self._take_dataset(item, name, depth)
 
     def _take_dataset(self, item: Any, name: str, depth: int) -> None:
-        kind = _text_attribute(item, "MATLAB_class")
+        kind = text_attribute(item, "MATLAB_class")
         if "MATLAB_object_decode" in item.attrs or kind in ("table", "timetable", "datetime", "function_handle"):
             self.left_out.append(f"{name} is a {kind or 'object'}, which cannot be read; save its columns as arrays")
         elif kind == "cell" and item.dtype.kind == "O":
@@ -99,7 +96,7 @@ class _Found:
         check_values(self._values)
         for part, values in numbers_of(item):
             self.arrays[f"{name}{part}"] = values
-        self.units[name] = unit_of(item)
+        self.units[name] = text_attribute(item, "unit") or text_attribute(item, "units")
         self._note_rate(item, name)
 
     def _note_rate(self, item: Any, name: str) -> None:
@@ -112,13 +109,6 @@ class _Found:
                     self.rates[name] = rate
                 else:
                     self.arrays[f"{name}{self._mark}{key}" if name else key] = np.asarray(item.attrs[key])
-
-
-def _text_attribute(item: Any, name: str) -> str:
-    if name not in item.attrs or item.attrs.get_id(name).dtype.kind not in "SO":
-        return ""
-    value = item.attrs[name]
-    return value.decode("latin-1") if isinstance(value, bytes) else str(value)
 
 
 def _is_mat(path: Path) -> bool:

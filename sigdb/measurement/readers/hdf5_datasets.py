@@ -17,6 +17,10 @@ from sigdb.measurement.readers.limits import (
 FILTERS = {1: "gzip", 2: "shuffle", 3: "fletcher32", 4: "szip", 5: "nbit", 6: "scaleoffset", 32000: "lzf"}
 
 
+LONGEST_TEXT = 1000
+"""Bytes of an attribute."""
+
+
 def dataset_problem(item: Any) -> str:
     """Why a dataset is no series of numbers; empty if it is one.
 
@@ -63,10 +67,12 @@ def numbers_of(item: Any) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
         yield "", np.asarray(values)
 
 
-def unit_of(item: Any) -> str:
-    """What the attribute ``unit`` or ``units`` says."""
-    for name in ("unit", "units"):
-        if name in item.attrs and item.attrs.get_id(name).dtype.kind in "SO" and item.attrs.get_id(name).shape == ():
-            value = item.attrs[name]
-            return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
-    return ""
+def text_attribute(item: Any, name: str) -> str:
+    """What an attribute says; empty if there is none, or it is no text of a bounded length."""
+    if name not in item.attrs:
+        return ""
+    kind = item.attrs.get_id(name)
+    if kind.dtype.kind not in "SO" or kind.shape != () or kind.dtype.itemsize > LONGEST_TEXT:
+        return ""
+    value = item.attrs[name]
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

@@ -5,7 +5,14 @@ from typing import Any
 
 from sigdb.core.errors import InputError
 from sigdb.measurement.readers.contents import Column, Contents
-from sigdb.measurement.readers.limits import bounded_bytes, check_bytes, check_columns, check_parts, check_values
+from sigdb.measurement.readers.limits import (
+    bounded_bytes,
+    check_bytes,
+    check_columns,
+    check_parts,
+    check_ratio,
+    check_values,
+)
 from sigdb.measurement.recording_settings import RecordingSettings
 
 FOREIGN: tuple[type[Exception], ...] = (ValueError, OSError, NotImplementedError, KeyError, MemoryError)
@@ -25,6 +32,7 @@ def read_parquet(path: Path, settings: RecordingSettings) -> Contents:
             raise InputError("holds no column of numbers")
         check_columns(len(numeric))
         check_values(len(numeric) * file.metadata.num_rows)
+        check_ratio(8 * len(numeric) * file.metadata.num_rows, data.size())
         names = [field.name for field in numeric]
         if len(set(names)) < len(names):
             raise InputError("holds two columns of one name; write it again with different names")

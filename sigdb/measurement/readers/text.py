@@ -23,6 +23,9 @@ from sigdb.measurement.recording_settings import RecordingSettings
 
 FOREIGN: tuple[type[Exception], ...] = (zlib.error,)
 
+FIRST_BYTES = 2**20
+"""A table begins within these, and no line is longer."""
+
 _UTF16 = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _UNIT = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]{1,20})[\])]")
 
@@ -72,7 +75,8 @@ def _gunzipped(data: bytes) -> bytes:
 
 
 def _first_lines(data: bytes) -> list[bytes]:
-    return data[: 2**20].split(b"\n", SAMPLE_LINES)[:SAMPLE_LINES]
+    lines = data[:FIRST_BYTES].split(b"\n", SAMPLE_LINES)[:SAMPLE_LINES]
+    return lines[:-1] if len(lines) > 1 and len(data) > FIRST_BYTES else lines
 
 
 def _below(data: bytes, lines: int) -> bytes:
@@ -87,7 +91,7 @@ def _without_torn_line(table: bytes, layout: TextLayout) -> tuple[bytes, tuple[s
     if table.endswith(b"\n"):
         return table, ()
     whole, end, last = table.rpartition(b"\n")
-    if not end or not last.strip() or is_row(last.decode("utf-8", "replace"), layout):
+    if not end or not last.strip() or len(last) > FIRST_BYTES or is_row(last.decode("utf-8", "replace"), layout):
         return table, ()
     return whole + end, ("the last line is not whole and was left out",)
 
@@ -150,7 +154,7 @@ def _named(layout: TextLayout) -> list[tuple[str, str]]:
     names = layout.names or tuple(f"column{i + 1}" for i in range(layout.columns))
     units = layout.units or ("",) * layout.columns
     return [
-        (found[1], found[2].strip()) if not unit and (found := _UNIT.fullmatch(name)) else (name, unit)
+        (found[1], found[2].strip()) if not unit and (found := _UNIT.fullmatch(name[:200])) else (name, unit)
         for name, unit in zip(names, units, strict=True)
     ]
 

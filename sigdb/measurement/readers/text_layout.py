@@ -9,6 +9,9 @@ from sigdb.core.errors import InputError
 SAMPLE_LINES = 200
 """A table that begins later than this is not found."""
 
+LONGEST_NUMBER = 64
+"""Signs of a number."""
+
 MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "-nan", "1.#qnan", "-1.#ind", "1.#ind")
 
 _NUMBER = {
@@ -103,7 +106,7 @@ def _numeric(fields: list[str], decimal: str) -> bool:
 
 
 def _is_number(field: str, decimal: str) -> bool:
-    return _NUMBER[decimal].fullmatch(field) is not None
+    return len(field) <= LONGEST_NUMBER and _NUMBER[decimal].fullmatch(field) is not None
 
 
 def _is_clock(field: str) -> bool:

@@ -4,6 +4,7 @@ The data set is described by the Structural Dynamics Research Laboratory of the 
 File Formats*.
 """
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,10 @@ HEADER = 11
 TIME_RESPONSE = (0, 1)
 REAL = {2: "f4", 4: "f8"}
 DIRECTIONS = {"1": "+X", "2": "+Y", "3": "+Z", "-1": "-X", "-2": "-Y", "-3": "-Z"}
+
+
+_HERE = re.compile(rb"    -1[ \t]*(?:\r?\n|\Z)")
+_LATER = re.compile(rb"(?<=[\r\n])    -1[ \t]*(?:\r?\n|\Z)")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,13 +90,8 @@ def _sets(data: bytes) -> Iterator[_Set]:
 
 def _mark(data: bytes, at: int) -> tuple[int, int]:
     """Where the next line of -1 begins and where it ends; -1 if there is none. A line begins at ``at``."""
-    found = data.find(b"    -1", at)
-    while found >= 0:
-        after, line = _line(data, found)
-        if line.strip() == "-1" and (found == at or data[found - 1] in b"\r\n"):
-            return found, after
-        found = data.find(b"    -1", found + 1)
-    return -1, -1
+    found = _HERE.match(data, at) or _LATER.search(data, at)
+    return found.span() if found else (-1, -1)
 
 
 def _line(data: bytes, at: int) -> tuple[int, str]:
