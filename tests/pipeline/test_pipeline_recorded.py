@@ -92,6 +92,20 @@ def test_a_tacho_on_another_shaft_gives_relative_teeth():
     np.testing.assert_allclose(thrice.tsa, one_revolution(768), atol=5e-3)
 
 
+def test_the_angle_is_that_of_the_cleanest_mesh_harmonic():
+    turns = turned(8, 20.0)
+    beside = 0.8 * np.cos(2 * np.pi * 12.3 * turns) + 0.4 * np.cos(2 * np.pi * 24.4 * turns)  # bends two harmonics
+    noise = 0.1 * np.random.default_rng(8).normal(size=turns.size)
+    x = vibration(turns) + beside + noise
+    found, worse = (
+        recorded_signature(recording(turns, x, tacho=False), teeth=TEETH, mesh_phase=True, harmonic=one)
+        for one in (None, 1)
+    )
+    assert found.angle == "phase of mesh harmonic 3 of a1"
+    assert found.kept > worse.kept
+    assert found.speed_track["speed_rpm"].std() < 0.3 * worse.speed_track["speed_rpm"].std()
+
+
 @pytest.mark.parametrize(("speed", "rise"), [(9.0, 0.0), (29.7, 0.0), (20.0, 0.25), (60.0, -1.0)])
 def test_a_speed_is_found_in_noise_and_followed(speed, rise):
     turns = turned(8, speed, rise)
