@@ -17,6 +17,7 @@ from sigdb.cli.query import query
 from sigdb.cli.refine import refine
 from sigdb.cli.run import run
 from sigdb.cli.show import show
+from sigdb.cli.signature import signature
 from sigdb.cli.sweep import sweep
 from sigdb.cli.train import train
 from sigdb.cli.verify import verify
@@ -45,6 +46,7 @@ for _command in (
     query,
     show,
     match,
+    signature,
     export,
     train,
     evaluate,

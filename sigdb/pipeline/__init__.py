@@ -13,12 +13,16 @@ if TYPE_CHECKING:
     from sigdb.pipeline.pictures import draw_coverage, draw_signature
     from sigdb.pipeline.recipe import Recipe, load_recipe
     from sigdb.pipeline.recipe_models import Result
+    from sigdb.pipeline.recorded import recorded_signature
+    from sigdb.pipeline.recorded_histories import recorded_history
+    from sigdb.pipeline.recorded_result import RecordedSignature
     from sigdb.pipeline.run import Made, run_recipe
 
 __all__ = [
     "Made",
     "Recipe",
     "Result",
+    "RecordedSignature",
     "database_card",
     "describe_rig",
     "draw_coverage",
@@ -26,6 +30,8 @@ __all__ = [
     "draw_signature",
     "load_recipe",
     "paper_claims",
+    "recorded_history",
+    "recorded_signature",
     "run_recipe",
     "train_model",
     "write_new_rig",
@@ -37,6 +43,7 @@ __getattr__, __dir__ = lazy_names(
         "Made": "sigdb.pipeline.run",
         "Recipe": "sigdb.pipeline.recipe",
         "Result": "sigdb.pipeline.recipe_models",
+        "RecordedSignature": "sigdb.pipeline.recorded_result",
         "database_card": "sigdb.pipeline.card",
         "describe_rig": "sigdb.pipeline.describe",
         "draw_coverage": "sigdb.pipeline.pictures",
@@ -44,6 +51,8 @@ __getattr__, __dir__ = lazy_names(
         "draw_signature": "sigdb.pipeline.pictures",
         "load_recipe": "sigdb.pipeline.recipe",
         "paper_claims": "sigdb.pipeline.paper.results",
+        "recorded_history": "sigdb.pipeline.recorded_histories",
+        "recorded_signature": "sigdb.pipeline.recorded",
         "run_recipe": "sigdb.pipeline.run",
         "train_model": "sigdb.pipeline.models",
         "write_new_rig": "sigdb.pipeline.new_rig",

@@ -13,7 +13,7 @@ from sigdb.cli.main import cli, main
 
 COMMANDS = (
     *("new-rig", "describe", "modes", "run", "sweep", "verify", "coverage", "refine", "card"),
-    *("query", "show", "match", "export", "train", "evaluate"),
+    *("query", "show", "match", "signature", "export", "train", "evaluate"),
 )
 SIGDB = Path(sys.executable).with_name("sigdb")
 
