@@ -169,7 +169,7 @@ def _point(
     database: Database, sensor: str, weight: pd.Series, speed_rpm: float, torque: float, teeth: int
 ) -> PointTemplates:
     laws = Hypotheses.of(database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor)
-    rows = weight.reindex(laws.cases["template"]).fillna(0).to_numpy(float)
+    rows = weight.reindex(laws.cases["template"]).fillna(0).to_numpy(float, copy=True)
     for kind, some in (("healthy", laws.healthy), ("damaged", ~laws.healthy)):
         if not some.any():
             raise InputError(
