@@ -7,6 +7,8 @@ from sigdb.core.lazy import lazy_names
 if TYPE_CHECKING:
     from sigdb.pipeline.card import database_card
     from sigdb.pipeline.describe import describe_rig, draw_rig
+    from sigdb.pipeline.diagnose import diagnose
+    from sigdb.pipeline.diagnosis import Diagnosis, write_diagnosis
     from sigdb.pipeline.models import train_model
     from sigdb.pipeline.new_rig import write_new_rig
     from sigdb.pipeline.paper.results import paper_claims
@@ -15,10 +17,12 @@ if TYPE_CHECKING:
     from sigdb.pipeline.run import Made, run_recipe
 
 __all__ = [
+    "Diagnosis",
     "Made",
     "Recipe",
     "database_card",
     "describe_rig",
+    "diagnose",
     "draw_coverage",
     "draw_rig",
     "draw_signature",
@@ -26,12 +30,16 @@ __all__ = [
     "paper_claims",
     "run_recipe",
     "train_model",
+    "write_diagnosis",
     "write_new_rig",
 ]
 
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
+        "diagnose": "sigdb.pipeline.diagnose",
+        "write_diagnosis": "sigdb.pipeline.diagnosis",
+        "Diagnosis": "sigdb.pipeline.diagnosis",
         "Made": "sigdb.pipeline.run",
         "Recipe": "sigdb.pipeline.recipe",
         "database_card": "sigdb.pipeline.card",

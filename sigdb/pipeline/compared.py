@@ -34,8 +34,8 @@ class Compared:
         By target ``estimate``, ``low`` and ``high``, if there is damage.
     nearest
         The most probable templates: severities, ``tooth``, ``probability``, ``misfit``.
-    template
-        (n,) the first of them.
+    template, healthy
+        (n,) the first of them, and the one of a healthy gear.
     misfit, limit
         Squared residual of the best template over what the noise gives, about 1 for what the templates cover; what 1 %
         of draws from their law exceed.
@@ -48,6 +48,7 @@ class Compared:
     severity: pd.DataFrame
     nearest: pd.DataFrame
     template: FloatArray
+    healthy: FloatArray
     misfit: float
     limit: float
 
@@ -92,25 +93,31 @@ def compare(
         reference=reference,
         candidates=said["candidates"],
         probability=location.predict_proba(row)[0],
-        severity=_severity(severity.predict(row).iloc[0]),
+        severity=_severity(severity.predict(row).iloc[0], point.severity[~point.healthy]),
         nearest=nearest.assign(misfit=nearest["misfit"] / share),
         template=template,
+        healthy=point.hypotheses.signal[point.healthy][0],
         misfit=float(said["misfit"] / share),
         limit=float(location.misfit_threshold_ / share),
     )
 
 
-def _severity(said: pd.Series) -> pd.DataFrame:
-    ends = [
-        {"target": one, "estimate": said[one], "low": said[f"{one}_low"], "high": said[f"{one}_high"]}
-        for one in TARGETS
-    ]
-    return pd.DataFrame(ends)
+def _severity(said: pd.Series, simulated: FloatArray) -> pd.DataFrame:
+    """Estimates and intervals; their ends half way to the next value that was simulated, for none between was."""
+    rows = []
+    for one, values in zip(TARGETS, simulated.T, strict=True):
+        levels = np.unique(values[np.isfinite(values)])
+        middles = (levels[1:] + levels[:-1]) / 2
+        below, above = middles[middles < said[f"{one}_low"]], middles[middles > said[f"{one}_high"]]
+        low = float(below[-1]) if below.size else float(levels[0])
+        high = float(above[0]) if above.size else float(levels[-1])
+        if one == "damaged_teeth":
+            low, high = float(np.ceil(low)), float(np.floor(high))
+        rows.append({"target": one, "estimate": float(said[one]), "low": low, "high": high})
+    return pd.DataFrame(rows)
 
 
-def _nearest(
-    point: PointTemplates, index_error: float, x: FloatArray, noise: float
-) -> tuple[pd.DataFrame, FloatArray]:
+def _nearest(point: PointTemplates, index_error: float, x: FloatArray, noise: float) -> tuple[pd.DataFrame, FloatArray]:
     """The most probable templates, each at its best turn, and the signal of the first of them."""
     laws, n = point.hypotheses, len(x)
     likelihood = laws.log_likelihood(x[None], noise=noise, index_error=index_error)[0]

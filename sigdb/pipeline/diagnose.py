@@ -1,215 +1,172 @@
-"""From the signature of a recording to an answer: damage or none, which tooth, how severe, or not to be told."""
+"""From a recording, its rig and what else there is, to a diagnosis."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pandas as pd
+from sigdb.core.errors import InputError
+from sigdb.database import open as open_database
+from sigdb.measurement import Recording, read_recording
+from sigdb.pipeline.diagnosis import Diagnosis, diagnose_signature
+from sigdb.pipeline.diagnosis_bank import rig_bank
+from sigdb.pipeline.recorded import recorded_signature
+from sigdb.pipeline.units import in_unit
+from sigdb.recognition import TemplateBank, load_model
+from sigdb.recognition.split_kinds import changed_parts, model_form
+from sigdb.transmission import Transmission, load_transmission
 
-from sigdb.pipeline.compared import Compared, compare
-from sigdb.pipeline.diagnosis_bank import at_point
-from sigdb.pipeline.healthy_reference import Reference, references
-from sigdb.pipeline.recorded import RecordedSignature
-from sigdb.recognition import TemplateBank
-from sigdb.recognition.template_bank import PointTemplates
-
-NONE, TOOTH, NOT_SURE, OUTSIDE = "none", "tooth", "not sure", "outside"
-"""Kinds of answer."""
-
-_CHANGED_DB = 3.0
-"""Change of a mesh harmonic from which the two recordings are not of the same state of the rig."""
-
-_FAR = 0.02
-"""Relative distance of the templates' operating point that is told."""
+_INDEX_ERROR = 2e-6
+_SAMPLES_PER_TOOTH = 64
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Diagnosis:
-    """What can be said of a recording.
+@dataclass(frozen=True, kw_only=True)
+class _Templates:
+    """A bank with what is to be known of where it is from."""
 
-    Attributes
-    ----------
-    signature, healthy
-        Of the recording, and of the healthy one; None without.
-    kind
-        ``none``, ``tooth``, ``not sure`` or ``outside``.
-    answer
-        The same as a sentence.
-    compared
-        What the templates say.
-    missing
-        What is lacking, and what it would tell, a sentence each.
-    notes
-        What else there is to know, a sentence each.
-    """
-
-    signature: RecordedSignature
-    healthy: RecordedSignature | None
-    kind: str
-    answer: str
-    compared: Compared
-    missing: tuple[str, ...]
-    notes: tuple[str, ...]
+    bank: TemplateBank
+    notes: tuple[str, ...] = ()
 
     @property
-    def p_damage(self) -> float:
-        """Probability of damage, at even odds before the recording, if one of the templates is true."""
-        return float(self.compared.probability[1:].sum())
-
-    @property
-    def teeth(self) -> pd.DataFrame:
-        """``tooth`` (0 for none), its ``probability``, and whether it is a ``candidate``."""
-        tooth = np.arange(len(self.compared.probability))
-        candidate = np.isin(tooth, self.compared.candidates)
-        return pd.DataFrame({"tooth": tooth, "probability": self.compared.probability, "candidate": candidate})
-
-    @property
-    def severity(self) -> pd.DataFrame | None:
-        """By target ``estimate``, ``low`` and ``high``; None where no damage was found or nothing fits."""
-        return None if self.kind in (NONE, OUTSIDE) else self.compared.severity
-
-    def as_json(self) -> dict[str, Any]:
-        """All of it but signals, as numbers, text, lists and dictionaries."""
-        found = self.compared
-        return {
-            "answer": self.answer,
-            "kind": self.kind,
-            "p_damage": self.p_damage,
-            "absolute": self.signature.absolute,
-            "teeth": _records(self.teeth),
-            "severity": None if self.severity is None else _records(self.severity),
-            "nearest": _records(found.nearest),
-            "misfit": found.misfit,
-            "limit": found.limit,
-            "path": None if found.reference is None else _path_facts(found.reference),
-            "missing": list(self.missing),
-            "notes": list(self.notes),
-        }
+    def samples_per_tooth(self) -> int:
+        point = self.bank.points[0]
+        return point.samples // point.teeth
 
 
-def diagnose_signature(
-    signature: RecordedSignature, bank: TemplateBank, *, torque: float, healthy: RecordedSignature | None = None
+def diagnose(
+    recording: Recording | str | PathLike[str],
+    rig: Transmission | str | PathLike[str],
+    *,
+    healthy: Recording | str | PathLike[str] | None = None,
+    model: str | PathLike[str] | None = None,
+    database: str | PathLike[str] | None = None,
+    gear: str | None = None,
+    sensor: str | None = None,
+    torque: float | None = None,
+    index_error: float = _INDEX_ERROR,
+    **options: Any,
 ) -> Diagnosis:
-    """Compare the signature of a recording with a bank of templates.
+    """Tell from a recording whether a gear is damaged, at which tooth and how severely, or that it cannot be told.
 
-    With a healthy recording both its uses (:func:`~sigdb.pipeline.healthy_reference.references`) are tried: the path
-    as it was, and a changed one where no template fits the first and one fits better.
+    The averaged recording is compared with simulated templates of the rig. With a ``healthy`` recording of the same rig
+    by the same channel, the path from the mesh to the sensor and the errors of these gears are taken from it; without
+    one the recording is taken to be of the simulated rig itself.
 
     Parameters
     ----------
-    signature
-        Of the recording.
-    bank
-        Templates of the rig; those of the nearest operating point are used.
-    torque
-        In the recording, N m, as the rig's ``operating.torque``.
+    recording
+        From :func:`sigdb.read_recording`, or the path of a file that needs no options to be read.
+    rig
+        The rig, with one mesh; or its name or file.
     healthy
-        Signature of a healthy recording of the same rig, by the same channel.
+        A healthy recording, read like the other.
+    model
+        Folder or name of a trained model, whose templates are used.
+    database
+        A database of the rig, whose templates are used. Without model and database they are simulated now, at the
+        recording's speed and torque.
+    gear
+        Gear on the averaged shaft; the first mesh's driving gear if left out.
+    sensor
+        Sensor of the rig; that of the recorded channel's name, else the first one of database or rig.
+    torque
+        N m, as the rig's ``operating.torque``; the recording's, else the rig's, if left out.
+    index_error
+        Size of the gears' index errors, m, where templates are simulated now; assumed.
+    options
+        Of :func:`recorded_signature`: ``channel``, ``mesh_phase``, ``speed_rpm``, ``revolutions``...
+
+    Returns
+    -------
+    Diagnosis
 
     Raises
     ------
     InputError
-        If the averages have other lengths than the templates, or no mesh harmonic stands above the noise.
+        If a file cannot be read, the rig has several meshes, or the recording does not fit it.
     """
-    bank = at_point(bank, speed_rpm=signature.speed_rpm, torque=torque, teeth=signature.teeth)
-    (point,) = bank.points
-    given = {"x": signature.tsa, "noise": _noise(signature), "averages": signature.averages}
-    if healthy is None:
-        compared = compare(bank, **given)
-    else:
-        same, changed = _references(signature, healthy, point)
-        compared = compare(bank, **given, reference=same)
-        if compared.outside:
-            other = compare(bank, **given, reference=changed)
-            compared = min(compared, other, key=lambda one: one.misfit / one.limit)
-    kind, answer = _answer(compared, signature.absolute)
-    return Diagnosis(
-        signature=signature,
-        healthy=healthy,
-        kind=kind,
-        answer=answer,
-        compared=compared,
-        missing=tuple(_missing(signature, healthy)),
-        notes=tuple(_notes(signature, compared.reference, point, torque)),
-    )
-
-
-def _noise(signature: RecordedSignature) -> float:
-    return float(signature.scatter / np.sqrt(signature.averages))
-
-
-def _references(
-    signature: RecordedSignature, healthy: RecordedSignature, point: PointTemplates
-) -> tuple[Reference, Reference]:
-    laws = point.hypotheses
-    return references(
-        signature.tsa,
-        healthy.tsa,
-        laws.signal[laws.healthy][0],
-        teeth=signature.teeth,
-        noise=_noise(signature),
-        healthy_noise=_noise(healthy),
-        absolute=signature.absolute and healthy.absolute,
-    )
-
-
-def _answer(compared: Compared, absolute: bool) -> tuple[str, str]:
-    """Kind of answer, and a sentence."""
-    named = [one for one in compared.candidates if one]
-    counted = "" if absolute else ", counted from where the average begins, since there is no tacho mark"
-    if compared.outside:
-        return OUTSIDE, "Outside the database: no template fits this recording, so nothing is said of its teeth."
-    if not named:
-        return NONE, "No tooth damage found."
-    if 0 in compared.candidates:
-        return NOT_SURE, "Not sure: an undamaged gear and a damaged one would both fit this recording."
-    if len(named) == 1:
-        return TOOTH, f"Damage at tooth {named[0]}{counted}."
-    return NOT_SURE, f"Damage, but it is not sure at which tooth: {', '.join(map(str, named))}{counted}."
-
-
-def _missing(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[str]:
-    if healthy is None:
-        yield (
-            "A healthy recording of the same rig by the same channel: without it the path from the mesh to the sensor is "
-            "taken to be that of the simulated rig, and errors of these gears are not told from damage."
+    rig = rig if isinstance(rig, Transmission) else load_transmission(rig)
+    gear = _gear(rig, gear)
+    one, other = _read(recording), None if healthy is None else _read(healthy)
+    torque = torque if torque is not None else one.torque if one.torque is not None else rig.operating.torque
+    templates = _given(rig, model=model, database=database, sensor=sensor)
+    samples = templates.samples_per_tooth if templates else _SAMPLES_PER_TOOTH
+    options = {"rig": rig, "gear": gear, "samples_per_tooth": samples} | options
+    signature = recorded_signature(one, **options)
+    reference = None if other is None else recorded_signature(other, **options)
+    speed_rpm = signature.speed_rpm / abs(rig.ratio(rig.gears[gear].shaft))
+    if templates is None:
+        bank = rig_bank(
+            rig,
+            gear=gear,
+            sensor=_sensor(rig, sensor, signature.channel),
+            speed_rpm=speed_rpm,
+            torque=torque,
+            samples_per_tooth=samples,
+            index_error=index_error,
         )
-    if not signature.absolute:
-        yield "A tacho mark: without it teeth are counted from where the average begins."
-
-
-def _notes(
-    signature: RecordedSignature, reference: Reference | None, point: PointTemplates, torque: float
-) -> Iterator[str]:
-    yield from signature.notes
-    for name, value, unit, there in (
-        ("speed", signature.speed_rpm, "rpm", point.speed_rpm),
-        ("torque", torque, "N m", point.torque),
-    ):
-        if abs(value - there) > _FAR * abs(there):
-            yield f"The templates have a {name} of {there:g} {unit}, the recording {value:g} {unit}."
+        templates = _Templates(bank=bank)
     if reference is None:
-        return
-    harmonics = ", ".join(map(str, reference.path.harmonics))
-    yield f"The path from the mesh to the sensor was taken from the mesh harmonics {harmonics} of the healthy recording."
-    most = reference.change_db[np.abs(reference.change_db).argmax()]
-    if reference.changed or abs(most) > _CHANGED_DB:
-        yield (
-            f"Since the healthy recording a mesh harmonic has changed by {most:+.1f} dB: load, mounting or sensor may "
-            "not be the same, and what else has changed need not be damage."
+        signature = in_unit(signature, rig.sensors[templates.bank.sensor].unit)
+    return diagnose_signature(
+        replace(signature, notes=(*signature.notes, *templates.notes)),
+        templates.bank,
+        speed_rpm=speed_rpm,
+        torque=torque,
+        healthy=reference,
+    )
+
+
+def _read(recording: Recording | str | PathLike[str]) -> Recording:
+    return recording if isinstance(recording, Recording) else read_recording(Path(recording))
+
+
+def _given(
+    rig: Transmission,
+    *,
+    model: str | PathLike[str] | None,
+    database: str | PathLike[str] | None,
+    sensor: str | None,
+) -> _Templates | None:
+    """Templates of a model or a database; None where neither is given."""
+    if model is not None and database is not None:
+        raise InputError("model and database are given together; templates are taken from one of them")
+    if database is not None:
+        opened = open_database(str(database))
+        changed = changed_parts(model_form(opened.manifest.resolved), _form(rig))
+        return _Templates(bank=TemplateBank.of(opened, sensor=sensor), notes=_of_another("database", changed))
+    if model is None:
+        return None
+    loaded = load_model(model)
+    if "templates" not in loaded.estimators:
+        raise InputError(f"{model} holds no templates; train it on a database of a rig with one mesh")
+    changed = changed_parts(loaded.form, _form(rig))
+    return _Templates(bank=loaded.estimators["templates"].bank, notes=_of_another("model", changed))
+
+
+def _form(rig: Transmission) -> dict[str, str]:
+    return model_form({"rig": rig.model_dump(mode="json", exclude_none=True)})
+
+
+def _of_another(kind: str, changed: list[str]) -> tuple[str, ...]:
+    return (f"The {kind} is of a rig that differs in {', '.join(changed)}.",) if changed else ()
+
+
+def _gear(rig: Transmission, asked: str | None) -> str:
+    """The averaged gear, on a rig whose damaged teeth are turns of each other."""
+    if asked is not None and asked not in rig.gears:
+        raise InputError(f"gear = {asked!r} is not a gear of {rig.name}; it has {', '.join(rig.gears)}")
+    gear = asked or (next(iter(rig.meshes.values())).driving if rig.meshes else None)
+    if gear is None or not rig.turns_exactly(gear):
+        raise InputError(
+            f"rig {rig.name} has {len(rig.meshes)} meshes; a recording is compared with templates of a rig with one: "
+            "describe the gear pair of interest as a rig of its own"
         )
+    return gear
 
 
-def _path_facts(reference: Reference) -> dict[str, Any]:
-    return {
-        "harmonics": reference.path.harmonics.tolist(),
-        "changed": reference.changed,
-        "change_db": reference.change_db.tolist(),
-        "turned": reference.turned,
-        "noise": reference.noise,
-    }
-
-
-def _records(table: pd.DataFrame) -> list[Mapping[Any, Any]]:
-    return table.astype(object).where(table.notna(), None).to_dict("records")
+def _sensor(rig: Transmission, asked: str | None, channel: str) -> str:
+    """The rig's sensor: the one asked for, that of the channel's name, or the first."""
+    if asked is not None and asked not in rig.sensors:
+        raise InputError(f"sensor = {asked!r} is not a sensor of {rig.name}; it has {', '.join(rig.sensors)}")
+    return asked or (channel if channel in rig.sensors else next(iter(rig.sensors)))
