@@ -202,8 +202,8 @@ def _answer(compared: Compared, absolute: bool) -> tuple[str, str]:
 def _missing(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[str]:
     if healthy is None:
         yield (
-            "A healthy recording of the same rig by the same channel: without it the path from the mesh to the sensor is "
-            "taken to be that of the simulated rig, and errors of these gears are not told from damage."
+            "A healthy recording of the same rig by the same channel: without it the path from the mesh to the sensor "
+            "is taken to be that of the simulated rig, and errors of these gears are not told from damage."
         )
     if not signature.absolute:
         yield "A tacho mark: without it teeth are counted from where the average begins."
@@ -220,7 +220,7 @@ def _path_notes(reference: Reference | None) -> Iterator[str]:
     if reference is None:
         return
     harmonics = ", ".join(map(str, reference.path.harmonics))
-    yield f"The path from the mesh to the sensor was taken from the mesh harmonics {harmonics} of the healthy recording."
+    yield f"The path from the mesh to the sensor is that of the mesh harmonics {harmonics} of the healthy recording."
     most = reference.change_db[np.abs(reference.change_db).argmax()]
     if reference.changed or abs(most) > _CHANGED_DB:
         yield (

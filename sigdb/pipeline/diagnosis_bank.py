@@ -90,9 +90,9 @@ def through(bank: TemplateBank, path: SensorPath) -> TemplateBank:
     """A bank as a sensor behind a path would give its averages.
 
     Between mesh harmonics the gain is interpolated. Its relative error there is taken as normal, independent in real
-    and imaginary part and in each quarter of a mesh harmonic, of standard deviation 0.3 (assumed). It acts on what a template
-    differs by from the healthy one, for of that both path and comparison are right; so it joins the modes of the index
-    errors, and the bank's ``index_error`` is 1, both being in the unit of the signal.
+    and imaginary part and in each quarter of a mesh harmonic, of standard deviation 0.3 (assumed). It acts on what a
+    template differs by from the healthy one, which is right by construction. So it joins the modes of the index errors,
+    and the bank's ``index_error`` is 1, both being in the unit of the signal.
     """
     points = tuple(_through(point, path, bank.index_error) for point in bank.points)
     return replace(bank, points=points, index_error=1.0)

@@ -35,8 +35,8 @@ def in_unit(signature: RecordedSignature, wanted: str) -> RecordedSignature:
     unit, factor = _KNOWN.get(signature.unit, ("", 0.0))
     if unit != wanted:
         raise InputError(
-            f"{signature.source}: {signature.channel} is in {signature.unit!r}, the simulated sensor in {wanted!r}; give "
-            "a healthy recording, which tells the path, a sensor of that quantity, or the unit if it is a wrong one"
+            f"{signature.source}: {signature.channel} is in {signature.unit!r}, the simulated sensor in {wanted!r}; "
+            "give a healthy recording, which tells the path, a sensor of that quantity, or the unit if it is a wrong one"
         )
     return replace(
         signature,

@@ -50,8 +50,7 @@ def diagnosis_html(facts: Mapping[str, Any], signals: Mapping[str, FloatArray], 
     Parameters
     ----------
     facts
-        The diagnosis as plain data, of ``Diagnosis.as_json``: ``answer``, ``kind``, ``p_damage``, ``teeth``, ``severity``, ``nearest``,
-        ``misfit``, ``limit``, ``missing``, ``notes``, and of the recording ``unit``, ``channel``, ``indicators``.
+        The diagnosis as plain data, of ``Diagnosis.as_json``.
     signals
         (n,) ``tsa``, the average of the recording; ``compared``, what the templates were compared with; ``template``,
         the nearest one; ``healthy``, that of a healthy gear.
