@@ -221,11 +221,11 @@ def _path_notes(reference: Reference | None) -> Iterator[str]:
         return
     harmonics = ", ".join(map(str, reference.path.harmonics))
     yield f"The path from the mesh to the sensor is that of the mesh harmonics {harmonics} of the healthy recording."
-    most = reference.change_db[np.abs(reference.change_db).argmax()]
-    if reference.changed or abs(most) > _CHANGED_DB:
+    least, most = reference.change_db.min(), reference.change_db.max()
+    if reference.changed or max(-least, most) > _CHANGED_DB:
         yield (
-            f"Since the healthy recording a mesh harmonic has changed by {most:+.1f} dB: load, mounting or sensor may "
-            "not be the same, and what else has changed need not be damage."
+            f"Since the healthy recording the mesh harmonics have changed by {least:+.1f} to {most:+.1f} dB: load, "
+            "mounting or sensor may not be the same, and what else has changed need not be damage."
         )
 
 

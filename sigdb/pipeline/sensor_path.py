@@ -52,8 +52,8 @@ def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise:
     """The path from a simulated average of a healthy gear to a measured one.
 
     At the mesh harmonics both are known, and their quotient is the gain. Between two neighbouring harmonics the
-    logarithm of its magnitude and its phase are straight lines, the phase by the shorter way; beyond the last of a row
-    of neighbours they are constant for half a harmonic. That holds as far as the structure between mesh and sensor
+    logarithm of its magnitude and its phase are straight lines, the phase by the shorter way; for half a harmonic beyond
+    the ends of a row of neighbours the magnitude is constant and the line of the phase goes on. That holds as far as the structure between mesh and sensor
     changes little over one mesh harmonic. Other orders have the gain 0: of them the comparison says nothing.
 
     Parameters
@@ -99,10 +99,18 @@ def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise:
     for row in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1):
         at = X[row * teeth] / Y[row * teeth]
         orders = np.arange(row[0] * teeth - teeth // 2, row[-1] * teeth + (teeth + 1) // 2)
-        magnitude = np.interp(orders, row * teeth, np.log(np.abs(at)))
-        phase = np.interp(orders, row * teeth, np.unwrap(np.angle(at)))
-        gain[orders] = np.exp(magnitude + 1j * phase)
+        phase = _continued(orders, row * teeth, np.unwrap(np.angle(at)))
+        gain[orders] = np.exp(np.interp(orders, row * teeth, np.log(np.abs(at))) + 1j * phase)
     return SensorPath(gain=gain, harmonics=used, samples=n)
+
+
+def _continued(x: IntArray, xp: IntArray, fp: FloatArray) -> FloatArray:
+    """Linear interpolation, the first and last lines continued: a delay is a line."""
+    inside = np.interp(x, xp, fp)
+    if len(xp) < 2:
+        return inside
+    slope = np.diff(fp) / np.diff(xp)
+    return inside + slope[0] * np.minimum(x - xp[0], 0) + slope[-1] * np.maximum(x - xp[-1], 0)
 
 
 def _filtered(x: ArrayLike, gain: ArrayLike, axis: int) -> FloatArray:

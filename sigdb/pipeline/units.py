@@ -36,7 +36,7 @@ def in_unit(signature: RecordedSignature, wanted: str) -> RecordedSignature:
     if unit != wanted:
         raise InputError(
             f"{signature.source}: {signature.channel} is in {signature.unit!r}, the simulated sensor in {wanted!r}; "
-            "give a healthy recording, which tells the path, a sensor of that quantity, or the unit if it is a wrong one"
+            "give a healthy recording, which tells the path, or a sensor of that quantity, or the right unit"
         )
     return replace(
         signature,
