@@ -18,6 +18,7 @@ from sigdb.cli.query import query
 from sigdb.cli.refine import refine
 from sigdb.cli.run import run
 from sigdb.cli.show import show
+from sigdb.cli.signature import signature
 from sigdb.cli.sweep import sweep
 from sigdb.cli.train import train
 from sigdb.cli.verify import verify
@@ -46,6 +47,7 @@ for _command in (
     query,
     show,
     match,
+    signature,
     export,
     train,
     evaluate,

@@ -14,12 +14,16 @@ if TYPE_CHECKING:
     from sigdb.pipeline.paper.results import paper_claims
     from sigdb.pipeline.pictures import draw_coverage, draw_signature
     from sigdb.pipeline.recipe import Recipe, load_recipe
+    from sigdb.pipeline.recorded import recorded_signature
+    from sigdb.pipeline.recorded_histories import recorded_history
+    from sigdb.pipeline.recorded_result import RecordedSignature
     from sigdb.pipeline.run import Made, run_recipe
 
 __all__ = [
     "Diagnosis",
     "Made",
     "Recipe",
+    "RecordedSignature",
     "database_card",
     "describe_rig",
     "diagnose",
@@ -28,6 +32,8 @@ __all__ = [
     "draw_signature",
     "load_recipe",
     "paper_claims",
+    "recorded_history",
+    "recorded_signature",
     "run_recipe",
     "train_model",
     "write_diagnosis",
@@ -42,6 +48,7 @@ __getattr__, __dir__ = lazy_names(
         "Diagnosis": "sigdb.pipeline.diagnosis",
         "Made": "sigdb.pipeline.run",
         "Recipe": "sigdb.pipeline.recipe",
+        "RecordedSignature": "sigdb.pipeline.recorded_result",
         "database_card": "sigdb.pipeline.card",
         "describe_rig": "sigdb.pipeline.describe",
         "draw_coverage": "sigdb.pipeline.pictures",
@@ -49,6 +56,8 @@ __getattr__, __dir__ = lazy_names(
         "draw_signature": "sigdb.pipeline.pictures",
         "load_recipe": "sigdb.pipeline.recipe",
         "paper_claims": "sigdb.pipeline.paper.results",
+        "recorded_history": "sigdb.pipeline.recorded_histories",
+        "recorded_signature": "sigdb.pipeline.recorded",
         "run_recipe": "sigdb.pipeline.run",
         "train_model": "sigdb.pipeline.models",
         "write_new_rig": "sigdb.pipeline.new_rig",

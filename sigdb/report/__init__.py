@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from sigdb.report.diagnosis_page import diagnosis_text, write_diagnosis_report
     from sigdb.report.evaluation_page import evaluation_figures, evaluation_html, write_evaluation_report
     from sigdb.report.figures import check_picture, save_figure, signature_figure
+    from sigdb.report.recorded_page import write_recorded_report
+    from sigdb.report.recorded_pictures import history_figure, recorded_figures
+    from sigdb.report.recorded_tables import history_text, recorded_text
     from sigdb.report.rig_drawing import rig_figure
     from sigdb.report.rig_page import rig_text
     from sigdb.report.settings import Picture, Report
@@ -31,12 +34,17 @@ __all__ = [
     "diagnosis_text",
     "evaluation_figures",
     "evaluation_html",
+    "history_figure",
+    "history_text",
+    "recorded_figures",
+    "recorded_text",
     "rig_figure",
     "rig_text",
     "save_figure",
     "signature_figure",
     "write_diagnosis_report",
     "write_evaluation_report",
+    "write_recorded_report",
 ]
 
 __getattr__, __dir__ = lazy_names(
@@ -56,10 +64,15 @@ __getattr__, __dir__ = lazy_names(
         "coverage_figure": "sigdb.report.coverage",
         "evaluation_figures": "sigdb.report.evaluation_page",
         "evaluation_html": "sigdb.report.evaluation_page",
+        "history_figure": "sigdb.report.recorded_pictures",
+        "history_text": "sigdb.report.recorded_tables",
+        "recorded_figures": "sigdb.report.recorded_pictures",
+        "recorded_text": "sigdb.report.recorded_tables",
         "rig_figure": "sigdb.report.rig_drawing",
         "rig_text": "sigdb.report.rig_page",
         "save_figure": "sigdb.report.figures",
         "signature_figure": "sigdb.report.figures",
         "write_evaluation_report": "sigdb.report.evaluation_page",
+        "write_recorded_report": "sigdb.report.recorded_page",
     },
 )
