@@ -7,7 +7,7 @@ from sigdb.core.lazy import lazy_names
 if TYPE_CHECKING:
     from sigdb.pipeline.card import database_card
     from sigdb.pipeline.describe import describe_rig, draw_rig
-    from sigdb.pipeline.diagnose import diagnose
+    from sigdb.pipeline.recorded_diagnosis import diagnose
     from sigdb.pipeline.diagnosis import Diagnosis, write_diagnosis
     from sigdb.pipeline.models import train_model
     from sigdb.pipeline.new_rig import write_new_rig
@@ -43,7 +43,7 @@ __all__ = [
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "diagnose": "sigdb.pipeline.diagnose",
+        "diagnose": "sigdb.pipeline.recorded_diagnosis",
         "write_diagnosis": "sigdb.pipeline.diagnosis",
         "Diagnosis": "sigdb.pipeline.diagnosis",
         "Made": "sigdb.pipeline.run",

@@ -71,13 +71,13 @@ def rig_bank(
         "stiffness_loss": list(LOSSES),
     }
     design = Design(rig=rig.name, gear=gear, healthy=1, grid=[grid])
-    # A row of each template is all that a bank needs; its noise does not matter.
+    # A row of each template is all that a bank needs, of nominal gears, so that none of them loses contact.
     cycle = tooth_cycle(rig.gears[gear].teeth, rig.gears[rig.mate(gear)].teeth)
-    measured = Measurement(averages=2 * cycle, index_error=index_error)
+    measured = Measurement(averages=2 * cycle, index_error=0.0)
     plan = make_plan(design, measured, Signature(samples_per_tooth=samples_per_tooth, sensors=(sensor,)), at)
     with TemporaryDirectory() as folder:
         run(plan, Path(folder), jobs=1)
-        return TemplateBank.of(open_database(folder))
+        return replace(TemplateBank.of(open_database(folder)), index_error=index_error)
 
 
 def at_point(bank: TemplateBank, *, speed_rpm: float, torque: float, teeth: int) -> TemplateBank:
