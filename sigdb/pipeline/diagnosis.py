@@ -161,7 +161,12 @@ def diagnose_signature(
         answer=answer,
         compared=compared,
         missing=tuple(_missing(signature, healthy)),
-        notes=(*signature.notes, *_far(point, speed_rpm, torque), *_path_notes(compared.reference)),
+        notes=(
+            *signature.notes,
+            *_far(point, speed_rpm, torque),
+            *_path_notes(compared.reference),
+            *_event_notes(signature, healthy),
+        ),
     )
 
 
@@ -227,6 +232,14 @@ def _path_notes(reference: Reference | None) -> Iterator[str]:
             f"Since the healthy recording the mesh harmonics have changed by {least:+.1f} to {most:+.1f} dB: load, "
             "mounting or sensor may not be the same, and what else has changed need not be damage."
         )
+
+
+def _event_notes(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[str]:
+    """FM4, which needs no template."""
+    fm4 = [one.indicators["fm4"] for one in (signature, healthy) if one is not None and "fm4" in one.indicators]
+    if fm4:
+        beside = f" ({fm4[1]:.3g} in the healthy recording)" if len(fm4) > 1 else ""
+        yield f"FM4 is {fm4[0]:.3g}{beside}; one damaged tooth that stands out raises it well above 3."
 
 
 def _path_facts(reference: Reference) -> dict[str, Any]:
