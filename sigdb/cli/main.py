@@ -8,6 +8,7 @@ import click
 from sigdb.cli.card import card
 from sigdb.cli.coverage import coverage
 from sigdb.cli.describe import describe
+from sigdb.cli.diagnose import diagnose
 from sigdb.cli.evaluate import evaluate
 from sigdb.cli.export import export
 from sigdb.cli.match import match
@@ -50,6 +51,7 @@ for _command in (
     export,
     train,
     evaluate,
+    diagnose,
 ):
     cli.add_command(_command)
 

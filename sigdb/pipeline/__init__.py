@@ -7,6 +7,8 @@ from sigdb.core.lazy import lazy_names
 if TYPE_CHECKING:
     from sigdb.pipeline.card import database_card
     from sigdb.pipeline.describe import describe_rig, draw_rig
+    from sigdb.pipeline.recorded_diagnosis import diagnose
+    from sigdb.pipeline.diagnosis import Diagnosis, write_diagnosis
     from sigdb.pipeline.models import train_model
     from sigdb.pipeline.new_rig import write_new_rig
     from sigdb.pipeline.paper.results import paper_claims
@@ -19,12 +21,14 @@ if TYPE_CHECKING:
     from sigdb.pipeline.run import Made, run_recipe
 
 __all__ = [
+    "Diagnosis",
     "Made",
     "Recipe",
     "Result",
     "RecordedSignature",
     "database_card",
     "describe_rig",
+    "diagnose",
     "draw_coverage",
     "draw_rig",
     "draw_signature",
@@ -34,12 +38,16 @@ __all__ = [
     "recorded_signature",
     "run_recipe",
     "train_model",
+    "write_diagnosis",
     "write_new_rig",
 ]
 
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
+        "diagnose": "sigdb.pipeline.recorded_diagnosis",
+        "write_diagnosis": "sigdb.pipeline.diagnosis",
+        "Diagnosis": "sigdb.pipeline.diagnosis",
         "Made": "sigdb.pipeline.run",
         "Recipe": "sigdb.pipeline.recipe",
         "Result": "sigdb.pipeline.recipe_models",

@@ -156,11 +156,10 @@ class TemplateBank:
         return f"TemplateBank({count} templates of {self.sensor!r} at {len(self.points)} points, teeth {self.teeth})"
 
     @classmethod
-    def of(cls, database: Database, *, sensor: str | None = None) -> Self:
+    def of(cls, database: Database, *, sensor: str | None = None, index_error: float | None = None) -> Self:
         """The bank of a database.
 
-        Each template weighs as many rows as it has; the size of the index errors is the root mean square of that of
-        the rows. Templates without a result, and those with loss of contact, are left out. Signals are kept as exactly
+        Each template weighs as many rows as it has. Templates without a result, and those with loss of contact, are left out. Signals are kept as exactly
         as the quietest row asks for: none is further from its own, in norm, than 1 / 5000 of the standard
         deviation of that row's noise.
 
@@ -170,6 +169,8 @@ class TemplateBank:
             A database with rows, of a rig with one mesh.
         sensor
             A stored sensor; the first one if left out.
+        index_error
+            Size of the index errors, m; the root mean square of that of the rows if left out.
 
         Raises
         ------
@@ -196,7 +197,8 @@ class TemplateBank:
             "order by all"
         )
         weight = rows.set_index("template")["n"]
-        index_error = float(np.sqrt(rows["square"].sum() / rows["n"].sum()))
+        if index_error is None:
+            index_error = float(np.sqrt(rows["square"].sum() / rows["n"].sum()))
         found: list[PointTemplates] = []
         for teeth in sorted(set(points["teeth"].astype(int))):
             alike = points.loc[points["teeth"] == teeth, ["speed_rpm", "torque"]].to_numpy(float)
@@ -256,7 +258,7 @@ def _laws(database: Database, sensor: str, speed_rpm: float, torque: float, *, t
 
 def _share(laws: Hypotheses, weight: pd.Series) -> FloatArray:
     """(templates,) share of each among the rows of its kind; equal shares where the kind has no rows."""
-    rows = weight.reindex(laws.cases["template"]).fillna(0).to_numpy(float)
+    rows = weight.reindex(laws.cases["template"]).fillna(0).to_numpy(float, copy=True)
     for some in (laws.healthy, ~laws.healthy):
         rows[some] = rows[some] / rows[some].sum() if rows[some].any() else 1 / some.sum()
     return rows

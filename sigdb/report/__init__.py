@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from sigdb.report.claims_page import claims_markdown, claims_text
     from sigdb.report.comparison import Case, comparison_figure
     from sigdb.report.coverage import coverage_figure
+    from sigdb.report.diagnosis_page import diagnosis_text, write_diagnosis_report
     from sigdb.report.evaluation_page import evaluation_figures, evaluation_html, write_evaluation_report
     from sigdb.report.figures import check_picture, save_figure, signature_figure
     from sigdb.report.recorded_page import write_recorded_report
@@ -30,6 +31,7 @@ __all__ = [
     "comparison_figure",
     "coverage_figure",
     "database_card_markdown",
+    "diagnosis_text",
     "evaluation_figures",
     "evaluation_html",
     "history_figure",
@@ -40,6 +42,7 @@ __all__ = [
     "rig_text",
     "save_figure",
     "signature_figure",
+    "write_diagnosis_report",
     "write_evaluation_report",
     "write_recorded_report",
 ]
@@ -47,6 +50,8 @@ __all__ = [
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
+        "diagnosis_text": "sigdb.report.diagnosis_page",
+        "write_diagnosis_report": "sigdb.report.diagnosis_page",
         "Case": "sigdb.report.comparison",
         "Picture": "sigdb.report.settings",
         "Report": "sigdb.report.settings",

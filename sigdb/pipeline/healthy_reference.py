@@ -1,0 +1,114 @@
+"""What a healthy recording of the same rig tells: the path to the sensor, and what this pair of gears looks like."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sigdb.core.typing import FloatArray
+from sigdb.pipeline.sensor_path import SensorPath, sensor_path
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reference:
+    """A measured average brought to what templates behind a path would give.
+
+    Attributes
+    ----------
+    path
+        From simulated averages to those of this recording.
+    x
+        (n,) the average to compare with templates behind the path.
+    noise
+        Standard deviation of its noise.
+    changed
+        Whether the path is taken to have changed since the healthy recording.
+    change_db
+        Gain of each mesh harmonic of the path in this recording over that in the healthy one, dB.
+    turned
+        Teeth by which the healthy average was turned to lie on the other.
+    """
+
+    path: SensorPath
+    x: FloatArray
+    noise: float
+    changed: bool
+    change_db: FloatArray
+    turned: int
+
+
+def references(
+    measured: FloatArray,
+    healthy: FloatArray,
+    simulated: FloatArray,
+    *,
+    teeth: int,
+    noise: float,
+    healthy_noise: float,
+    absolute: bool,
+) -> tuple[Reference, Reference]:
+    """Bring a measured average to a simulated rig by a healthy average of the same rig (healthy-only calibration).
+
+    With X, X_h and Y_h the spectra of the recording, of the healthy one and of the simulated healthy rig, the mesh
+    harmonics give the path ``H = X_h / Y_h`` (:func:`sensor_path`). What is compared with templates behind H is ::
+
+        H Y_h + (X - X_h),
+
+    the simulated healthy average and what has changed in the measured one: errors of these gears, and all else that
+    both recordings hold, cancel. Where load, mounting or sensor are not the same any more, the mesh harmonics give
+    their change ``g = X / X_h`` too, and ``X - g X_h`` is compared with templates behind ``g H``, the mesh harmonics
+    themselves left out.
+
+    Parameters
+    ----------
+    measured, healthy, simulated
+        (n,) averages of one revolution.
+    teeth
+        Tooth count of the averaged gear.
+    noise, healthy_noise
+        Standard deviations of the noise of the two measured averages.
+    absolute
+        Whether both begin at the tacho mark. If not, the healthy one is turned by the whole teeth at which it is most
+        like the other.
+
+    Returns
+    -------
+    same, changed
+        With the path as it was, and with its change.
+    """
+    turned = 0 if absolute else _best_turn(measured, healthy, teeth)
+    healthy = np.roll(healthy, turned * (len(healthy) // teeth))
+    path = sensor_path(healthy, simulated, teeth=teeth, noise=healthy_noise)
+    change = sensor_path(measured, healthy, teeth=teeth, noise=max(noise, healthy_noise))
+    gain = np.abs(change.gain[change.harmonics * teeth])
+    same = Reference(
+        path=path,
+        x=path(simulated) + path.band(measured - healthy),
+        noise=float(np.hypot(noise, healthy_noise)),
+        changed=False,
+        change_db=20 * np.log10(gain),
+        turned=turned,
+    )
+    both = path.gain * change.gain
+    both[::teeth] = 0
+    used = np.intersect1d(path.harmonics, change.harmonics)
+    moved = replace(path, gain=both, harmonics=used)
+    return same, replace(
+        same,
+        path=moved,
+        x=moved(simulated) + moved.band(measured - change(healthy)),
+        noise=float(np.hypot(noise, gain.mean() * healthy_noise)),
+        changed=True,
+    )
+
+
+def _best_turn(measured: FloatArray, healthy: FloatArray, teeth: int) -> int:
+    """Teeth by which the healthy average is to be turned to be most like the measured one, mesh harmonics aside."""
+    one, other = (_without_mesh(x, teeth) for x in (measured, healthy))
+    step = len(one) // teeth
+    return int(np.argmax([one @ np.roll(other, j * step) for j in range(teeth)]))
+
+
+def _without_mesh(x: FloatArray, teeth: int) -> FloatArray:
+    spectrum = np.fft.rfft(x)
+    spectrum[::teeth] = 0
+    return np.fft.irfft(spectrum, len(x))
