@@ -41,7 +41,7 @@ def calibrated(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tupl
     return float(np.exp(found[0])), float(found[1])
 
 
-def specimen_folds_of(groups: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+def specimen_folds_of(groups: IntArray, folds: int = _FOLDS) -> Iterator[tuple[IntArray, IntArray]]:
     """Rows to calibrate on and rows of other specimens to judge, so that each row is judged once.
 
     With one specimen its own rows have to do.
@@ -50,7 +50,7 @@ def specimen_folds_of(groups: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
     if count < 2:
         yield np.arange(len(groups)), np.arange(len(groups))
         return
-    yield from GroupKFold(min(_FOLDS, count)).split(groups, groups=groups)
+    yield from GroupKFold(min(folds, count)).split(groups, groups=groups)
 
 
 def check_labels(teeth: IntArray, y: IntArray) -> None:
