@@ -13,6 +13,9 @@ from sigdb.core.typing import FloatArray, IntArray
 
 _FOLDS = 5
 
+_LEAST_SLOPE = 1e-3
+"""Slope of scores that tell nothing: they keep their order."""
+
 
 def with_none(scores: FloatArray, slope: float, none: ArrayLike) -> FloatArray:
     """(rows, 1 + teeth) scores of 'none' and of each tooth, whose softmax is the probability."""
@@ -34,11 +37,15 @@ def calibrated(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tupl
 
     def loss(parameters: FloatArray) -> float:
         log_slope, none = parameters
-        stacked = with_none(scores, np.exp(log_slope), none + np.asarray(offset))
+        stacked = with_none(scores, _slope(log_slope), none + np.asarray(offset))
         return -float(log_softmax(stacked, axis=1)[np.arange(len(y)), y].mean())
 
     found = minimize(loss, np.zeros(2), method="Nelder-Mead").x
-    return float(np.exp(found[0])), float(found[1])
+    return _slope(found[0]), float(found[1])
+
+
+def _slope(log_slope: float) -> float:
+    return max(float(np.exp(log_slope)), _LEAST_SLOPE)
 
 
 def specimen_folds_of(groups: IntArray, folds: int = _FOLDS) -> Iterator[tuple[IntArray, IntArray]]:

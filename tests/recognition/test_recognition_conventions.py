@@ -22,7 +22,7 @@ def labels(estimator, rows):
 @pytest.mark.parametrize("made", ESTIMATORS)
 def test_parameters_are_got_set_and_cloned(made):
     estimator = made("lda", random_state=3)
-    assert estimator.get_params() == {"learner": "lda", "random_state": 3}
+    assert estimator.get_params() == {"learner": "lda", "random_state": 3, "coverage": 0.9}
     assert estimator.set_params(learner="boosting") is estimator
     assert clone(estimator).get_params() == {"learner": "boosting", "random_state": 3}
     assert made().get_params() == {"learner": "boosting", "random_state": 0}
