@@ -15,10 +15,10 @@ class LocationSets:
     """Sets of a location classifier, for estimators with the parameter ``coverage``.
 
     'None' or a tooth y is in the set of a record where ``-log p(y) <= q(y, noise)``; the most probable answer
-    always is. p is the calibrated probability; q is, for 'none' and for a tooth, in each band of noise, the greatest over
-    severities and operating points of the conformal quantile by specimen (:func:`greatest_quantile`). Were severity
-    part of the label, a tooth would be in the set if it is there with any severity; p(y) does not depend on severity,
-    so the greatest threshold says the same.
+    always is. p is the calibrated probability; q is, for 'none' and for a tooth, in each band of noise, the greatest
+    over severities and operating points of the conformal quantile by specimen (:func:`greatest_quantile`). Were
+    severity part of the label, a tooth would be in the set if it is there with any severity; p(y) does not depend on
+    severity, so the greatest threshold says the same.
 
     So for a row of a further specimen, of any one severity, operating point and band of noise of the training, the set
     holds the truth with a probability of ``coverage`` at least. This is on average over specimens, not for each of

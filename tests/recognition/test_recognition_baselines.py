@@ -110,3 +110,5 @@ def test_intervals_from_fewer_than_nine_specimens_are_the_whole_range(severity_m
         for target, (low, high) in ranges.items():
             assert_allclose(found[f"{target}_low"], np.minimum(low, found[target]), rtol=1e-12)
             assert_allclose(found[f"{target}_high"], np.maximum(high, found[target]), rtol=1e-12)
+        assert found["stiffness_loss"].between(0, 1).all()
+        assert (found["damaged_teeth"] >= 1).all()
