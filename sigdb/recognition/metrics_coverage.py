@@ -68,7 +68,7 @@ def coverage_cells(
     table = [
         known.iloc[at][columns].median().to_dict() | {"rows": len(at)} | _share(known.iloc[at], seed)
         for own in known.groupby(severity or np.zeros(len(known)), dropna=False).indices.values()
-        for at in _halves(halved, own, enough)
+        for at in _halves(halved, np.asarray(own), enough)
         if len(at) >= enough
     ]
     return pd.DataFrame(table, columns=[*columns, "rows", "coverage", "low", "high"])

@@ -138,7 +138,7 @@ def train(
         on_step("scores of templates")
         training = with_scores(database, training, TemplateScores(bank))
     groups = training["specimen"].to_numpy()
-    labels = training[["tooth", *TARGETS]]
+    labels = training["tooth"] if target == "location" else training[["tooth", *TARGETS]]
 
     learned, baselines = _ESTIMATORS[target]
     unfitted = {name: learned(name, settings.seed) for name in POOLED}
@@ -147,8 +147,7 @@ def train(
     estimators = {}
     for name, estimator in unfitted.items():
         on_step(name)
-        only_teeth = target == "location" and name in baselines
-        estimators[name] = estimator.fit(training, labels["tooth"] if only_teeth else labels, groups)
+        estimators[name] = estimator.fit(training, labels, groups)
     return Model(
         target=target,
         learner=settings.learner,
