@@ -17,9 +17,12 @@ _LEAST_SLOPE = 1e-3
 """Slope of scores that tell nothing: they keep their order."""
 
 
-def with_none(scores: FloatArray, slope: float, none: ArrayLike) -> FloatArray:
-    """(rows, 1 + teeth) scores of 'none' and of each tooth, whose softmax is the probability."""
-    return np.column_stack([np.broadcast_to(none, len(scores)), slope * scores])
+def with_none(scores: FloatArray, slope: ArrayLike, none: ArrayLike) -> FloatArray:
+    """(rows, 1 + teeth) scores of 'none' and of each tooth, whose softmax is the probability.
+
+    The slope and the level of 'none' are one, or (rows,).
+    """
+    return np.column_stack([np.broadcast_to(none, len(scores)), np.reshape(slope, (-1, 1)) * scores])
 
 
 def calibrated(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tuple[float, float]:

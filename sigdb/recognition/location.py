@@ -12,8 +12,8 @@ from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core.typing import BoolArray, FloatArray, IntArray
 from sigdb.recognition.calibration import calibrated, check_labels, specimen_folds_of, with_none
-from sigdb.recognition.conformal import COVERAGE
-from sigdb.recognition.conformal_cells import noise_db, points_of
+from sigdb.recognition.conformal import COVERAGE, rows_by_cell
+from sigdb.recognition.conformal_cells import band_edges, bands, noise_db, points_of
 from sigdb.recognition.learners import tooth_scorer
 from sigdb.recognition.location_sets import LocationSets, strangeness, tooth_and_severity
 from sigdb.recognition.views import ToothViews, by_teeth, check_columns
@@ -28,9 +28,9 @@ class LocationClassifier(LocationSets, ClassifierMixin, BaseEstimator):
     """Location of damage: 0 for none, else the first damaged tooth.
 
     A binary scorer, shared by all teeth, is trained to tell the view from the first damaged tooth from views of other
-    teeth and of healthy gears. The answer is a softmax over the scores of all teeth and of 'none'. Their slope and the
-    level of 'none', and the thresholds of conformal sets (:class:`LocationSets`), are set on scores of specimens that
-    the scorer had not seen; then the scorer learns from all. Bands are of the noise itself, in dB of the sensor's unit.
+    teeth and of healthy gears. The answer is a softmax over the scores of all teeth and of 'none'. Their slope, the
+    level of 'none' and the thresholds of conformal sets (:class:`LocationSets`) are set in bands of the noise (in dB of
+    the sensor's unit), on scores of specimens that the scorer had not seen; then the scorer learns from all.
 
     Turning the signature by j teeth turns the answer by j teeth exactly. A gear of a tooth count that was never seen
     has an answer too. Of Z teeth each has the prior odds ``1 / (r Z)`` against none, r the odds of none against damage,
@@ -49,7 +49,8 @@ class LocationClassifier(LocationSets, ClassifierMixin, BaseEstimator):
     Attributes
     ----------
     slope_, none_
-        Slope of the scores, and level of 'none' without log Z.
+        (1 + bands,) slope of the scores, and level of 'none' without log Z: of all rows, for records whose noise is not
+        known, then of each band.
     set_edges_, set_thresholds_
         As of :class:`LocationSets`.
     """
@@ -81,10 +82,15 @@ class LocationClassifier(LocationSets, ClassifierMixin, BaseEstimator):
         groups = own_groups(groups, len(X))
         self.classes_ = np.arange(int(X["teeth"].max()) + 1)
         scores = self._unseen_scores(X, tooth, groups)
-        prior = _log_teeth(scores)
-        self.slope_, self.none_ = calibrated(scores, tooth, prior)
-        strange = strangeness(scores, tooth, groups, prior)
-        self._fit_sets(strange, tooth, severity, point=points_of(X), noise=noise_db(X), groups=groups)
+        noise = noise_db(X)
+        own = rows_by_cell(bands(band_edges(noise, groups, self.coverage), noise, len(X)))
+        strange, levels = np.empty(len(X)), []
+        for at in (np.arange(len(X)), *own):
+            prior = _log_teeth(scores[at])
+            levels.append(calibrated(scores[at], tooth[at], prior))
+            strange[at] = strangeness(scores[at], tooth[at], groups[at], prior)
+        self.slope_, self.none_ = np.array(levels).T
+        self._fit_sets(strange, tooth, severity, point=points_of(X), noise=noise, groups=groups)
         return self.fit_scorer(X, tooth)
 
     def fit_scorer(self, X: pd.DataFrame, y: IntArray) -> Self:
@@ -137,8 +143,9 @@ class LocationClassifier(LocationSets, ClassifierMixin, BaseEstimator):
     def decision_function(self, X: pd.DataFrame) -> FloatArray:
         """(rows, most teeth + 1) unbounded scores of 'none' and of each tooth; their softmax is the probability."""
         check_is_fitted(self)
-        scores = self.tooth_scores(X)
-        return with_none(scores, self.slope_, self.none_ + _log_teeth(scores))
+        scores, noise = self.tooth_scores(X), noise_db(X)
+        band = 0 if noise is None else 1 + bands(self.set_edges_, noise, len(X))
+        return with_none(scores, self.slope_[band], self.none_[band] + _log_teeth(scores))
 
     def predict_proba(self, X: pd.DataFrame) -> FloatArray:
         """(rows, most teeth + 1) probability of 'none' and of each tooth."""
