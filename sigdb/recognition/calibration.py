@@ -38,17 +38,22 @@ def calibrated(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tupl
         What is known of the level of 'none', one or (rows,); the level is added to it.
     """
 
-    def loss(parameters: FloatArray) -> float:
-        log_slope, none = parameters
-        stacked = with_none(scores, _slope(log_slope), none + np.asarray(offset))
-        return -float(log_softmax(stacked, axis=1)[np.arange(len(y)), y].mean())
+    known = np.isfinite(scores)
+    finite, rows = np.where(known, scores, 0.0), np.arange(len(y))
+    of_truth, damaged = np.where(y > 0, finite[rows, y - 1], 0.0), y > 0
+    unit = max(float(finite.std()), np.finfo(float).tiny)  # both parameters count alike
 
-    found = minimize(loss, np.zeros(2), method="Nelder-Mead").x
-    return _slope(found[0]), float(found[1])
+    def loss(parameters: FloatArray) -> tuple[float, FloatArray]:
+        slope, none = parameters[0] / unit, parameters[1] + np.asarray(offset)
+        log_p = log_softmax(with_none(scores, slope, none), axis=1)
+        p = np.exp(log_p)
+        gradient = ((p[:, 1:] * finite).sum(axis=1) - of_truth).mean() / unit, (p[:, 0] - ~damaged).mean()
+        return -float(log_p[rows, y].mean()), np.array(gradient)
 
-
-def _slope(log_slope: float) -> float:
-    return max(float(np.exp(log_slope)), _LEAST_SLOPE)
+    # Convex, so that any descent finds the least one.
+    bounds = [(_LEAST_SLOPE * unit, None), (None, None)]
+    found = minimize(loss, [unit, 0.0], jac=True, bounds=bounds, method="L-BFGS-B", options={"ftol": 1e-12}).x
+    return float(found[0] / unit), float(found[1])
 
 
 def specimen_folds_of(groups: IntArray, folds: int = _FOLDS) -> Iterator[tuple[IntArray, IntArray]]:

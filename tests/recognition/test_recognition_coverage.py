@@ -66,10 +66,10 @@ def located(stream, *, specimens, rows, teeth=6, healthy=0.25, hidden=1 / 3):
 
 @pytest.fixture(scope="module")
 def held():
-    """Of test rows of 20 trainings on 40 specimens: noise, severity, whether sets hold the truth, and did before."""
+    """Of test rows of 10 trainings on 30 specimens: noise, severity, whether sets hold the truth, and did before."""
     stream, found = np.random.default_rng(1), []
-    for _ in range(20):
-        X, y = located(stream, specimens=40, rows=60, hidden=0.15)
+    for _ in range(10):
+        X, y = located(stream, specimens=30, rows=60, hidden=0.15)
         one = Located().fit(X, y, X["specimen"].to_numpy())
         asked, true = located(stream, specimens=100, rows=20, hidden=0.15)
         tooth = true["tooth"].to_numpy()
@@ -93,13 +93,13 @@ def held():
 
 
 def test_sets_hold_the_truth_of_every_severity_and_noise_and_a_pooled_threshold_would_not(held):
-    """Errors: of the share over 20 trainings of 100 specimens each, whose 20 rows make some three of a cell."""
+    """The error is that of 10 trainings with 100 test specimens each, as if each counted for one."""
     cells = held.groupby(["noise", "size"])
-    error = np.sqrt(0.09 / (20 * 100))
+    error = math.sqrt(0.09 / (10 * 100))
     assert len(cells) == 2 * 4
     assert cells["inside"].mean().min() > 0.9 - 4 * error
     damaged = held[held["size"] > 0]
-    assert damaged["pooled"].mean() == pytest.approx(0.9, abs=0.02)
+    assert damaged["pooled"].mean() > 0.9 - 4 * error
     assert damaged.groupby(["noise", "size"])["pooled"].mean().min() < 0.75
 
 
@@ -113,7 +113,8 @@ def test_a_record_of_unknown_noise_has_the_set_of_the_worst(held):
     stream = np.random.default_rng(2)
     X, y = located(stream, specimens=20, rows=60)
     one = Located().fit(X, y, X["specimen"].to_numpy())
-    assert one.set_thresholds_.shape == (3, 2) or one.set_thresholds_.shape == (2, 2)
+    assert one.set_thresholds_.shape == (len(one.set_edges_) + 1, 2)
+    assert len(one.set_edges_) > 0
     unknown = one.predict_set(X.drop(columns="scatter"))
     scores = one.decision_function(X.drop(columns="scatter"))
     limit = one.set_thresholds_.max(axis=0)[np.minimum(np.arange(7), 1)]
@@ -157,7 +158,7 @@ def test_intervals_hold_every_severity_and_noise_and_pooled_ones_would_not():
     cells = pd.concat(found).groupby(["noise", *TARGETS[:2]])[["within", "pooled"]].mean()
     assert len(cells) == 2 * 3 * 2
     assert cells["within"].min() > 0.9 - 4 * math.sqrt(0.09 / 1500)
-    assert cells["pooled"].min() < 0.75
+    assert cells["pooled"].min() < 0.8
 
 
 def judged(stream, specimens, rows=60):
@@ -186,14 +187,16 @@ def test_the_greatest_quantile_is_that_of_the_worst_cell():
 
 def test_cells_of_few_specimens_count_together_or_with_all():
     scores, specimens = np.arange(40.0), np.arange(40) % 20
-    cells = np.where(specimens < 8, 1, np.where(specimens < 11, 2, 0))
+    cells = np.where(specimens < 4, 1, np.where(specimens < 10, 2, 0))
     few = cells > 0
     expected = [specimen_quantile(scores[some], specimens[some], 0.9) for some in (~few, few)]
-    assert math.isinf(expected[0])  # nine specimens: ten would leave one more
-    assert greatest_quantile(scores, np.where(few, 1, 0), specimens, 0.8) == max(
-        specimen_quantile(scores[some], specimens[some], 0.8) for some in (few, ~few)
-    )
-    assert greatest_quantile(scores, np.arange(40) % 10, specimens, 0.9) == specimen_quantile(scores, specimens, 0.9)
+    # Ten specimens in the first cell, four and six in the others: these are ten together.
+    assert greatest_quantile(scores, cells, specimens, 0.9) == max(expected)
+    assert greatest_quantile(-scores, cells, specimens, 0.9) == specimen_quantile(-scores[few], specimens[few], 0.9)
+    # Sixteen specimens, and four that are too few also together.
+    alone = specimens < 4
+    both = [specimen_quantile(-scores[some], specimens[some], 0.9) for some in (~alone, scores >= 0)]
+    assert greatest_quantile(-scores, alone.astype(int), specimens, 0.9) == max(both)
     assert greatest_quantile(scores[:8], np.zeros(8, int), specimens[:8], 0.9) == math.inf
 
 
