@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import minimize
 from scipy.special import log_softmax
 from sklearn.model_selection import GroupKFold
@@ -12,13 +13,19 @@ from sigdb.core.typing import FloatArray, IntArray
 
 _FOLDS = 5
 
-
-def with_none(scores: FloatArray, slope: float, none: float) -> FloatArray:
-    """(rows, 1 + teeth) scores of 'none' and of each tooth, whose softmax is the probability."""
-    return np.column_stack([np.full(len(scores), none), slope * scores])
+_LEAST_SLOPE = 1e-3
+"""Slope of scores that tell nothing: they keep their order."""
 
 
-def calibrated(scores: FloatArray, y: IntArray) -> tuple[float, float]:
+def with_none(scores: FloatArray, slope: ArrayLike, none: ArrayLike) -> FloatArray:
+    """(rows, 1 + teeth) scores of 'none' and of each tooth, whose softmax is the probability.
+
+    The slope and the level of 'none' are one, or (rows,).
+    """
+    return np.column_stack([np.broadcast_to(none, len(scores)), np.reshape(slope, (-1, 1)) * scores])
+
+
+def calibrated(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tuple[float, float]:
     """Slope of the scores and level of 'none' that make the labels most likely.
 
     Parameters
@@ -27,18 +34,29 @@ def calibrated(scores: FloatArray, y: IntArray) -> tuple[float, float]:
         (rows, teeth) of rows that the scorer has not seen; -inf where a gear has no such tooth.
     y
         (rows,) first damaged tooth, 0 for none.
+    offset
+        What is known of the level of 'none', one or (rows,); the level is added to it.
     """
 
-    def loss(parameters: FloatArray) -> float:
-        log_slope, none = parameters
-        stacked = with_none(scores, np.exp(log_slope), none)
-        return -float(log_softmax(stacked, axis=1)[np.arange(len(y)), y].mean())
+    known = np.isfinite(scores)
+    finite, rows = np.where(known, scores, 0.0), np.arange(len(y))
+    of_truth, damaged = np.where(y > 0, finite[rows, y - 1], 0.0), y > 0
+    unit = max(float(finite.std()), np.finfo(float).tiny)  # both parameters count alike
 
-    found = minimize(loss, np.zeros(2), method="Nelder-Mead").x
-    return float(np.exp(found[0])), float(found[1])
+    def loss(parameters: FloatArray) -> tuple[float, FloatArray]:
+        slope, none = parameters[0] / unit, parameters[1] + np.asarray(offset)
+        log_p = log_softmax(with_none(scores, slope, none), axis=1)
+        p = np.exp(log_p)
+        gradient = ((p[:, 1:] * finite).sum(axis=1) - of_truth).mean() / unit, (p[:, 0] - ~damaged).mean()
+        return -float(log_p[rows, y].mean()), np.array(gradient)
+
+    # Convex, so that any descent finds the least one.
+    bounds = [(_LEAST_SLOPE * unit, None), (None, None)]
+    found = minimize(loss, [unit, 0.0], jac=True, bounds=bounds, method="L-BFGS-B", options={"ftol": 1e-12}).x
+    return float(found[0] / unit), float(found[1])
 
 
-def specimen_folds_of(groups: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+def specimen_folds_of(groups: IntArray, folds: int = _FOLDS) -> Iterator[tuple[IntArray, IntArray]]:
     """Rows to calibrate on and rows of other specimens to judge, so that each row is judged once.
 
     With one specimen its own rows have to do.
@@ -47,7 +65,7 @@ def specimen_folds_of(groups: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
     if count < 2:
         yield np.arange(len(groups)), np.arange(len(groups))
         return
-    yield from GroupKFold(min(_FOLDS, count)).split(groups, groups=groups)
+    yield from GroupKFold(min(folds, count)).split(groups, groups=groups)
 
 
 def check_labels(teeth: IntArray, y: IntArray) -> None:
