@@ -1,6 +1,6 @@
 """Evaluating a model: figures of merit of it, of what it must beat and of what cannot be beaten, on unseen cases."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,7 +13,7 @@ from sigdb.core.typing import FloatArray
 from sigdb.database import Database
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.bootstrap import Figure, Specimens
-from sigdb.recognition.evaluation_tables import evaluation_tables
+from sigdb.recognition.evaluation_tables import evaluation_tables, records
 from sigdb.recognition.excess import above_bound
 from sigdb.recognition.metrics import FIGURES, VALUES
 from sigdb.recognition.metrics_calibration import calibration_figures, calibration_values
@@ -62,6 +62,11 @@ class Evaluation:
         Names of the model's figures that are better than the bound at a significance of 1 %.
     tables
         Frames for the report: figures against noise and averages, by severity, reliability, curves, cells.
+    efficiency
+        The model beside the best possible answer, by noise band: see :func:`~sigdb.recognition.against_bound`. None
+        where it was not asked for.
+    aims
+        What the model should reach, and whether it does: see :func:`~sigdb.recognition.aims.aims`.
     """
 
     target: str
@@ -75,6 +80,8 @@ class Evaluation:
     bound: Mapping[str, Figure] | None = None
     above: tuple[str, ...] = ()
     tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    efficiency: pd.DataFrame | None = None
+    aims: pd.DataFrame | None = None
 
     def check(self) -> None:
         """Refuse a model that is better than the bound.
@@ -101,6 +108,8 @@ class Evaluation:
             "differences": {name: _plain(figures) for name, figures in self.differences.items()},
             "bound": None if self.bound is None else _plain(self.bound),
             "above": list(self.above),
+            "efficiency": records(self.efficiency),
+            "aims": records(self.aims),
         }
 
 
@@ -110,6 +119,7 @@ def evaluate(
     *,
     bound: Mapping[str, Figure] | None = None,
     bound_values: Mapping[str, pd.Series] | None = None,
+    beside: Callable[[Evaluation, Answers, pd.DataFrame], Evaluation] = lambda evaluation, answers, rows: evaluation,
 ) -> Evaluation:
     """Evaluate a model on the rows of a database that its split keeps for that.
 
@@ -128,6 +138,8 @@ def evaluate(
     bound_values
         By id of these rows, what a bound's figure is the mean of: with it the model is compared row by row, on the rows
         that it holds.
+    beside
+        Completes the evaluation from the model's answers and the rows.
 
     Raises
     ------
@@ -139,7 +151,7 @@ def evaluate(
     figures = {name: answer_figures(answer, rows) for name, answer in answers.items()}
     values = {name: answer_values(answer, rows) for name, answer in answers.items()}
     best = {name: one.reindex(rows.index).to_numpy(float) for name, one in (bound_values or {}).items()}
-    return Evaluation(
+    evaluation = Evaluation(
         target=model.target,
         learner=model.learner,
         split=tells,
@@ -152,6 +164,7 @@ def evaluate(
         above=figures_above_bound(figures[model.learner], bound or {}, values[model.learner], best, rows),
         tables=evaluation_tables(answers, rows, model.learner, best),
     )
+    return beside(evaluation, answers[model.learner], rows)
 
 
 def asked_rows(model: Model, database: Database) -> pd.DataFrame:

@@ -7,9 +7,13 @@ import pandas as pd
 
 from sigdb.core.typing import BoolArray, FloatArray
 from sigdb.recognition.bootstrap import Figure, Specimens
+from sigdb.recognition.excess import above_bound
 
 ENOUGH = 2000
 """Rows of a cell below which its coverage is not given."""
+
+LEAST_COVERAGE = 0.88
+"""Coverage of 90 % sets and intervals below which a cell is at fault."""
 
 CELL = ("stiffness_loss", "snr_db", "speed_rpm", "torque")
 """What a cell is made of: severity, noise, operating point."""
@@ -52,7 +56,8 @@ def coverage_cells(
     Returns
     -------
     pandas.DataFrame
-        The cell, ``rows``, ``coverage`` and the ends of its interval, ``low`` and ``high``.
+        The cell, ``rows``, ``coverage`` and the ends of its interval, ``low`` and ``high``; ``below``: whether it is
+        below :data:`LEAST_COVERAGE` at 99 % confidence, by the scatter between specimens.
     """
     known = ~np.isnan(inside)
     cells = pd.DataFrame({name: banded(rows.loc[known, name].reset_index(drop=True)) for name in by})
@@ -62,12 +67,14 @@ def coverage_cells(
         for cell, own in cells.groupby(list(by), dropna=False)
         if len(own) >= enough
     ]
-    return pd.DataFrame(table, columns=[*by, "rows", "coverage", "low", "high"])
+    return pd.DataFrame(table, columns=[*by, "rows", "coverage", "low", "high", "below"])
 
 
-def _share(own: pd.DataFrame, seed: int) -> dict[str, float]:
-    figure = Specimens(own["specimen"], seed=seed).mean(own["inside"].to_numpy())
-    return {"coverage": figure.value, "low": figure.low, "high": figure.high}
+def _share(own: pd.DataFrame, seed: int) -> dict[str, float | bool]:
+    inside = own["inside"].to_numpy()
+    figure = Specimens(own["specimen"], seed=seed).mean(inside)
+    below = above_bound(inside, np.full(len(inside), LEAST_COVERAGE), own["specimen"]).significant
+    return {"coverage": figure.value, "low": figure.low, "high": figure.high, "below": below}
 
 
 def set_values(sets: BoolArray, rows: pd.DataFrame) -> dict[str, FloatArray]:
