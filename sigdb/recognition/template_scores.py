@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 
 from sigdb.core.errors import InputError
-from sigdb.core.typing import BoolArray, FloatArray
+from sigdb.core.typing import BoolArray, FloatArray, IntArray
+from sigdb.recognition.conformal_cells import noise_db
 from sigdb.recognition.posterior import Posterior, posterior
 from sigdb.recognition.severity import TARGETS
 from sigdb.recognition.template_bank import PointTemplates, TemplateBank
@@ -119,6 +120,13 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         ratio[:, : point.teeth] = known.location[:, 1:] - known.location[:, :1]
         misfit = _misfit(likelihood, point, noise, self.bank.index_error)
         return np.column_stack([ratio, misfit, *_severity(known, point.severity)])
+
+
+def noise_at_point(bank: TemplateBank, X: pd.DataFrame) -> tuple[IntArray, FloatArray | None]:
+    """Of rows, the place of the nearest operating point of a bank, and the noise relative to its healthy signal, dB."""
+    point = bank.nearest(*X[["speed_rpm", "torque", "teeth"]].to_numpy(float).T)
+    reference = np.array([one.arrays["reference_variance"].mean() for one in bank.points])
+    return point, noise_db(X, reference[point])
 
 
 def check_columns(X: pd.DataFrame) -> None:
