@@ -157,7 +157,7 @@ def train(
     for name, estimator in unfitted.items():
         on_step(name)
         seen = training if name == TEMPLATES else drawn
-        estimators[name] = estimator.fit(seen, _labels(seen, target, name), seen["specimen"].to_numpy())
+        estimators[name] = estimator.fit(seen, seen[["tooth", *TARGETS]], seen["specimen"].to_numpy())
     return Model(
         target=target,
         learner=settings.learner,
@@ -179,11 +179,6 @@ def train(
 def _with_all(database: Database, rows: pd.DataFrame, reducers: dict[str, Reducer]) -> pd.DataFrame:
     """Not too many rows with all that estimators read."""
     return with_features(database, with_reduced(database, rows, reducers, sensor=database.sensors[0]))
-
-
-def _labels(rows: pd.DataFrame, target: str, name: str) -> pd.Series | pd.DataFrame:
-    """Tooth and severities; of the location of pooled features the tooth alone."""
-    return rows["tooth"] if target != "severity" and name in POOLED else rows[["tooth", *TARGETS]]
 
 
 def usable_rows(database: Database, target: str) -> pd.DataFrame:
