@@ -13,7 +13,9 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("database", metavar="DB")
-@click.option("--target", type=click.Choice(["location", "severity", "detection"]), required=True, help="What to learn.")
+@click.option(
+    "--target", type=click.Choice(["location", "severity", "detection"]), required=True, help="What to learn."
+)
 @click.option("--out", required=True, type=click.Path(), help="Folder for the model.")
 @click.option(
     "--learner",
@@ -33,9 +35,7 @@ if TYPE_CHECKING:
     help="What is held out: new noise only (S0); specimens (S1), and with them severities between (S2) or beyond (S3) "
     "those of training, or a tooth count (S4).",
 )
-def train(
-    database: str, target: str, out: str, learner: str | None, false_alarm_rate: float | None, split: str
-) -> int:
+def train(database: str, target: str, out: str, learner: str | None, false_alarm_rate: float | None, split: str) -> int:
     """Train a model on a database, one fold of specimens held out, and write its folder with a card.
 
     The exit code is 1 if the model is better than the best possible answer, which no honest model is.

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from sigdb.recognition.likelihood_ratio import OptimalRoc, detection_table, optimal_roc, smallest_found
     from sigdb.recognition.location import LocationClassifier
     from sigdb.recognition.persist import load_model, save_model
+    from sigdb.recognition.reference_models import built_in_models
     from sigdb.recognition.rows_by_point import OperatingPoint, operating_points
     from sigdb.recognition.settings import Recognition
     from sigdb.recognition.severity import SeverityRegressor
@@ -53,6 +54,7 @@ __all__ = [
     "above_bound",
     "asked_rows",
     "bound",
+    "built_in_models",
     "detection_table",
     "error_curve",
     "eta_info",
@@ -92,6 +94,7 @@ __getattr__, __dir__ = lazy_names(
         "TemplateSeverity": "sigdb.recognition.template_severity",
         "above_bound": "sigdb.recognition.excess",
         "bound": "sigdb.recognition.bayes_bound",
+        "built_in_models": "sigdb.recognition.reference_models",
         "detection_table": "sigdb.recognition.likelihood_ratio",
         "error_curve": "sigdb.recognition.expected",
         "eta_info": "sigdb.recognition.efficiency",

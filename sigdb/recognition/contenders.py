@@ -6,9 +6,10 @@ from typing import Any
 from sigdb.recognition.baselines import Fm4Location, Fm4Severity, MajorityLocation, MajoritySeverity
 from sigdb.recognition.detection import Detector
 from sigdb.recognition.envelope_location import EnvelopeLocation
+from sigdb.recognition.held_out_detector import HeldOutDetector
+from sigdb.recognition.indicator_score import IndicatorScore
 from sigdb.recognition.learners import POOLED
 from sigdb.recognition.location import LocationClassifier
-from sigdb.recognition.location_detector import LocationDetector
 from sigdb.recognition.na4_star_location import Na4StarLocation
 from sigdb.recognition.nearest_template_location import NearestTemplateLocation
 from sigdb.recognition.settings import Recognition
@@ -38,10 +39,9 @@ def severity(settings: Recognition, bank: TemplateBank | None) -> dict[str, Any]
 def detection(settings: Recognition, bank: TemplateBank | None) -> dict[str, Any]:
     """Unfitted detectors by name, at the false-alarm rate of the settings."""
     rate = settings.false_alarm_rate
-    scorers = {name: LocationClassifier(name, settings.seed) for name in POOLED}
-    learners = {name: LocationDetector(one, rate, settings.seed) for name, one in scorers.items()}
-    templates = {} if bank is None else {"templates": Detector(bank, rate)}
-    baselines = {name: LocationDetector(one, rate, settings.seed) for name, one in _thresholds(settings, bank).items()}
+    learners = {name: HeldOutDetector(LocationClassifier(name, settings.seed), rate) for name in POOLED}
+    templates = {} if bank is None else {"templates": Detector(WhitenedBankLocation(bank), rate)}
+    baselines = {name: Detector(IndicatorScore(one), rate) for name, one in _thresholds(settings, bank).items()}
     return learners | templates | baselines
 
 

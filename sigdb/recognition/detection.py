@@ -1,95 +1,162 @@
 """Detection: damaged or not, at a rate of false alarms that is set."""
 
-import math
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 from scipy.special import logsumexp
-from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.base import BaseEstimator, ClassifierMixin, clone
+from sklearn.frozen import FrozenEstimator
 from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray, IntArray
-from sigdb.recognition.conformal import row_quantile
-from sigdb.recognition.template_bank import TemplateBank
-from sigdb.recognition.template_scores import TemplateScores
+from sigdb.recognition.alarm_threshold import alarm_threshold, rows_needed
+from sigdb.recognition.calibration import specimen_folds_of
+
+_MOST_BANDS = 10
+_ALARMS_A_BAND = 30
+"""False alarms that a band's healthy rows are expected to raise, at least: fewer bound their rate too loosely."""
+
+_LEAST_BAND = 1.0
+"""Width of a band of noise at least, dB."""
 
 
 class Detector(ClassifierMixin, BaseEstimator):
-    """Detection of damage by the likelihood ratio: 1 for a damaged gear, 0 for a healthy one.
+    """Detection of damage: 1 for a damaged gear, 0 for a healthy one.
 
-    The score is the logarithm of ``p(x | damage) / p(x | none)``, averaged over the templates as the bank weighs them,
-    and over the teeth. The threshold is the conformal quantile of the scores of healthy rows, so that a further healthy
-    row, exchangeable with these, is above it with a probability of the set rate at most.
+    The score is the logarithm of the odds of damage at any tooth against none, ``logsumexp(s_1, s_2, ...) - s_0``, s
+    the scores of an estimator of location. A healthy row of a further specimen is above the threshold at the set rate
+    at most: with the stated confidence over the choice of the training specimens, on average over specimens and over
+    the conditions of the healthy training rows (:func:`~sigdb.recognition.alarm_threshold.alarm_threshold`). Since the
+    scores of healthy rows depend on their noise, the threshold is set in bands of noise of equally many rows and
+    interpolated between their medians, in the logarithm of the noise; the rate so holds in each band, not only over
+    all. How many bands there are depends on the rows: each is to raise thirty false alarms, and is 1 dB wide at least.
 
     Parameters
     ----------
-    bank
-        Templates.
+    scorer
+        Estimator of location with ``decision_function``. A copy of it is trained; the threshold is then set on scores
+        of copies that have not seen the specimen they judge. One that is trained already is taken as it is in a
+        ``sklearn.frozen.FrozenEstimator``; the rows to fit on must then be of specimens that it has not seen.
     false_alarm_rate
         Rate of false alarms, between 0 and 1.
-    n_jobs
-        Threads of the scores.
+    confidence
+        Confidence of the statement, between 0 and 1.
 
     Attributes
     ----------
-    threshold_
-        Greatest score of a gear that is called healthy.
+    scorer_
+        The trained scorer.
+    noise_, thresholds_
+        (bands,) noise of an average (unit of the signal; nan where it is not known) and greatest score that is called
+        healthy there.
     healthy_rows_, healthy_specimens_
-        What it was set on. Rows of a specimen resemble each other: with few specimens the rate of one gear pair may be
-        another one.
+        What they were set on.
     """
 
-    def __init__(self, bank: TemplateBank, false_alarm_rate: float = 0.01, n_jobs: int | None = None) -> None:
-        self.bank = bank
+    def __init__(self, scorer: Any, false_alarm_rate: float = 0.01, confidence: float = 0.95) -> None:
+        self.scorer = scorer
         self.false_alarm_rate = false_alarm_rate
-        self.n_jobs = n_jobs
+        self.confidence = confidence
 
     def fit(self, X: pd.DataFrame, y: ArrayLike, groups: ArrayLike | None = None) -> Self:
-        """Set the threshold on the healthy rows; damaged ones do not count.
+        """Train the scorer, and set the thresholds on the healthy rows.
 
         Parameters
         ----------
         X
-            Rows as :meth:`TemplateScores.transform` takes them.
+            Rows as the scorer takes them. Where they have ``scatter`` (unit of the signal) and ``averages``, these tell
+            the noise: ``scatter / sqrt(averages)``.
         y
-            0 for healthy rows, anything else, such as the first damaged tooth, for damaged ones.
+            First damaged tooth, 0 for healthy rows.
         groups
             Specimen of each row; each row counts as its own if left out.
 
         Raises
         ------
         InputError
-            If the rate is not between 0 and 1, or takes more healthy rows: ``1 / rate - 1`` at least.
+            If the rate or the confidence is not between 0 and 1, or the healthy rows do not support the rate.
         """
-        rate = self.false_alarm_rate
-        if not 0 < rate < 1:
-            raise InputError(f"false_alarm_rate = {rate:g} must be between 0 and 1, such as 0.01")
-        healthy = np.asarray(y) == 0
-        count, needed = int(healthy.sum()), math.ceil(1 / rate - 1 - 1e-9)
-        if count < needed:
-            raise InputError(
-                f"false_alarm_rate = {rate:g} needs {needed} healthy rows, X has {count}; give more of them, or ask "
-                f"for a rate of {1 / (count + 1):.2g} or more"
-            )
-        groups = np.arange(len(healthy)) if groups is None else np.asarray(groups)
+        for name in ("false_alarm_rate", "confidence"):
+            if not 0 < getattr(self, name) < 1:
+                raise InputError(f"{name} = {getattr(self, name):g} must be between 0 and 1, such as 0.01 or 0.95")
+        y = np.asarray(y, dtype=int)
+        groups = np.arange(len(y)) if groups is None else np.asarray(groups)
+        healthy = y == 0
+        score = self._unseen(X, y, groups)[healthy]
+        self.scorer_ = clone(self.scorer).fit(X, y, groups)
         self.classes_ = np.array([0, 1])
-        self.threshold_ = row_quantile(self.log_ratio(X[healthy]), 1 - rate)
-        self.healthy_rows_, self.healthy_specimens_ = count, len(np.unique(groups[healthy]))
+        self.healthy_rows_, self.healthy_specimens_ = len(score), len(np.unique(groups[healthy]))
+        self.noise_, self.thresholds_ = self._thresholds(score, noise_of(X)[healthy], groups[healthy])
         return self
 
+    def _unseen(self, X: pd.DataFrame, y: IntArray, groups: IntArray) -> FloatArray:
+        """(rows,) scores by a scorer that has not seen the specimen."""
+        if isinstance(self.scorer, FrozenEstimator):
+            return damage_score(self.scorer.decision_function(X))
+        score = np.empty(len(y))
+        for inner, outer in specimen_folds_of(groups):
+            scorer = clone(self.scorer).fit(X.iloc[inner], y[inner], groups[inner])
+            score[outer] = damage_score(scorer.decision_function(X.iloc[outer]))
+        return score
+
+    def _thresholds(self, score: FloatArray, noise: FloatArray, groups: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Noise and threshold of each band, of as many bands as the rows support."""
+        for count in range(self._most_bands(noise), 0, -1):
+            band = np.zeros(len(noise), int)
+            if count > 1:
+                band = np.digitize(noise, np.quantile(noise, np.linspace(0, 1, count + 1)[1:-1]))
+            bands = [np.flatnonzero(band == k) for k in range(count)]
+            found = np.array(
+                [
+                    alarm_threshold(score[some], groups[some], self.false_alarm_rate, confidence=self.confidence)
+                    for some in bands
+                ]
+            )
+            if np.isfinite(found).all():
+                return np.array([np.median(noise[some]) for some in bands]), found
+        rate, sure = self.false_alarm_rate, self.confidence
+        raise InputError(
+            f"false_alarm_rate = {rate:g} at a confidence of {sure:g} needs {rows_needed(rate, sure)} healthy rows "
+            f"that do not depend on each other; X has {len(score)} of {len(np.unique(groups))} specimens, which are "
+            "worth fewer; give more specimens and healthy rows, or ask for a greater rate"
+        )
+
+    def _most_bands(self, noise: FloatArray) -> int:
+        if not (len(noise) and np.isfinite(noise).all()):
+            return 1
+        width = 20 * np.log10(noise.max() / noise.min())
+        by_rows = self.false_alarm_rate * len(noise) / _ALARMS_A_BAND
+        return int(np.clip(min(by_rows, width / _LEAST_BAND), 1, _MOST_BANDS))
+
     def log_ratio(self, X: pd.DataFrame) -> FloatArray:
-        """(rows,) logarithm of the likelihood ratio of damage against none."""
-        scores = TemplateScores(self.bank, self.n_jobs).transform(X)
-        return np.asarray(logsumexp(scores[:, : max(self.bank.teeth)], axis=1))
+        """(rows,) logarithm of the odds of damage against none, by the scorer."""
+        check_is_fitted(self)
+        return damage_score(self.scorer_.decision_function(X))
 
     def decision_function(self, X: pd.DataFrame) -> FloatArray:
-        """(rows,) by how much the logarithm of the likelihood ratio is above the threshold; unbounded."""
-        check_is_fitted(self)
-        return self.log_ratio(X) - self.threshold_
+        """(rows,) by how much the logarithm of the odds is above the threshold; unbounded."""
+        score = self.log_ratio(X)
+        if len(self.thresholds_) == 1:
+            return score - self.thresholds_[0]
+        return np.asarray(score - np.interp(np.log(noise_of(X)), np.log(self.noise_), self.thresholds_))
 
     def predict(self, X: pd.DataFrame) -> IntArray:
         """(rows,) 1 for damage, 0 for none."""
         return (self.decision_function(X) > 0).astype(int)
+
+
+def damage_score(scores: FloatArray) -> FloatArray:
+    """(rows,) log odds of damage at any tooth, from scores (rows, 1 + teeth) of none and of each tooth."""
+    return np.asarray(logsumexp(scores[:, 1:], axis=1) - scores[:, 0])
+
+
+def noise_of(X: pd.DataFrame) -> FloatArray:
+    """(rows,) standard deviation of the noise of each average, from the scatter between its revolutions; nan where that
+    is not known."""
+    if not {"scatter", "averages"} <= set(X.columns):
+        return np.full(len(X), np.nan)
+    noise = X["scatter"].to_numpy(float) / np.sqrt(X["averages"].to_numpy(float))
+    return np.where(noise > 0, noise, np.nan)

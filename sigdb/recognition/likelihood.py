@@ -50,6 +50,9 @@ class Hypotheses:
         (templates, h, teeth) phi_t.
     reference_variance
         (templates,) variance of the healthy clean average, which ``snr_db`` refers to.
+    turn_invariant
+        Whether the law of a healthy gear is the same from every tooth but for rounding: its likelihood is then the mean
+        over the turns, which turning x does not change.
     """
 
     teeth: int
@@ -60,6 +63,7 @@ class Hypotheses:
     harmonic: FloatArray
     phases: FloatArray
     reference_variance: FloatArray
+    turn_invariant: bool = False
 
     @classmethod
     def of(
@@ -159,7 +163,8 @@ class Hypotheses:
         for first in range(0, len(x), _ROWS_AT_ONCE):
             some = slice(first, first + _ROWS_AT_ONCE)
             found[some] = self._log_likelihood(x[some], noise[some], index_error[some])
-        found[:, self.healthy] = found[:, self.healthy, :1]
+        none = found[:, self.healthy]
+        found[:, self.healthy] = none.mean(axis=2, keepdims=True) if self.turn_invariant else none[:, :, :1]
         return found
 
     def _check(self, x: FloatArray, noise: FloatArray) -> None:

@@ -20,6 +20,7 @@ from sigdb.core.version import __version__
 from sigdb.database.storage import Store
 from sigdb.recognition.card import model_card
 from sigdb.recognition.evaluation import Evaluation
+from sigdb.recognition.reference_models import model_folder
 from sigdb.recognition.training import Model
 
 TRUSTED = (
@@ -28,10 +29,12 @@ TRUSTED = (
     "sigdb.recognition.baselines.Fm4Severity",
     "sigdb.recognition.baselines.MajorityLocation",
     "sigdb.recognition.baselines.MajoritySeverity",
+    "sigdb.recognition.compact_signals.CompactSignals",
     "sigdb.recognition.detection.Detector",
     "sigdb.recognition.envelope_location.EnvelopeLocation",
+    "sigdb.recognition.held_out_detector.HeldOutDetector",
+    "sigdb.recognition.indicator_score.IndicatorScore",
     "sigdb.recognition.location.LocationClassifier",
-    "sigdb.recognition.location_detector.LocationDetector",
     "sigdb.recognition.na4_star_location.Na4StarLocation",
     "sigdb.recognition.nearest_template_location.NearestTemplateLocation",
     "sigdb.recognition.severity.SeverityRegressor",
@@ -88,8 +91,11 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
     store = Store.at(folder)
     rows = probe[probe["teeth"] == probe["teeth"].iloc[0]].iloc[:: max(1, len(probe) // _PROBE)][:_PROBE]
     answers = io.BytesIO()
-    np.savez(answers, expected=_answers(model, rows), **_arrays(rows))
-    files = {"model.skops": skops.io.dumps(model.estimators), "probe.npz": answers.getvalue()}
+    np.savez_compressed(answers, expected=_answers(model, rows), **_arrays(rows))
+    files = {
+        "model.skops": skops.io.dumps(model.estimators, compression=zipfile.ZIP_DEFLATED),
+        "probe.npz": answers.getvalue(),
+    }
     for name, content in files.items():
         store.put(name, content)
     described = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "estimators"}
@@ -102,19 +108,30 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
     store.put("README.md", model_card(model, evaluation, command=command).encode())
 
 
-def load_model(folder: str | Path) -> Model:
-    """Load a model from its folder, and check that it still gives the answers that it gave when it was saved.
+def load_model(name_or_folder: str | Path) -> Model:
+    """Load a model, and check that it still gives the answers that it gave when it was saved.
 
     Only types of a fixed list are loaded; pickle and joblib files are refused.
+
+    Parameters
+    ----------
+    name_or_folder
+        A model's folder, or the name of a reference model as listed by :func:`built_in_models`.
 
     Raises
     ------
     InputError
-        If the folder holds no model, or one with types that are not on the list.
+        If there is no such model, or it holds types that are not on the list.
     DatabaseError
         If the answers on the probe differ.
+
+    Examples
+    --------
+    >>> import sigdb
+    >>> sigdb.load_model("nasa-location").target
+    'location'
     """
-    folder = Path(folder)
+    folder = model_folder(name_or_folder)
     try:
         described = json.loads((folder / "model.json").read_text(encoding="utf-8"))
         model = _rebuilt(described, _checked(folder, "model.skops", described))
@@ -155,9 +172,7 @@ def _rebuilt(described: dict[str, Any], content: bytes) -> Model:
 
 def _answers(model: Model, rows: pd.DataFrame) -> np.ndarray:
     estimator = model.estimators[model.learner]
-    if model.target != "severity":
-        return np.asarray(estimator.decision_function(rows))
-    return np.asarray(estimator.predict(rows))
+    return np.asarray(estimator.predict(rows) if model.target == "severity" else estimator.decision_function(rows))
 
 
 def _arrays(rows: pd.DataFrame) -> dict[str, Any]:

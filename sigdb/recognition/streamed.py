@@ -42,6 +42,8 @@ def reducers_of(estimators: Iterable[Any]) -> dict[str, Reducer]:
 
 def reducer_of(estimator: Any) -> Reducer | None:
     """What reduces averages to what an estimator reads; None where it reads none."""
+    if hasattr(estimator, "scorer"):
+        return reducer_of(estimator.scorer)
     if hasattr(estimator, "reducer"):
         one: Reducer | None = estimator.reducer
         return one

@@ -1,5 +1,6 @@
 """The bank of a template scorer: the laws of averages at each operating point of a database, as plain arrays."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, Self
@@ -10,10 +11,14 @@ import pandas as pd
 from sigdb.core.errors import InputError
 from sigdb.core.typing import BoolArray, FloatArray, IntArray
 from sigdb.database import Database
+from sigdb.database.schema import suffixed
+from sigdb.recognition.compact_signals import CompactSignals
 from sigdb.recognition.likelihood import Hypotheses
 from sigdb.recognition.severity import TARGETS
 
-_ARRAYS = ("signal", "modes", "gains", "harmonic", "phases", "reference_variance")
+_PRECISION = 2e-4
+"""How far a stored signal may be from its own, in norm, in standard deviations of the noise of the quietest average.
+The log-likelihood of a template that resembles the average then changes by less than 0.01."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -24,8 +29,15 @@ class PointTemplates:
     ----------
     speed_rpm, torque, teeth
         The operating point, and the tooth count of the damaged gear.
-    arrays
-        What :class:`Hypotheses` is made of, by name, float32.
+    signals
+        Of each template, (templates, 1 + modes + harmonics): its nominal average; the response to index errors, each
+        mode as large as it is on average; the harmonic ones. See :class:`Hypotheses`.
+    index_error
+        Size of the index errors that the modes are for, m.
+    phases
+        (templates, harmonics, teeth) phases of the harmonic ones.
+    reference_variance
+        (templates,) variance of the healthy clean average.
     healthy
         (templates,) whether a template is of a healthy gear.
     share
@@ -37,10 +49,55 @@ class PointTemplates:
     speed_rpm: float
     torque: float
     teeth: int
-    arrays: dict[str, FloatArray]
+    signals: CompactSignals
+    index_error: float
+    phases: FloatArray
+    reference_variance: FloatArray
     healthy: BoolArray
     share: FloatArray
     severity: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        laws: Sequence[Hypotheses],
+        shares: Sequence[FloatArray],
+        *,
+        points: Sequence[tuple[float, float]],
+        index_error: float,
+        tolerance: float = 0.0,
+    ) -> list[Self]:
+        """The templates of operating points of one tooth count, in little room.
+
+        Parameters
+        ----------
+        laws
+            Of each point.
+        shares
+            Of each point, (templates,) share of each among the rows of its kind.
+        points
+            Of each, speed (rpm) and torque (N m).
+        index_error
+            Size of the index errors, m.
+        tolerance
+            Of the signals, see :meth:`CompactSignals.of`.
+        """
+        stored = CompactSignals.of([_signals(one, index_error) for one in laws], tolerance=tolerance)
+        return [
+            cls(
+                speed_rpm=speed_rpm,
+                torque=torque,
+                teeth=law.teeth,
+                signals=signals,
+                index_error=index_error,
+                phases=law.phases,
+                reference_variance=law.reference_variance,
+                healthy=law.healthy,
+                share=share,
+                severity=law.cases[list(TARGETS)].to_numpy(float),
+            )
+            for (speed_rpm, torque), law, share, signals in zip(points, laws, shares, stored, strict=True)
+        ]
 
     def __getstate__(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in fields(self)}
@@ -48,14 +105,25 @@ class PointTemplates:
     @property
     def samples(self) -> int:
         """Samples of an average."""
-        return int(self.arrays["signal"].shape[1])
+        return self.signals.samples
 
     @cached_property
     def hypotheses(self) -> Hypotheses:
-        """The laws, in double precision: their squares cancel."""
-        cases = pd.DataFrame({"tooth": np.where(self.healthy, 0, 1)})
-        arrays = {name: array.astype(float) for name, array in self.arrays.items()}
-        return Hypotheses(teeth=self.teeth, cases=cases, **arrays)
+        """The laws, expanded."""
+        expanded, h = self.signals.expanded(), self.phases.shape[1]
+        signal, response, harmonic = np.split(expanded, [1, expanded.shape[1] - h], axis=1)
+        modes, spread, _ = np.linalg.svd(response.transpose(0, 2, 1), full_matrices=False)
+        return Hypotheses(
+            teeth=self.teeth,
+            cases=pd.DataFrame({"tooth": np.where(self.healthy, 0, 1)}),
+            signal=signal[:, 0],
+            modes=modes,
+            gains=spread / self.index_error if self.index_error else spread,
+            harmonic=harmonic.transpose(0, 2, 1),
+            phases=self.phases,
+            reference_variance=self.reference_variance,
+            turn_invariant=True,
+        )
 
     @cached_property
     def log_prior(self) -> FloatArray:
@@ -92,7 +160,9 @@ class TemplateBank:
         """The bank of a database.
 
         Each template weighs as many rows as it has; the size of the index errors is the root mean square of that of
-        the rows. Templates without a result, and those with loss of contact, are left out.
+        the rows. Templates without a result, and those with loss of contact, are left out. Signals are kept as exactly
+        as the quietest row asks for: none is further from its own, in norm, than 1 / 5000 of the standard
+        deviation of that row's noise.
 
         Parameters
         ----------
@@ -108,8 +178,10 @@ class TemplateBank:
             the scatter between revolutions, or an operating point has no healthy or no damaged template.
         """
         sensor = database.stored_sensor(sensor)
+        scatter = suffixed("scatter", database.sensors, sensor)
         rows = database.sql(
-            "select template, count(*) as n, min(averages) as averages, sum(index_error ** 2) as square from cases "
+            "select template, count(*) as n, min(averages) as averages, sum(index_error ** 2) as square, "
+            f"min({scatter} / sqrt(averages)) as noise from features "
             "where status = 'ok' and not coalesce(contact_loss, false) group by template"
         )
         if rows.empty:
@@ -124,14 +196,20 @@ class TemplateBank:
             "order by all"
         )
         weight = rows.set_index("template")["n"]
-        return cls(
-            sensor=sensor,
-            index_error=float(np.sqrt(rows["square"].sum() / rows["n"].sum())),
-            points=tuple(
-                _point(database, sensor, weight, float(speed), float(torque), int(teeth))
-                for speed, torque, teeth in points.itertuples(index=False)
-            ),
-        )
+        index_error = float(np.sqrt(rows["square"].sum() / rows["n"].sum()))
+        found: list[PointTemplates] = []
+        for teeth in sorted(set(points["teeth"].astype(int))):
+            alike = points.loc[points["teeth"] == teeth, ["speed_rpm", "torque"]].to_numpy(float)
+            at = [(float(speed), float(torque)) for speed, torque in alike]
+            laws = [_laws(database, sensor, *point, teeth=teeth) for point in at]
+            found += PointTemplates.of(
+                laws,
+                [_share(one, weight) for one in laws],
+                points=at,
+                index_error=index_error,
+                tolerance=_PRECISION * float(rows["noise"].min()),
+            )
+        return cls(sensor=sensor, index_error=index_error, points=tuple(found))
 
     @property
     def teeth(self) -> tuple[int, ...]:
@@ -165,24 +243,26 @@ def _distance(point: PointTemplates, speed_rpm: FloatArray, torque: FloatArray, 
     return np.where(teeth == point.teeth, relative, np.inf)
 
 
-def _point(
-    database: Database, sensor: str, weight: pd.Series, speed_rpm: float, torque: float, teeth: int
-) -> PointTemplates:
+def _laws(database: Database, sensor: str, speed_rpm: float, torque: float, *, teeth: int) -> Hypotheses:
     laws = Hypotheses.of(database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor)
-    rows = weight.reindex(laws.cases["template"]).fillna(0).to_numpy(float)
     for kind, some in (("healthy", laws.healthy), ("damaged", ~laws.healthy)):
         if not some.any():
             raise InputError(
                 f"{database.store} has no {kind} template that keeps contact at speed_rpm = {speed_rpm:g}, torque = "
                 f"{torque:g}, teeth = {teeth}; set healthy in [sweep], or reduce the damage"
             )
+    return laws
+
+
+def _share(laws: Hypotheses, weight: pd.Series) -> FloatArray:
+    """(templates,) share of each among the rows of its kind; equal shares where the kind has no rows."""
+    rows = weight.reindex(laws.cases["template"]).fillna(0).to_numpy(float)
+    for some in (laws.healthy, ~laws.healthy):
         rows[some] = rows[some] / rows[some].sum() if rows[some].any() else 1 / some.sum()
-    return PointTemplates(
-        speed_rpm=speed_rpm,
-        torque=torque,
-        teeth=teeth,
-        arrays={name: getattr(laws, name).astype(np.float32) for name in _ARRAYS},
-        healthy=laws.healthy,
-        share=rows,
-        severity=laws.cases[list(TARGETS)].to_numpy(float),
-    )
+    return rows
+
+
+def _signals(laws: Hypotheses, index_error: float) -> FloatArray:
+    """(templates, 1 + modes + harmonics, n) what a template is made of, all in the signal's unit."""
+    response = laws.modes * (index_error * laws.gains)[:, None]
+    return np.concatenate([laws.signal[:, :, None], response, laws.harmonic], axis=2).transpose(0, 2, 1)

@@ -95,7 +95,7 @@ class Model:
 
     def predict(self, X: pd.DataFrame) -> Any:
         """What the model says of rows of features, see :class:`LocationClassifier`, :class:`SeverityRegressor` and
-        :class:`LocationDetector`.
+        :class:`Detector`.
 
         With the learner ``templates``: of rows with averages, see :class:`TemplateScores`.
         """
@@ -157,7 +157,8 @@ def train(
     for name, estimator in unfitted.items():
         on_step(name)
         seen = training if name == TEMPLATES else drawn
-        estimators[name] = estimator.fit(seen, seen[["tooth", *TARGETS]], seen["specimen"].to_numpy())
+        labels = seen["tooth"] if target == "detection" else seen[["tooth", *TARGETS]]
+        estimators[name] = estimator.fit(seen, labels, seen["specimen"].to_numpy())
     return Model(
         target=target,
         learner=settings.learner,
