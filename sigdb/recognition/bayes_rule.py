@@ -8,7 +8,7 @@ import pandas as pd
 from sigdb.core.typing import FloatArray
 from sigdb.recognition.posterior import Posterior
 from sigdb.recognition.rows_by_point import OperatingPoint
-from sigdb.recognition.severity import TARGETS
+from sigdb.recognition.severity import COVERAGE, TARGETS
 
 LOSSES: Mapping[str, tuple[str, ...]] = {
     "location": ("error", "log_loss"),
@@ -55,6 +55,8 @@ def _severity(point: OperatingPoint, rows: pd.DataFrame, known: Posterior) -> pd
         columns |= {
             f"mean_{target}": mean,
             f"median_{target}": median,
+            f"low_{target}": known.quantile(level, (1 - COVERAGE) / 2),
+            f"high_{target}": known.quantile(level, (1 + COVERAGE) / 2),
             f"absolute_{target}": np.abs(median - true),
             f"square_{target}": (mean - true) ** 2,
             f"crps_{target}": known.crps(level, true),

@@ -31,6 +31,12 @@ UNKNOWN = Figure(value=np.nan, low=np.nan, high=np.nan)
 """A figure for which there are no rows, or too few."""
 
 
+def columns_of(**figures: Figure) -> dict[str, float]:
+    """Figures as columns of a row of a table: ``NAME``, ``NAME_low`` and ``NAME_high``."""
+    ends = {"": "value", "_low": "low", "_high": "high"}
+    return {f"{name}{end}": getattr(one, part) for name, one in figures.items() for end, part in ends.items()}
+
+
 class Specimens:
     """Specimens of rows, and how often each resample draws each.
 

@@ -14,6 +14,7 @@ _OF_LOCATION = {
     "p_detected": "P(detected)",
     "none_on_healthy": "'none' on healthy",
     "circular_bias": "circular bias, teeth",
+    "false_alarm_rate": "false-alarm rate",
     "pd_at_1e-2": "P(detected) at 1e-2 false alarms",
     "pd_at_1e-3": "P(detected) at 1e-3 false alarms",
     "pd_at_1e-4": "P(detected) at 1e-4 false alarms",
@@ -80,7 +81,7 @@ training data is simulated: on a measured signal its answer is a hypothesis to b
 
 **Training data.** {model.rows} simulated signatures of sensor `{model.sensor}` from {len(model.trained_on)} specimens
 of the database `{model.database_hash[:12]}`, seed {model.seed}; split {model.split}, table of folds
-`{model.split_hash[:12]}`.
+`{model.split_hash[:12]}`. {_drawn(model)}
 
 **Input.** {_INPUT.get(model.learner, _POOLED_INPUT)}
 
@@ -92,7 +93,7 @@ Split: {evaluation.split}. {evaluation.rows} rows of
 
 {table}
 
-`fm4` and `majority` are baselines: {_BASELINES[model.target]}
+{_BASELINES[model.target].format(rate=model.false_alarm_rate)}
 
 **Known failures.** {_FAILURES[model.target]}
 
@@ -100,6 +101,15 @@ Split: {evaluation.split}. {evaluation.rows} rows of
 
     {command}
 """
+
+
+def _drawn(model: Model) -> str:
+    if model.drawn_rows == model.rows:
+        return "All estimators learnt from all of them."
+    return (
+        f"The bank of templates was calibrated on all of them; all else learnt\nfrom {model.drawn_rows} of them, drawn "
+        "evenly over specimens and cases."
+    )
 
 
 _SAME_DAMAGES = (
@@ -114,16 +124,24 @@ _INPUT = {
 _PURPOSE = {
     "location": "Says at which tooth of the averaged gear the first damaged tooth is, or 'none'. Absolute tooth\n"
     "numbers need the tacho mark.",
+    "detection": "Says whether a gear has a damaged tooth, at a rate of false alarms that was set.",
     "severity": "Estimates stiffness loss, phase shift and number of damaged teeth of a damaged gear, each with an\n"
     "interval.",
 }
 _BASELINES = {
-    "location": "a threshold on FM4 at a false-alarm rate of 0.01 (FM4 names no tooth, so the\n"
-    "most frequent one is taken), and the most frequent answer of the training rows.",
-    "severity": "a monotonic function of FM4, and the median of the training rows.",
+    "location": "Baselines: `whitened_bank`, the likelihoods of the templates as they are; `nearest_template`, the least\n"
+    "Euclidean distance; `envelope_peak`, the tooth in whose pass the envelope of the residual is greatest; thresholds on\n"
+    "`na4_star` and `fm4`, which name no tooth, so the most frequent one is taken; `majority`, the most frequent answer of\n"
+    "the training rows. Their thresholds are set at a false-alarm rate of {rate:g}.",
+    "severity": "Baselines: `fm4`, a monotonic function of FM4; `majority`, the median of the training rows.",
+    "detection": "All are set at a false-alarm rate of {rate:g}, on healthy rows of specimens that they have not learnt\n"
+    "from. Baselines: `nearest_template`, by how much the nearest damaged template is nearer than the healthy one;\n"
+    "`envelope_peak`, `na4_star` and `fm4`.",
 }
 _FAILURES = {
     "location": "The least severe cases are missed most often. Damage of another kind than was simulated is still\n"
     "given a tooth.",
+    "detection": "The least severe cases are missed most often. The rate of false alarms holds on average over gears, and\n"
+    "may be another one for one of them.",
     "severity": "On a healthy gear its answer has no meaning. Intervals hold on average, not for each severity.",
 }

@@ -15,6 +15,12 @@ ERROR_RANGE = (0.02, 0.8)
 """Shares of the error by chance between which an error must lie for a loss in decibels to be told from the curve."""
 
 
+def in_range(error: float, chance: float) -> bool:
+    """Whether an error is between 0.02 and 0.8 of that by chance: below it saturates, above it hardly changes."""
+    low, high = ERROR_RANGE
+    return bool(low * chance <= error <= high * chance)
+
+
 def eta_info(entropy: float, model: float, bayes: float) -> float:
     """Share of the information about the answer that a model uses.
 
@@ -78,14 +84,40 @@ class ErrorCurve:
             nan where the error is not between 0.02 and 0.8 of chance, or outside of the curve.
         """
         error = np.asarray(error, float)
+        low, high = (share * self.chance for share in ERROR_RANGE)
+        level = self._level(error)
+        return np.where((error >= low) & (error <= high) & np.isfinite(level), level, np.nan)
+
+    @property
+    def own(self) -> float:
+        """Error of the Bayes rule at the rows' own noise, the level 0."""
+        return float(self.error[self.decibels == 0][0])
+
+    def excess_db(self, excess: ArrayLike) -> FloatArray:
+        """By how much the noise may grow until the Bayes rule has so many more errors than it has on the same rows.
+
+        Parameters
+        ----------
+        excess
+            Share of errors of a model less that of the Bayes rule, of any shape; what the rows have by chance cancels.
+
+        Returns
+        -------
+        ndarray, dB
+            Infinite beyond an end of the curve; nan where the error at the rows' own noise is not between 0.02 and 0.8
+            of chance: fewer errors are too few to count, and near chance the curve is flat.
+        """
+        excess = np.asarray(excess, float)
+        known = in_range(self.own, self.chance)
+        return self._level(self.own + excess) if known else np.full(excess.shape, np.nan)
+
+    def _level(self, error: FloatArray) -> FloatArray:
+        """Decibels at which the curve has these errors, infinite beyond its ends."""
         # Monte Carlo may leave neighbours out of order by less than its standard error.
         rising = np.maximum.accumulate(self.error)
         kept = np.flatnonzero(np.diff(rising, prepend=-1.0) > 0)
         kept = kept[(rising[kept] > 0) & (rising[kept] < 1)]
-        low, high = (share * self.chance for share in ERROR_RANGE)
-        inside = (error >= low) & (error <= high)
-        loss = np.full(error.shape, np.nan)
-        if kept.size:
-            at = logit(error[inside])
-            loss[inside] = np.interp(at, logit(rising[kept]), self.decibels[kept], left=np.nan, right=np.nan)
-        return loss
+        if not kept.size:
+            return np.full(error.shape, np.nan)
+        at = logit(np.clip(error, 0.0, 1.0))
+        return np.interp(at, logit(rising[kept]), self.decibels[kept], left=-np.inf, right=np.inf)

@@ -1,6 +1,6 @@
 """Evaluating a model: figures of merit of it, of what it must beat and of what cannot be beaten, on unseen cases."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,7 +13,7 @@ from sigdb.core.typing import FloatArray
 from sigdb.database import Database
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.bootstrap import Figure, Specimens
-from sigdb.recognition.evaluation_tables import evaluation_tables
+from sigdb.recognition.evaluation_tables import evaluation_tables, records
 from sigdb.recognition.excess import above_bound
 from sigdb.recognition.metrics import FIGURES, VALUES
 from sigdb.recognition.metrics_calibration import calibration_figures, calibration_values
@@ -22,6 +22,7 @@ from sigdb.recognition.metrics_detection import detection_figures
 from sigdb.recognition.pod import pod_figures
 from sigdb.recognition.split_kinds import changed_parts, make_split, model_form
 from sigdb.recognition.splits import TEST
+from sigdb.recognition.streamed import feature_batches
 from sigdb.recognition.training import Model, usable_rows
 
 BOUNDED = {"accuracy": 1, "pd_at": 1, "log_loss": -1, "brier": -1, "mae": -1, "rmse": -1, "crps": -1}
@@ -62,6 +63,11 @@ class Evaluation:
         Names of the model's figures that are better than the bound at a significance of 1 %.
     tables
         Frames for the report: figures against noise and averages, by severity, reliability, curves, cells.
+    efficiency
+        The model beside the best possible answer, by noise band: see :func:`~sigdb.recognition.against_bound`. None
+        where it was not asked for.
+    aims
+        What the model should reach, and whether it does: see :func:`~sigdb.recognition.aims.aims`.
     """
 
     target: str
@@ -75,6 +81,8 @@ class Evaluation:
     bound: Mapping[str, Figure] | None = None
     above: tuple[str, ...] = ()
     tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    efficiency: pd.DataFrame | None = None
+    aims: pd.DataFrame | None = None
 
     def check(self) -> None:
         """Refuse a model that is better than the bound.
@@ -101,6 +109,8 @@ class Evaluation:
             "differences": {name: _plain(figures) for name, figures in self.differences.items()},
             "bound": None if self.bound is None else _plain(self.bound),
             "above": list(self.above),
+            "efficiency": records(self.efficiency),
+            "aims": records(self.aims),
         }
 
 
@@ -110,6 +120,7 @@ def evaluate(
     *,
     bound: Mapping[str, Figure] | None = None,
     bound_values: Mapping[str, pd.Series] | None = None,
+    beside: Callable[[Evaluation, Answers, pd.DataFrame], Evaluation] = lambda evaluation, answers, rows: evaluation,
 ) -> Evaluation:
     """Evaluate a model on the rows of a database that its split keeps for that.
 
@@ -128,6 +139,8 @@ def evaluate(
     bound_values
         By id of these rows, what a bound's figure is the mean of: with it the model is compared row by row, on the rows
         that it holds.
+    beside
+        Completes the evaluation from the model's answers and the rows.
 
     Raises
     ------
@@ -135,11 +148,11 @@ def evaluate(
         If no rows are left, the database holds another sensor, or was extended so that the model's split has changed.
     """
     rows, tells = _asked(model, database)
-    answers = _answers(model, rows)
-    figures = {name: answer_figures(answer, rows) for name, answer in answers.items()}
-    values = {name: answer_values(answer, rows) for name, answer in answers.items()}
+    answers = _answers(model, database, rows)
+    figures = {name: answer_figures(answer, rows, model.target) for name, answer in answers.items()}
+    values = {name: answer_values(answer, rows, model.target) for name, answer in answers.items()}
     best = {name: one.reindex(rows.index).to_numpy(float) for name, one in (bound_values or {}).items()}
-    return Evaluation(
+    evaluation = Evaluation(
         target=model.target,
         learner=model.learner,
         split=tells,
@@ -152,6 +165,7 @@ def evaluate(
         above=figures_above_bound(figures[model.learner], bound or {}, values[model.learner], best, rows),
         tables=evaluation_tables(answers, rows, model.learner, best),
     )
+    return beside(evaluation, answers[model.learner], rows)
 
 
 def asked_rows(model: Model, database: Database) -> pd.DataFrame:
@@ -159,11 +173,9 @@ def asked_rows(model: Model, database: Database) -> pd.DataFrame:
     return _asked(model, database)[0]
 
 
-def answer_figures(answers: Answers, rows: pd.DataFrame) -> dict[str, Figure]:
+def answer_figures(answers: Answers, rows: pd.DataFrame, target: str) -> dict[str, Figure]:
     """All figures that answers allow."""
-    if isinstance(answers.found, pd.DataFrame):
-        return FIGURES["severity"](answers.found, rows)
-    figures = FIGURES["location"](answers.found, rows)
+    figures = FIGURES[target](answers.found, rows)
     if answers.detection is not None:
         figures |= detection_figures(answers.detection, rows) | pod_figures(answers.detection, rows)
     if answers.probabilities is not None:
@@ -173,12 +185,9 @@ def answer_figures(answers: Answers, rows: pd.DataFrame) -> dict[str, Figure]:
     return figures
 
 
-def answer_values(answers: Answers, rows: pd.DataFrame) -> dict[str, FloatArray]:
+def answer_values(answers: Answers, rows: pd.DataFrame, target: str) -> dict[str, FloatArray]:
     """Of each row, what those figures that are means are means of."""
-    if isinstance(answers.found, pd.DataFrame):
-        values = VALUES["severity"](answers.found, rows)
-        return {name: value for name, value in values.items() if not name.startswith("rmse")}
-    values = VALUES["location"](answers.found, rows)
+    values = {name: one for name, one in VALUES[target](answers.found, rows).items() if not name.startswith("rmse")}
     if answers.probabilities is not None:
         values |= calibration_values(answers.probabilities, rows)
     if answers.sets is not None:
@@ -244,29 +253,22 @@ def _asked(model: Model, database: Database) -> tuple[pd.DataFrame, str]:
         rows = rows[rows["tooth"] > 0]
         if rows.empty:
             raise InputError(f"{database.store} has no damaged rows, and severity is judged on them")
-    return _ready(model, database, rows), tells
+    return rows, tells
 
 
-def _ready(model: Model, database: Database, rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows with what the estimators read; without scores of templates where only others can answer them."""
-    try:
-        return model.ready(database, rows)
-    except InputError:
-        if model.learner == "templates":
-            raise
-        return rows
-
-
-def _answers(model: Model, rows: pd.DataFrame) -> dict[str, Answers]:
-    """Answers of the model, and of those beside it that can answer these rows."""
-    found = {}
-    for name, estimator in model.estimators.items():
-        try:
-            found[name] = Answers.of(estimator, rows)
-        except InputError:
-            if name == model.learner:
-                raise
-    return found
+def _answers(model: Model, database: Database, rows: pd.DataFrame) -> dict[str, Answers]:
+    """Answers of the model, and of those beside it that can answer these rows, batch by batch."""
+    rows = model.ready(database, rows)
+    found: dict[str, list[Answers]] = {name: [] for name in model.estimators}
+    for _, batch in feature_batches(database, rows):
+        for name in list(found):
+            try:
+                found[name].append(Answers.of(model.estimators[name], batch))
+            except InputError:
+                if name == model.learner:
+                    raise
+                del found[name]
+    return {name: Answers.joined(parts) for name, parts in found.items()}
 
 
 def _of_split(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:

@@ -8,11 +8,12 @@ from numpy.typing import ArrayLike
 
 from sigdb.core.typing import FloatArray
 from sigdb.recognition.bayes_rule import LOSSES, judge
-from sigdb.recognition.efficiency import ErrorCurve
+from sigdb.recognition.efficiency import ErrorCurve, in_range
+from sigdb.recognition.posterior import Posterior
 from sigdb.recognition.rows_by_point import OperatingPoint
 
-DECIBELS = np.arange(-3.0, 25.0, 1.5)
-"""Levels of an error curve, dB above the rows' own noise."""
+DECIBELS = np.array([-6, -3, -2, -1, -0.5, -0.25, 0, 0.25, 0.5, 1, 2, 3, 4.5, 6, 9, 12, 18, 24])
+"""Levels of an error curve, dB above the rows' own noise: close to it a quarter of a decibel is to be resolved."""
 
 _EXPECTED = {"error": "risk", "log_loss": "entropy"}
 """What the rule itself expects a loss to be: of the same mean over rows of the law, and less scatter."""
@@ -66,6 +67,9 @@ def error_curve(
 ) -> ErrorCurve:
     """Error of the Bayes rule of location against the level of the noise, the specimens as they are.
 
+    Rows are drawn as those asked for are distributed, and an answer counts with the probability that it is wrong, given
+    the average and that distribution: of the same mean as counted errors, and less scatter.
+
     Parameters
     ----------
     points
@@ -73,13 +77,70 @@ def error_curve(
     decibels
         By how much the noise is raised, ascending.
     draws, seed
-        Rows drawn at each level; the same ones at all.
+        Rows drawn at each level; the same specimens and noise at all, so that the differences between levels are known
+        far better than the levels.
     """
     points, levels = list(points), np.asarray(decibels, float)
-    found = [expected_losses(points, "location", draws=draws, seed=seed, decibels=level)["error"] for level in levels]
+    found = [expected_error(points, draws=draws, seed=seed, decibels=level) for level in levels]
     error, standard_error = np.array(found).T
-    chance = judged_shares(points) @ [point.before.risk[0] for point in points]
-    return ErrorCurve(decibels=levels, error=error, standard_error=standard_error, chance=float(chance))
+    return ErrorCurve(decibels=levels, error=error, standard_error=standard_error, chance=chance_error(points))
+
+
+def error_curve_around(
+    points: Sequence[OperatingPoint], excess: Sequence[float], *, draws: int = 2000, seed: int = 0
+) -> ErrorCurve:
+    """An :func:`error_curve` that reaches from the rows' own noise as far as excesses of its error, and no further.
+
+    Parameters
+    ----------
+    points, draws, seed
+        As in :func:`error_curve`.
+    excess
+        Shares of errors beyond those of the Bayes rule, as :meth:`ErrorCurve.excess_db` is asked for.
+    """
+    found = {0.0: expected_error(points, draws=draws, seed=seed)}
+    own, chance = found[0.0][0], chance_error(points)
+    if in_range(own, chance):
+        for outward, sign, last in (
+            (DECIBELS[DECIBELS > 0], 1, max(excess)),
+            (DECIBELS[DECIBELS < 0][::-1], -1, min(excess)),
+        ):
+            for level in outward.tolist():
+                found[level] = expected_error(points, draws=draws, seed=seed, decibels=level)
+                if sign * (found[level][0] - own - last) > 0:
+                    break
+    levels = np.array(sorted(found))
+    error, standard_error = np.array([found[level] for level in levels]).T
+    return ErrorCurve(decibels=levels, error=error, standard_error=standard_error, chance=chance)
+
+
+def expected_error(
+    points: Sequence[OperatingPoint], *, draws: int, seed: int = 0, decibels: float = 0.0
+) -> tuple[float, float]:
+    """Error of the Bayes rule of location at one level of an :func:`error_curve`, and its standard error."""
+    stream = np.random.default_rng(seed)
+    counts = stream.multinomial(draws, judged_shares(points))
+    wrong = np.concatenate([_wrong(*one, stream, decibels) for one in zip(points, counts.tolist(), strict=True)])
+    return float(wrong.mean()), float(wrong.std() / np.sqrt(draws))
+
+
+def chance_error(points: Sequence[OperatingPoint]) -> float:
+    """Error of the answer that is the most probable before an average is seen, on the rows asked for."""
+    return float(judged_shares(points) @ [_risk(point.asked.before, point.before)[0] for point in points])
+
+
+def _wrong(point: OperatingPoint, draws: int, stream: np.random.Generator, decibels: float) -> FloatArray:
+    """(draws,) probability that the rule's answer is wrong."""
+    wrong = [np.empty(0)]
+    for rows, x in point.asked.redrawn(stream, draws, decibels=decibels):
+        likelihood = point.log_likelihood(x, rows)
+        wrong.append(_risk(point.asked.known(likelihood), point.known(likelihood)))
+    return np.concatenate(wrong)
+
+
+def _risk(known: Posterior, rule: Posterior) -> FloatArray:
+    """(rows,) probability, by what is known, that a rule's answer is wrong."""
+    return -np.expm1(np.minimum(known.location[np.arange(len(rule.tooth)), rule.tooth], 0.0))
 
 
 def judged_shares(points: Sequence[OperatingPoint]) -> FloatArray:

@@ -7,9 +7,13 @@ import pandas as pd
 
 from sigdb.core.typing import BoolArray, FloatArray, IntArray
 from sigdb.recognition.bootstrap import Figure, Specimens
+from sigdb.recognition.excess import above_bound
 
 ENOUGH = 2000
 """Rows of a cell below which its coverage is not given."""
+
+LEAST_COVERAGE = 0.88
+"""Coverage of 90 % sets and intervals below which a cell is at fault."""
 
 SEVERITY = ("stiffness_loss", "damaged_teeth")
 """Columns that cells never mix, but for bands of those with many values; healthy rows have no damaged teeth."""
@@ -59,7 +63,8 @@ def coverage_cells(
     -------
     pandas.DataFrame
         The cell, by the medians of its columns, ``rows``, ``coverage`` and the ends of its interval, ``low`` and
-        ``high``.
+        ``high``; ``below``: whether it is below :data:`LEAST_COVERAGE` at 99 % confidence, by the scatter between
+        specimens.
     """
     known = rows[~np.isnan(inside)].assign(inside=inside[~np.isnan(inside)])
     columns = [name for name in by if name in rows]
@@ -71,7 +76,7 @@ def coverage_cells(
         for at in _halves(halved, np.asarray(own), enough)
         if len(at) >= enough
     ]
-    return pd.DataFrame(table, columns=[*columns, "rows", "coverage", "low", "high"])
+    return pd.DataFrame(table, columns=[*columns, "rows", "coverage", "low", "high", "below"])
 
 
 def _halves(values: FloatArray, at: IntArray, enough: int, axis: int = 0) -> list[IntArray]:
@@ -89,9 +94,11 @@ def _halves(values: FloatArray, at: IntArray, enough: int, axis: int = 0) -> lis
     return [at]
 
 
-def _share(own: pd.DataFrame, seed: int) -> dict[str, float]:
-    figure = Specimens(own["specimen"], seed=seed).mean(own["inside"].to_numpy())
-    return {"coverage": figure.value, "low": figure.low, "high": figure.high}
+def _share(own: pd.DataFrame, seed: int) -> dict[str, float | bool]:
+    inside = own["inside"].to_numpy()
+    figure = Specimens(own["specimen"], seed=seed).mean(inside)
+    below = above_bound(inside, np.full(len(inside), LEAST_COVERAGE), own["specimen"]).significant
+    return {"coverage": figure.value, "low": figure.low, "high": figure.high, "below": below}
 
 
 def set_values(sets: BoolArray, rows: pd.DataFrame) -> dict[str, FloatArray]:

@@ -124,6 +124,8 @@ class Pod:
         The curve, None where there is none.
     a90, a90_95
         Severity found with probability 0.9; its 95 % bound.
+    resampled
+        (1 + resamples,) a90 of the rows, then of each resample of :class:`Specimens`; nan where there is none.
     """
 
     rate: float
@@ -131,6 +133,7 @@ class Pod:
     curve: PodCurve | None
     a90: Figure
     a90_95: Figure
+    resampled: FloatArray
 
 
 def detection_by_loss(score: FloatArray, rows: pd.DataFrame, *, rate: float = RATE, seed: int = 0) -> Pod | None:
@@ -175,8 +178,9 @@ def detection_by_loss(score: FloatArray, rows: pd.DataFrame, *, rate: float = RA
         rate=rate,
         levels=_levels(a, hit, of),
         curve=(curve := pod_curve(a, hits[0], of_all)),
-        a90=_a90(a, hit, of, curve),
+        a90=interval(resampled := _a90(a, hit, of, curve)),
         a90_95=_point(curve.severity_bound(), a) if curve else UNKNOWN,
+        resampled=resampled,
     )
 
 
@@ -194,11 +198,11 @@ def _levels(a: FloatArray, hit: FloatArray, of: FloatArray) -> pd.DataFrame:
     )
 
 
-def _a90(a: FloatArray, hit: FloatArray, of: FloatArray, curve: PodCurve | None) -> Figure:
+def _a90(a: FloatArray, hit: FloatArray, of: FloatArray, curve: PodCurve | None) -> FloatArray:
     if curve is None or not a[0] <= curve.severity() <= a[-1]:
-        return UNKNOWN
+        return np.full(len(hit), np.nan)
     intercept, slope = _fitted(a, hit, of)
-    return interval(np.where(slope > 0, (logit(0.9) - intercept) / slope, np.nan))
+    return np.where(slope > 0, (logit(0.9) - intercept) / slope, np.nan)
 
 
 def _point(value: float, a: FloatArray) -> Figure:

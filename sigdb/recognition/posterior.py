@@ -61,9 +61,13 @@ class Posterior:
 
     def median(self, level: FloatArray) -> FloatArray:
         """(rows,) median of it: the rule of least mean absolute error."""
+        return self.quantile(level, 0.5)
+
+    def quantile(self, level: FloatArray, p: float) -> FloatArray:
+        """(rows,) the least level that it does not exceed with probability p: the rule of least pinball loss."""
         order = np.argsort(level)
         below = np.cumsum(self.severity[:, order], axis=1)
-        return level[order][(below >= 0.5).argmax(axis=1)]
+        return level[order][(below >= p).argmax(axis=1)]
 
     def crps(self, level: FloatArray, true: FloatArray) -> FloatArray:
         """(rows,) continuous ranked probability score of its distribution against the true value."""

@@ -1,8 +1,9 @@
 """Rows of a database by operating point, each with the hypotheses that its rows may come from."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 import pandas as pd
@@ -38,12 +39,27 @@ class OperatingPoint:
     hypotheses: Hypotheses
     rows: pd.DataFrame
 
+    def log_likelihood(self, x: FloatArray, rows: pd.DataFrame) -> FloatArray:
+        """(rows, templates, teeth) of averages x (rows, n) whose noise and size of index errors are those of rows."""
+        noise, index_error = (rows[name].to_numpy() for name in ("noise", "index_error"))
+        return self.hypotheses.log_likelihood(x, noise=noise, index_error=index_error)
+
     def posterior(self, x: FloatArray, rows: pd.DataFrame) -> Posterior:
         """What is known of averages x (rows, n) whose noise and size of index errors are those of ``rows``."""
-        likelihood = self.hypotheses.log_likelihood(
-            x, noise=rows["noise"].to_numpy(), index_error=rows["index_error"].to_numpy()
-        )
-        return posterior(likelihood, self.log_prior, self.hypotheses.healthy)
+        return self.known(self.log_likelihood(x, rows))
+
+    def known(self, log_likelihood: FloatArray) -> Posterior:
+        """What is known of averages of this likelihood (rows, templates, teeth)."""
+        return posterior(log_likelihood, self.log_prior, self.hypotheses.healthy)
+
+    def asking(self, ids: ArrayLike) -> Self:
+        """The same point, asked for these rows."""
+        return replace(self, rows=self.rows.assign(judged=np.isin(self.rows.index, ids)))
+
+    @cached_property
+    def asked(self) -> Self:
+        """A point that has the rows asked for and no others, so that the prior is their own."""
+        return replace(self, rows=self.rows[self.rows["judged"]])
 
     def stored(self, database: Database, sensor: str | None) -> Iterator[tuple[pd.DataFrame, FloatArray]]:
         """The rows that are asked for with their averages, some at a time."""

@@ -12,6 +12,7 @@ from sigdb.core.errors import InputError
 from sigdb.core.typing import BoolArray, FloatArray, IntArray
 from sigdb.recognition.conformal_cells import noise_db
 from sigdb.recognition.posterior import Posterior, posterior
+from sigdb.recognition.row_matrix import as_matrix
 from sigdb.recognition.severity import TARGETS
 from sigdb.recognition.template_bank import PointTemplates, TemplateBank
 
@@ -49,6 +50,8 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     -----
     There is nothing to learn: specimens of all rows are unseen ones.
     """
+
+    column = SCORED
 
     def __init__(self, bank: TemplateBank, n_jobs: int | None = None) -> None:
         self.bank = bank
@@ -91,7 +94,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
             bank does not have the tooth count.
         """
         if hasattr(X, "columns") and SCORED in X.columns and len(X):
-            return np.stack(X[SCORED].to_list()).astype(float)
+            return as_matrix(X[SCORED])
         check_columns(X)
         point = X[["speed_rpm", "torque", "teeth"]].to_numpy(float)
         place = self.bank.nearest(*point.T)

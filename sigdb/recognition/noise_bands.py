@@ -1,0 +1,68 @@
+"""Bands of equal width of the signal-to-noise ratio, in which a model is judged."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from sigdb.core.typing import BoolArray
+
+WIDTH = 4.0
+"""Width of a band, dB, nearly: as many of them as fit best between whole decibels."""
+
+ALL = "all"
+"""Name of the band that holds all rows."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NoiseBand:
+    """Rows of like noise.
+
+    Attributes
+    ----------
+    name
+        In words; :data:`ALL` for all rows.
+    low, high
+        Its ends, dB; nan where the rows have no signal-to-noise ratio.
+    inside
+        (rows,) which rows are in it.
+    """
+
+    name: str
+    low: float
+    high: float
+    inside: BoolArray
+
+
+def noise_bands(snr_db: pd.Series) -> list[NoiseBand]:
+    """Bands that hold rows, from much noise to little, and at last all rows; of one signal-to-noise ratio only that.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> [band.name for band in noise_bands(pd.Series([-9.5, -7.0, -2.5]))]
+    ['-10 to -6 dB', '-6 to -2 dB', 'all']
+    """
+    values = snr_db.to_numpy(float)
+    every = np.full(len(values), True)
+    if not np.isfinite(values).all() or np.ptp(values) == 0:
+        one = float(values[0]) if np.isfinite(values).all() else np.nan
+        return [NoiseBand(name=ALL, low=one, high=one, inside=every)]
+    low, high = np.floor(values.min()), np.ceil(values.max())
+    edges = np.linspace(low, high, max(1, round((high - low) / WIDTH)) + 1)
+    place = np.clip(np.searchsorted(edges, values, side="right"), 1, len(edges) - 1)
+    bands = [
+        NoiseBand(name=f"{a:g} to {b:g} dB", low=float(a), high=float(b), inside=place == i)
+        for i, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True), start=1)
+        if (place == i).any()
+    ]
+    return bands if len(bands) == 1 else [*bands, NoiseBand(name=ALL, low=float(low), high=float(high), inside=every)]
+
+
+def noise_of(rows: pd.DataFrame) -> pd.Series:
+    """``snr_db`` of rows as the middle of its band; as it is where it has one value."""
+    bands = [band for band in noise_bands(rows["snr_db"]) if band.name != ALL]
+    middle = rows["snr_db"].astype(float).copy()
+    for band in bands:
+        middle[band.inside] = (band.low + band.high) / 2
+    return middle
