@@ -13,10 +13,13 @@ if TYPE_CHECKING:
     from sigdb.pipeline.pictures import draw_coverage, draw_signature
     from sigdb.pipeline.recipe import Recipe, load_recipe
     from sigdb.pipeline.run import Made, run_recipe
+    from sigdb.pipeline.synthetic.recording import synthetic_recording
+    from sigdb.pipeline.synthetic.surroundings import Surroundings
 
 __all__ = [
     "Made",
     "Recipe",
+    "Surroundings",
     "database_card",
     "describe_rig",
     "draw_coverage",
@@ -25,6 +28,7 @@ __all__ = [
     "load_recipe",
     "paper_claims",
     "run_recipe",
+    "synthetic_recording",
     "train_model",
     "write_new_rig",
 ]
@@ -34,6 +38,7 @@ __getattr__, __dir__ = lazy_names(
     {
         "Made": "sigdb.pipeline.run",
         "Recipe": "sigdb.pipeline.recipe",
+        "Surroundings": "sigdb.pipeline.synthetic.surroundings",
         "database_card": "sigdb.pipeline.card",
         "describe_rig": "sigdb.pipeline.describe",
         "draw_coverage": "sigdb.pipeline.pictures",
@@ -42,6 +47,7 @@ __getattr__, __dir__ = lazy_names(
         "load_recipe": "sigdb.pipeline.recipe",
         "paper_claims": "sigdb.pipeline.paper.results",
         "run_recipe": "sigdb.pipeline.run",
+        "synthetic_recording": "sigdb.pipeline.synthetic.recording",
         "train_model": "sigdb.pipeline.models",
         "write_new_rig": "sigdb.pipeline.new_rig",
     },
