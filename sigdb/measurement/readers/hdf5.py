@@ -1,0 +1,134 @@
+"""HDF5, and MAT-files of version 7.3, which are HDF5 files."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from sigdb.core.errors import InputError
+from sigdb.measurement.readers.contents import Contents
+from sigdb.measurement.readers.hdf5_datasets import dataset_problem, numbers_of, unit_of
+from sigdb.measurement.readers.limits import MAX_DEPTH, check_bytes, check_parts, check_values
+from sigdb.measurement.readers.named_arrays import contents_of, rate_of
+from sigdb.measurement.recording_settings import RecordingSettings
+
+FOREIGN: tuple[type[Exception], ...] = (
+    OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError, OverflowError, MemoryError,
+    NotImplementedError,
+)  # fmt: skip
+
+
+def read_hdf5(path: Path, settings: RecordingSettings) -> Contents:
+    """Columns of all datasets of numbers, ``group/dataset``; in MAT-files ``structure.field``.
+
+    Attributes ``unit`` or ``units`` of a dataset are its unit; a sampling rate may be an attribute or a dataset.
+    """
+    h5py = _h5py()
+    check_bytes(path.stat().st_size)
+    with h5py.File(path, "r") as file:
+        found = _Found(h5py, file, "." if _is_mat(path) else "/")
+        found.walk(file, "", 0)
+    return contents_of(
+        found.arrays, variable=settings.variable, left_out=tuple(found.left_out), units=found.units, rates=found.rates
+    )
+
+
+class _Found:
+    """Arrays by name with what their attributes say, and what cannot be read."""
+
+    def __init__(self, h5py: ModuleType, file: Any, mark: str) -> None:
+        self.arrays: dict[str, np.ndarray[Any, Any]] = {}
+        self.units: dict[str, str] = {}
+        self.rates: dict[str, float] = {}
+        self.left_out: list[str] = []
+        self._h5py, self._file, self._mark = h5py, file, mark
+        self._parts = self._values = 0
+
+    def walk(self, group: Any, name: str, depth: int) -> None:
+        """All in a group, and in the groups in it."""
+        if depth > MAX_DEPTH:
+            raise InputError(f"holds groups {MAX_DEPTH} levels deep, so it is not a recording")
+        self._note_rate(group, name)
+        for key in self._keys(group):
+            self._parts += 1
+            check_parts(self._parts)
+            link = group.get(key, getlink=True)
+            if not isinstance(link, self._h5py.HardLink):
+                self.left_out.append(f"{key} is a link, which is not followed")
+            else:
+                self._take(group[key], f"{name}{self._mark}{key}" if name else key, depth)
+
+    def _keys(self, group: Any) -> Iterator[str]:
+        """Names in a group without MATLAB's own."""
+        check_parts(len(group))
+        return (key for key in group if not key.startswith("#"))
+
+    def _take(self, item: Any, name: str, depth: int) -> None:
+        if isinstance(item, self._h5py.Group):
+            self.walk(item, name, depth + 1)
+        elif isinstance(item, self._h5py.Dataset):
+            self._take_dataset(item, name, depth)
+
+    def _take_dataset(self, item: Any, name: str, depth: int) -> None:
+        kind = _text_attribute(item, "MATLAB_class")
+        if "MATLAB_object_decode" in item.attrs or kind in ("table", "timetable", "datetime", "function_handle"):
+            self.left_out.append(f"{name} is a {kind or 'object'}, which cannot be read; save its columns as arrays")
+        elif kind == "cell" and item.dtype.kind == "O":
+            self._take_cells(item, name, depth)
+        elif kind != "char" and "MATLAB_empty" not in item.attrs:
+            self._keep(item, name)
+
+    def _take_cells(self, item: Any, name: str, depth: int) -> None:
+        check_parts(item.size)
+        if depth > MAX_DEPTH:
+            raise InputError(f"holds cells {MAX_DEPTH} levels deep, so it is not a recording")
+        for i, reference in enumerate(item[()].reshape(-1)):
+            self._parts += 1
+            check_parts(self._parts)
+            if reference:
+                self._take(self._file[reference], f"{name}{{{i + 1}}}", depth + 1)
+
+    def _keep(self, item: Any, name: str) -> None:
+        problem = dataset_problem(item)
+        if problem:
+            self.left_out.append(f"{name} is {problem}")
+            return
+        self._values += item.size
+        check_values(self._values)
+        for part, values in numbers_of(item):
+            self.arrays[f"{name}{part}"] = values
+        self.units[name] = unit_of(item)
+        self._note_rate(item, name)
+
+    def _note_rate(self, item: Any, name: str) -> None:
+        """A rate that attributes state, of a dataset or of all."""
+        check_parts(len(item.attrs))
+        for key in item.attrs:
+            kind = item.attrs.get_id(key)
+            if kind.dtype.kind in "iuf" and kind.shape in ((), (1,)) and (rate := rate_of(key, item.attrs[key])):
+                if isinstance(item, self._h5py.Dataset):
+                    self.rates[name] = rate
+                else:
+                    self.arrays[f"{name}{self._mark}{key}" if name else key] = np.asarray(item.attrs[key])
+
+
+def _text_attribute(item: Any, name: str) -> str:
+    if name not in item.attrs or item.attrs.get_id(name).dtype.kind not in "SO":
+        return ""
+    value = item.attrs[name]
+    return value.decode("latin-1") if isinstance(value, bytes) else str(value)
+
+
+def _is_mat(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(10) == b"MATLAB 7.3"
+
+
+def _h5py() -> ModuleType:
+    try:
+        import h5py
+    except ImportError:
+        raise InputError("is HDF5, which needs h5py, which is not installed: pip install 'sigdb[readers]'") from None
+    return h5py

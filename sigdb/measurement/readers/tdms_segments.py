@@ -1,0 +1,172 @@
+"""Segments of TDMS files: objects, their properties, and where the numbers of each channel are.
+
+The format is described by National Instruments, *TDMS File Format Internal Structure*.
+"""
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from sigdb.core.errors import InputError
+from sigdb.measurement.readers.limits import check_parts
+
+META, NEW_LIST, RAW, INTERLEAVED, BIG, DAQMX = 1 << 1, 1 << 2, 1 << 3, 1 << 5, 1 << 6, 1 << 7
+LEAD_IN = 28
+NUMBERS = {
+    1: "i1", 2: "i2", 3: "i4", 4: "i8", 5: "u1", 6: "u2", 7: "u4", 8: "u8", 9: "f4", 10: "f8", 0x19: "f4", 0x1A: "f8",
+    0x21: "u1",
+}  # fmt: skip
+TEXT, TIMESTAMP = 0x20, 0x44
+NO_DATA, AS_BEFORE = 0xFFFFFFFF, 0
+FROM_DAQMX = (0x1269, 0x126A, 0x1369)
+NOT_FINISHED = 0xFFFFFFFFFFFFFFFF
+
+
+@dataclass(frozen=True, kw_only=True)
+class Index:
+    """Type of the numbers of an object in a segment, how many in a chunk, and their bytes."""
+
+    kind: int
+    count: int
+    size: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Segment:
+    """Objects with numbers in the segment, in their order, and its raw bytes."""
+
+    order: str
+    interleaved: bool
+    objects: tuple[tuple[str, Index], ...]
+    raw: memoryview
+
+
+@dataclass
+class Meta:
+    """Objects as the segments so far tell of them."""
+
+    indices: dict[str, Index] = field(default_factory=dict)
+    active: list[str] = field(default_factory=list)
+    properties: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+
+def segments(data: memoryview, meta: Meta) -> Iterator[Segment]:
+    """All segments; ``meta`` is filled on the way."""
+    at = work = 0
+    while at + LEAD_IN <= len(data):
+        if bytes(data[at : at + 4]) != b"TDSm":
+            raise InputError(f"is damaged: no segment begins at byte {at}")
+        (contents,) = struct.unpack_from("<I", data, at + 4)
+        order = ">" if contents & BIG else "<"
+        _, length, raw_at = struct.unpack_from(f"{order}IQQ", data, at + 8)
+        start = at + LEAD_IN
+        end = len(data) if length == NOT_FINISHED else min(len(data), start + length)
+        if start + raw_at > end:
+            raise InputError(f"is cut short or damaged: the segment at byte {at} says that it is longer than the file")
+        if contents & META:
+            _read_meta(_Cursor(data[start : start + raw_at], order), meta, new=bool(contents & NEW_LIST))
+        work += 1 + len(meta.active)
+        check_parts(work // 100)  # a segment repeats all objects in a few bytes
+        if contents & RAW:
+            if contents & DAQMX:
+                raise InputError("holds raw DAQmx numbers, which are not read; save it as plain TDMS or as CSV")
+            objects = tuple((name, meta.indices[name]) for name in meta.active)
+            yield Segment(
+                order=order, interleaved=bool(contents & INTERLEAVED), objects=objects, raw=data[start + raw_at : end]
+            )
+        at = end
+
+
+class _Cursor:
+    """A place in bytes; reading beyond them is an error."""
+
+    def __init__(self, data: memoryview, order: str) -> None:
+        self._data, self._order, self._at = data, order, 0
+
+    def number(self, kind: str) -> Any:
+        size = struct.calcsize(kind)
+        self._need(size)
+        (value,) = struct.unpack_from(self._order + kind, self._data, self._at)
+        self._at += size
+        return value
+
+    def text(self) -> str:
+        return bytes(self.take(self.number("I"))).decode("utf-8", "replace")
+
+    def take(self, size: int) -> memoryview:
+        self._need(size)
+        self._at += size
+        return self._data[self._at - size : self._at]
+
+    def _need(self, size: int) -> None:
+        if size > len(self._data) - self._at:
+            raise InputError(f"is cut short or damaged: {size} bytes of its description are missing")
+
+
+def _read_meta(cursor: _Cursor, meta: Meta, *, new: bool) -> None:
+    if new:
+        meta.active = []
+    for _ in range(cursor.number("I")):
+        name = cursor.text()
+        check_parts(len(meta.properties))
+        index = _read_index(cursor, meta, name)
+        if index is not None:
+            meta.indices[name] = index
+            if name not in meta.active:
+                meta.active.append(name)
+        elif name in meta.active:
+            meta.active.remove(name)
+        _read_properties(cursor, meta.properties.setdefault(name, {}))
+
+
+def _read_index(cursor: _Cursor, meta: Meta, name: str) -> Index | None:
+    length = cursor.number("I")
+    if length == NO_DATA:
+        return None
+    if length == AS_BEFORE:
+        if name not in meta.indices:
+            raise InputError(f"is damaged: {name} refers to a description that is not there")
+        return meta.indices[name]
+    if length in FROM_DAQMX:
+        raise InputError("holds raw DAQmx numbers, which are not read; save it as plain TDMS or as CSV")
+    kind, dimension, count = cursor.number("I"), cursor.number("I"), cursor.number("Q")
+    if dimension != 1:
+        raise InputError(f"is damaged: {name} has {dimension} dimensions")
+    return Index(kind=kind, count=count, size=count * _width(kind) if kind != TEXT else cursor.number("Q"))
+
+
+def _width(kind: int) -> int:
+    if kind in NUMBERS:
+        return int(NUMBERS[kind][1])
+    widths = {0: 0, TIMESTAMP: 16, 0x08000C: 8, 0x10000D: 16}
+    if kind not in widths:
+        raise InputError(f"holds numbers of type {kind:#x}, which are not read")
+    return widths[kind]
+
+
+def _read_properties(cursor: _Cursor, known: dict[str, Any]) -> None:
+    for _ in range(cursor.number("I")):
+        name, kind = cursor.text(), cursor.number("I")
+        if kind == TEXT:
+            known[name] = cursor.text()
+        elif kind in NUMBERS:
+            known[name] = cursor.number(struct_code(kind))
+        else:
+            cursor.take(_width(kind))
+        check_parts(len(known))
+
+
+def struct_code(kind: int) -> str:
+    """The code of :mod:`struct` of a type of numbers."""
+    letter, width = NUMBERS[kind]
+    if letter == "f":
+        return {"4": "f", "8": "d"}[width]
+    code = {"1": "b", "2": "h", "4": "i", "8": "q"}[width]
+    return code if letter == "i" else code.upper()
+
+
+def without_rest(segment: Segment) -> Segment:
+    """The segment without what follows its last whole chunk, where a recorder stopped."""
+    size = sum(index.size for _, index in segment.objects)
+    return replace(segment, raw=segment.raw[: len(segment.raw) // size * size]) if size else segment
