@@ -5,11 +5,10 @@ from numpy.typing import ArrayLike
 
 from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray
-from sigdb.measurement import noise_deviation
+from sigdb.measurement import Channel, Recording, noise_deviation
 from sigdb.pipeline.synthetic.motion import Motion, motion
 from sigdb.pipeline.synthetic.noise import Noise, coloured_noise
 from sigdb.pipeline.synthetic.path import through_path
-from sigdb.pipeline.synthetic.standin import Channel, Recording
 from sigdb.pipeline.synthetic.surroundings import Surroundings
 from sigdb.pipeline.synthetic.tacho import jittered, pulse_waveform
 from sigdb.pipeline.synthetic.tones import tones
