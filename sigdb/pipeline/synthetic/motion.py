@@ -82,6 +82,8 @@ def motion(
     prepared
         The rig prepared for the damaged gear, where many motions share it.
     """
+    if not isinstance(revolutions, int | np.integer) or revolutions < 1:
+        raise InputError(f"revolutions = {revolutions} must be a whole number of at least 1")
     damage, surroundings = damage or Damage(), surroundings or Surroundings()
     prepared = prepared or prepare(rig, gear=damage.gear)
     shaft = rig.gears[prepared.gear].shaft

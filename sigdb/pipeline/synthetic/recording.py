@@ -1,5 +1,7 @@
 """Raw recordings made by the march in time, with all that a measurement has beside the mesh."""
 
+from math import ceil
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -86,10 +88,12 @@ def synthetic_recording(
     """
     if (revolutions is None) == (seconds is None):
         raise InputError("a recording has one length: give either revolutions or seconds")
-    if revolutions is None:
+    if seconds is not None:
+        if not (np.isfinite(seconds) and seconds > 0):
+            raise InputError(f"seconds = {seconds} must be above zero")
         gear = (damage or Damage()).gear
         shaft = rig.gears[gear].shaft if gear in rig.gears else None
-        revolutions = int(np.ceil(seconds * _turns_a_second(rig, shaft)))
+        revolutions = ceil(seconds * _turns_a_second(rig, shaft))
     made = motion(
         rig,
         damage,
