@@ -10,7 +10,7 @@ from sigdb.pipeline.synthetic.noise import coloured_noise, relative_density
 from sigdb.pipeline.synthetic.operation import Drift
 from sigdb.pipeline.synthetic.path import SensorPath, through_path
 from sigdb.pipeline.synthetic.tacho import jittered, pulse_waveform
-from sigdb.pipeline.synthetic.tones import Bearing, BearingTones, tones
+from sigdb.pipeline.synthetic.tones import BearingTones, RollingBearing, tones
 from sigdb.signature import synchronous_average, tacho_pulses
 from sigdb.transmission import load_transmission
 
@@ -50,19 +50,19 @@ def test_tones_stand_at_their_orders():
 def test_bearing_orders_are_those_published_for_a_6205():
     """Case Western Reserve University's drive-end bearing; its 'rolling element' order counts both races, twice BSF."""
     inch = 0.0254
-    bearing = Bearing(rolling_elements=9, rolling_diameter=0.3126 * inch, pitch_diameter=1.537 * inch)
+    bearing = RollingBearing(rolling_elements=9, rolling_diameter=0.3126 * inch, pitch_diameter=1.537 * inch)
     found = [bearing.inner, bearing.outer, bearing.cage, 2 * bearing.spin]
     np.testing.assert_allclose(found, [5.4152, 3.5848, 0.39828, 4.7135], rtol=1e-4)
 
 
 def test_a_contact_angle_takes_the_cosine():
-    flat = Bearing(rolling_elements=10, rolling_diameter=0.01, pitch_diameter=0.1)
-    steep = Bearing(rolling_elements=10, rolling_diameter=0.02, pitch_diameter=0.1, contact_angle_deg=60.0)
+    flat = RollingBearing(rolling_elements=10, rolling_diameter=0.01, pitch_diameter=0.1)
+    steep = RollingBearing(rolling_elements=10, rolling_diameter=0.02, pitch_diameter=0.1, contact_angle_deg=60.0)
     assert steep.outer == pytest.approx(flat.outer) == pytest.approx(4.5)
 
 
 def test_harmonics_of_a_bearing_fall_with_their_number():
-    bearing = Bearing(rolling_elements=10, rolling_diameter=0.01, pitch_diameter=0.1)
+    bearing = RollingBearing(rolling_elements=10, rolling_diameter=0.01, pitch_diameter=0.1)
     tone = BearingTones(bearing=bearing, outer=0.6, inner=0.0, harmonics=3)
     np.testing.assert_allclose(tone.orders[:3], [4.5, 9.0, 13.5])
     np.testing.assert_allclose(tone.amplitudes[:3], [0.6, 0.3, 0.2])

@@ -56,4 +56,4 @@ class Drift(Section):
         periods = np.ceil(duration / self.period) if self.depth else 0.0
         t = np.linspace(0.0, periods * self.period, int(periods) * _POINTS_A_PERIOD + 1)
         share = 1 + self.offset + self.depth * np.sin(2 * np.pi * t / self.period + phase)
-        return TimeProfile(t, nominal * share)
+        return TimeProfile(t.tolist(), (nominal * share).tolist())

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray
+from sigdb.dynamics.period import damaged_gear
 from sigdb.measurement import Channel, Recording, noise_deviation
 from sigdb.pipeline.synthetic.motion import Motion, motion
 from sigdb.pipeline.synthetic.noise import Noise, coloured_noise
@@ -86,19 +87,12 @@ def synthetic_recording(
     >>> [channel.name for channel in recording.channels], recording.teeth
     (['pinion-vertical', 'tacho'], 12)
     """
-    if (revolutions is None) == (seconds is None):
-        raise InputError("a recording has one length: give either revolutions or seconds")
-    if seconds is not None:
-        if not (np.isfinite(seconds) and seconds > 0):
-            raise InputError(f"seconds = {seconds} must be above zero")
-        gear = (damage or Damage()).gear
-        shaft = rig.gears[gear].shaft if gear in rig.gears else None
-        revolutions = ceil(seconds * _turns_a_second(rig, shaft))
+    surroundings = surroundings or Surroundings()
     made = motion(
         rig,
         damage,
         sampling_rate=sampling_rate,
-        revolutions=revolutions,
+        revolutions=_revolutions(rig, damage, revolutions, seconds),
         sensor=sensor,
         index_errors=index_errors,
         surroundings=surroundings,
@@ -127,7 +121,7 @@ def recorded(made: Motion, surroundings: Surroundings | None = None, *, seed: in
     of_tones, of_noise, of_tacho = (
         np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(one,))) for one in (1, 2, 3)
     )
-    x = made.signal + _tones(made, surroundings, of_tones)
+    x: FloatArray = made.signal + _tones(made, surroundings, of_tones)
     if surroundings.path is not None:
         _check_held("path.frequency", surroundings.path.frequency, made.sampling_rate)
         x = through_path(x, made.sampling_rate, surroundings.path)
@@ -152,9 +146,16 @@ def recorded(made: Motion, surroundings: Surroundings | None = None, *, seed: in
     )
 
 
-def _turns_a_second(rig: Transmission, shaft: str | None) -> float:
-    known = shaft or next(iter(rig.gears.values())).shaft
-    return abs(rig.ratio(known)) * rig.operating.speed_rpm / 60
+def _revolutions(rig: Transmission, damage: Damage | None, revolutions: int | None, seconds: float | None) -> int:
+    """The length of a record in whole revolutions of the damaged gear's shaft."""
+    if revolutions is not None and seconds is None:
+        return revolutions
+    if seconds is None or revolutions is not None:
+        raise InputError("a recording has one length: give either revolutions or seconds")
+    if not (np.isfinite(seconds) and seconds > 0):
+        raise InputError(f"seconds = {seconds} must be above zero")
+    shaft = rig.gears[damaged_gear(rig, (damage or Damage()).gear)].shaft
+    return ceil(seconds * abs(rig.ratio(shaft)) * rig.operating.speed_rpm / 60)
 
 
 def _ratio(made: Motion, shaft: str | None) -> float:
@@ -165,9 +166,10 @@ def _ratio(made: Motion, shaft: str | None) -> float:
 
 def _tones(made: Motion, surroundings: Surroundings, stream: np.random.Generator) -> FloatArray:
     """Tones of shafts and bearings, in the unit of the sensor."""
-    orders, amplitudes = [], []
+    orders: list[FloatArray] = []
+    amplitudes: list[FloatArray] = []
     for shaft in surroundings.shafts:
-        orders.append(np.array(shaft.harmonics) / _ratio(made, _known(made, shaft.shaft)))
+        orders.append(np.array(shaft.harmonics, float) / _ratio(made, _known(made, shaft.shaft)))
         amplitudes.append(np.full(len(shaft.harmonics), shaft.amplitude))
     for bearing in surroundings.bearings:
         orders.append(bearing.orders / _ratio(made, _known(made, bearing.shaft)))

@@ -51,7 +51,7 @@ class ShaftTones(Section):
     )
 
 
-class Bearing(Section):
+class RollingBearing(Section):
     """Geometry of a rolling bearing whose outer ring stands still; what passes how often follows from it.
 
     With n rolling elements, ``r = d/D cos(contact angle)`` and one revolution of the shaft: outer race
@@ -62,7 +62,7 @@ class Bearing(Section):
     --------
     The 6205 of a much used test rig:
 
-    >>> bearing = Bearing(rolling_elements=9, rolling_diameter=7.94e-3, pitch_diameter=39.04e-3)
+    >>> bearing = RollingBearing(rolling_elements=9, rolling_diameter=7.94e-3, pitch_diameter=39.04e-3)
     >>> round(bearing.outer, 3), round(bearing.inner, 3)
     (3.585, 5.415)
     """
@@ -100,7 +100,7 @@ class Bearing(Section):
 class BearingTones(Section):
     """Tones of a damaged bearing: harmonic h of a passing order, of amplitude a / h. Their sizes are assumed."""
 
-    bearing: Bearing
+    bearing: RollingBearing
     shaft: str | None = quantity("-", "The shaft that it carries; the damaged gear's if left out.", default=None)
     outer: float = quantity(
         "-", "Amplitude a of the outer race, against the standard deviation of the nominal healthy average.", ge=0,
