@@ -18,7 +18,6 @@ import json
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -159,11 +158,11 @@ def main() -> None:
         print(json.dumps({"machine": machine, "snr_db": given.snr_db, "tables": tables}, indent=1))
         return
     print(", ".join(f"{key} {value}" for key, value in machine.items()))
+    if given.markdown:
+        print_markdown(tables)
+        return
     for title, rows in tables.items():
-        if given.markdown:
-            print_markdown(title, rows)
-        else:
-            print_table(title, rows)
+        print_table(title, rows)
 
 
 def measure(folder: Path, cases: int, repeats: int, snr_db: float) -> dict[str, Rows]:
@@ -176,7 +175,7 @@ def measure(folder: Path, cases: int, repeats: int, snr_db: float) -> dict[str, 
     recipe = load_recipe(RECIPE)
     prepared = prepare(recipe.rig, gear=recipe.sections.sweep.gear)
     recorder = Recorder(rig=recipe.rig, prepared=prepared, cases=chosen, snr_db=snr_db)
-    found = {name: recorder.averages(cause, repeats) for name, cause in CAUSES.items()}
+    found = recorder.averages(CAUSES, repeats)
     wrong = {
         name: {
             learner: models["location"].estimators[learner].predict(rows) != rows["tooth"].to_numpy()
@@ -219,19 +218,22 @@ class Recorder:
     prepared: PeriodicRig
     cases: pd.DataFrame
     snr_db: float
-    _motions: dict[str, list[Motion]] = field(default_factory=dict)
 
-    def averages(self, cause: Cause, repeats: int) -> pd.DataFrame:
-        """Rows as the models read them, some recordings of each case in turn."""
-        surroundings = Surroundings(**cause.surroundings, noise=self._noise(cause))
-        rows = [
-            {"case": i} | dict(case) | averaged(recorded(made, surroundings, seed=NOISE + i * repeats + j), case)
-            for i, (made, (_, case)) in enumerate(
-                zip(self._marched(cause, surroundings), self.cases.iterrows(), strict=True)
-            )
-            for j in range(repeats)
-        ]
-        return _with_features(pd.DataFrame(rows).astype({"tooth": int, "teeth": int, "averages": int}))
+    def averages(self, causes: Mapping[str, Cause], repeats: int) -> dict[str, pd.DataFrame]:
+        """By cause rows as the models read them, some recordings of each case in turn."""
+        found: dict[str, Rows] = {name: [] for name in causes}
+        for i, (_, case) in enumerate(self.cases.iterrows()):
+            motions: dict[Any, Motion] = {}  # causes that march alike share one
+            for name, cause in causes.items():
+                surroundings = Surroundings(**cause.surroundings, noise=self._noise(cause))
+                key = (surroundings.speed, surroundings.torque, cause.rate)
+                if key not in motions:
+                    motions[key] = self._motion(i, case, surroundings, cause.rate)
+                for seed in range(NOISE + i * repeats, NOISE + (i + 1) * repeats):
+                    recording = recorded(motions[key], surroundings, seed=seed)
+                    found[name].append({"case": i} | dict(case) | averaged(recording, case))
+        types = {"tooth": int, "teeth": int, "averages": int}
+        return {name: _with_features(pd.DataFrame(rows).astype(types)) for name, rows in found.items()}
 
     def _noise(self, cause: Cause) -> dict[str, float]:
         """Noise of the density of the database's, whose revolutions have n samples."""
@@ -240,14 +242,6 @@ class Recorder:
         if cause.like_at_mesh:
             snr_db += 10 * np.log10(colour_at_mesh(self.prepared, cause))
         return {"snr_db": float(snr_db), **cause.colour}
-
-    def _marched(self, cause: Cause, surroundings: Surroundings) -> list[Motion]:
-        """Motions of all cases, which causes that march alike share."""
-        key = repr((surroundings.speed, surroundings.torque, cause.rate))
-        if key not in self._motions:
-            march = partial(self._motion, surroundings=surroundings, rate=cause.rate)
-            self._motions[key] = [march(i, case) for i, (_, case) in enumerate(self.cases.iterrows())]
-        return self._motions[key]
 
     def _motion(self, i: int, case: pd.Series, surroundings: Surroundings, rate: float) -> Motion:
         teeth, (mesh,) = self.prepared.teeth, self.rig.meshes.values()
@@ -403,31 +397,40 @@ def _interval(name: str, drawn: np.ndarray) -> dict[str, float | None]:
     return {f"{name} low": None if low is None else float(low), f"{name} high": None if high is None else float(high)}
 
 
-def print_markdown(title: str, rows: Rows) -> None:
-    """A table with a line for each cause and the learners beside each other, where there are learners."""
-    print(f"\n## {title}\n")
-    if "learner" not in rows[0]:
-        print("| " + " | ".join(rows[0]) + " |\n|" + "---|" * len(rows[0]))
-        for row in rows:
-            print("| " + " | ".join(_shown(row.get(name)) for name in rows[0]) + " |")
-        return
-    values = [name for name in rows[0] if name not in ("learner", "cause") and not name.endswith((" low", " high"))]
-    heads = [f"{learner}: {value}" for learner in LEARNERS for value in values]
-    print("| cause | " + " | ".join(heads) + " |\n|" + "---|" * (1 + len(heads)))
-    for cause in dict.fromkeys(row["cause"] for row in rows):
-        of_cause = {row["learner"]: row for row in rows if row["cause"] == cause}
-        cells = [
-            _shown(*(of_cause[learner][name] for name in (value, f"{value} low", f"{value} high")))
-            for learner in LEARNERS
-            for value in values
-        ]
-        print(f"| {cause} | " + " | ".join(cells) + " |")
+MARKDOWN = {
+    "accuracy": "right locations, %",
+    "loss": "loss, dB",
+    "of the cause": "of the cause, dB",
+    "stiffness_loss": "loss of stiffness off by, %",
+    "phase_shift_deg": "phase shift off by, deg",
+}
+"""Columns of the tables of the docs."""
 
 
-def _shown(value: Any, low: float | None = None, high: float | None = None) -> str:
-    if not isinstance(value, float):
-        return "-" if value is None else str(value)
-    return f"{value:.2f}" if low is None else f"{value:.2f} ({low:.2f} to {high:.2f})"
+def print_markdown(tables: Mapping[str, Rows]) -> None:
+    """A table for each learner, with a line for each cause."""
+    severity = {(row["learner"], row["cause"]): row for row in tables["Severity"]}
+    for learner in LEARNERS:
+        print(f"\n{learner}\n\n| ingredient | {' | '.join(MARKDOWN.values())} |\n|{'---|' * (1 + len(MARKDOWN))}")
+        for row in tables["Location"]:
+            if row["learner"] == learner:
+                both = row | severity[learner, row["cause"]]
+                print(f"| {row['cause']} | {' | '.join(_shown(both, name) for name in MARKDOWN)} |")
+    print("\n| ingredient | scatter | average off by |\n|---|---|---|")
+    for row in tables["What was recorded"]:
+        print(f"| {row['cause']} | {row['scatter']:.2f} | {row['average off']:.2f} |")
+
+
+def _shown(row: Mapping[str, Any], name: str) -> str:
+    """A figure with its interval."""
+    if name == "of the cause" and row["cause"] == "none":
+        return ""
+    values = [row[end] for end in (name, f"{name} low", f"{name} high")]
+    if values[0] is None:
+        return "not told"
+    places, scale = {"accuracy": (0, 100), "stiffness_loss": (1, 100), "phase_shift_deg": (2, 1)}.get(name, (1, 1))
+    value, low, high = ("-" if one is None else f"{scale * one:.{places}f}" for one in values)
+    return f"{value} ({low} to {high})" if "-" not in (low, high) else value
 
 
 if __name__ == "__main__":
