@@ -18,7 +18,7 @@ class Drift(Section):
 
     The sine stands for what a drive's controller or a load does slowly; the form is assumed. For its size: in the
     tests that the built-in spiral bevel rig is modelled after, speed was held within 6 % and load within 18 %
-    (published: Choy et al. 1996, doi:10.1016/0301-679X(95)00037-2).
+    (published: Choy et al., Tribology International 29(1), 1996, doi:10.1016/0301-679X(95)00037-2).
 
     Examples
     --------
