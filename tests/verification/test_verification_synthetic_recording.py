@@ -63,6 +63,15 @@ def test_without_any_ingredient_the_average_is_the_steady_state(rig, states, tac
     assert found.scatter.max() < 1e-4 * np.ptp(states[0])
 
 
+def test_a_mark_of_a_hunting_pair_is_one_of_both_shafts(rig):
+    """With 13 and 36 teeth the gear's tacho and the pinion have a common mark once in 36 revolutions."""
+    other = rig.replace({"pinion.teeth": 13})
+    recording = recording_of(other, errors=None, tacho={"shaft": "gear-shaft"})
+    clean = prepare(other).steady_state(DAMAGE.on_teeth(13)).signals[0]
+    found = average_of(recording, teeth=13).tsa
+    assert np.abs(found - clean).max() < 4e-4 * np.ptp(clean)
+
+
 def test_a_tacho_on_the_pinion_counts_the_teeth_of_the_gear(rig):
     """The gear makes a third of the pinion's revolutions; its tooth 20 is where it was put."""
     damage = Damage(gear="gear", tooth=20, stiffness_loss=0.4)
