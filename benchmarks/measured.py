@@ -416,9 +416,6 @@ def print_markdown(tables: Mapping[str, Rows]) -> None:
             if row["learner"] == learner:
                 both = row | severity[learner, row["cause"]]
                 print(f"| {row['cause']} | {' | '.join(_shown(both, name) for name in MARKDOWN)} |")
-    print("\n| ingredient | scatter | average off by |\n|---|---|---|")
-    for row in tables["What was recorded"]:
-        print(f"| {row['cause']} | {row['scatter']:.2f} | {row['average off']:.2f} |")
 
 
 def _shown(row: Mapping[str, Any], name: str) -> str:
