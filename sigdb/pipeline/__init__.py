@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from sigdb.pipeline.recorded_histories import recorded_history
     from sigdb.pipeline.recorded_result import RecordedSignature
     from sigdb.pipeline.run import Made, run_recipe
+    from sigdb.pipeline.synthetic.recording import synthetic_recording
+    from sigdb.pipeline.synthetic.surroundings import Surroundings
 
 __all__ = [
     "Diagnosis",
@@ -26,6 +28,7 @@ __all__ = [
     "Recipe",
     "Result",
     "RecordedSignature",
+    "Surroundings",
     "database_card",
     "describe_rig",
     "diagnose",
@@ -37,6 +40,7 @@ __all__ = [
     "recorded_history",
     "recorded_signature",
     "run_recipe",
+    "synthetic_recording",
     "train_model",
     "write_diagnosis",
     "write_new_rig",
@@ -52,6 +56,7 @@ __getattr__, __dir__ = lazy_names(
         "Recipe": "sigdb.pipeline.recipe",
         "Result": "sigdb.pipeline.recipe_models",
         "RecordedSignature": "sigdb.pipeline.recorded_result",
+        "Surroundings": "sigdb.pipeline.synthetic.surroundings",
         "database_card": "sigdb.pipeline.card",
         "describe_rig": "sigdb.pipeline.describe",
         "draw_coverage": "sigdb.pipeline.pictures",
@@ -62,6 +67,7 @@ __getattr__, __dir__ = lazy_names(
         "recorded_history": "sigdb.pipeline.recorded_histories",
         "recorded_signature": "sigdb.pipeline.recorded",
         "run_recipe": "sigdb.pipeline.run",
+        "synthetic_recording": "sigdb.pipeline.synthetic.recording",
         "train_model": "sigdb.pipeline.models",
         "write_new_rig": "sigdb.pipeline.new_rig",
     },
