@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import h5py
@@ -35,6 +36,14 @@ def refusal(path, **options):
     return line
 
 
+@pytest.fixture(autouse=True)
+def _bounded_time():
+    """What is quadratic in the length of these files takes hours."""
+    start = time.process_time()
+    yield
+    assert time.process_time() - start < 10
+
+
 def test_damaged_files_of_every_format_end_in_one_line(tmp_path):
     """In a process of bounded memory; a crash or a hang of a library would end it."""
     done = subprocess.run(
@@ -46,6 +55,7 @@ def test_damaged_files_of_every_format_end_in_one_line(tmp_path):
     assert came["wrong"] == []
     assert came["counted"]["error"] > 150
     assert came["peak_mib"] < 500
+    assert came["slowest"][0] < 10
 
 
 @pytest.mark.parametrize(
@@ -198,10 +208,7 @@ def test_wav_of_no_samples_or_many_channels(tmp_path):
 )
 def test_long_fields_and_lines_take_no_time(tmp_path, text):
     (tmp_path / "run.csv").write_bytes(text)
-    try:
-        read_recording(tmp_path / "run.csv", sampling_rate=1)
-    except InputError as error:
-        assert str(error).isprintable() and len(str(error)) <= 600
+    assert refusal(tmp_path / "run.csv")
 
 
 def test_many_marks_of_uff_take_no_time(tmp_path):

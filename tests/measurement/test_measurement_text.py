@@ -123,7 +123,7 @@ def test_a_whole_last_line_needs_no_line_end(tmp_path):
 
 def test_a_wrong_separator_is_an_error(tmp_path):
     with pytest.raises(
-        InputError, match="no table of numbers in its first 200 lines; the first says '56.500;110.625;95.250'"
+        InputError, match=r"no table of numbers in its first 200 lines; the first says '56.500;110.625;95.250'"
     ):
         read(written(tmp_path / "run.csv", separator=";"), separator="\t")
 
