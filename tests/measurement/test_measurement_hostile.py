@@ -198,6 +198,7 @@ def test_wav_of_no_samples_or_many_channels(tmp_path):
     "text",
     [
         b"1" * 2**21,
+        b"1" * 65_000 + b"x",
         b"(" * 2**20,
         b" [" * 2**19 + b"\n1\n2\n",
         b"\n" * 2**20,
@@ -238,3 +239,5 @@ def test_files_over_the_limits_are_refused(files, tmp_path, monkeypatch, name):
 def test_names_from_a_file_do_not_reach_a_terminal(files, tmp_path):
     np.savez(tmp_path / "run.npz", **{"\x1b[31m\nx": np.arange(20.0)})
     assert [one.name for one in read_recording(tmp_path / "run.npz", sampling_rate=1).channels] == ["[31mx"]
+    np.savez(tmp_path / "run.npz", **{"\x1b[31m\nz": np.arange(20.0) * 1j})
+    assert refusal(tmp_path / "run.npz").endswith("?[31m; z holds complex numbers; a channel is real")
