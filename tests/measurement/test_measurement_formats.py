@@ -187,9 +187,11 @@ def test_fields_rates_and_links_of_hdf5(tmp_path):
         file["again"] = h5py.SoftLink("/fast")
         file["far"] = h5py.ExternalLink("/etc/passwd", "/")
         file["text"] = "words"
+        file["fast"].attrs["unit"] = "m/s"
     read = read_recording(tmp_path / "run.h5")
     assert [(one.name, one.sampling_rate) for one in read.channels] == [("fast", 20), ("table.x", 10), ("table.n", 10)]
     assert {"again is a link, which is not followed", "far is a link, which is not followed"} < set(read.notes)
+    assert "the unit of fast is text of variable length, which is not read; give units" in read.notes
     assert "text is not numbers, so not a channel" in read.notes
     assert "channels have 2 sampling rates" in read.notes
 

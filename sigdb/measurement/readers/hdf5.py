@@ -9,7 +9,7 @@ import numpy as np
 
 from sigdb.core.errors import InputError
 from sigdb.measurement.readers.contents import Contents
-from sigdb.measurement.readers.hdf5_datasets import dataset_problem, numbers_of, text_attribute
+from sigdb.measurement.readers.hdf5_datasets import dataset_problem, has_variable_text, numbers_of, text_attribute
 from sigdb.measurement.readers.limits import MAX_DEPTH, check_bytes, check_parts, check_values
 from sigdb.measurement.readers.named_arrays import contents_of, rate_of
 from sigdb.measurement.recording_settings import RecordingSettings
@@ -20,7 +20,7 @@ FOREIGN: tuple[type[Exception], ...] = (OSError, RuntimeError, ValueError, KeyEr
 def read_hdf5(path: Path, settings: RecordingSettings) -> Contents:
     """Columns of all datasets of numbers, ``group/dataset``; in MAT-files ``structure.field``.
 
-    Attributes ``unit`` or ``units`` of a dataset are its unit; a sampling rate may be an attribute or a dataset.
+    Attributes ``unit`` or ``units`` of a dataset, of fixed length, are its unit; a sampling rate may be an attribute or a dataset.
     """
     h5py = _h5py()
     check_bytes(path.stat().st_size)
@@ -95,6 +95,8 @@ class _Found:
         self._values += item.size
         check_values(self._values)
         unit = text_attribute(item, "unit") or text_attribute(item, "units")
+        if has_variable_text(item, "unit") or has_variable_text(item, "units"):
+            self.left_out.append(f"the unit of {name} is text of variable length, which is not read; give units")
         rates = [rate for key, value in _scalars(item) if (rate := rate_of(key, value)) is not None]
         for part, values in numbers_of(item):
             self.arrays[f"{name}{part}"] = values
