@@ -20,7 +20,8 @@ FOREIGN: tuple[type[Exception], ...] = (OSError, RuntimeError, ValueError, KeyEr
 def read_hdf5(path: Path, settings: RecordingSettings) -> Contents:
     """Columns of all datasets of numbers, ``group/dataset``; in MAT-files ``structure.field``.
 
-    Attributes ``unit`` or ``units`` of a dataset, of fixed length, are its unit; a sampling rate may be an attribute or a dataset.
+    Attributes ``unit`` or ``units`` of a dataset, of fixed length, are its unit. A sampling rate may be an attribute or
+    a dataset.
     """
     h5py = _h5py()
     check_bytes(path.stat().st_size)
