@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sigdb.core.errors import SigdbError
     from sigdb.database import open
     from sigdb.dynamics import Periodic, TimeProfile, Transient, march, simulate
+    from sigdb.measurement import read_recording
     from sigdb.recognition import load_model
     from sigdb.transmission import Damage, ToothDamage, load_transmission
 
@@ -36,6 +37,7 @@ __all__ = [
     "load_transmission",
     "march",
     "open",
+    "read_recording",
     "recognition",
     "signature",
     "simulate",
@@ -54,6 +56,7 @@ __getattr__, __dir__ = lazy_names(
         "load_transmission": "sigdb.transmission",
         "march": "sigdb.dynamics",
         "open": "sigdb.database",
+        "read_recording": "sigdb.measurement",
         "recognition": "sigdb.recognition",
         "signature": "sigdb.signature",
         "simulate": "sigdb.dynamics",

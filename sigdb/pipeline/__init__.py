@@ -7,7 +7,6 @@ from sigdb.core.lazy import lazy_names
 if TYPE_CHECKING:
     from sigdb.pipeline.card import database_card
     from sigdb.pipeline.describe import describe_rig, draw_rig
-    from sigdb.pipeline.recorded_diagnosis import diagnose
     from sigdb.pipeline.diagnosis import Diagnosis, write_diagnosis
     from sigdb.pipeline.models import train_model
     from sigdb.pipeline.new_rig import write_new_rig
@@ -16,6 +15,7 @@ if TYPE_CHECKING:
     from sigdb.pipeline.recipe import Recipe, load_recipe
     from sigdb.pipeline.recipe_models import Result
     from sigdb.pipeline.recorded import recorded_signature
+    from sigdb.pipeline.recorded_diagnosis import diagnose
     from sigdb.pipeline.recorded_histories import recorded_history
     from sigdb.pipeline.recorded_result import RecordedSignature
     from sigdb.pipeline.run import Made, run_recipe
@@ -26,8 +26,8 @@ __all__ = [
     "Diagnosis",
     "Made",
     "Recipe",
-    "Result",
     "RecordedSignature",
+    "Result",
     "Surroundings",
     "database_card",
     "describe_rig",

@@ -171,7 +171,9 @@ def diagnose_signature(
 
 
 def _noise(signature: RecordedSignature) -> float:
-    return float(signature.scatter / np.sqrt(signature.averages))
+    """Standard deviation of the white noise that has the density of the average's where the recording reaches."""
+    reached = min(1.0, signature.highest_order / (len(signature.tsa) / 2))
+    return float(signature.scatter / np.sqrt(signature.averages * reached))
 
 
 def _references(

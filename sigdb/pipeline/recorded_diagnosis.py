@@ -91,7 +91,7 @@ def diagnose(
     torque = torque if torque is not None else one.torque if one.torque is not None else rig.operating.torque
     templates = _given(rig, model=model, database=database, sensor=sensor)
     samples = templates.samples_per_tooth if templates else _SAMPLES_PER_TOOTH
-    options = {"rig": rig, "gear": gear, "samples_per_tooth": samples} | options
+    options = {"rig": rig, "gear": gear, "samples_per_tooth": samples, **options}
     signature = recorded_signature(one, **options)
     reference = None if other is None else recorded_signature(other, **options)
     speed_rpm = signature.speed_rpm / abs(rig.ratio(rig.gears[gear].shaft))
@@ -137,7 +137,7 @@ def _given(
         return _Templates(bank=TemplateBank.of(opened, sensor=sensor), notes=_of_another("database", changed))
     if model is None:
         return None
-    loaded = load_model(model)
+    loaded = load_model(str(model))
     if "templates" not in loaded.estimators:
         raise InputError(f"{model} holds no templates; train it on a database of a rig with one mesh")
     changed = changed_parts(loaded.form, _form(rig))

@@ -159,9 +159,9 @@ class TemplateBank:
     def of(cls, database: Database, *, sensor: str | None = None, index_error: float | None = None) -> Self:
         """The bank of a database.
 
-        Each template weighs as many rows as it has. Templates without a result, and those with loss of contact, are left out. Signals are kept as exactly
-        as the quietest row asks for: none is further from its own, in norm, than 1 / 5000 of the standard
-        deviation of that row's noise.
+        Each template weighs as many rows as it has. Templates without a result, and those with loss of contact, are left
+        out. Signals are kept as exactly as the quietest row asks for: none is further from its own, in norm, than
+        1 / 5000 of the standard deviation of that row's noise.
 
         Parameters
         ----------

@@ -9,7 +9,7 @@ import numpy as np
 
 from sigdb.core.errors import InputError
 from sigdb.measurement.readers.contents import Contents
-from sigdb.measurement.readers.hdf5_datasets import dataset_problem, numbers_of, text_attribute
+from sigdb.measurement.readers.hdf5_datasets import dataset_problem, has_variable_text, numbers_of, text_attribute
 from sigdb.measurement.readers.limits import MAX_DEPTH, check_bytes, check_parts, check_values
 from sigdb.measurement.readers.named_arrays import contents_of, rate_of
 from sigdb.measurement.recording_settings import RecordingSettings
@@ -20,7 +20,8 @@ FOREIGN: tuple[type[Exception], ...] = (OSError, RuntimeError, ValueError, KeyEr
 def read_hdf5(path: Path, settings: RecordingSettings) -> Contents:
     """Columns of all datasets of numbers, ``group/dataset``; in MAT-files ``structure.field``.
 
-    Attributes ``unit`` or ``units`` of a dataset are its unit; a sampling rate may be an attribute or a dataset.
+    Attributes ``unit`` or ``units`` of a dataset, of fixed length, are its unit. A sampling rate may be an attribute or
+    a dataset.
     """
     h5py = _h5py()
     check_bytes(path.stat().st_size)
@@ -47,7 +48,7 @@ class _Found:
         """All in a group, and in the groups in it."""
         if depth > MAX_DEPTH:
             raise InputError(f"holds groups {MAX_DEPTH} levels deep, so it is not a recording")
-        self._note_rate(group, name)
+        self._note_rates(group, name)
         for key in self._keys(group):
             self._parts += 1
             check_parts(self._parts)
@@ -72,7 +73,7 @@ class _Found:
         kind = text_attribute(item, "MATLAB_class")
         if "MATLAB_object_decode" in item.attrs or kind in ("table", "timetable", "datetime", "function_handle"):
             self.left_out.append(f"{name} is a {kind or 'object'}, which cannot be read; save its columns as arrays")
-        elif kind == "cell" and item.dtype.kind == "O":
+        elif kind == "cell" and self._h5py.check_ref_dtype(item.dtype) is self._h5py.Reference:
             self._take_cells(item, name, depth)
         elif kind != "char" and "MATLAB_empty" not in item.attrs:
             self._keep(item, name)
@@ -94,21 +95,29 @@ class _Found:
             return
         self._values += item.size
         check_values(self._values)
+        unit = text_attribute(item, "unit") or text_attribute(item, "units")
+        if has_variable_text(item, "unit") or has_variable_text(item, "units"):
+            self.left_out.append(f"the unit of {name} is text of variable length, which is not read; give units")
+        rates = [rate for key, value in _scalars(item) if (rate := rate_of(key, value)) is not None]
         for part, values in numbers_of(item):
             self.arrays[f"{name}{part}"] = values
-        self.units[name] = text_attribute(item, "unit") or text_attribute(item, "units")
-        self._note_rate(item, name)
+            self.units[f"{name}{part}"] = unit
+            self.rates |= {f"{name}{part}": rate for rate in rates[:1]}
 
-    def _note_rate(self, item: Any, name: str) -> None:
-        """A rate that attributes state, of a dataset or of all."""
-        check_parts(len(item.attrs))
-        for key in item.attrs:
-            kind = item.attrs.get_id(key)
-            if kind.dtype.kind in "iuf" and kind.shape in ((), (1,)) and (rate := rate_of(key, item.attrs[key])):
-                if isinstance(item, self._h5py.Dataset):
-                    self.rates[name] = rate
-                else:
-                    self.arrays[f"{name}{self._mark}{key}" if name else key] = np.asarray(item.attrs[key])
+    def _note_rates(self, group: Any, name: str) -> None:
+        """Rates that attributes of a group state, as if they were datasets in it."""
+        for key, value in _scalars(group):
+            if rate_of(key, value) is not None:
+                self.arrays[f"{name}{self._mark}{key}" if name else key] = np.asarray(value)
+
+
+def _scalars(item: Any) -> Iterator[tuple[str, Any]]:
+    """Attributes that are one number."""
+    check_parts(len(item.attrs))
+    for key in item.attrs:
+        kind = item.attrs.get_id(key)
+        if kind.dtype.kind in "iuf" and kind.shape in ((), (1,)):
+            yield key, item.attrs[key]
 
 
 def _is_mat(path: Path) -> bool:

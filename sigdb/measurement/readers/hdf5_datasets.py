@@ -68,11 +68,18 @@ def numbers_of(item: Any) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
 
 
 def text_attribute(item: Any, name: str) -> str:
-    """What an attribute says; empty if there is none, or it is no text of a bounded length."""
+    """What an attribute of fixed length says; empty if there is none, or it is no text of a bounded length.
+
+    Text of variable length stands in a heap, in whose damage the HDF5 library may search without end.
+    """
     if name not in item.attrs:
         return ""
     kind = item.attrs.get_id(name)
-    if kind.dtype.kind not in "SO" or kind.shape != () or kind.dtype.itemsize > LONGEST_TEXT:
+    if kind.dtype.kind != "S" or kind.shape != () or kind.dtype.itemsize > LONGEST_TEXT:
         return ""
-    value = item.attrs[name]
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    return bytes(item.attrs[name]).decode("utf-8", "replace")
+
+
+def has_variable_text(item: Any, name: str) -> bool:
+    """Whether an attribute is text of variable length, which is not read."""
+    return name in item.attrs and item.attrs.get_id(name).dtype.kind == "O"

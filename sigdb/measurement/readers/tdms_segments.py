@@ -167,6 +167,7 @@ def struct_code(kind: int) -> str:
 
 
 def without_rest(segment: Segment) -> Segment:
-    """The segment without what follows its last whole chunk, where a recorder stopped."""
-    size = sum(index.size for _, index in segment.objects)
+    """The segment without what follows its last whole chunk, or row if interleaved, where a recorder stopped."""
+    sizes = [index.size // max(index.count, 1) if segment.interleaved else index.size for _, index in segment.objects]
+    size = sum(sizes)
     return replace(segment, raw=segment.raw[: len(segment.raw) // size * size]) if size else segment

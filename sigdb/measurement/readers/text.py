@@ -26,6 +26,9 @@ FOREIGN: tuple[type[Exception], ...] = (zlib.error,)
 FIRST_BYTES = 2**20
 """A table begins within these, and no line is longer."""
 
+LONGEST_LINE = 2**16
+"""Bytes of a line in which a table is looked for."""
+
 _UTF16 = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _UNIT = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]{1,20})[\])]")
 
@@ -33,7 +36,7 @@ _UNIT = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]{1,20})[\])]")
 def read_text(path: Path, settings: RecordingSettings) -> Contents:
     """Columns of a table of numbers; ``name [unit]`` and a line of units are understood."""
     data = plain_text(bounded_bytes(path))
-    lines = [line.decode("utf-8", "replace") for line in _first_lines(data)]
+    lines = [line[:LONGEST_LINE].decode("utf-8", "replace") for line in _first_lines(data)]
     layout = text_layout(lines, separator=settings.separator, decimal=settings.decimal)
     check_columns(layout.columns)
     check_values(layout.columns * (data.count(b"\n") + 1 - layout.first))

@@ -31,9 +31,9 @@ def read_wav(path: Path, settings: RecordingSettings) -> Contents:
         warnings.simplefilter("ignore")  # of chunks that hold no samples
         # From memory, no more is allocated than the file holds, whatever its header says.
         rate, samples = wavfile.read(io.BytesIO(data))
-    matrix = np.asarray(samples).reshape(len(samples), -1)
-    if not len(matrix):
+    if not samples.size:
         raise InputError("holds no samples")
+    matrix = samples.reshape(len(samples), -1)
     check_columns(matrix.shape[1])
     check_values(matrix.size)
     stored, note = _full_scale(matrix)
