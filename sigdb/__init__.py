@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from sigdb.database import open
     from sigdb.dynamics import Periodic, TimeProfile, Transient, march, simulate
     from sigdb.measurement import read_recording
+    from sigdb.pipeline import diagnose
     from sigdb.recognition import load_model
     from sigdb.transmission import Damage, ToothDamage, load_transmission
 
@@ -33,6 +34,7 @@ __all__ = [
     "ToothDamage",
     "Transient",
     "__version__",
+    "diagnose",
     "load_model",
     "load_transmission",
     "march",
@@ -52,6 +54,7 @@ __getattr__, __dir__ = lazy_names(
         "TimeProfile": "sigdb.dynamics",
         "ToothDamage": "sigdb.transmission",
         "Transient": "sigdb.dynamics",
+        "diagnose": "sigdb.pipeline",
         "load_model": "sigdb.recognition",
         "load_transmission": "sigdb.transmission",
         "march": "sigdb.dynamics",

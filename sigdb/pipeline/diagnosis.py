@@ -1,6 +1,6 @@
 """From the signature of a recording to an answer: damage or none, which tooth, how severe, or not to be told."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -144,7 +144,7 @@ def diagnose_signature(
     """
     bank = at_point(bank, speed_rpm=speed_rpm, torque=torque, teeth=signature.teeth)
     (point,) = bank.points
-    given = {"x": signature.tsa, "noise": _noise(signature), "averages": signature.averages}
+    given: dict[str, Any] = {"x": signature.tsa, "noise": _noise(signature), "averages": signature.averages}
     if healthy is None:
         compared = compare(bank, **given)
     else:
@@ -254,5 +254,5 @@ def _path_facts(reference: Reference) -> dict[str, Any]:
     }
 
 
-def _records(table: pd.DataFrame) -> list[Mapping[Any, Any]]:
+def _records(table: pd.DataFrame) -> list[dict[Any, Any]]:
     return table.astype(object).where(table.notna(), None).to_dict("records")

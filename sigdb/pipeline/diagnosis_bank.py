@@ -17,6 +17,7 @@ from sigdb.recognition.severity import TARGETS
 from sigdb.recognition.template_bank import PointTemplates
 from sigdb.signature.settings import Signature
 from sigdb.sweep import Design, make_plan, run
+from sigdb.sweep.design import Grid
 from sigdb.transmission import Transmission
 
 LOSSES = (0.0, 0.1, 0.2, 0.4, 0.6, 0.8)
@@ -64,13 +65,8 @@ def rig_bank(
         If the rig has several meshes, or loses contact there.
     """
     at = rig.replace({"operating.speed_rpm": speed_rpm, "operating.torque": torque})
-    grid = {
-        "tooth": [1],
-        "damaged_teeth": list(DAMAGED_TEETH),
-        "phase_shift_deg": list(SHIFTS_DEG),
-        "stiffness_loss": list(LOSSES),
-    }
-    design = Design(rig=rig.name, gear=gear, healthy=1, grid=[grid])
+    grid = Grid(tooth=(1,), damaged_teeth=DAMAGED_TEETH, phase_shift_deg=SHIFTS_DEG, stiffness_loss=LOSSES)
+    design = Design(rig=rig.name, gear=gear, healthy=1, grid=(grid,))
     # A row of each template is all that a bank needs, of nominal gears, so that none of them loses contact.
     cycle = tooth_cycle(rig.gears[gear].teeth, rig.gears[rig.mate(gear)].teeth)
     measured = Measurement(averages=2 * cycle, index_error=0.0)

@@ -85,7 +85,7 @@ def diagnose(
     InputError
         If a file cannot be read, the rig has several meshes, or the recording does not fit it.
     """
-    rig = rig if isinstance(rig, Transmission) else load_transmission(rig)
+    rig = rig if isinstance(rig, Transmission) else load_transmission(str(rig))
     gear = _gear(rig, gear)
     one, other = _read(recording), None if healthy is None else _read(healthy)
     torque = torque if torque is not None else one.torque if one.torque is not None else rig.operating.torque
