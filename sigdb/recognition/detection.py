@@ -44,6 +44,8 @@ class Detector(ClassifierMixin, BaseEstimator):
         Rate of false alarms, between 0 and 1.
     confidence
         Confidence of the statement, between 0 and 1.
+    folds
+        Parts of the specimens, each judged by a copy of the scorer that the others have taught.
 
     Attributes
     ----------
@@ -56,10 +58,11 @@ class Detector(ClassifierMixin, BaseEstimator):
         What they were set on.
     """
 
-    def __init__(self, scorer: Any, false_alarm_rate: float = 0.01, confidence: float = 0.95) -> None:
+    def __init__(self, scorer: Any, false_alarm_rate: float = 0.01, confidence: float = 0.95, folds: int = 5) -> None:
         self.scorer = scorer
         self.false_alarm_rate = false_alarm_rate
         self.confidence = confidence
+        self.folds = folds
 
     def fit(self, X: pd.DataFrame, y: ArrayLike, groups: ArrayLike | None = None) -> Self:
         """Train the scorer, and set the thresholds on the healthy rows.
@@ -97,7 +100,7 @@ class Detector(ClassifierMixin, BaseEstimator):
         if isinstance(self.scorer, FrozenEstimator):
             return damage_score(self.scorer.decision_function(X))
         score = np.empty(len(y))
-        for inner, outer in specimen_folds_of(groups):
+        for inner, outer in specimen_folds_of(groups, self.folds):
             scorer = clone(self.scorer).fit(X.iloc[inner], y[inner], groups[inner])
             score[outer] = damage_score(scorer.decision_function(X.iloc[outer]))
         return score

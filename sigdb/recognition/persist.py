@@ -32,7 +32,6 @@ TRUSTED = (
     "sigdb.recognition.compact_signals.CompactSignals",
     "sigdb.recognition.detection.Detector",
     "sigdb.recognition.envelope_location.EnvelopeLocation",
-    "sigdb.recognition.held_out_detector.HeldOutDetector",
     "sigdb.recognition.indicator_score.IndicatorScore",
     "sigdb.recognition.location.LocationClassifier",
     "sigdb.recognition.na4_star_location.Na4StarLocation",

@@ -128,7 +128,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
 def noise_at_point(bank: TemplateBank, X: pd.DataFrame) -> tuple[IntArray, FloatArray | None]:
     """Of rows, the place of the nearest operating point of a bank, and the noise relative to its healthy signal, dB."""
     point = bank.nearest(*X[["speed_rpm", "torque", "teeth"]].to_numpy(float).T)
-    reference = np.array([one.arrays["reference_variance"].mean() for one in bank.points])
+    reference = np.array([one.reference_variance.mean() for one in bank.points])
     return point, noise_db(X, reference[point])
 
 

@@ -70,6 +70,12 @@ def mixed_teeth(make_database):
 
 
 @pytest.fixture(scope="session")
+def many_specimens(make_database):
+    """768 rows: 24 specimens, 20 healthy rows and one kind of damage at 12 teeth each."""
+    return make_database(seed=3, specimens=24, healthy=20, grid='tooth = "all"\nstiffness_loss = [0.4]')
+
+
+@pytest.fixture(scope="session")
 def rows(database):
     rows = database.features()
     return rows.assign(tsa=list(database.signals(rows["id"].to_numpy())["tsa"]))

@@ -5,9 +5,12 @@ import pandas as pd
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from sigdb.recognition import evaluate
+from sigdb.recognition import TemplateScores, evaluate
 from sigdb.recognition.baselines import Fm4Location, Fm4Severity, MajorityLocation, MajoritySeverity
+from sigdb.recognition.envelope_location import EnvelopeLocation
+from sigdb.recognition.na4_star_location import Na4StarLocation
 from sigdb.recognition.severity import TARGETS
+from sigdb.signature import na4_star, residual_signal
 
 
 @pytest.mark.parametrize("healthy", [101, 500, 3000])
@@ -113,3 +116,60 @@ def test_intervals_from_fewer_than_nine_specimens_are_the_whole_range(severity_m
             assert_allclose(found[f"{target}_high"], np.maximum(high, found[target]), rtol=1e-12)
         assert found["stiffness_loss"].between(0, 1).all()
         assert (found["damaged_teeth"] >= 1).all()
+
+
+def averages(teeth=6, step=16, rows=40, noise=0.1, seed=0):
+    """Averages of a mesh of constant amplitude with noise, all healthy."""
+    stream, n = np.random.default_rng(seed), teeth * step
+    x = np.cos(2 * np.pi * teeth * np.arange(n) / n) + noise * stream.normal(size=(rows, n))
+    return pd.DataFrame({"teeth": teeth, "speed_rpm": 1000.0, "torque": 10.0, "tsa": list(x)})
+
+
+def test_na4_star_is_that_of_a_history_with_the_healthy_rows_first():
+    healthy, asked = averages(rows=200), averages(rows=5, noise=0.3, seed=1)
+    baseline = Na4StarLocation().fit(pd.concat([healthy, asked]), np.repeat([0, 3], [200, 5]))
+    residuals = residual_signal(np.stack([*healthy["tsa"], *asked["tsa"]]), teeth=6)
+    assert_allclose(baseline.indicator(asked), na4_star(residuals, baseline=200)[200:], rtol=1e-9)
+    assert baseline.predict(asked).tolist() == [3] * 5
+
+
+def test_na4_star_takes_the_healthy_rows_of_the_operating_point():
+    quiet, loud = averages(rows=100), averages(rows=100, noise=1.0).assign(speed_rpm=2000.0)
+    damaged = averages(rows=1).assign(speed_rpm=1500.0)
+    baseline = Na4StarLocation().fit(pd.concat([quiet, loud, damaged]), np.repeat([0, 1], [200, 1]))
+    # Of Gaussian noise 3, at its own level, also a few per cent off the point.
+    assert baseline.indicator(loud.assign(speed_rpm=2040.0)).mean() == pytest.approx(3, rel=0.2)
+    assert baseline.indicator(quiet).mean() == pytest.approx(3, rel=0.2)
+
+
+def test_the_envelope_s_peak_names_the_tooth():
+    healthy = averages(rows=200)
+    tooth = np.arange(1, 7)
+    damaged = averages(rows=6, seed=2)
+    burst = np.hanning(16) * np.cos(2 * np.pi * 4.5 * np.arange(16) / 16)
+    damaged["tsa"] = [
+        x + np.pad(burst, ((t - 1) * 16, (6 - t) * 16)) for x, t in zip(damaged["tsa"], tooth, strict=True)
+    ]
+    baseline = EnvelopeLocation().fit(pd.concat([healthy, damaged]), np.concatenate([np.zeros(200, int), tooth]))
+    assert_array_equal(baseline.predict(damaged), tooth)
+    assert (baseline.predict(averages(rows=1000, seed=3)) > 0).mean() == pytest.approx(0.01, abs=0.02)
+
+
+def test_the_nearest_template_is_that_of_all_turns(database, rows, location_model):
+    baseline = location_model.estimators["nearest_template"]
+    some = rows.iloc[::40]
+    point = baseline.bank.points[0].hypotheses
+    x, step = np.stack(some["tsa"].to_list()).astype(float), some["tsa"].iloc[0].size // 12
+    turned = np.stack([np.roll(point.signal, t * step, axis=1) for t in range(12)], axis=1)
+    distance = np.linalg.norm(x[:, None, None] - turned, axis=-1)
+    damage, none = distance[:, ~point.healthy], distance[:, point.healthy].min(axis=(1, 2))
+    assert_array_equal(baseline.tooth(some), 1 + damage.min(axis=1).argmin(axis=1))
+    nearer = (none - damage.min(axis=(1, 2))) / np.linalg.norm(x, axis=1)
+    assert_allclose(baseline.indicator(some), nearer, rtol=0, atol=1e-6)
+
+
+def test_the_whitened_bank_takes_likelihoods_as_they_are(rows, location_model):
+    baseline = location_model.estimators["whitened_bank"]
+    some = rows.iloc[::40]
+    ratio = TemplateScores(baseline.bank).transform(some)[:, :12]
+    assert_array_equal(baseline.predict(some), np.where(ratio.max(axis=1) > 0, 1 + ratio.argmax(axis=1), 0))
