@@ -75,8 +75,12 @@ def against_bound(
 
 def some_answers(answers: Answers, inside: BoolArray) -> Answers:
     """Answers to some of the rows."""
-    parts = {name: getattr(answers, name) for name in ("found", "scores", "probabilities", "sets")}
-    return Answers(**{name: None if part is None else part[inside] for name, part in parts.items()})
+    parts = {name: getattr(answers, name) for name in ("scores", "probabilities", "sets")}
+    return replace(
+        answers,
+        found=answers.found[inside],
+        **{name: part[inside] for name, part in parts.items() if part is not None},
+    )
 
 
 def _head(band: NoiseBand, rows: pd.DataFrame) -> dict[str, Any]:

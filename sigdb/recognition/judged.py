@@ -121,7 +121,7 @@ def _judged(
     law = (None, ()) if best is None else (best.bound, best.points)
     table = against_bound(answers, rows, *law)
     cells = evaluation.tables.get("coverage")
-    if cells is None and gives_sets(answers):
+    if cells is None and _gives_sets(answers):
         cells = pd.DataFrame()
     why = causes(model, rows, evaluation.split, None if best is None else best.index_error)
     return replace(
@@ -131,7 +131,7 @@ def _judged(
     )
 
 
-def gives_sets(answers: Answers) -> bool:
+def _gives_sets(answers: Answers) -> bool:
     """Whether a model gives sets of answers, or intervals."""
     found = answers.found
     return (

@@ -1,6 +1,7 @@
 """Bands of equal width of the signal-to-noise ratio, in which a model is judged."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -52,8 +53,8 @@ def noise_bands(snr_db: pd.Series) -> list[NoiseBand]:
     edges = np.linspace(low, high, max(1, round((high - low) / WIDTH)) + 1)
     place = np.clip(np.searchsorted(edges, values, side="right"), 1, len(edges) - 1)
     bands = [
-        NoiseBand(name=f"{a:g} to {b:g} dB", low=float(a), high=float(b), inside=place == i)
-        for i, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True), start=1)
+        NoiseBand(name=f"{a:g} to {b:g} dB", low=a, high=b, inside=place == i)
+        for i, (a, b) in enumerate(pairwise(edges.tolist()), start=1)
         if (place == i).any()
     ]
     return bands if len(bands) == 1 else [*bands, NoiseBand(name=ALL, low=float(low), high=float(high), inside=every)]
