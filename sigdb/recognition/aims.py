@@ -164,8 +164,8 @@ def _why_not(column: str, table: pd.DataFrame) -> str:
 _NO_PROBABILITIES = "the model gives no probabilities"
 _NO_SCORES = "the model gives no score of damage, or the rows have no losses"
 _NO_A90 = (
-    "no band has the {:.0f} healthy rows that a rate of {:g} takes, and a bound that reaches a probability of 0.9 within "
-    "the losses of the rows"
+    "no band has the {:.0f} healthy rows that a rate of {:g} takes, and a bound that finds a loss within those of the "
+    "rows with a probability of 0.9"
 )
 
 

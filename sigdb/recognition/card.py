@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sigdb.recognition.efficiency_table import aim_rows, efficiency_rows
 from sigdb.recognition.evaluation import Evaluation
 from sigdb.recognition.learners import LEARNERS
 from sigdb.recognition.severity import TARGETS
@@ -67,10 +68,6 @@ def bound_said(evaluation: Evaluation) -> str:
 
 def model_card(model: Model, evaluation: Evaluation, *, command: str) -> str:
     """The card as Markdown."""
-    head, *rows = figure_rows(evaluation)
-    table = "\n".join(
-        ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head), *("| " + " | ".join(row) + " |" for row in rows)]
-    )
     return f"""# {model.target.capitalize()} of tooth damage: {LEARNERS[model.learner]}
 
 **Purpose.** {_PURPOSE[model.target]}
@@ -90,17 +87,42 @@ Split: {evaluation.split}. {evaluation.rows} rows of
 {evaluation.specimens} specimens; in brackets the 95 % interval of a bootstrap over specimens, which is rough for few.
 {_SAME_DAMAGES if evaluation.split.startswith("S1") else ""}{bound_said(evaluation)}
 
-{table}
+{_markdown(figure_rows(evaluation))}
 
 `fm4` and `majority` are baselines: {_BASELINES[model.target]}
 
-**Known failures.** {_FAILURES[model.target]}
+{_against_bound(evaluation)}**Known failures.** {_FAILURES[model.target]}
 
 ## Make it again
 
     {command}
 """
 
+
+def _markdown(rows: list[list[str]]) -> str:
+    """A table as Markdown."""
+    head, *rows = rows
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _against_bound(evaluation: Evaluation) -> str:
+    """The section on the best possible answer, and on the aims."""
+    efficiency, aims = efficiency_rows(evaluation), aim_rows(evaluation)
+    parts = [EFFICIENCY_SAID[evaluation.target], _markdown(efficiency)] if efficiency else []
+    parts += ["Aims, judged where the noise band is worst:", _markdown(aims)] if aims else []
+    return "\n\n".join(["## Against the best possible", *parts]) + "\n\n" if parts else ""
+
+
+_IN_BANDS = "In bands of the signal-to-noise ratio of one revolution, on the rows whose law the bound knows"
+EFFICIENCY_SAID = {
+    "location": f"{_IN_BANDS}: 'information used' is\n(H - log loss) / (H - the bound's log loss), with H of what is known "
+    "before; 'loss' by how much the noise may grow until\nthe best rule has as many errors more.",
+    "detection": f"{_IN_BANDS}.",
+    "severity": f"{_IN_BANDS}: error is the mean absolute one\n(the bound's that of the posterior's median), CRPS is by the "
+    "same quantiles, RMSE against the posterior's mean.",
+}
+"""What the table of a model against the bound shows, in words."""
 
 _SAME_DAMAGES = (
     "The test asks about the same damages as the training rows hold, on other gears: between and beyond them the "
