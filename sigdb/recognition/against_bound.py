@@ -14,6 +14,7 @@ from sigdb.recognition.answers import Answers
 from sigdb.recognition.bayes_bound import Bound
 from sigdb.recognition.noise_bands import NoiseBand, noise_bands
 from sigdb.recognition.rows_by_point import OperatingPoint
+from sigdb.recognition.severity import TARGETS
 
 DRAWS = 4000
 """Rows drawn for each level of a band's error curve."""
@@ -64,13 +65,17 @@ def against_bound(
         inside = rows.index.isin(best.rows.index)
         answers, rows = some_answers(answers, inside), rows[inside]
         best = replace(best, rows=best.rows.loc[rows.index], losses=best.losses.loc[rows.index])
-    return pd.DataFrame(
+    table = pd.DataFrame(
         [
             _head(band, rows) | one
             for band in noise_bands(rows["snr_db"])
             for one in _of_band(some_answers(answers, band.inside), rows[band.inside], best, points, draws)
         ]
     )
+    if "target" not in table:
+        return table
+    order = table["target"].map(TARGETS.index).sort_values(kind="stable").index
+    return table.loc[order].reset_index(drop=True)
 
 
 def some_answers(answers: Answers, inside: BoolArray) -> Answers:

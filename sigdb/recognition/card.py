@@ -116,11 +116,12 @@ def _against_bound(evaluation: Evaluation) -> str:
 
 _IN_BANDS = "In bands of the signal-to-noise ratio of one revolution, on the rows whose law the bound knows"
 EFFICIENCY_SAID = {
-    "location": f"{_IN_BANDS}: 'information used' is\n(H - log loss) / (H - the bound's log loss), with H of what is known "
-    "before; 'loss' by how much the noise may grow until\nthe best rule has as many errors more.",
+    "location": f"""{_IN_BANDS}: 'information used' is
+(H - log loss) / (H - the bound's log loss), with H of what is known before; 'loss' by how much the noise may grow until
+the best rule has as many errors.""",
     "detection": f"{_IN_BANDS}.",
-    "severity": f"{_IN_BANDS}: error is the mean absolute one\n(the bound's that of the posterior's median), CRPS is by the "
-    "same quantiles, RMSE against the posterior's mean.",
+    "severity": f"""{_IN_BANDS}: mean absolute error
+against the posterior's median, CRPS by the same quantiles, root mean square error against the posterior's mean.""",
 }
 """What the table of a model against the bound shows, in words."""
 

@@ -1,6 +1,6 @@
 """A model beside the best possible answer to the same rows."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,7 +19,7 @@ from sigdb.recognition.bootstrap import Figure, Specimens
 from sigdb.recognition.causes import causes
 from sigdb.recognition.evaluation import Evaluation, asked_rows, evaluate
 from sigdb.recognition.metrics import severity_values
-from sigdb.recognition.metrics_detection import detection_figures
+from sigdb.recognition.metrics_detection import detection_figures, roc
 from sigdb.recognition.pod import pod_figures
 from sigdb.recognition.rows_by_point import OperatingPoint, operating_points
 from sigdb.recognition.training import Model
@@ -108,6 +108,13 @@ class _Best:
             figures |= detection_figures(score, self.rows) | pod_figures(score, self.rows)
         return figures
 
+    def curves(self, tables: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
+        """The table ``roc`` of an evaluation, where it has one, with the bound's curve."""
+        if "roc" not in tables:
+            return {}
+        own = roc(self.bound.rows.loc[self.rows.index, "log_odds"].to_numpy(), self.rows)
+        return {"roc": pd.concat([tables["roc"], own.assign(estimator="bound")], ignore_index=True)}
+
     @cached_property
     def index_error(self) -> float:
         """Root mean square of the sizes of the index errors, m."""
@@ -126,6 +133,7 @@ def _judged(
     why = causes(model, rows, evaluation.split, None if best is None else best.index_error)
     return replace(
         evaluation,
+        tables={**evaluation.tables, **({} if best is None else best.curves(evaluation.tables))},
         efficiency=table if len(table) else None,
         aims=aims(model.target, table, cells, why, bounded=best is not None),
     )

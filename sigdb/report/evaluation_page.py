@@ -186,6 +186,7 @@ body { font: 16px/1.5 system-ui, sans-serif; color: #1b2430; background: #fff; m
 h1 { font-size: 1.5rem; line-height: 1.25; overflow-wrap: anywhere; }
 h2 { font-size: 1.2rem; margin-top: 1.8rem; }
 h3 { font-size: 1rem; margin: 0 0 .4rem; }
+.wide + h3 { margin-top: 1.4rem; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; padding: .25rem .8rem .25rem 0; border-bottom: 1px solid #e3e6ea; white-space: nowrap;
