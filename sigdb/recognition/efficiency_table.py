@@ -22,6 +22,7 @@ _COLUMNS = {
     "rmse_ratio": "RMSE / bound's",
 }
 _PLAIN = ("error", "bound_error")
+_ENDS = {"value": "", "low": "_low", "high": "_high"}
 
 
 def efficiency_rows(evaluation: Evaluation) -> list[list[str]]:
@@ -47,10 +48,10 @@ def noise_said(row: Mapping[Hashable, Any]) -> str:
 
 
 def _said(name: str, row: Mapping[Hashable, Any]) -> str:
-    value, low, high = (row[f"{name}{end}"] for end in ("", "_low", "_high"))
-    if np.isinf(value):
-        return "beyond"
-    return f"{value:.3f}" if name in _PLAIN else str(Figure(value=value, low=low, high=high))
+    if name in _PLAIN:
+        return f"{row[name]:.3f}"
+    one = Figure(**{end: row[f"{name}{column}"] for end, column in _ENDS.items()})
+    return "beyond" if np.isinf(one.value) else str(one)
 
 
 def aim_rows(evaluation: Evaluation) -> list[list[str]]:
