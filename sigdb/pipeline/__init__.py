@@ -12,11 +12,13 @@ if TYPE_CHECKING:
     from sigdb.pipeline.paper.results import paper_claims
     from sigdb.pipeline.pictures import draw_coverage, draw_signature
     from sigdb.pipeline.recipe import Recipe, load_recipe
+    from sigdb.pipeline.recipe_models import Result
     from sigdb.pipeline.run import Made, run_recipe
 
 __all__ = [
     "Made",
     "Recipe",
+    "Result",
     "database_card",
     "describe_rig",
     "draw_coverage",
@@ -34,6 +36,7 @@ __getattr__, __dir__ = lazy_names(
     {
         "Made": "sigdb.pipeline.run",
         "Recipe": "sigdb.pipeline.recipe",
+        "Result": "sigdb.pipeline.recipe_models",
         "database_card": "sigdb.pipeline.card",
         "describe_rig": "sigdb.pipeline.describe",
         "draw_coverage": "sigdb.pipeline.pictures",

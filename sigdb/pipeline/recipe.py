@@ -48,6 +48,25 @@ class Recipe:
         except InputError as error:
             raise InputError("\n".join(f"{self.path}: {line}" for line in str(error).splitlines())) from None
 
+    def evaluated_on(self) -> tuple["Recipe", ...]:
+        """The other recipes on whose databases a run evaluates its models.
+
+        Raises
+        ------
+        InputError
+            If one cannot be read, or two have the same name.
+        """
+        owner, paths = f"{self.path}: recognition.evaluate_on", self.sections.recognition.evaluate_on
+        try:
+            others = tuple(load_recipe(self.path.parent / path) for path in paths)
+        except InputError as error:
+            raise InputError("\n".join(f"{owner}: {line}" for line in str(error).splitlines())) from None
+        names = [other.path.stem for other in others]
+        for name in names:
+            if names.count(name) > 1:
+                raise InputError(f"{owner}: two recipes are called {name}; give them names that differ")
+        return others
+
 
 def load_recipe(path: str | Path) -> Recipe:
     """Read a recipe file and the rig that it names.

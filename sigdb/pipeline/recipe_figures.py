@@ -1,6 +1,5 @@
 """The figures that a recipe asks for: cases of its database, side by side."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +20,8 @@ _CASE = ["template", "tooth", *Measurement.model_fields]
 """Columns that tell cases apart; specimens and noise draws of one case do not count."""
 
 
-def draw_figures(recipe: Recipe, plan: Plan, database: Database, folder: Path) -> Iterator[Path]:
-    """Draw the figures of a recipe's ``[[report.figures]]`` into a folder, one PNG file each.
+def draw_figure(recipe: Recipe, plan: Plan, database: Database, picture: Picture, path: Path) -> None:
+    """Draw one of a recipe's ``[[report.figures]]`` into a file.
 
     Raises
     ------
@@ -32,20 +31,17 @@ def draw_figures(recipe: Recipe, plan: Plan, database: Database, folder: Path) -
     from sigdb.report import Report, comparison_figure, save_figure  # matplotlib: only for who draws
 
     report: Report = recipe.sections.report
-    for picture in report.figures:
-        sensor = picture.sensor or database.sensors[0]
-        figure = comparison_figure(
-            [_shown(recipe, plan, database, picture, sensor, condition) for condition in picture.rows],
-            sensor=sensor,
-            unit=database.unit("tsa", sensor),
-            panels=picture.panels,
-            title=picture.title,
-            caption=picture.caption,
-            settings=report,
-        )
-        path = folder / f"{picture.name}.png"
-        save_figure(figure, path, report)
-        yield path
+    sensor = picture.sensor or database.sensors[0]
+    figure = comparison_figure(
+        [_shown(recipe, plan, database, picture, sensor, condition) for condition in picture.rows],
+        sensor=sensor,
+        unit=database.unit("tsa", sensor),
+        panels=picture.panels,
+        title=picture.title,
+        caption=picture.caption,
+        settings=report,
+    )
+    save_figure(figure, path, report)
 
 
 def check_figures(recipe: Recipe, plan: Plan) -> None:

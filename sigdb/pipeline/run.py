@@ -1,4 +1,4 @@
-"""A whole recipe: its database, then its figures, then its comparison with the paper."""
+"""A whole recipe: its databases, its models and their reports, its figures, its comparison with the paper."""
 
 import json
 from collections.abc import Callable
@@ -10,14 +10,17 @@ from sigdb.database import open as open_database
 from sigdb.pipeline.paper.results import paper_claims
 from sigdb.pipeline.paper.signals import check_subject
 from sigdb.pipeline.recipe import Recipe
-from sigdb.pipeline.recipe_figures import check_figures, draw_figures
-from sigdb.sweep import Progress, Summary
+from sigdb.pipeline.recipe_figures import check_figures, draw_figure
+from sigdb.pipeline.recipe_models import Result, check_models, make_models
+from sigdb.pipeline.stages import Stage, carry_out, content_of
+from sigdb.report.settings import Picture
+from sigdb.sweep import Plan, Progress, Summary
 from sigdb.sweep import run as run_sweep
 
 
 @dataclass(frozen=True, kw_only=True)
 class Made:
-    """What a run of a recipe has made.
+    """What a run of a recipe has made, or has found to be there.
 
     Attributes
     ----------
@@ -25,6 +28,10 @@ class Made:
         Directory of the database.
     summary
         What the sweep did.
+    others
+        Directories of the databases of other recipes on which the models were evaluated.
+    results
+        What the models are worth, a :class:`Result` for each report.
     figures
         Picture files.
     claims
@@ -33,6 +40,8 @@ class Made:
 
     database: Path
     summary: Summary
+    others: tuple[Path, ...]
+    results: tuple[Result, ...]
     figures: tuple[Path, ...]
     claims: dict[str, Any] | None
 
@@ -45,15 +54,20 @@ def run_recipe(
     on_stage: Callable[[str], Any] = lambda sentence: None,
     on_progress: Callable[[Progress], Any] = lambda progress: None,
 ) -> Made:
-    """Make all that a recipe asks for: what is there already is kept, figures are drawn again.
+    """Make all that a recipe asks for: its database, models, reports and figures.
+
+    What is there already, whole and of the same inputs, is kept. Inputs are told apart by their content: databases by
+    the checksums of their parts, models by their files, then settings and versions. Stopped at any instant, the same
+    call goes on.
 
     Parameters
     ----------
     recipe
         From :func:`load_recipe`.
     out
-        Folder: the database goes to ``signatures``, pictures to ``figures``, the comparison with the paper to
-        ``claims.md`` and ``claims.json``.
+        Folder: the database goes to ``signatures``, those of other recipes to ``others/NAME/signatures``, models to
+        ``models``, their reports to ``reports``, pictures to ``figures``, the comparison with the paper to
+        ``claims.md`` and ``claims.json``. What each was made from is in ``receipts``.
     jobs
         Worker processes of the sweep; -1 for one on each core.
     on_stage
@@ -64,46 +78,117 @@ def run_recipe(
     Returns
     -------
     Made
+        A model among its results that is better than is possible has figures in ``above``.
 
     Raises
     ------
     InputError
-        If the design does not fit the rig, the folder holds the database of another recipe, or a figure's condition
-        does not select one case.
+        If the design does not fit the rig, the folder holds the database of another recipe, the database does not
+        allow a model or its split, or a figure's condition does not select one case.
     DatabaseError
         If the database cannot be written or read.
     """
-    out, plan, report = Path(out), recipe.plan(), recipe.sections.report
-    check_figures(recipe, plan)
-    if report.paper:
-        check_subject(recipe.rig, plan.gear, plan.sensors[0])
-    folder = out / "signatures"
-    on_stage(f"{folder}: {plan.rows} rows from {plan.n_templates} templates of rig {plan.rig.name}")
-    summary = run_sweep(plan, folder, recipe=recipe.text, jobs=jobs, on_progress=on_progress)
-    on_stage(_said(folder, summary))
-    figures = []
-    for path in draw_figures(recipe, plan, open_database(folder), out / "figures"):
-        on_stage(f"{path}: drawn")
-        figures.append(path)
-    claims = _compared(recipe, plan.gear, plan.sensors[0], out, on_stage) if report.paper else None
-    return Made(database=folder, summary=summary, figures=tuple(figures), claims=claims)
+    run = _Run(recipe, Path(out), jobs, on_stage, on_progress)
+    run.check()
+    summary = run.sweep(recipe, run.plan, run.folder)
+    for name, other in run.others.items():
+        run.sweep(other, run.other_plans[name], run.other_folder(name))
+    return Made(
+        database=run.folder,
+        summary=summary,
+        others=tuple(run.other_folder(name) for name in run.others),
+        results=run.models(),
+        figures=run.figures(),
+        claims=run.claims(),
+    )
+
+
+class _Run:
+    """A recipe, where it is made, and whom to tell."""
+
+    def __init__(
+        self,
+        recipe: Recipe,
+        out: Path,
+        jobs: int,
+        on_stage: Callable[[str], Any],
+        on_progress: Callable[[Progress], Any],
+    ) -> None:
+        self.recipe, self.out, self.jobs = recipe, out, jobs
+        self.on_stage, self.on_progress = on_stage, on_progress
+        self.plan, self.folder = recipe.plan(), out / "signatures"
+        self.others = {other.path.stem: other for other in recipe.evaluated_on()}
+        self.other_plans: dict[str, Plan] = {name: other.plan() for name, other in self.others.items()}
+
+    def other_folder(self, name: str) -> Path:
+        return self.out / "others" / name / "signatures"
+
+    def check(self) -> None:
+        """Refuse what cannot be made, before anything is."""
+        check_figures(self.recipe, self.plan)
+        check_models(self.recipe, self.plan, self.other_plans)
+        if self.recipe.sections.report.paper:
+            check_subject(self.recipe.rig, self.plan.gear, self.plan.sensors[0])
+
+    def sweep(self, recipe: Recipe, plan: Plan, folder: Path) -> Summary:
+        self.on_stage(f"{folder}: {plan.rows} rows from {plan.n_templates} templates of rig {plan.rig.name}")
+        summary = run_sweep(plan, folder, recipe=recipe.text, jobs=self.jobs, on_progress=self.on_progress)
+        self.on_stage(_said(folder, summary))
+        return summary
+
+    def models(self) -> tuple[Result, ...]:
+        if not self.recipe.sections.recognition.targets:
+            return ()
+        others = {name: open_database(self.other_folder(name)) for name in self.others}
+        return tuple(make_models(self.recipe, open_database(self.folder), others, self.out, self.on_stage))
+
+    def figures(self) -> tuple[Path, ...]:
+        return tuple(self._figure(picture) for picture in self.recipe.sections.report.figures)
+
+    def _figure(self, picture: Picture) -> Path:
+        database, report = open_database(self.folder), self.recipe.sections.report
+        stage = Stage(
+            out=self.out,
+            name=f"figures/{picture.name}.png",
+            inputs={
+                "picture": picture.model_dump(),
+                "look": report.model_dump(exclude={"figures", "paper"}),
+                "database": content_of(database),
+            },
+        )
+
+        def make() -> list[Path]:
+            draw_figure(self.recipe, self.plan, database, picture, stage.path)
+            return [stage.path]
+
+        carry_out(stage, make, self.on_stage, "drawn")
+        return stage.path
+
+    def claims(self) -> dict[str, Any] | None:
+        """The comparison with the paper, where the recipe asks for it."""
+        if not self.recipe.sections.report.paper:
+            return None
+        gear, sensor, numbers = self.plan.gear, self.plan.sensors[0], self.out / "claims.json"
+        rig = self.recipe.rig.model_dump(mode="json")
+        stage = Stage(out=self.out, name="claims.md", inputs={"rig": rig, "gear": gear, "sensor": sensor})
+
+        def make() -> list[Path]:
+            from sigdb.report import claims_markdown
+
+            self.on_stage(f"{self.out}: comparing with the paper, and with one number of the rig changed at a time")
+            facts = paper_claims(self.recipe.rig, gear=gear, sensor=sensor)
+            numbers.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
+            stage.path.write_text(claims_markdown(facts), encoding="utf-8")
+            return [stage.path, numbers]
+
+        carry_out(stage, make, self.on_stage, "written")
+        facts: dict[str, Any] = json.loads(numbers.read_text(encoding="utf-8"))
+        return facts
 
 
 def _said(folder: Path, summary: Summary) -> str:
     if summary.made == 0:
-        said = f"{folder}: complete, all {summary.rows} rows are there"
+        said = f"{folder}: unchanged, all {summary.rows} rows are there"
     else:
         said = f"{folder}: made {summary.made} rows, {summary.bytes / 1e6:.1f} MB"
     return f"{said}; {summary.failed} have no result" if summary.failed else said
-
-
-def _compared(recipe: Recipe, gear: str, sensor: str, out: Path, on_stage: Callable[[str], Any]) -> dict[str, Any]:
-    from sigdb.report import claims_markdown
-
-    on_stage(f"{out}: comparing with the paper, and with one number of the rig changed at a time")
-    facts = paper_claims(recipe.rig, gear=gear, sensor=sensor)
-    pages = {"claims.md": claims_markdown(facts), "claims.json": json.dumps(facts, indent=1) + "\n"}
-    for name, text in pages.items():
-        (out / name).write_text(text, encoding="utf-8")
-        on_stage(f"{out / name}: written")
-    return facts

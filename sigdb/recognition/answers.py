@@ -1,11 +1,12 @@
 """What an estimator says of rows: its answer, and scores, probabilities and sets where it has them."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import Any, Self
 
 import numpy as np
 import pandas as pd
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 
 from sigdb.core.typing import BoolArray, FloatArray, IntArray
 
@@ -19,13 +20,15 @@ class Answers:
     Attributes
     ----------
     found
-        Of location (rows,) tooth, 0 for none; of severity a frame, see :meth:`SeverityRegressor.predict`.
+        Of location (rows,) tooth, 0 for none; of detection (rows,) 1 for damage, 0 for none; of severity a frame, see
+        :meth:`SeverityRegressor.predict`.
     scores
-        (rows, 1 + teeth) unbounded scores of 'none' and of each tooth, from ``decision_function``.
+        (rows, 1 + teeth) unbounded scores of 'none' and of each tooth, from ``decision_function``; (rows,) of damage
+        alone, from that of a detector or from ``indicator``.
     probabilities
-        (rows, 1 + teeth) from ``predict_proba``.
+        (rows, 1 + teeth) of 'none' and of each tooth, of an estimator with ``predict_proba``.
     sets
-        (rows, 1 + teeth) whether each class is in the conformal set, from ``predict_set``.
+        (rows, 1 + teeth) whether each class is in the conformal set, of an estimator with ``predict_set``.
     """
 
     found: IntArray | pd.DataFrame
@@ -35,29 +38,69 @@ class Answers:
 
     @classmethod
     def of(cls, estimator: Any, rows: pd.DataFrame) -> Self:
-        """Ask an estimator about rows, some at once, so that memory does not grow with their views."""
-        pieces = [rows.iloc[start : start + _AT_ONCE] for start in range(0, len(rows), _AT_ONCE)]
+        """Ask an estimator about rows, some at once, so that memory does not grow with their views.
+
+        Scores are computed once: of an estimator with a ``decision_function`` the answer is where it is greatest, a
+        detector's whether it is above 0, and probabilities are its softmax. Where an estimator can tell the sets of
+        scores, ``sets_of_scores(scores, X)``, it is asked for that, else for ``predict_set(X)``.
+        """
+        starts = range(0, len(rows), _AT_ONCE)
+        return cls.joined([cls._of(estimator, rows.iloc[start : start + _AT_ONCE]) for start in starts])
+
+    @classmethod
+    def _of(cls, estimator: Any, X: pd.DataFrame) -> Self:
+        if hasattr(estimator, "indicator"):
+            return cls(found=estimator.predict(X), scores=estimator.indicator(X))
+        if not hasattr(estimator, "decision_function"):
+            return cls(found=estimator.predict(X))
+        scores = estimator.decision_function(X)
+        if scores.ndim == 1:
+            return cls(found=(scores > 0).astype(int), scores=scores)
         return cls(
-            found=_joined([estimator.predict(piece) for piece in pieces]),
-            **{
-                name: _joined([getattr(estimator, method)(piece) for piece in pieces])
-                for name, method in _METHODS.items()
-                if hasattr(estimator, method)
-            },
+            found=scores.argmax(axis=1),
+            scores=scores,
+            probabilities=softmax(scores, axis=1) if hasattr(estimator, "predict_proba") else None,
+            sets=_sets(estimator, scores, X),
         )
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """Answers to some rows and to further ones; where tooth counts differ, teeth that a gear does not have count
+        as those of :class:`LocationClassifier` do."""
+        names = [one.name for one in fields(cls)]
+        return cls(**{name: _joined([getattr(part, name) for part in parts], _ABSENT.get(name)) for name in names})
 
     @property
     def detection(self) -> FloatArray | None:
-        """(rows,) score of damage: the log odds of any tooth against none, unbounded; None without scores."""
-        if self.scores is None:
-            return None
-        return np.asarray(logsumexp(self.scores[:, 1:], axis=1) - self.scores[:, 0])
+        """(rows,) score of damage, unbounded: the log odds of any tooth against none, or the score of a detector; None
+        without scores."""
+        return None if self.scores is None else damage_score(self.scores)
 
 
-_METHODS = {"scores": "decision_function", "probabilities": "predict_proba", "sets": "predict_set"}
+def damage_score(scores: FloatArray) -> FloatArray:
+    """(rows,) score of damage: scores of damage alone as they are; of scores (rows, 1 + teeth) of 'none' and of each
+    tooth the log odds of any tooth against none."""
+    if scores.ndim == 1:
+        return scores
+    return np.asarray(logsumexp(scores[:, 1:], axis=1) - scores[:, 0])
 
 
-def _joined(pieces: list[Any]) -> Any:
+_ABSENT = {"scores": -np.inf, "probabilities": 0.0, "sets": False}
+
+
+def _sets(estimator: Any, scores: FloatArray, X: pd.DataFrame) -> BoolArray | None:
+    if hasattr(estimator, "sets_of_scores"):
+        return np.asarray(estimator.sets_of_scores(scores, X))
+    return np.asarray(estimator.predict_set(X)) if hasattr(estimator, "predict_set") else None
+
+
+def _joined(pieces: list[Any], absent: float | None) -> Any:
+    if pieces[0] is None:
+        return None
     if isinstance(pieces[0], pd.DataFrame):
         return pd.concat(pieces)
-    return np.concatenate(pieces)
+    if pieces[0].ndim == 1:
+        return np.concatenate(pieces)
+    width = max(one.shape[1] for one in pieces)
+    padded = [np.pad(one, ((0, 0), (0, width - one.shape[1])), constant_values=absent) for one in pieces]
+    return np.concatenate(padded)

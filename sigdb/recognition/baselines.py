@@ -9,17 +9,17 @@ from sklearn.base import BaseEstimator, ClassifierMixin, RegressorMixin
 from sklearn.isotonic import IsotonicRegression
 
 from sigdb.core.typing import FloatArray, IntArray
+from sigdb.recognition.location_sets import tooth_and_severity
 from sigdb.recognition.severity import TARGETS
-
-FALSE_ALARM_RATE = 0.01
+from sigdb.recognition.threshold_location import ThresholdLocation
 
 
 class MajorityLocation(ClassifierMixin, BaseEstimator):
     """Always the most frequent class of the training rows."""
 
-    def fit(self, X: pd.DataFrame, y: ArrayLike, groups: ArrayLike | None = None) -> Self:
+    def fit(self, X: pd.DataFrame, y: ArrayLike | pd.DataFrame, groups: ArrayLike | None = None) -> Self:
         """Count the classes."""
-        self.classes_, counts = np.unique(np.asarray(y, int), return_counts=True)
+        self.classes_, counts = np.unique(tooth_and_severity(y)[0], return_counts=True)
         self.answer_ = int(self.classes_[counts.argmax()])
         return self
 
@@ -28,24 +28,15 @@ class MajorityLocation(ClassifierMixin, BaseEstimator):
         return np.full(len(X), self.answer_)
 
 
-class Fm4Location(ClassifierMixin, BaseEstimator):
-    """Damage where FM4 exceeds the value that one healthy training row in a hundred exceeds.
+class Fm4Location(ThresholdLocation):
+    """Damage where FM4 exceeds the value that one healthy training row in a hundred, or another set share, exceeds.
 
     FM4 is the same for any tooth, so it cannot tell which: the tooth named is the most frequent one.
     """
 
-    def fit(self, X: pd.DataFrame, y: ArrayLike, groups: ArrayLike | None = None) -> Self:
-        """Set the threshold at the false-alarm rate of 0.01."""
-        y = np.asarray(y, int)
-        self.classes_ = np.unique(y)
-        self.threshold_ = float(np.quantile(X["fm4"].to_numpy()[y == 0], 1 - FALSE_ALARM_RATE))
-        teeth, counts = np.unique(y[y > 0], return_counts=True)
-        self.tooth_ = int(teeth[counts.argmax()])
-        return self
-
-    def predict(self, X: pd.DataFrame) -> IntArray:
-        """(rows,) 0 below the threshold, else the most frequent tooth."""
-        return np.where(X["fm4"].to_numpy() > self.threshold_, self.tooth_, 0)
+    def indicator(self, X: pd.DataFrame) -> FloatArray:
+        """(rows,) FM4."""
+        return X["fm4"].to_numpy(float)
 
 
 class MajoritySeverity(RegressorMixin, BaseEstimator):

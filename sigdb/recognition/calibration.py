@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import minimize
 from scipy.special import log_softmax
 from sklearn.model_selection import GroupKFold
@@ -13,12 +14,12 @@ from sigdb.core.typing import FloatArray, IntArray
 _FOLDS = 5
 
 
-def with_none(scores: FloatArray, slope: float, none: float) -> FloatArray:
+def with_none(scores: FloatArray, slope: float, none: ArrayLike) -> FloatArray:
     """(rows, 1 + teeth) scores of 'none' and of each tooth, whose softmax is the probability."""
-    return np.column_stack([np.full(len(scores), none), slope * scores])
+    return np.column_stack([np.broadcast_to(none, len(scores)), slope * scores])
 
 
-def calibrated(scores: FloatArray, y: IntArray) -> tuple[float, float]:
+def calibrated(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tuple[float, float]:
     """Slope of the scores and level of 'none' that make the labels most likely.
 
     Parameters
@@ -27,11 +28,13 @@ def calibrated(scores: FloatArray, y: IntArray) -> tuple[float, float]:
         (rows, teeth) of rows that the scorer has not seen; -inf where a gear has no such tooth.
     y
         (rows,) first damaged tooth, 0 for none.
+    offset
+        What is known of the level of 'none', one or (rows,); the level is added to it.
     """
 
     def loss(parameters: FloatArray) -> float:
         log_slope, none = parameters
-        stacked = with_none(scores, np.exp(log_slope), none)
+        stacked = with_none(scores, np.exp(log_slope), none + np.asarray(offset))
         return -float(log_softmax(stacked, axis=1)[np.arange(len(y)), y].mean())
 
     found = minimize(loss, np.zeros(2), method="Nelder-Mead").x

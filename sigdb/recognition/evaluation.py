@@ -22,6 +22,7 @@ from sigdb.recognition.metrics_detection import detection_figures
 from sigdb.recognition.pod import pod_figures
 from sigdb.recognition.split_kinds import changed_parts, make_split, model_form
 from sigdb.recognition.splits import TEST
+from sigdb.recognition.streamed import feature_batches
 from sigdb.recognition.training import Model, usable_rows
 
 BOUNDED = {"accuracy": 1, "pd_at": 1, "log_loss": -1, "brier": -1, "mae": -1, "rmse": -1, "crps": -1}
@@ -147,9 +148,9 @@ def evaluate(
         If no rows are left, the database holds another sensor, or was extended so that the model's split has changed.
     """
     rows, tells = _asked(model, database)
-    answers = _answers(model, rows)
-    figures = {name: answer_figures(answer, rows) for name, answer in answers.items()}
-    values = {name: answer_values(answer, rows) for name, answer in answers.items()}
+    answers = _answers(model, database, rows)
+    figures = {name: answer_figures(answer, rows, model.target) for name, answer in answers.items()}
+    values = {name: answer_values(answer, rows, model.target) for name, answer in answers.items()}
     best = {name: one.reindex(rows.index).to_numpy(float) for name, one in (bound_values or {}).items()}
     evaluation = Evaluation(
         target=model.target,
@@ -172,11 +173,9 @@ def asked_rows(model: Model, database: Database) -> pd.DataFrame:
     return _asked(model, database)[0]
 
 
-def answer_figures(answers: Answers, rows: pd.DataFrame) -> dict[str, Figure]:
+def answer_figures(answers: Answers, rows: pd.DataFrame, target: str) -> dict[str, Figure]:
     """All figures that answers allow."""
-    if isinstance(answers.found, pd.DataFrame):
-        return FIGURES["severity"](answers.found, rows)
-    figures = FIGURES["location"](answers.found, rows)
+    figures = FIGURES[target](answers.found, rows)
     if answers.detection is not None:
         figures |= detection_figures(answers.detection, rows) | pod_figures(answers.detection, rows)
     if answers.probabilities is not None:
@@ -186,12 +185,9 @@ def answer_figures(answers: Answers, rows: pd.DataFrame) -> dict[str, Figure]:
     return figures
 
 
-def answer_values(answers: Answers, rows: pd.DataFrame) -> dict[str, FloatArray]:
+def answer_values(answers: Answers, rows: pd.DataFrame, target: str) -> dict[str, FloatArray]:
     """Of each row, what those figures that are means are means of."""
-    if isinstance(answers.found, pd.DataFrame):
-        values = VALUES["severity"](answers.found, rows)
-        return {name: value for name, value in values.items() if not name.startswith("rmse")}
-    values = VALUES["location"](answers.found, rows)
+    values = {name: one for name, one in VALUES[target](answers.found, rows).items() if not name.startswith("rmse")}
     if answers.probabilities is not None:
         values |= calibration_values(answers.probabilities, rows)
     if answers.sets is not None:
@@ -257,29 +253,22 @@ def _asked(model: Model, database: Database) -> tuple[pd.DataFrame, str]:
         rows = rows[rows["tooth"] > 0]
         if rows.empty:
             raise InputError(f"{database.store} has no damaged rows, and severity is judged on them")
-    return _ready(model, database, rows), tells
+    return rows, tells
 
 
-def _ready(model: Model, database: Database, rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows with what the estimators read; without scores of templates where only others can answer them."""
-    try:
-        return model.ready(database, rows)
-    except InputError:
-        if model.learner == "templates":
-            raise
-        return rows
-
-
-def _answers(model: Model, rows: pd.DataFrame) -> dict[str, Answers]:
-    """Answers of the model, and of those beside it that can answer these rows."""
-    found = {}
-    for name, estimator in model.estimators.items():
-        try:
-            found[name] = Answers.of(estimator, rows)
-        except InputError:
-            if name == model.learner:
-                raise
-    return found
+def _answers(model: Model, database: Database, rows: pd.DataFrame) -> dict[str, Answers]:
+    """Answers of the model, and of those beside it that can answer these rows, batch by batch."""
+    rows = model.ready(database, rows)
+    found: dict[str, list[Answers]] = {name: [] for name in model.estimators}
+    for _, batch in feature_batches(database, rows):
+        for name in list(found):
+            try:
+                found[name].append(Answers.of(model.estimators[name], batch))
+            except InputError:
+                if name == model.learner:
+                    raise
+                del found[name]
+    return {name: Answers.joined(parts) for name, parts in found.items()}
 
 
 def _of_split(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:

@@ -8,6 +8,7 @@ import pandas as pd
 from sigdb.core.typing import FloatArray, IntArray
 from sigdb.recognition.bootstrap import Figure, Specimens
 from sigdb.recognition.crps import crps_quantiles
+from sigdb.recognition.metrics_detection import called_figures, called_values
 from sigdb.recognition.severity import COVERAGE, TARGETS
 
 
@@ -107,8 +108,16 @@ def _crps(found: pd.DataFrame, rows: pd.DataFrame, target: str) -> FloatArray:
     return crps_quantiles(found[names].to_numpy(float), levels, rows[target].to_numpy(float))
 
 
-FIGURES: dict[str, Callable[..., dict[str, Figure]]] = {"location": location_figures, "severity": severity_figures}
+FIGURES: dict[str, Callable[..., dict[str, Figure]]] = {
+    "location": location_figures,
+    "severity": severity_figures,
+    "detection": called_figures,
+}
 """Figures of merit by target."""
 
-VALUES: dict[str, Callable[..., dict[str, FloatArray]]] = {"location": location_values, "severity": severity_values}
+VALUES: dict[str, Callable[..., dict[str, FloatArray]]] = {
+    "location": location_values,
+    "severity": severity_values,
+    "detection": called_values,
+}
 """What they are means of, by target: for paired differences."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from sigdb.core.typing import BoolArray, FloatArray
+from sigdb.core.typing import BoolArray, FloatArray, IntArray
 from sigdb.recognition.bootstrap import UNKNOWN, Figure, Specimens, interval
 
 RATES = (1e-2, 1e-3, 1e-4)
@@ -33,6 +33,31 @@ def detection_figures(score: FloatArray, rows: pd.DataFrame, *, seed: int = 0) -
         found = detected(score, healthy, specimens, thresholds(score, healthy, specimens, resolved), ~healthy)
         figures |= {rate_name(rate): interval(found[:, i]) for i, rate in enumerate(resolved)}
     return figures
+
+
+def called_values(found: IntArray, rows: pd.DataFrame) -> dict[str, FloatArray]:
+    """Of each row, what the figures of a detector are means of; nan where a row does not count."""
+    damaged, called = rows["tooth"].to_numpy() > 0, np.asarray(found) > 0
+    return {
+        "false_alarm_rate": np.where(damaged, np.nan, called),
+        "p_detected": np.where(damaged, called, np.nan),
+    }
+
+
+def called_figures(found: IntArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Figure]:
+    """Share of healthy rows that are called damaged, and of damaged ones.
+
+    Parameters
+    ----------
+    found
+        (rows,) 0 for none, anything else for damage.
+    rows
+        ``tooth`` and ``specimen`` of each row.
+    seed
+        Seed of the bootstrap.
+    """
+    specimens = Specimens(rows["specimen"], seed=seed)
+    return {name: specimens.mean(value) for name, value in called_values(found, rows).items()}
 
 
 def rate_name(rate: float) -> str:

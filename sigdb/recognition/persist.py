@@ -29,13 +29,18 @@ TRUSTED = (
     "sigdb.recognition.baselines.MajorityLocation",
     "sigdb.recognition.baselines.MajoritySeverity",
     "sigdb.recognition.detection.Detector",
+    "sigdb.recognition.envelope_location.EnvelopeLocation",
     "sigdb.recognition.location.LocationClassifier",
+    "sigdb.recognition.location_detector.LocationDetector",
+    "sigdb.recognition.na4_star_location.Na4StarLocation",
+    "sigdb.recognition.nearest_template_location.NearestTemplateLocation",
     "sigdb.recognition.severity.SeverityRegressor",
     "sigdb.recognition.template_bank.PointTemplates",
     "sigdb.recognition.template_bank.TemplateBank",
     "sigdb.recognition.template_location.TemplateLocation",
     "sigdb.recognition.template_severity.TemplateSeverity",
     "sigdb.recognition.views.ToothViews",
+    "sigdb.recognition.whitened_bank_location.WhitenedBankLocation",
     "sklearn._loss.link.Interval",
     "sklearn._loss.link.IdentityLink",
     "sklearn._loss.link.LogitLink",
@@ -150,7 +155,7 @@ def _rebuilt(described: dict[str, Any], content: bytes) -> Model:
 
 def _answers(model: Model, rows: pd.DataFrame) -> np.ndarray:
     estimator = model.estimators[model.learner]
-    if model.target == "location":
+    if model.target != "severity":
         return np.asarray(estimator.decision_function(rows))
     return np.asarray(estimator.predict(rows))
 

@@ -1,14 +1,17 @@
 """The section ``[recognition]`` of a recipe."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, Strict, field_validator, model_validator
 
 from sigdb.core.fields import Section, quantity
 
+Target = Literal["location", "severity", "detection"]
+SplitName = Literal["S0", "S1", "S2", "S3", "S4"]
+
 
 class Recognition(Section):
-    """How damage is learnt."""
+    """How damage is learnt, and which models a run of the recipe makes."""
 
     learner: Literal["lda", "boosting", "templates"] = Field(
         default="boosting",
@@ -16,3 +19,39 @@ class Recognition(Section):
     )
     folds: int = quantity("-", "Folds of specimens; one is held out for evaluation.", ge=3, default=5)
     seed: int = quantity("-", "Seed of training.", ge=0, default=0)
+    false_alarm_rate: float = quantity(
+        "-", "Rate of false alarms at which a detector is set.", gt=0, lt=1, default=0.01
+    )
+    targets: Annotated[tuple[Target, ...], Strict(False)] = Field(
+        default=(), description="What a run trains models for; none if left out."
+    )
+    splits: Annotated[tuple[SplitName, ...], Strict(False)] = Field(
+        default=("S1",), description="What is left out of training: a model for each target and split.", min_length=1
+    )
+    evaluate_on: Annotated[tuple[str, ...], Strict(False)] = Field(
+        default=(),
+        description="Other recipes, by path from this one's folder: a run makes their databases too, and evaluates the "
+        "models of the first split on them.",
+    )
+
+    @field_validator("targets", "splits", "evaluate_on")
+    @classmethod
+    def _named_once(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"{name!r} is given twice; give it once")
+        return names
+
+    @field_validator("evaluate_on")
+    @classmethod
+    def _are_recipes(cls, paths: tuple[str, ...]) -> tuple[str, ...]:
+        for path in paths:
+            if not path.endswith(".toml"):
+                raise ValueError(f"{path!r} is not the path of a recipe, which ends in .toml")
+        return paths
+
+    @model_validator(mode="after")
+    def _has_models(self) -> "Recognition":
+        if self.evaluate_on and not self.targets:
+            raise ValueError("evaluate_on is given without targets; name what to train models for, or leave it out")
+        return self

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 
 from sigdb.core.errors import InputError
-from sigdb.core.typing import BoolArray, FloatArray
+from sigdb.core.typing import BoolArray, FloatArray, IntArray
+from sigdb.recognition.conformal_cells import noise_db
 from sigdb.recognition.posterior import Posterior, posterior
+from sigdb.recognition.row_matrix import as_matrix
 from sigdb.recognition.severity import TARGETS
 from sigdb.recognition.template_bank import PointTemplates, TemplateBank
 
@@ -48,6 +50,8 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     -----
     There is nothing to learn: specimens of all rows are unseen ones.
     """
+
+    column = SCORED
 
     def __init__(self, bank: TemplateBank, n_jobs: int | None = None) -> None:
         self.bank = bank
@@ -90,7 +94,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
             bank does not have the tooth count.
         """
         if hasattr(X, "columns") and SCORED in X.columns and len(X):
-            return np.stack(X[SCORED].to_list()).astype(float)
+            return as_matrix(X[SCORED])
         check_columns(X)
         point = X[["speed_rpm", "torque", "teeth"]].to_numpy(float)
         place = self.bank.nearest(*point.T)
@@ -119,6 +123,13 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         ratio[:, : point.teeth] = known.location[:, 1:] - known.location[:, :1]
         misfit = _misfit(likelihood, point, noise, self.bank.index_error)
         return np.column_stack([ratio, misfit, *_severity(known, point.severity)])
+
+
+def noise_at_point(bank: TemplateBank, X: pd.DataFrame) -> tuple[IntArray, FloatArray | None]:
+    """Of rows, the place of the nearest operating point of a bank, and the noise relative to its healthy signal, dB."""
+    point = bank.nearest(*X[["speed_rpm", "torque", "teeth"]].to_numpy(float).T)
+    reference = np.array([one.arrays["reference_variance"].mean() for one in bank.points])
+    return point, noise_db(X, reference[point])
 
 
 def check_columns(X: pd.DataFrame) -> None:

@@ -10,25 +10,19 @@ import pandas as pd
 from sigdb.core.errors import InputError
 from sigdb.database import Database
 from sigdb.database.reader import check_complete
-from sigdb.recognition.baselines import Fm4Location, Fm4Severity, MajorityLocation, MajoritySeverity
+from sigdb.recognition.contenders import CONTENDERS
+from sigdb.recognition.even_draw import evenly_drawn
 from sigdb.recognition.learners import POOLED
-from sigdb.recognition.location import LocationClassifier
 from sigdb.recognition.settings import Recognition
-from sigdb.recognition.severity import TARGETS, SeverityRegressor
+from sigdb.recognition.severity import TARGETS
 from sigdb.recognition.split_kinds import make_split, model_form
 from sigdb.recognition.splits import TRAINING
+from sigdb.recognition.streamed import Reducer, reducers_of, with_averages, with_features, with_reduced
 from sigdb.recognition.template_bank import TemplateBank
-from sigdb.recognition.template_location import TemplateLocation
-from sigdb.recognition.template_rows import with_averages, with_scores
-from sigdb.recognition.template_scores import TemplateScores
-from sigdb.recognition.template_severity import TemplateSeverity
-from sigdb.recognition.views import COLUMNS
 
-_ESTIMATORS: dict[str, tuple[Callable[..., Any], dict[str, Callable[..., Any]]]] = {
-    "location": (LocationClassifier, {"fm4": Fm4Location, "majority": MajorityLocation}),
-    "severity": (SeverityRegressor, {"fm4": Fm4Severity, "majority": MajoritySeverity}),
-}
-_OF_TEMPLATES: dict[str, Callable[..., Any]] = {"location": TemplateLocation, "severity": TemplateSeverity}
+POOLED_ROWS = 50_000
+"""Greatest number of rows that the learners of pooled features learn from."""
+
 _PROBE = 8
 
 
@@ -39,7 +33,7 @@ class Model:
     Attributes
     ----------
     target
-        ``location`` or ``severity``.
+        ``location``, ``severity`` or ``detection``.
     learner
         Which of the estimators is the model; the others stand beside it for comparison.
     estimators
@@ -59,6 +53,10 @@ class Model:
         Sensor whose signatures it reads.
     rows
         Number of training rows.
+    pooled_rows
+        Number of them that ``lda`` and ``boosting`` have learnt from.
+    false_alarm_rate
+        Rate that detectors, and the baselines' thresholds, were set at.
     """
 
     target: str
@@ -73,19 +71,28 @@ class Model:
     split_hash: str
     sensor: str
     rows: int
+    pooled_rows: int
+    false_alarm_rate: float
 
     @property
-    def scores(self) -> TemplateScores | None:
-        """What reduces averages to scores of templates; None where no estimator reads them."""
-        one = self.estimators.get("templates")
-        return None if one is None else TemplateScores(one.bank)
+    def reducers(self) -> dict[str, Reducer]:
+        """By column, what reduces averages to what the estimators read."""
+        return reducers_of(self.estimators.values())
 
     def ready(self, database: Database, rows: pd.DataFrame) -> pd.DataFrame:
-        """Rows of :func:`usable_rows`, with what the estimators read beside features."""
-        return rows if self.scores is None else with_scores(database, rows, self.scores)
+        """Rows of :func:`usable_rows`, with what the estimators read of averages where it can be had.
+
+        Raises
+        ------
+        InputError
+            If what the model itself reads cannot be had.
+        """
+        needed = reducers_of([self.estimators[self.learner]])
+        return with_reduced(database, rows, self.reducers, sensor=self.sensor, needed=needed)
 
     def predict(self, X: pd.DataFrame) -> Any:
-        """What the model says of rows of features, see :class:`LocationClassifier` and :class:`SeverityRegressor`.
+        """What the model says of rows of features, see :class:`LocationClassifier`, :class:`SeverityRegressor` and
+        :class:`LocationDetector`.
 
         With the learner ``templates``: of rows with averages, see :class:`TemplateScores`.
         """
@@ -100,16 +107,21 @@ def train(
     split: str = "S1",
     on_step: Callable[[str], Any] = lambda step: None,
 ) -> Model:
-    """Train location or severity on a database, with one fold of specimens left out for :func:`evaluate`.
+    """Train on a database, with one fold of specimens left out for :func:`evaluate`.
+
+    Memory holds the arrays of a batch of rows, however many there are: averages are reduced to scores as they are read,
+    and ``lda`` and ``boosting`` learn from at most :data:`POOLED_ROWS` training rows (50 000), drawn evenly over
+    specimens and cases (:func:`~sigdb.recognition.even_draw.evenly_drawn`), beyond which they hardly learn more. The
+    others learn from all training rows.
 
     Parameters
     ----------
     database
         A finished database with healthy rows.
     target
-        ``location`` or ``severity``.
+        ``location``, ``severity`` or ``detection``.
     settings
-        Learner, folds and seed.
+        Learner, folds, seed and false-alarm rate.
     split
         What is left out besides, ``S0`` to ``S4``: see :func:`~sigdb.recognition.split_kinds.make_split`.
     on_step
@@ -119,13 +131,13 @@ def train(
     ------
     InputError
         If the target or the split is not known or does not fit the database, there are no healthy or no damaged rows,
-        or a class is missing from a fold.
+        a class is missing from a fold, or healthy rows are too few for the false-alarm rate.
     DatabaseError
         If the sweep is not finished.
     """
     settings = settings or Recognition()
-    if target not in _ESTIMATORS:
-        raise InputError(f"target = {target!r} is not known; choose one of {', '.join(_ESTIMATORS)}")
+    if target not in CONTENDERS:
+        raise InputError(f"target = {target!r} is not known; choose one of {', '.join(CONTENDERS)}")
     rows = usable_rows(database, target)
     counts = np.bincount((rows["tooth"] > 0).to_numpy(int), minlength=2)
     if not counts.all():
@@ -134,26 +146,22 @@ def train(
     parts = make_split(split, rows, seed=database.manifest.seed, folds=settings.folds)
     training = rows[parts.folds(rows) == TRAINING]
     bank = _bank(database, settings.learner, on_step)
-    if bank is not None:
-        on_step("scores of templates")
-        training = with_scores(database, training, TemplateScores(bank))
-    groups = training["specimen"].to_numpy()
-    labels = training["tooth"] if target == "location" else training[["tooth", *TARGETS]]
-
-    learned, baselines = _ESTIMATORS[target]
-    unfitted = {name: learned(name, settings.seed) for name in POOLED}
-    unfitted |= {"templates": _OF_TEMPLATES[target](bank)} if bank is not None else {}
-    unfitted |= {name: baseline() for name, baseline in baselines.items()}
+    unfitted = CONTENDERS[target](settings, bank)
+    on_step("reading averages")
+    training = with_reduced(database, training, reducers_of(unfitted.values()), sensor=database.sensors[0])
+    on_step("reading features")
+    pooled = with_features(database, evenly_drawn(training, POOLED_ROWS))
     estimators = {}
     for name, estimator in unfitted.items():
         on_step(name)
-        estimators[name] = estimator.fit(training, labels, groups)
+        seen = pooled if name in POOLED else training
+        estimators[name] = estimator.fit(seen, _labels(seen, target, name), seen["specimen"].to_numpy())
     return Model(
         target=target,
         learner=settings.learner,
         estimators=estimators,
         seed=database.manifest.seed,
-        trained_on=tuple(int(one) for one in np.unique(groups)),
+        trained_on=tuple(int(one) for one in np.unique(training["specimen"])),
         database_hash=database.manifest.hash,
         form=model_form(database.manifest.resolved),
         split=split,
@@ -161,11 +169,18 @@ def train(
         split_hash=parts.hash,
         sensor=database.sensors[0],
         rows=len(training),
+        pooled_rows=len(pooled),
+        false_alarm_rate=settings.false_alarm_rate,
     )
 
 
+def _labels(rows: pd.DataFrame, target: str, name: str) -> pd.Series | pd.DataFrame:
+    """Tooth and severities; of the location of pooled features the tooth alone."""
+    return rows["tooth"] if target != "severity" and name in POOLED else rows[["tooth", *TARGETS]]
+
+
 def usable_rows(database: Database, target: str) -> pd.DataFrame:
-    """Rows that have a result and, for severity, one severity for all their damaged teeth.
+    """Rows that have a result and, for severity, one severity for all their damaged teeth, by id, without arrays.
 
     Raises
     ------
@@ -173,17 +188,32 @@ def usable_rows(database: Database, target: str) -> pd.DataFrame:
         If the sweep is not finished.
     """
     check_complete(database)
-    labels = ("tooth", *TARGETS, "specimen", "draw", "snr_db", "averages", "scatter", "fm4", "status")
-    columns = ", ".join(dict.fromkeys((*labels, *COLUMNS)))
+    columns = ", ".join(_COLUMNS)
     plain = " and pattern = ''" if target == "severity" else ""
     return database.sql(f"select id, {columns} from features where status = 'ok'{plain} order by id").set_index("id")
+
+
+_COLUMNS = (
+    "tooth",
+    *TARGETS,
+    "specimen",
+    "draw",
+    "snr_db",
+    "averages",
+    "scatter",
+    "fm4",
+    "teeth",
+    "speed_rpm",
+    "torque",
+)
+"""What is known of a row beside its arrays."""
 
 
 def probe_rows(model: Model, database: Database, rows: pd.DataFrame) -> pd.DataFrame:
     """A few rows of one tooth count with all that the model's estimators read, for :func:`save_model`."""
     alike = rows[rows["teeth"] == rows["teeth"].iloc[0]]
-    few = alike.iloc[:: max(1, len(alike) // _PROBE)][:_PROBE]
-    return few if model.scores is None else with_averages(database, few, model.scores)
+    few = with_features(database, alike.iloc[:: max(1, len(alike) // _PROBE)][:_PROBE])
+    return with_averages(database, few, sensor=model.sensor) if model.reducers else few
 
 
 def _bank(database: Database, learner: str, on_step: Callable[[str], Any]) -> TemplateBank | None:

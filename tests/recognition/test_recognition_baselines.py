@@ -75,7 +75,8 @@ def test_fm4_severity_of_a_target_that_does_not_vary_is_that_target():
 
 def test_models_beat_the_baselines_on_specimens_that_they_have_not_seen(database, location_model, severity_model):
     location = evaluate(location_model, database).figures
-    assert set(location) == {"lda", "boosting", "templates", "fm4", "majority"}
+    baselines = {"whitened_bank", "nearest_template", "envelope_peak", "na4_star", "fm4", "majority"}
+    assert set(location) == {"lda", "boosting", "templates", *baselines}
     for learner in ("lda", "boosting"):
         assert location[learner]["p_exact"].value > 0.5
         assert location[learner]["none_on_healthy"].value > 0.9
