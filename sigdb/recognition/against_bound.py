@@ -21,6 +21,7 @@ DRAWS = 4000
 
 
 def against_bound(
+    target: str,
     answers: Answers,
     rows: pd.DataFrame,
     best: Bound | None = None,
@@ -52,6 +53,8 @@ def against_bound(
 
     Parameters
     ----------
+    target
+        ``location``, ``severity`` or ``detection``.
     answers
         Of the model.
     rows
@@ -69,7 +72,7 @@ def against_bound(
         [
             _head(band, rows) | one
             for band in noise_bands(rows["snr_db"])
-            for one in _of_band(some_answers(answers, band.inside), rows[band.inside], best, points, draws)
+            for one in _of_band(target, some_answers(answers, band.inside), rows[band.inside], best, points, draws)
         ]
     )
     if "target" not in table:
@@ -100,13 +103,23 @@ def _head(band: NoiseBand, rows: pd.DataFrame) -> dict[str, Any]:
 
 
 def _of_band(
-    answers: Answers, rows: pd.DataFrame, best: Bound | None, points: Sequence[OperatingPoint], draws: int
+    target: str,
+    answers: Answers,
+    rows: pd.DataFrame,
+    best: Bound | None,
+    points: Sequence[OperatingPoint],
+    draws: int,
 ) -> list[dict[str, Any]]:
     if isinstance(answers.found, pd.DataFrame):
         return [] if best is None else of_severity(answers.found, rows, best)
-    columns: dict[str, Any] = {}
-    if best is not None:
-        asked = [point.asking(rows.index) for point in points]
-        asked = [point for point in asked if point.rows["judged"].any()]
-        columns |= of_location(answers, rows, best, asked, draws) | of_detection(answers, rows, best)
-    return [columns | of_calibration(answers, rows)]
+    columns: dict[str, Any] = {} if best is None else dict(of_detection(answers, rows, best))
+    if target == "location":
+        columns |= of_calibration(answers, rows)
+        columns |= {} if best is None else of_location(answers, rows, best, _asked(points, rows), draws)
+    return [columns]
+
+
+def _asked(points: Sequence[OperatingPoint], rows: pd.DataFrame) -> list[OperatingPoint]:
+    """The points that have some of the rows, asked for them."""
+    asked = [point.asking(rows.index) for point in points]
+    return [point for point in asked if point.rows["judged"].any()]

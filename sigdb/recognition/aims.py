@@ -180,8 +180,17 @@ def _of_cells(cells: pd.DataFrame | None) -> Aim:
 
 
 def _least(worst: dict[Hashable, Any], below: pd.DataFrame, cells: pd.DataFrame) -> str:
-    severity = "healthy" if np.isnan(worst["stiffness_loss"]) else f"loss {worst['stiffness_loss']:g}"
+    where = ", ".join(said.format(worst[name]) for name, said in _CELL_WORDS.items() if name in worst)
     return (
         f"{len(below)} of {len(cells)} cells; the least coverage is {worst['coverage']:.3f}, of {worst['rows']} rows "
-        f"({worst['target']}; {severity}, {worst['snr_db']:g} dB, {worst['speed_rpm']:g} rpm, {worst['torque']:g} N m)."
+        f"({worst['target']}; {where})."
     )
+
+
+_CELL_WORDS = {
+    "stiffness_loss": "loss {:g}",
+    "damaged_teeth": "{:g} damaged teeth",
+    "snr_db": "{:g} dB",
+    "speed_rpm": "{:g} rpm",
+    "torque": "{:g} N m",
+}

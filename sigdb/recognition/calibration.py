@@ -13,10 +13,16 @@ from sigdb.core.typing import FloatArray, IntArray
 
 _FOLDS = 5
 
+_LEAST_SLOPE = 1e-3
+"""Slope of scores that tell nothing: they keep their order."""
 
-def with_none(scores: FloatArray, slope: float, none: ArrayLike) -> FloatArray:
-    """(rows, 1 + teeth) scores of 'none' and of each tooth, whose softmax is the probability."""
-    return np.column_stack([np.broadcast_to(none, len(scores)), slope * scores])
+
+def with_none(scores: FloatArray, slope: ArrayLike, none: ArrayLike) -> FloatArray:
+    """(rows, 1 + teeth) scores of 'none' and of each tooth, whose softmax is the probability.
+
+    The slope and the level of 'none' are one, or (rows,).
+    """
+    return np.column_stack([np.broadcast_to(none, len(scores)), np.reshape(slope, (-1, 1)) * scores])
 
 
 def calibrated(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tuple[float, float]:
@@ -32,16 +38,25 @@ def calibrated(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tupl
         What is known of the level of 'none', one or (rows,); the level is added to it.
     """
 
-    def loss(parameters: FloatArray) -> float:
-        log_slope, none = parameters
-        stacked = with_none(scores, np.exp(log_slope), none + np.asarray(offset))
-        return -float(log_softmax(stacked, axis=1)[np.arange(len(y)), y].mean())
+    known = np.isfinite(scores)
+    finite, rows = np.where(known, scores, 0.0), np.arange(len(y))
+    of_truth, damaged = np.where(y > 0, finite[rows, y - 1], 0.0), y > 0
+    unit = max(float(finite.std()), np.finfo(float).tiny)  # both parameters count alike
 
-    found = minimize(loss, np.zeros(2), method="Nelder-Mead").x
-    return float(np.exp(found[0])), float(found[1])
+    def loss(parameters: FloatArray) -> tuple[float, FloatArray]:
+        slope, none = parameters[0] / unit, parameters[1] + np.asarray(offset)
+        log_p = log_softmax(with_none(scores, slope, none), axis=1)
+        p = np.exp(log_p)
+        gradient = ((p[:, 1:] * finite).sum(axis=1) - of_truth).mean() / unit, (p[:, 0] - ~damaged).mean()
+        return -float(log_p[rows, y].mean()), np.array(gradient)
+
+    # Convex, so that any descent finds the least one.
+    bounds = [(_LEAST_SLOPE * unit, None), (None, None)]
+    found = minimize(loss, [unit, 0.0], jac=True, bounds=bounds, method="L-BFGS-B", options={"ftol": 1e-12}).x
+    return float(found[0] / unit), float(found[1])
 
 
-def specimen_folds_of(groups: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+def specimen_folds_of(groups: IntArray, folds: int = _FOLDS) -> Iterator[tuple[IntArray, IntArray]]:
     """Rows to calibrate on and rows of other specimens to judge, so that each row is judged once.
 
     With one specimen its own rows have to do.
@@ -50,7 +65,7 @@ def specimen_folds_of(groups: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
     if count < 2:
         yield np.arange(len(groups)), np.arange(len(groups))
         return
-    yield from GroupKFold(min(_FOLDS, count)).split(groups, groups=groups)
+    yield from GroupKFold(min(folds, count)).split(groups, groups=groups)
 
 
 def check_labels(teeth: IntArray, y: IntArray) -> None:

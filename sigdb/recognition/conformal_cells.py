@@ -40,9 +40,10 @@ def band_edges(noise: FloatArray | None, specimens: IntArray, coverage: float) -
     There are none where noise is not known.
     """
     edges: list[float] = []
+    if noise is None:
+        return np.array(edges)
     needed = least_specimens(coverage)
-    low, high = (0.0, 0.0) if noise is None else (float(noise.min()), float(noise.max()))
-    for edge in np.arange(low + BAND_DB, high, BAND_DB).tolist():
+    for edge in np.arange(noise.min() + BAND_DB, noise.max(), BAND_DB).tolist():
         last = edges[-1] if edges else -np.inf
         sides = (noise >= last) & (noise < edge), noise >= edge
         if all(len(np.unique(specimens[side])) >= needed for side in sides):

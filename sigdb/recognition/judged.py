@@ -66,14 +66,17 @@ class _Best:
 
     Attributes
     ----------
+    target
+        Of the model.
     bound
-        The bound.
+        The bound; of location for a detector too.
     rows
         Those of the rows that it holds, as the model is asked about them.
     points
         Their operating points.
     """
 
+    target: str
     bound: Bound
     rows: pd.DataFrame
     points: Sequence[OperatingPoint]
@@ -83,11 +86,13 @@ class _Best:
         severity = model.target == "severity"
         best = bound(database, rows.index, target="severity" if severity else "location", sensor=model.sensor)
         points, _ = operating_points(database, best.rows.index, sensor=model.sensor, damaged=severity)
-        return cls(bound=best, rows=rows.loc[rows.index.isin(best.rows.index)], points=points)
+        return cls(target=model.target, bound=best, rows=rows.loc[rows.index.isin(best.rows.index)], points=points)
 
     @cached_property
     def values(self) -> dict[str, pd.Series]:
         """By figure and id, what figures are means of; the CRPS by the quantiles that models give."""
+        if self.target == "detection":
+            return {}
         own = self.bound.rows.loc[self.rows.index]
         values = {str(name): self.bound.values[name] for name in self.bound.values if not str(name).startswith("rmse")}
         if self.bound.target == "severity":
@@ -98,12 +103,11 @@ class _Best:
     @cached_property
     def figures(self) -> dict[str, Figure]:
         """The bound's figures, those of detection too."""
-        specimens = Specimens(self.bound.rows["specimen"])
-        figures = {name: one for name, one in self.bound.figures.items() if name.startswith("rmse")}
-        figures |= {
-            name: specimens.mean(one.loc[self.bound.rows.index].to_numpy()) for name, one in self.values.items()
-        }
-        if self.bound.target == "location" and "stiffness_loss" in self.rows:
+        specimens, ids = Specimens(self.bound.rows["specimen"]), self.bound.rows.index
+        figures = {name: specimens.mean(one.loc[ids].to_numpy()) for name, one in self.values.items()}
+        if self.target == "severity":
+            figures |= {name: one for name, one in self.bound.figures.items() if name.startswith("rmse")}
+        elif "stiffness_loss" in self.rows:
             score: FloatArray = self.bound.rows.loc[self.rows.index, "log_odds"].to_numpy()
             figures |= detection_figures(score, self.rows) | pod_figures(score, self.rows)
         return figures
@@ -126,7 +130,7 @@ def _judged(
 ) -> Evaluation:
     """An evaluation with the model's efficiency and its aims."""
     law = (None, ()) if best is None else (best.bound, best.points)
-    table = against_bound(answers, rows, *law)
+    table = against_bound(model.target, answers, rows, *law)
     cells = evaluation.tables.get("coverage")
     if cells is None and _gives_sets(answers):
         cells = pd.DataFrame()
@@ -141,9 +145,6 @@ def _judged(
 
 def _gives_sets(answers: Answers) -> bool:
     """Whether a model gives sets of answers, or intervals."""
-    found = answers.found
-    return (
-        any(str(name).endswith("_low") for name in found)
-        if isinstance(found, pd.DataFrame)
-        else answers.sets is not None
-    )
+    if isinstance(answers.found, pd.DataFrame):
+        return any(str(name).endswith("_low") for name in answers.found)
+    return answers.sets is not None

@@ -8,66 +8,104 @@ import pandas as pd
 from numpy.typing import ArrayLike
 from scipy.special import softmax
 from sklearn.base import BaseEstimator, ClassifierMixin, clone
-from sklearn.model_selection import GroupShuffleSplit
 from sklearn.utils.validation import check_is_fitted
 
-from sigdb.core.typing import FloatArray, IntArray
-from sigdb.recognition.calibration import calibrated, check_labels, with_none
+from sigdb.core.typing import BoolArray, FloatArray, IntArray
+from sigdb.recognition.calibration import calibrated, check_labels, specimen_folds_of, with_none
+from sigdb.recognition.conformal import COVERAGE, rows_by_cell
+from sigdb.recognition.conformal_cells import band_edges, bands, noise_db, points_of
 from sigdb.recognition.learners import tooth_scorer
+from sigdb.recognition.location_sets import LocationSets, strangeness, tooth_and_severity
 from sigdb.recognition.views import ToothViews, by_teeth, check_columns
+
+FOLDS = 2
+"""Parts of the specimens, each scored by what the other ones have taught."""
 
 _ROWS_AT_ONCE = 4096
 
 
-class LocationClassifier(ClassifierMixin, BaseEstimator):
+class LocationClassifier(LocationSets, ClassifierMixin, BaseEstimator):
     """Location of damage: 0 for none, else the first damaged tooth.
 
     A binary scorer, shared by all teeth, is trained to tell the view from the first damaged tooth from views of other
-    teeth and of healthy gears. The answer is a softmax over the scores of all teeth and of 'none', with a slope and a
-    level of 'none' calibrated on specimens that the scorer has not seen. Turning the signature by j teeth turns the
-    answer by j teeth exactly, and a gear of a tooth count
-    that was never seen has an answer too; but there the level of 'none' is not calibrated, and may be far off.
+    teeth and of healthy gears. The answer is a softmax over the scores of all teeth and of 'none'. Their slope, the
+    level of 'none' and the thresholds of conformal sets (:class:`LocationSets`) are set in bands of the noise (in dB of
+    the sensor's unit), on scores of specimens that the scorer had not seen; then the scorer learns from all.
+
+    Turning the signature by j teeth turns the answer by j teeth exactly. A gear of a tooth count that was never seen
+    has an answer too. Of Z teeth each has the prior odds ``1 / (r Z)`` against none, r the odds of none against damage,
+    so the level of 'none' is ``none_ + log Z``.
 
     Parameters
     ----------
     learner
         ``"lda"`` (shrinkage linear discriminant analysis) or ``"boosting"`` (gradient boosting of histograms).
     random_state
-        Seed of the choice of views from other teeth, of the calibration's specimens, and of boosting.
+        Seed of the choice of views from other teeth, and of boosting.
+    coverage
+        Nominal coverage of the sets. It needs ``coverage / (1 - coverage)`` specimens, nine for 0.9; with fewer every
+        set holds every answer.
+
+    Attributes
+    ----------
+    slope_, none_
+        (1 + bands,) slope of the scores, and level of 'none' without log Z: of all rows, for records whose noise is not
+        known, then of each band.
+    set_edges_, set_thresholds_
+        As of :class:`LocationSets`.
     """
 
     _OTHER_TEETH = 3
 
-    def __init__(self, learner: str = "boosting", random_state: int = 0) -> None:
+    def __init__(self, learner: str = "boosting", random_state: int = 0, coverage: float = COVERAGE) -> None:
         self.learner = learner
         self.random_state = random_state
+        self.coverage = coverage
 
-    def fit(self, X: pd.DataFrame, y: ArrayLike, groups: ArrayLike | None = None) -> Self:
+    def fit(self, X: pd.DataFrame, y: ArrayLike | pd.DataFrame, groups: ArrayLike | None = None) -> Self:
         """Train on rows of features.
 
         Parameters
         ----------
         X
-            Rows with the columns ``teeth``, ``speed_rpm``, ``torque``, ``wigner_ville``.
+            Rows with the columns ``teeth``, ``speed_rpm``, ``torque``, ``wigner_ville``; for sets that follow the noise
+            also ``averages`` and ``scatter``.
         y
-            First damaged tooth, 0 for none.
+            First damaged tooth, 0 for none; or a frame with ``tooth`` and severities, for each of which coverage is to
+            hold.
         groups
             Specimen of each row; each row counts as its own if left out.
         """
         check_columns(X)
-        y = np.asarray(y, dtype=int)
-        groups = np.arange(len(y)) if groups is None else np.asarray(groups)
-        check_labels(X["teeth"].to_numpy(), y)
-        if len(np.unique(groups)) < 2:
-            groups = np.arange(len(y))  # with one specimen only, its own rows have to calibrate
+        tooth, severity = tooth_and_severity(y)
+        check_labels(X["teeth"].to_numpy(), tooth)
+        groups = own_groups(groups, len(X))
         self.classes_ = np.arange(int(X["teeth"].max()) + 1)
+        scores = self._unseen_scores(X, tooth, groups)
+        noise = noise_db(X)
+        own = rows_by_cell(bands(band_edges(noise, groups, self.coverage), noise, len(X)))
+        strange, levels = np.empty(len(X)), []
+        for at in (np.arange(len(X)), *own):
+            prior = _log_teeth(scores[at])
+            levels.append(calibrated(scores[at], tooth[at], prior))
+            strange[at] = strangeness(scores[at], tooth[at], groups[at], prior)
+        self.slope_, self.none_ = np.array(levels).T
+        self._fit_sets(strange, tooth, severity, point=points_of(X), noise=noise, groups=groups)
+        return self.fit_scorer(X, tooth)
+
+    def fit_scorer(self, X: pd.DataFrame, y: IntArray) -> Self:
+        """Train the scorer alone, on rows of features and their first damaged tooth."""
         self.views_ = ToothViews().fit(X)
-        inner, outer = next(GroupShuffleSplit(1, test_size=0.25, random_state=self.random_state).split(X, y, groups))
-        self.scorer_ = self._fit_scorer(X.iloc[inner], y[inner])
-        self.slope_, self.none_ = 1.0, 0.0
-        self.slope_, self.none_ = calibrated(self._tooth_scores(X.iloc[outer]), y[outer])
         self.scorer_ = self._fit_scorer(X, y)
         return self
+
+    def _unseen_scores(self, X: pd.DataFrame, y: IntArray, groups: IntArray) -> FloatArray:
+        """(rows, most teeth) scores by what other specimens have taught."""
+        scores = np.full((len(X), self.classes_[-1]), -np.inf)
+        for inner, outer in specimen_folds_of(groups, FOLDS):
+            found = clone(self).fit_scorer(X.iloc[inner], y[inner]).tooth_scores(X.iloc[outer])
+            scores[outer, : found.shape[1]] = found
+        return scores
 
     def _fit_scorer(self, X: pd.DataFrame, y: IntArray) -> Any:
         """Views from the damaged tooth against a few views from other teeth and from healthy gears."""
@@ -86,7 +124,7 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
             labels.append(is_first.ravel())
         return clone(tooth_scorer(self.learner, self.random_state)).fit(np.concatenate(seen), np.concatenate(labels))
 
-    def _tooth_scores(self, X: pd.DataFrame) -> FloatArray:
+    def tooth_scores(self, X: pd.DataFrame) -> FloatArray:
         """(rows, most teeth) score of each tooth, -inf where a gear has no such tooth."""
         check_columns(X)
         scores = np.full((len(X), int(X["teeth"].max())), -np.inf)
@@ -105,8 +143,9 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
     def decision_function(self, X: pd.DataFrame) -> FloatArray:
         """(rows, most teeth + 1) unbounded scores of 'none' and of each tooth; their softmax is the probability."""
         check_is_fitted(self)
-        scores = self._tooth_scores(X)
-        return with_none(scores, self.slope_, self.none_)
+        scores, noise = self.tooth_scores(X), noise_db(X)
+        band = 0 if noise is None else 1 + bands(self.set_edges_, noise, len(X))
+        return with_none(scores, self.slope_[band], self.none_[band] + _log_teeth(scores))
 
     def predict_proba(self, X: pd.DataFrame) -> FloatArray:
         """(rows, most teeth + 1) probability of 'none' and of each tooth."""
@@ -115,3 +154,21 @@ class LocationClassifier(ClassifierMixin, BaseEstimator):
     def predict(self, X: pd.DataFrame) -> IntArray:
         """(rows,) first damaged tooth, 0 for none."""
         return self.decision_function(X).argmax(axis=1)
+
+    def predict_set(self, X: pd.DataFrame) -> BoolArray:
+        """(rows, most teeth + 1) whether 'none' and each tooth is in the conformal set of a row.
+
+        Where ``averages`` and ``scatter`` do not tell the noise, sets are those of the noise with the largest ones.
+        """
+        return self._sets(self.decision_function(X), noise_db(X))
+
+
+def own_groups(groups: ArrayLike | None, rows: int) -> IntArray:
+    """Specimens of rows; each row its own where there are none or one, whose rows have to calibrate themselves."""
+    known = np.arange(rows) if groups is None else np.asarray(groups)
+    return known if len(np.unique(known)) > 1 else np.arange(rows)
+
+
+def _log_teeth(scores: FloatArray) -> FloatArray:
+    """(rows,) logarithm of the tooth count."""
+    return np.log(np.isfinite(scores).sum(axis=1))

@@ -14,11 +14,11 @@ from sigdb.recognition.conformal_cells import band_edges, bands, cells_of, of_ba
 class LocationSets:
     """Sets of a location classifier, for estimators with the parameter ``coverage``.
 
-    'None' or a tooth y is in the set of a record where ``-log p(y) <= q(y, noise)``. p is the calibrated probability; q
-    is, for 'none' and for a tooth, in each band of noise, the greatest over severities and operating points of the
-    conformal quantile by specimen (:func:`greatest_quantile`). Were severity part of the label, a tooth would be in
-    the set if it is there with any severity; since p(y) does not depend on severity, the greatest threshold says the
-    same.
+    'None' or a tooth y is in the set of a record where ``-log p(y) <= q(y, noise)``; the most probable answer
+    always is. p is the calibrated probability; q is, for 'none' and for a tooth, in each band of noise, the greatest
+    over severities and operating points of the conformal quantile by specimen (:func:`greatest_quantile`). Were
+    severity part of the label, a tooth would be in the set if it is there with any severity; p(y) does not depend on
+    severity, so the greatest threshold says the same.
 
     So for a row of a further specimen, of any one severity, operating point and band of noise of the training, the set
     holds the truth with a probability of ``coverage`` at least. This is on average over specimens, not for each of
@@ -65,7 +65,10 @@ class LocationSets:
         """(rows, teeth + 1) the sets of rows with these scores of 'none' and of each tooth, and this noise."""
         limit = of_bands(self.set_thresholds_, self.set_edges_, noise, len(scores))
         limit = limit[:, np.minimum(np.arange(scores.shape[1]), 1)]
-        return np.asarray((-log_softmax(scores, axis=1) <= limit) & np.isfinite(scores))
+        sets = np.asarray((-log_softmax(scores, axis=1) <= limit) & np.isfinite(scores))
+        # A set is not empty: the most probable answer only adds to the coverage.
+        sets[np.arange(len(sets)), scores.argmax(axis=1)] = True
+        return sets
 
 
 def strangeness(scores: FloatArray, tooth: IntArray, groups: IntArray, offset: ArrayLike = 0.0) -> FloatArray:

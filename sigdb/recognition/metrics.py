@@ -7,9 +7,10 @@ import pandas as pd
 
 from sigdb.core.typing import FloatArray, IntArray
 from sigdb.recognition.bootstrap import Figure, Specimens
+from sigdb.recognition.conformal import COVERAGE
 from sigdb.recognition.crps import crps_quantiles
 from sigdb.recognition.metrics_detection import called_figures, called_values
-from sigdb.recognition.severity import COVERAGE, TARGETS
+from sigdb.recognition.severity import TARGETS
 
 
 def circular_distance(found: IntArray, true: IntArray, teeth: IntArray) -> IntArray:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from sigdb.core.typing import BoolArray, FloatArray
+from sigdb.core.typing import BoolArray, FloatArray, IntArray
 from sigdb.recognition.bootstrap import Figure, Specimens
 from sigdb.recognition.excess import above_bound
 
@@ -15,7 +15,10 @@ ENOUGH = 2000
 LEAST_COVERAGE = 0.88
 """Coverage of 90 % sets and intervals below which a cell is at fault."""
 
-CELL = ("stiffness_loss", "snr_db", "speed_rpm", "torque")
+SEVERITY = ("stiffness_loss", "damaged_teeth")
+"""Columns that cells never mix, but for bands of those with many values; healthy rows have no damaged teeth."""
+
+CELL = (*SEVERITY, "snr_db", "speed_rpm", "torque")
 """What a cell is made of: severity, noise, operating point."""
 
 
@@ -40,12 +43,15 @@ def coverage_cells(
 ) -> pd.DataFrame:
     """Share of rows whose truth is inside, for each cell of at least so many rows.
 
+    Rows of each severity are halved in turn at the medians of noise, speed and torque, as long as both halves have
+    enough rows: cells are as fine as the rows allow, and all rows of a severity with enough of them are in one.
+
     Parameters
     ----------
     inside
         (rows,) 1 where the truth is in the interval or set, 0 where not, nan where the row does not count.
     rows
-        ``specimen`` and the columns of ``by``; many-valued ones are taken in bands (:func:`banded`).
+        ``specimen`` and the columns of ``by``, of which those that it lacks do not count.
     by
         Columns that make a cell.
     enough
@@ -56,18 +62,36 @@ def coverage_cells(
     Returns
     -------
     pandas.DataFrame
-        The cell, ``rows``, ``coverage`` and the ends of its interval, ``low`` and ``high``; ``below``: whether it is
-        below :data:`LEAST_COVERAGE` at 99 % confidence, by the scatter between specimens.
+        The cell, by the medians of its columns, ``rows``, ``coverage`` and the ends of its interval, ``low`` and
+        ``high``; ``below``: whether it is below :data:`LEAST_COVERAGE` at 99 % confidence, by the scatter between
+        specimens.
     """
-    known = ~np.isnan(inside)
-    cells = pd.DataFrame({name: banded(rows.loc[known, name].reset_index(drop=True)) for name in by})
-    cells = cells.assign(inside=inside[known], specimen=rows["specimen"].to_numpy()[known])
+    known = rows[~np.isnan(inside)].assign(inside=inside[~np.isnan(inside)])
+    columns = [name for name in by if name in rows]
+    severity = [banded(known[name]).to_numpy() for name in columns if name in SEVERITY]
+    halved = known[[name for name in columns if name not in SEVERITY]].to_numpy(float)
     table = [
-        dict(zip(by, cell, strict=True)) | {"rows": len(own)} | _share(own, seed)
-        for cell, own in cells.groupby(list(by), dropna=False)
-        if len(own) >= enough
+        known.iloc[at][columns].median().to_dict() | {"rows": len(at)} | _share(known.iloc[at], seed)
+        for own in known.groupby(severity or np.zeros(len(known)), dropna=False).indices.values()
+        for at in _halves(halved, np.asarray(own), enough)
+        if len(at) >= enough
     ]
-    return pd.DataFrame(table, columns=[*by, "rows", "coverage", "low", "high", "below"])
+    return pd.DataFrame(table, columns=[*columns, "rows", "coverage", "low", "high", "below"])
+
+
+def _halves(values: FloatArray, at: IntArray, enough: int, axis: int = 0) -> list[IntArray]:
+    """Rows ``at`` halved at the median of a column of values (all rows, columns), then their halves at the next one's.
+
+    A column that cannot be halved so that both halves have enough rows is passed over.
+    """
+    count = values.shape[1]
+    for k in (np.arange(count) + axis) % max(count, 1):
+        column = values[at, k]
+        middle = np.median(column)
+        for above in (column > middle, column >= middle):
+            if enough <= above.sum() <= len(at) - enough:
+                return [cell for half in (~above, above) for cell in _halves(values, at[half], enough, k + 1)]
+    return [at]
 
 
 def _share(own: pd.DataFrame, seed: int) -> dict[str, float | bool]:

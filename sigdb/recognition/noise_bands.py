@@ -58,12 +58,3 @@ def noise_bands(snr_db: pd.Series) -> list[NoiseBand]:
         if (place == i).any()
     ]
     return bands if len(bands) == 1 else [*bands, NoiseBand(name=ALL, low=float(low), high=float(high), inside=every)]
-
-
-def noise_of(rows: pd.DataFrame) -> pd.Series:
-    """``snr_db`` of rows as the middle of its band; as it is where it has one value."""
-    bands = [band for band in noise_bands(rows["snr_db"]) if band.name != ALL]
-    middle = rows["snr_db"].astype(float).copy()
-    for band in bands:
-        middle[band.inside] = (band.low + band.high) / 2
-    return middle

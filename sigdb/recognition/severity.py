@@ -6,26 +6,27 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 from sklearn.base import BaseEstimator, RegressorMixin, clone
-from sklearn.model_selection import GroupShuffleSplit
 from sklearn.utils.validation import check_is_fitted
 
+from sigdb.core.typing import FloatArray
+from sigdb.recognition.calibration import specimen_folds_of
+from sigdb.recognition.conformal import COVERAGE
+from sigdb.recognition.conformal_cells import noise_db, points_of
 from sigdb.recognition.learners import severity_regressor
-from sigdb.recognition.location import LocationClassifier
+from sigdb.recognition.location import FOLDS, LocationClassifier, own_groups
+from sigdb.recognition.severity_intervals import SeverityIntervals
 from sigdb.recognition.views import check_columns
 
 TARGETS = ("stiffness_loss", "phase_shift_deg", "damaged_teeth")
 """What severity is."""
 
-COVERAGE = 0.9
-"""Nominal coverage of the intervals."""
 
-
-class SeverityRegressor(RegressorMixin, BaseEstimator):
+class SeverityRegressor(SeverityIntervals, RegressorMixin, BaseEstimator):
     """Severity, turn-invariant: judged from the tooth at which a location classifier sees the damage.
 
-    Intervals are symmetric, of the width that covers 90 % of the errors on a quarter of the specimens, which neither
-    the location nor the regressors have seen (split conformal prediction). Meant for damaged rows; what it says of a
-    healthy gear has no meaning.
+    Intervals are those of :class:`SeverityIntervals`, of errors on specimens that neither the location nor the
+    regressors had seen; then both learn from all. Bands are of the noise itself, in dB of the sensor's unit. Meant for
+    damaged rows; what it says of a healthy gear has no meaning.
 
     Parameters
     ----------
@@ -33,11 +34,20 @@ class SeverityRegressor(RegressorMixin, BaseEstimator):
         ``"lda"`` (ridge regression, and LDA for the location) or ``"boosting"``.
     random_state
         Seed.
+    coverage
+        Nominal coverage of the intervals. It needs ``coverage / (1 - coverage)`` specimens, nine for 0.9; with fewer
+        the intervals are the whole range.
+
+    Attributes
+    ----------
+    levels_, edges_, thresholds_
+        As of :class:`SeverityIntervals`.
     """
 
-    def __init__(self, learner: str = "boosting", random_state: int = 0) -> None:
+    def __init__(self, learner: str = "boosting", random_state: int = 0, coverage: float = COVERAGE) -> None:
         self.learner = learner
         self.random_state = random_state
+        self.coverage = coverage
 
     def fit(self, X: pd.DataFrame, y: pd.DataFrame, groups: ArrayLike | None = None) -> Self:
         """Train on rows of features, healthy ones included (they teach the location).
@@ -45,43 +55,45 @@ class SeverityRegressor(RegressorMixin, BaseEstimator):
         Parameters
         ----------
         X
-            Rows with the columns of ``teeth``, ``speed_rpm``, ``torque``, ``wigner_ville``.
+            Rows with the columns ``teeth``, ``speed_rpm``, ``torque``, ``wigner_ville``; for intervals that follow the
+            noise also ``averages`` and ``scatter``.
         y
             ``tooth``, ``stiffness_loss``, ``phase_shift_deg`` and ``damaged_teeth`` of each row.
         groups
             Specimen of each row.
         """
         check_columns(X)
-        groups = np.arange(len(X)) if groups is None else np.asarray(groups)
-        inner, outer = next(GroupShuffleSplit(1, test_size=0.25, random_state=self.random_state).split(X, y, groups))
-        self.location_ = LocationClassifier(self.learner, self.random_state)
-        self.location_.fit(X.iloc[inner], y["tooth"].iloc[inner], groups[inner])
+        groups = own_groups(groups, len(X))
+        true, damaged = y[list(TARGETS)].to_numpy(float), (y["tooth"] > 0).to_numpy()
+        errors = np.empty(true.shape)
+        for inner, outer in specimen_folds_of(groups, FOLDS):
+            other = clone(self)._learnt(X.iloc[inner], y.iloc[inner])
+            errors[outer] = np.abs(other._estimates(X.iloc[outer]) - true[outer])
+        seen = X[damaged]
+        self._fit_intervals(
+            errors[damaged], true[damaged], point=points_of(seen), noise=noise_db(seen), groups=groups[damaged]
+        )
+        return self._learnt(X, y)
 
-        damaged = (y["tooth"] > 0).to_numpy()
-        inner, outer = inner[damaged[inner]], outer[damaged[outer]]
-        seen = self.location_.views_.view_from(X.iloc[inner], y["tooth"].to_numpy()[inner])
+    def _learnt(self, X: pd.DataFrame, y: pd.DataFrame) -> Self:
+        """Learn where to look, and what to say of it."""
+        tooth = y["tooth"].to_numpy(int)
+        self.location_ = LocationClassifier(self.learner, self.random_state).fit_scorer(X, tooth)
+        seen = self.location_.views_.view_from(X[tooth > 0], tooth[tooth > 0])
         base = severity_regressor(self.learner, self.random_state)
-        self.regressors_ = [clone(base).fit(seen, y[target].to_numpy(float)[inner]) for target in TARGETS]
-
-        errors = np.abs(self._estimates(X.iloc[outer]) - y.iloc[outer][list(TARGETS)].to_numpy(float))
-        level = min(1.0, COVERAGE * (1 + 1 / len(outer)))
-        self.half_widths_ = np.quantile(errors, level, axis=0, method="higher")
+        self.regressors_ = [clone(base).fit(seen, y[target].to_numpy(float)[tooth > 0]) for target in TARGETS]
         return self
 
-    def _estimates(self, X: pd.DataFrame) -> np.ndarray:
-        tooth = 1 + self.location_.decision_function(X)[:, 1:].argmax(axis=1)
+    def _estimates(self, X: pd.DataFrame) -> FloatArray:
+        tooth = 1 + self.location_.tooth_scores(X).argmax(axis=1)
         seen = self.location_.views_.view_from(X, tooth)
         estimates = np.column_stack([regressor.predict(seen) for regressor in self.regressors_])
         limits = np.array([[0.0, -np.inf, 1.0], [1.0, np.inf, np.inf]])
-        return np.clip(estimates, *limits)
+        return np.asarray(np.clip(estimates, *limits))
 
     def predict(self, X: pd.DataFrame) -> pd.DataFrame:
         """Estimates, and the ends of their intervals as ``NAME_low`` and ``NAME_high``, one row for each of X."""
         check_is_fitted(self)
         estimates = self._estimates(X)
-        columns = {}
-        for i, target in enumerate(TARGETS):
-            columns[target] = estimates[:, i]
-            columns[f"{target}_low"] = estimates[:, i] - self.half_widths_[i]
-            columns[f"{target}_high"] = estimates[:, i] + self.half_widths_[i]
+        columns = self._with_intervals(TARGETS, estimates, np.ones(estimates.shape), noise_db(X))
         return pd.DataFrame(columns, index=X.index)

@@ -26,8 +26,8 @@ class TemplateLocation(LocationSets, ClassifierMixin, BaseEstimator):
     The scores are the log-likelihood ratios of :class:`TemplateScores`. All that is learnt is a slope of the scores and
     a level of 'none', so that their softmax is a calibrated probability, and thresholds: of conformal sets
     (:class:`LocationSets`), from rows that were calibrated without their specimens, in bands of the noise relative to
-    the bank's healthy signal; and of the misfit. Turning the average by j teeth turns the answer by j teeth exactly. Gears of any tooth
-    count of the bank have an answer; others are refused.
+    the bank's healthy signal; and of the misfit. Turning the average by j teeth turns the answer by j teeth exactly.
+    Gears of any tooth count of the bank have an answer; others are refused.
 
     Parameters
     ----------

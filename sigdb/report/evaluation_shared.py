@@ -122,6 +122,7 @@ def _intervals(axes: Axes, own: pd.DataFrame) -> None:
 
 _CELL_WORDS = {
     "stiffness_loss": "loss {:g}",
+    "damaged_teeth": "damaged teeth {:g}",
     "snr_db": "{:g} dB",
     "speed_rpm": "{:g} rpm",
     "torque": "{:g} N m",

@@ -109,6 +109,20 @@ def test_coverage_of_cells_that_have_enough_rows():
     assert coverage_cells(inside, rows, enough=10_000).empty
 
 
+def test_cells_are_as_fine_as_the_rows_allow_and_healthy_rows_have_their_own():
+    stream = np.random.default_rng(4)
+    points = stream.uniform([-30, 13500, 290], [-10, 15300, 420], (25, 3))
+    rows = pd.DataFrame(np.tile(points, (1200, 1)), columns=["snr_db", "speed_rpm", "torque"])
+    rows = rows.assign(stiffness_loss=0.0, damaged_teeth=np.arange(len(rows)) % 3, specimen=np.arange(len(rows)) % 25)
+    table = coverage_cells((rows["damaged_teeth"] > 0).astype(float).to_numpy(), rows)
+    assert table.groupby("damaged_teeth")["rows"].sum().tolist() == [10_000] * 3
+    # 25 points of 400 rows: halved while halves keep five points.
+    assert table["rows"].between(2000, 4000).all()
+    assert table["coverage"].tolist() == (table["damaged_teeth"] > 0).tolist()
+    own = table[table["damaged_teeth"] == 1]
+    assert own["snr_db"].nunique() == own["speed_rpm"].nunique() == len(own) == 4
+
+
 def test_many_values_are_taken_in_bands_of_like_size():
     values = pd.Series(np.random.default_rng(3).uniform(-20, 0, 6000))
     bands = banded(values)

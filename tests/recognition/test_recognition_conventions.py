@@ -22,10 +22,10 @@ def labels(estimator, rows):
 @pytest.mark.parametrize("made", ESTIMATORS)
 def test_parameters_are_got_set_and_cloned(made):
     estimator = made("lda", random_state=3)
-    assert estimator.get_params() == {"learner": "lda", "random_state": 3}
+    assert estimator.get_params() == {"learner": "lda", "random_state": 3, "coverage": 0.9}
     assert estimator.set_params(learner="boosting") is estimator
-    assert clone(estimator).get_params() == {"learner": "boosting", "random_state": 3}
-    assert made().get_params() == {"learner": "boosting", "random_state": 0}
+    assert clone(estimator).get_params() == {"learner": "boosting", "random_state": 3, "coverage": 0.9}
+    assert made().get_params() == {"learner": "boosting", "random_state": 0, "coverage": 0.9}
     with pytest.raises(ValueError, match="Invalid parameter 'depth'"):
         estimator.set_params(depth=3)
 

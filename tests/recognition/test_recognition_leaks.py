@@ -175,7 +175,8 @@ def test_the_level_of_none_is_calibrated_on_specimens_that_the_scorer_has_not_se
 
     seen = []
     Witness("lda").fit(rows, rows["tooth"], rows["specimen"])
-    assert [len(one) for one in seen] == [4, 6]
+    assert [len(one) for one in seen] == [3, 3, 6]
+    assert not set(seen[0]) & set(seen[1])
 
 
 def test_speed_and_torque_are_inputs(rows):
