@@ -76,7 +76,8 @@ def aims(
         for name, own in _named(_WORDS[aim[0]], table)
     ]
     calibration = [_worst(_WORDS["ece"], "ece", ECE, table)] if target == "location" else []
-    return pd.DataFrame([asdict(one) for one in (*against, *calibration, _of_cells(cells))])
+    sets = [] if target == "detection" else [_of_cells(cells)]
+    return pd.DataFrame([asdict(one) for one in (*against, *calibration, *sets)])
 
 
 _AGAINST_BOUND = {

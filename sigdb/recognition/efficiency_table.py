@@ -28,7 +28,7 @@ _ENDS = {"value": "", "low": "_low", "high": "_high"}
 def efficiency_rows(evaluation: Evaluation) -> list[list[str]]:
     """Head and rows of a model against the bound, a row for each noise band; none where that is not known."""
     table = evaluation.efficiency
-    if table is None or "bound_error" not in table:
+    if table is None or not {"bound_error", "bound_a90"} & set(table):
         return []
     shown = [name for name in _COLUMNS if name in table and table[name].notna().any()]
     target = ["target"] if "target" in table else []

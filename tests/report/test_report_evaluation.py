@@ -22,14 +22,15 @@ TEETH = 5
 
 
 def an_evaluation(answers, rows, **others):
+    target = "location" if isinstance(answers["a"].found, np.ndarray) else "severity"
     return Evaluation(
-        target="location" if isinstance(answers["a"].found, np.ndarray) else "severity",
+        target=target,
         learner="a",
         split="S1, by specimen",
         split_hash="0123456789abcdef",
         rows=len(rows),
         specimens=rows["specimen"].nunique(),
-        figures={name: answer_figures(one, rows) for name, one in answers.items()},
+        figures={name: answer_figures(one, rows, target) for name, one in answers.items()},
         tables=evaluation_tables(answers, rows, "a", {}),
         **others,
     )
