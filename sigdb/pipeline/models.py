@@ -25,9 +25,12 @@ def train_model(
     folder: str | Path,
     *,
     learner: str | None = None,
+    false_alarm_rate: float | None = None,
     split: str = "S1",
     command: str,
     on_step: Callable[[str], Any] = lambda step: None,
+    on_evaluation: Callable[[Evaluation], Any] = lambda evaluation: None,
+    check: bool = True,
 ) -> Evaluation:
     """Train a model, evaluate it on what was held out, and write its folder.
 
@@ -36,21 +39,33 @@ def train_model(
     database
         A finished database.
     target
-        ``location`` or ``severity``.
+        ``location``, ``severity`` or ``detection``.
     folder
         Folder of the model.
     learner
         Learner; that of the database's recipe if left out.
+    false_alarm_rate
+        Rate of false alarms of detectors and thresholds; that of the database's recipe if left out.
     split
         What is left out for the evaluation, ``S0`` to ``S4``; see :func:`sigdb.recognition.make_split`.
     command
         The command that makes it again, for the card.
     on_step
         Called with a word for each estimator before it is trained.
+    on_evaluation
+        Called with the evaluation once the folder is written.
+    check
+        Whether a model that is better than the bound is refused, once it is written.
+
+    Raises
+    ------
+    EvaluationError
+        If the model is better than is possible.
     """
     settings = recipe_section(database, Recognition, "recognition")
-    if learner is not None:
-        settings = validated(Recognition, settings.model_dump() | {"learner": learner}, owner="train_model")
+    given = {"learner": learner, "false_alarm_rate": false_alarm_rate}
+    given = {name: value for name, value in given.items() if value is not None}
+    settings = validated(Recognition, settings.model_dump() | given, owner="train_model")
     Path(folder).mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is told before the work
     model = train(database, target, settings, split=split, on_step=on_step)
     evaluation = evaluate_beside_bound(model, database)
@@ -61,4 +76,7 @@ def train_model(
         probe=probe_rows(model, database, asked_rows(model, database)),
         command=command,
     )
+    on_evaluation(evaluation)
+    if check:
+        evaluation.check()
     return evaluation

@@ -15,6 +15,7 @@ _OF_LOCATION = {
     "p_detected": "P(detected)",
     "none_on_healthy": "'none' on healthy",
     "circular_bias": "circular bias, teeth",
+    "false_alarm_rate": "false-alarm rate",
     "pd_at_1e-2": "P(detected) at 1e-2 false alarms",
     "pd_at_1e-3": "P(detected) at 1e-3 false alarms",
     "pd_at_1e-4": "P(detected) at 1e-4 false alarms",
@@ -77,7 +78,7 @@ training data is simulated: on a measured signal its answer is a hypothesis to b
 
 **Training data.** {model.rows} simulated signatures of sensor `{model.sensor}` from {len(model.trained_on)} specimens
 of the database `{model.database_hash[:12]}`, seed {model.seed}; split {model.split}, table of folds
-`{model.split_hash[:12]}`.
+`{model.split_hash[:12]}`. {_drawn(model)}
 
 **Input.** {_INPUT.get(model.learner, _POOLED_INPUT)}
 
@@ -89,7 +90,7 @@ Split: {evaluation.split}. {evaluation.rows} rows of
 
 {_markdown(figure_rows(evaluation))}
 
-`fm4` and `majority` are baselines: {_BASELINES[model.target]}
+{_BASELINES[model.target].format(rate=model.false_alarm_rate)}
 
 {_against_bound(evaluation)}**Known failures.** {_FAILURES[model.target]}
 
@@ -125,6 +126,16 @@ against the posterior's median, CRPS by the same quantiles, root mean square err
 }
 """What the table of a model against the bound shows, in words."""
 
+
+def _drawn(model: Model) -> str:
+    if model.drawn_rows == model.rows:
+        return "All estimators learnt from all of them."
+    return (
+        f"The bank of templates was calibrated on all of them; all else learnt\nfrom {model.drawn_rows} of them, drawn "
+        "evenly over specimens and cases."
+    )
+
+
 _SAME_DAMAGES = (
     "The test asks about the same damages as the training rows hold, on other gears: between and beyond them the "
     "figures are\nworse. "
@@ -137,16 +148,24 @@ _INPUT = {
 _PURPOSE = {
     "location": "Says at which tooth of the averaged gear the first damaged tooth is, or 'none'. Absolute tooth\n"
     "numbers need the tacho mark.",
+    "detection": "Says whether a gear has a damaged tooth, at a rate of false alarms that was set.",
     "severity": "Estimates stiffness loss, phase shift and number of damaged teeth of a damaged gear, each with an\n"
     "interval.",
 }
 _BASELINES = {
-    "location": "a threshold on FM4 at a false-alarm rate of 0.01 (FM4 names no tooth, so the\n"
-    "most frequent one is taken), and the most frequent answer of the training rows.",
-    "severity": "a monotonic function of FM4, and the median of the training rows.",
+    "location": """Baselines: `whitened_bank`, the likelihoods of the templates as they are; `nearest_template`, the least
+Euclidean distance; `envelope_peak`, the tooth in whose pass the envelope of the residual is greatest; thresholds on
+`na4_star` and `fm4`, which name no tooth, so the most frequent one is taken; `majority`, the most frequent answer of
+the training rows. Their thresholds are set at a false-alarm rate of {rate:g}.""",
+    "severity": "Baselines: `fm4`, a monotonic function of FM4; `majority`, the median of the training rows.",
+    "detection": """All are set at a false-alarm rate of {rate:g}, on healthy rows of specimens that they have not learnt
+from. Baselines: `nearest_template`, by how much the nearest damaged template is nearer than the healthy one;
+`envelope_peak`, `na4_star` and `fm4`.""",
 }
 _FAILURES = {
     "location": "The least severe cases are missed most often. Damage of another kind than was simulated is still\n"
     "given a tooth.",
+    "detection": "The least severe cases are missed most often. The rate of false alarms holds on average over gears,\n"
+    "and may be another one for one of them.",
     "severity": "On a healthy gear its answer has no meaning. Intervals hold on average, not for each severity.",
 }

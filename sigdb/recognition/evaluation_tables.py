@@ -12,7 +12,7 @@ from sigdb.recognition.bootstrap import Figure, Specimens
 from sigdb.recognition.metrics import covered, location_values, severity_errors, severity_values
 from sigdb.recognition.metrics_calibration import reliability
 from sigdb.recognition.metrics_coverage import banded, coverage_cells, set_values
-from sigdb.recognition.metrics_detection import RATES, is_resolved, roc
+from sigdb.recognition.metrics_detection import RATES, called_values, is_resolved, roc
 from sigdb.recognition.pod import RATE, Pod, detection_by_loss
 from sigdb.recognition.severity import TARGETS
 
@@ -31,7 +31,7 @@ def evaluation_tables(
     ``snr_db``, ``averages``
         Figures of each estimator against the axis, in bands where it has many values; and of the ``bound``.
     ``confusion``
-        Location: number of rows by ``teeth``, true ``tooth`` and ``found``, of the model.
+        Location, not detection: number of rows by ``teeth``, true ``tooth`` and ``found``, of the model.
     ``roc``, ``pod`` and ``pod_curve``, ``reliability``
         Location: of each estimator that has scores or probabilities.
     ``levels``
@@ -41,11 +41,13 @@ def evaluation_tables(
     ``coverage``
         Of the model's intervals, or of its sets: cell by cell.
     """
-    tables = {axis: _against(axis, answers, rows, bound_values) for axis in AXES if axis in rows}
+    detects = np.ndim(answers[learner].scores) == 1
+    tables = {axis: _against(axis, answers, rows, bound_values, detects) for axis in AXES if axis in rows}
     if isinstance(answers[learner].found, pd.DataFrame):
         tables |= _of_severity({name: _frame(one) for name, one in answers.items()}, rows, learner)
     else:
         tables |= _of_location(answers, rows, learner)
+        tables |= {"confusion": pd.DataFrame()} if detects else {}
     return {name: table for name, table in tables.items() if len(table)}
 
 
@@ -131,9 +133,13 @@ def _scatter(found: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def _against(
-    axis: str, answers: Mapping[str, Answers], rows: pd.DataFrame, bound_values: Mapping[str, FloatArray]
+    axis: str,
+    answers: Mapping[str, Answers],
+    rows: pd.DataFrame,
+    bound_values: Mapping[str, FloatArray],
+    detects: bool,
 ) -> pd.DataFrame:
-    values = {name: _values(one, rows) for name, one in answers.items()}
+    values = {name: _values(one, rows, detects) for name, one in answers.items()}
     if bound_values:
         values["bound"] = dict(bound_values)
     at, specimens = banded(rows[axis], most=12).to_numpy(), Specimens(rows["specimen"])
@@ -148,11 +154,11 @@ def _against(
     )
 
 
-def _values(answers: Answers, rows: pd.DataFrame) -> dict[str, FloatArray]:
+def _values(answers: Answers, rows: pd.DataFrame, detects: bool) -> dict[str, FloatArray]:
     if isinstance(answers.found, pd.DataFrame):
         values = severity_values(answers.found, rows)
         return {name: value for name, value in values.items() if name.startswith(("mae", "coverage", "crps"))}
-    return location_values(answers.found, rows)
+    return called_values(answers.found, rows) if detects else location_values(answers.found, rows)
 
 
 def _each(frames: Mapping[str, pd.DataFrame]) -> pd.DataFrame:

@@ -17,6 +17,7 @@ from sigdb.recognition.answers import Answers
 from sigdb.recognition.bayes_bound import Bound, bound
 from sigdb.recognition.bootstrap import Figure, Specimens
 from sigdb.recognition.causes import causes
+from sigdb.recognition.detection_bound import detection_bound
 from sigdb.recognition.evaluation import Evaluation, asked_rows, evaluate
 from sigdb.recognition.metrics import severity_values
 from sigdb.recognition.metrics_detection import detection_figures, roc
@@ -66,32 +67,34 @@ class _Best:
 
     Attributes
     ----------
-    target
-        Of the model.
     bound
         The bound; of location for a detector too.
     rows
         Those of the rows that it holds, as the model is asked about them.
     points
         Their operating points.
+    false_alarm_rate
+        Rate of a detector; None for other models.
     """
 
-    target: str
     bound: Bound
     rows: pd.DataFrame
     points: Sequence[OperatingPoint]
+    false_alarm_rate: float | None
 
     @classmethod
     def of(cls, model: Model, database: Database, rows: pd.DataFrame) -> "_Best":
         severity = model.target == "severity"
         best = bound(database, rows.index, target="severity" if severity else "location", sensor=model.sensor)
         points, _ = operating_points(database, best.rows.index, sensor=model.sensor, damaged=severity)
-        return cls(target=model.target, bound=best, rows=rows.loc[rows.index.isin(best.rows.index)], points=points)
+        rate = model.false_alarm_rate if model.target == "detection" else None
+        inside = rows.loc[rows.index.isin(best.rows.index)]
+        return cls(bound=best, rows=inside, points=points, false_alarm_rate=rate)
 
     @cached_property
     def values(self) -> dict[str, pd.Series]:
         """By figure and id, what figures are means of; the CRPS by the quantiles that models give."""
-        if self.target == "detection":
+        if self.false_alarm_rate is not None:
             return {}
         own = self.bound.rows.loc[self.rows.index]
         values = {str(name): self.bound.values[name] for name in self.bound.values if not str(name).startswith("rmse")}
@@ -103,9 +106,11 @@ class _Best:
     @cached_property
     def figures(self) -> dict[str, Figure]:
         """The bound's figures, those of detection too."""
+        if self.false_alarm_rate is not None:
+            return detection_bound(self.bound.rows.loc[self.rows.index, "log_odds"], self.rows, self.false_alarm_rate)
         specimens, ids = Specimens(self.bound.rows["specimen"]), self.bound.rows.index
         figures = {name: specimens.mean(one.loc[ids].to_numpy()) for name, one in self.values.items()}
-        if self.target == "severity":
+        if self.bound.target == "severity":
             figures |= {name: one for name, one in self.bound.figures.items() if name.startswith("rmse")}
         elif "stiffness_loss" in self.rows:
             score: FloatArray = self.bound.rows.loc[self.rows.index, "log_odds"].to_numpy()

@@ -160,7 +160,11 @@ class LocationClassifier(LocationSets, ClassifierMixin, BaseEstimator):
 
         Where ``averages`` and ``scatter`` do not tell the noise, sets are those of the noise with the largest ones.
         """
-        return self._sets(self.decision_function(X), noise_db(X))
+        return self.sets_of_scores(self.decision_function(X), X)
+
+    def sets_of_scores(self, scores: FloatArray, X: pd.DataFrame) -> BoolArray:
+        """The same from scores of the rows that are known already."""
+        return self._sets(scores, noise_db(X))
 
 
 def own_groups(groups: ArrayLike | None, rows: int) -> IntArray:

@@ -21,8 +21,8 @@ class ResidualMoments:
         """(rows, 2) moments of rows with ``teeth`` and ``tsa``, in the signal's unit to the second and the fourth."""
         moments = np.empty((len(X), 2))
         for teeth, at, x in averages_by_teeth(X):
-            r = residual_signal(x, teeth=teeth)
-            moments[at] = np.column_stack([(r**2).mean(axis=-1), (r**4).mean(axis=-1)])
+            square = residual_signal(x, teeth=teeth) ** 2
+            moments[at] = np.column_stack([square.mean(axis=1), (square**2).mean(axis=1)])
         return moments
 
 

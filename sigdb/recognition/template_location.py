@@ -98,7 +98,11 @@ class TemplateLocation(LocationSets, ClassifierMixin, BaseEstimator):
 
     def predict_set(self, X: pd.DataFrame) -> BoolArray:
         """(rows, most teeth + 1) whether 'none' and each tooth is in the conformal set of a row."""
-        return self._sets(self.decision_function(X), noise_at_point(self.bank, X)[1])
+        return self.sets_of_scores(self.decision_function(X), X)
+
+    def sets_of_scores(self, scores: FloatArray, X: pd.DataFrame) -> BoolArray:
+        """The same from scores of the rows that are known already."""
+        return self._sets(scores, noise_at_point(self.bank, X)[1])
 
     def judge(self, X: pd.DataFrame) -> pd.DataFrame:
         """What can be said of rows, in words.

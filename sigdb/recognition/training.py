@@ -12,7 +12,6 @@ from sigdb.database import Database
 from sigdb.database.reader import check_complete
 from sigdb.recognition.contenders import CONTENDERS
 from sigdb.recognition.even_draw import evenly_drawn
-from sigdb.recognition.learners import POOLED
 from sigdb.recognition.settings import Recognition
 from sigdb.recognition.severity import TARGETS
 from sigdb.recognition.split_kinds import make_split, model_form
@@ -20,8 +19,11 @@ from sigdb.recognition.splits import TRAINING
 from sigdb.recognition.streamed import Reducer, reducers_of, with_averages, with_features, with_reduced
 from sigdb.recognition.template_bank import TemplateBank
 
-POOLED_ROWS = 50_000
-"""Greatest number of rows that the learners of pooled features learn from."""
+DRAWN_ROWS = 50_000
+"""Greatest number of rows that all estimators but the bank of templates learn from."""
+
+TEMPLATES = "templates"
+"""Name of the estimator that is calibrated on all training rows."""
 
 _PROBE = 8
 
@@ -53,8 +55,8 @@ class Model:
         Sensor whose signatures it reads.
     rows
         Number of training rows.
-    pooled_rows
-        Number of them that ``lda`` and ``boosting`` have learnt from.
+    drawn_rows
+        Number of them that all but ``templates`` have learnt from, see :func:`train`.
     false_alarm_rate
         Rate that detectors, and the baselines' thresholds, were set at.
     """
@@ -71,7 +73,7 @@ class Model:
     split_hash: str
     sensor: str
     rows: int
-    pooled_rows: int
+    drawn_rows: int
     false_alarm_rate: float
 
     @property
@@ -109,10 +111,9 @@ def train(
 ) -> Model:
     """Train on a database, with one fold of specimens left out for :func:`evaluate`.
 
-    Memory holds the arrays of a batch of rows, however many there are: averages are reduced to scores as they are read,
-    and ``lda`` and ``boosting`` learn from at most :data:`POOLED_ROWS` training rows (50 000), drawn evenly over
-    specimens and cases (:func:`~sigdb.recognition.even_draw.evenly_drawn`), beyond which they hardly learn more. The
-    others learn from all training rows.
+    Memory holds the arrays of a batch of rows, however many there are. The bank of templates is calibrated on all
+    training rows, whose averages are reduced to scores as they are read. All else learns from at most 50 000 of them
+    (:data:`DRAWN_ROWS`), drawn evenly over specimens and cases (:func:`~sigdb.recognition.even_draw.evenly_drawn`).
 
     Parameters
     ----------
@@ -148,14 +149,14 @@ def train(
     bank = _bank(database, settings.learner, on_step)
     unfitted = CONTENDERS[target](settings, bank)
     on_step("reading averages")
-    training = with_reduced(database, training, reducers_of(unfitted.values()), sensor=database.sensors[0])
-    on_step("reading features")
-    pooled = with_features(database, evenly_drawn(training, POOLED_ROWS))
+    own = reducers_of(one for name, one in unfitted.items() if name == TEMPLATES)
+    drawn = _with_all(database, evenly_drawn(training, DRAWN_ROWS), reducers_of(unfitted.values()))
+    training = with_reduced(database, training, own, sensor=database.sensors[0])
     estimators = {}
     for name, estimator in unfitted.items():
         on_step(name)
-        seen = pooled if name in POOLED else training
-        estimators[name] = estimator.fit(seen, _labels(seen, target, name), seen["specimen"].to_numpy())
+        seen = training if name == TEMPLATES else drawn
+        estimators[name] = estimator.fit(seen, seen[["tooth", *TARGETS]], seen["specimen"].to_numpy())
     return Model(
         target=target,
         learner=settings.learner,
@@ -169,14 +170,14 @@ def train(
         split_hash=parts.hash,
         sensor=database.sensors[0],
         rows=len(training),
-        pooled_rows=len(pooled),
+        drawn_rows=len(drawn),
         false_alarm_rate=settings.false_alarm_rate,
     )
 
 
-def _labels(rows: pd.DataFrame, target: str, name: str) -> pd.Series | pd.DataFrame:
-    """Tooth and severities; of the location of pooled features the tooth alone."""
-    return rows["tooth"] if target != "severity" and name in POOLED else rows[["tooth", *TARGETS]]
+def _with_all(database: Database, rows: pd.DataFrame, reducers: dict[str, Reducer]) -> pd.DataFrame:
+    """Not too many rows with all that estimators read."""
+    return with_features(database, with_reduced(database, rows, reducers, sensor=database.sensors[0]))
 
 
 def usable_rows(database: Database, target: str) -> pd.DataFrame:

@@ -67,7 +67,7 @@ def evaluation_figures(evaluation: Evaluation) -> Iterator[tuple[str, str, Figur
     """Heading, caption and figure of all that an evaluation holds."""
     styles = estimator_styles(evaluation.figures, evaluation.learner)
     yield from efficiency_figures(evaluation)
-    yield from (location_figures if evaluation.target == "location" else severity_figures)(evaluation, styles)
+    yield from (severity_figures if evaluation.target == "severity" else location_figures)(evaluation, styles)
     yield from noise_figures(evaluation, styles)
     yield from coverage_figures(evaluation)
 
@@ -152,7 +152,7 @@ def _cells(tag: str, row: list[str], ours: int) -> str:
 
 def _differences(evaluation: Evaluation) -> Iterator[str]:
     """The model against the others, on the figure that says most."""
-    key = "accuracy" if evaluation.target == "location" else "mae_stiffness_loss"
+    key = {"location": "accuracy", "detection": "p_detected"}.get(evaluation.target, "mae_stiffness_loss")
     said = [
         f"{other} {figures[key].value:+.3f} [{figures[key].low:+.3f}, {figures[key].high:+.3f}]"
         for other, figures in evaluation.differences.items()

@@ -19,6 +19,10 @@ _FIGURES = {
         ("accuracy", "share of correct answers", "Accuracy, healthy rows too,"),
         ("p_exact", "P(exact tooth)", "Exact tooth of damaged rows"),
     ),
+    "detection": (
+        ("p_detected", "share of damaged rows found", "Damaged rows found"),
+        ("false_alarm_rate", "false-alarm rate", "False alarms"),
+    ),
     "severity": (
         ("mae_stiffness_loss", "MAE of the stiffness loss", "Error of the stiffness loss"),
         ("mae_phase_shift_deg", "MAE of the phase shift, deg", "Error of the phase shift"),
@@ -26,7 +30,7 @@ _FIGURES = {
     ),
 }
 
-_SHARES = tuple(quantity for _, quantity, _ in _FIGURES["location"])
+_SHARES = tuple(quantity for _, quantity, _ in (*_FIGURES["location"], _FIGURES["detection"][0]))
 
 
 def noise_figures(evaluation: Evaluation, styles: Styles) -> Iterator[tuple[str, str, Figure]]:
