@@ -154,8 +154,8 @@ _PURPOSE = {
 }
 _BASELINES = {
     "location": """Baselines: `whitened_bank`, the likelihoods of the templates as they are; `nearest_template`, the
-least Euclidean distance; `envelope_peak`, the tooth in whose pass the envelope of the residual is greatest; thresholds on
-`na4_star` and `fm4`, which name no tooth, so the most frequent one is taken; `majority`, the most frequent answer of
+least Euclidean distance; `envelope_peak`, the tooth in whose pass the envelope of the residual is greatest; thresholds
+on `na4_star` and `fm4`, which name no tooth, so the most frequent one is taken; `majority`, the most frequent answer of
 the training rows. Their thresholds are set at a false-alarm rate of {rate:g}.""",
     "severity": "Baselines: `fm4`, a monotonic function of FM4; `majority`, the median of the training rows.",
     "detection": """All are set at a false-alarm rate of {rate:g}, on healthy rows of specimens that they have not
