@@ -67,7 +67,7 @@ def _of_points(bank: TemplateBank, rows: pd.DataFrame) -> Iterator[str]:
     if off.any():
         speed, torque = 100 * np.average(away[off], axis=0, weights=points.to_numpy()[off])
         yield (
-            f"{points.to_numpy()[off].sum() / len(rows):.0%} of the rows are at operating points that the bank has no "
+            f"{100 * points.to_numpy()[off].sum() / len(rows):.0f} % of the rows are at operating points that the bank has no "
             f"templates of: the nearest are {speed:.2g} % in speed and {torque:.2g} % in torque away, on average."
         )
 

@@ -295,7 +295,7 @@ def test_causes_are_told_by_numbers(database, location_model, bank):
     away = rows.assign(speed_rpm=rows["speed_rpm"] * np.where(rows["tooth"] > 0, 1.02, 1.0))
     (said,) = causes(model, away, plain)
     share = (rows["tooth"] > 0).mean()
-    assert said.startswith(f"{share:.0%} of the rows are at operating points that the bank has no templates of")
+    assert said.startswith(f"{100 * share:.0f} % of the rows are at operating points that the bank has no templates of")
     assert "2 % in speed and 0 % in torque" in said
     other = rows.assign(stiffness_loss=rows["stiffness_loss"].replace(0.2, 0.3), teeth=12)
     assert causes(model, other, plain) == ["Of the 8 severities asked about the bank has no templates of 4."]
