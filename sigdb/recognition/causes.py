@@ -66,9 +66,10 @@ def _of_points(bank: TemplateBank, rows: pd.DataFrame) -> Iterator[str]:
     off = (away > _ALIKE).any(axis=1)
     if off.any():
         speed, torque = 100 * np.average(away[off], axis=0, weights=points.to_numpy()[off])
+        share = 100 * points.to_numpy()[off].sum() / len(rows)
         yield (
-            f"{100 * points.to_numpy()[off].sum() / len(rows):.0f} % of the rows are at operating points that the bank has no "
-            f"templates of: the nearest are {speed:.2g} % in speed and {torque:.2g} % in torque away, on average."
+            f"{share:.0f} % of the rows are at operating points that the bank has no templates of: the nearest "
+            f"are {speed:.2g} % in speed and {torque:.2g} % in torque away, on average."
         )
 
 
