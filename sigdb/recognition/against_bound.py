@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from sigdb.core.typing import BoolArray
@@ -15,12 +14,14 @@ from sigdb.recognition.answers import Answers
 from sigdb.recognition.bayes_bound import Bound
 from sigdb.recognition.noise_bands import NoiseBand, noise_bands
 from sigdb.recognition.rows_by_point import OperatingPoint
+from sigdb.recognition.severity import TARGETS
 
 DRAWS = 4000
 """Rows drawn for each level of a band's error curve."""
 
 
 def against_bound(
+    target: str,
     answers: Answers,
     rows: pd.DataFrame,
     best: Bound | None = None,
@@ -52,6 +53,8 @@ def against_bound(
 
     Parameters
     ----------
+    target
+        ``location``, ``severity`` or ``detection``.
     answers
         Of the model.
     rows
@@ -65,19 +68,27 @@ def against_bound(
         inside = rows.index.isin(best.rows.index)
         answers, rows = some_answers(answers, inside), rows[inside]
         best = replace(best, rows=best.rows.loc[rows.index], losses=best.losses.loc[rows.index])
-    return pd.DataFrame(
+    table = pd.DataFrame(
         [
             _head(band, rows) | one
             for band in noise_bands(rows["snr_db"])
-            for one in _of_band(some_answers(answers, band.inside), rows[band.inside], best, points, draws)
+            for one in _of_band(target, some_answers(answers, band.inside), rows[band.inside], best, points, draws)
         ]
     )
+    if "target" not in table:
+        return table
+    order = table["target"].map(TARGETS.index).sort_values(kind="stable").index
+    return table.loc[order].reset_index(drop=True)
 
 
 def some_answers(answers: Answers, inside: BoolArray) -> Answers:
     """Answers to some of the rows."""
-    parts = {name: getattr(answers, name) for name in ("found", "scores", "probabilities", "sets")}
-    return Answers(**{name: None if part is None else part[inside] for name, part in parts.items()})
+    parts = {name: getattr(answers, name) for name in ("scores", "probabilities", "sets")}
+    return replace(
+        answers,
+        found=answers.found[inside],
+        **{name: part[inside] for name, part in parts.items() if part is not None},
+    )
 
 
 def _head(band: NoiseBand, rows: pd.DataFrame) -> dict[str, Any]:
@@ -92,15 +103,23 @@ def _head(band: NoiseBand, rows: pd.DataFrame) -> dict[str, Any]:
 
 
 def _of_band(
-    answers: Answers, rows: pd.DataFrame, best: Bound | None, points: Sequence[OperatingPoint], draws: int
+    target: str,
+    answers: Answers,
+    rows: pd.DataFrame,
+    best: Bound | None,
+    points: Sequence[OperatingPoint],
+    draws: int,
 ) -> list[dict[str, Any]]:
     if isinstance(answers.found, pd.DataFrame):
         return [] if best is None else of_severity(answers.found, rows, best)
-    columns: dict[str, Any] = {}
-    if np.ndim(answers.scores) == 1:
-        return [] if best is None else [of_detection(answers, rows, best)]
-    if best is not None:
-        asked = [point.asking(rows.index) for point in points]
-        asked = [point for point in asked if point.rows["judged"].any()]
-        columns |= of_location(answers, rows, best, asked, draws) | of_detection(answers, rows, best)
-    return [columns | of_calibration(answers, rows)]
+    columns: dict[str, Any] = {} if best is None else dict(of_detection(answers, rows, best))
+    if target == "location":
+        columns |= of_calibration(answers, rows)
+        columns |= {} if best is None else of_location(answers, rows, best, _asked(points, rows), draws)
+    return [columns]
+
+
+def _asked(points: Sequence[OperatingPoint], rows: pd.DataFrame) -> list[OperatingPoint]:
+    """The points that have some of the rows, asked for them."""
+    asked = [point.asking(rows.index) for point in points]
+    return [point for point in asked if point.rows["judged"].any()]

@@ -1,12 +1,13 @@
 """What a model should reach, whether it does, and where it does not."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from sigdb.recognition.efficiency import ERROR_RANGE, in_range
+from sigdb.recognition.efficiency import ERROR_RANGE
 from sigdb.recognition.metrics_calibration import ENOUGH
 from sigdb.recognition.metrics_coverage import ENOUGH as ENOUGH_OF_CELL
 from sigdb.recognition.metrics_coverage import LEAST_COVERAGE
@@ -69,125 +70,128 @@ def aims(
     bounded
         Whether the bound is known.
     """
-    return pd.DataFrame([asdict(one) for one in _aims(target, table, cells, " ".join(causes), bounded)])
+    against = [
+        _worst(name, *aim, own, causes) if bounded else Aim(what=name, aim=aim[1], why=_NO_BOUND)
+        for aim in _AGAINST_BOUND[target]
+        for name, own in _named(_WORDS[aim[0]], table)
+    ]
+    calibration = [_worst(_WORDS["ece"], "ece", ECE, table)] if target == "location" else []
+    sets = [] if target == "detection" else [_of_cells(cells)]
+    return pd.DataFrame([asdict(one) for one in (*against, *calibration, *sets)])
 
 
-def _aims(target: str, table: pd.DataFrame, cells: pd.DataFrame | None, causes: str, bounded: bool) -> Iterator[Aim]:
-    if not bounded:
-        unknown = "the bound is not known: no row follows the law that it is computed from"
-        names = _OF_SEVERITY if target == "severity" else _OF_LOCATION if target == "location" else _OF_DETECTION
-        yield from (Aim(what=what, aim=aim, why=unknown) for what, aim in names.items())
-    elif target == "severity":
-        for name, own in table.groupby("target", sort=False):
-            yield _worst(f"MAE of {name} over the posterior median's", RATIO, "mae_ratio", own, causes)
-    else:
-        if target == "location":
-            yield _worst(*list(_OF_LOCATION.items())[0], "loss_db", table, causes)
-        yield _worst(*list(_OF_DETECTION.items())[0], "a90_ratio", table, causes)
-    if target == "location":
-        yield _worst("calibration error (ECE)", ECE, "ece", table, "")
-    yield _of_cells(cells)
+_AGAINST_BOUND = {
+    "location": (("loss_db", LOSS_DB), ("a90_ratio", RATIO)),
+    "detection": (("a90_ratio", RATIO),),
+    "severity": (("mae_ratio", RATIO),),
+}
+_WORDS = {
+    "loss_db": "location, loss against the bound, dB",
+    "a90_ratio": f"a90 over the bound's, at a false-alarm rate of {RATE:g}",
+    "mae_ratio": "MAE over the posterior median's",
+    "ece": "calibration error (ECE)",
+    "cells": f"share of cells where 90 % sets cover less than {LEAST_COVERAGE:g} (99 % confidence)",
+}
+_NO_BOUND = "the bound is not known: no row follows a law that it could be computed from"
 
 
-_OF_DETECTION = {f"a90 over the bound's at {RATE:g} false alarms": RATIO}
-_OF_LOCATION = {"location, loss against the bound, dB": LOSS_DB} | _OF_DETECTION
-_OF_SEVERITY = {"MAE over the posterior median's": RATIO}
+def _named(words: str, table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """A figure's name and rows, for each target of severity."""
+    if "target" not in table:
+        return [(words, table)]
+    return [(f"{name}, {words}", own) for name, own in table.groupby("target", sort=False)]
 
 
-def _worst(what: str, aim: float, column: str, table: pd.DataFrame, causes: str) -> Aim:
-    own = table[[_judged(column, row) for _, row in table.iterrows()]] if column in table else table[:0]
+def _worst(what: str, column: str, aim: float, table: pd.DataFrame, causes: Sequence[str] = ()) -> Aim:
+    own = table[_tells(column, table)]
     own = own if (own["band"] == ALL).all() else own[own["band"] != ALL]
     if own.empty:
         return Aim(what=what, aim=aim, why=_why_not(column, table))
-    worst = own.loc[own[column].idxmax()]
-    met = bool(worst[column] <= aim)
-    return Aim(
-        what=what,
-        aim=aim,
-        found=float(worst[column]),
-        low=float(worst[f"{column}_low"]),
-        high=float(worst[f"{column}_high"]),
-        where=worst["band"],
-        met=met,
-        why=""
-        if met
-        else " ".join([_where_missed(column, own, aim), _by_how_much(column, worst, aim), causes]).strip(),
-    )
+    worst = own.to_dict("records")[int(own[column].argmax())]
+    value, low, high = (float(worst[f"{column}{end}"]) for end in ("", "_low", "_high"))
+    met = value <= aim
+    why = () if met else (_where_missed(column, own, aim), *_more(column, worst, aim), *causes)
+    return Aim(what=what, aim=aim, found=value, low=low, high=high, where=worst["band"], met=met, why=" ".join(why))
 
 
-def _judged(column: str, row: pd.Series) -> bool:
-    """Whether a band tells."""
-    if np.isnan(row[column]):
-        return False
-    return column != "mae_ratio" or in_range(row["bound_error"], row["chance"])
+def _tells(column: str, table: pd.DataFrame) -> pd.Series:
+    """Whether each band tells of a figure."""
+    if column not in table:
+        return pd.Series(False, table.index)
+    low, high = ERROR_RANGE
+    known = table[column].notna()
+    return known & (table["bound_error"] / table["chance"]).between(low, high) if column == "mae_ratio" else known
 
 
 def _where_missed(column: str, own: pd.DataFrame, aim: float) -> str:
-    """Which bands miss an aim, and by how much."""
     missed = own[own[column] > aim]
     said = ", ".join(
-        f"{value:.3g} at {_place(band)}" for band, value in zip(missed["band"], missed[column], strict=True)
+        f"{_number(value)} at {band}" for band, value in zip(missed["band"], missed[column], strict=True) if band != ALL
     )
-    return f"Missed in {len(missed)} of {len(own)} noise bands ({said})." if len(own) > 1 else ""
+    return f"Missed in {len(missed)} of {len(own)} noise bands: {said}." if said else "Missed over all rows."
 
 
-def _by_how_much(column: str, worst: pd.Series, aim: float) -> str:
+def _more(column: str, worst: dict[Hashable, Any], aim: float) -> Iterator[str]:
+    """What else the worst band tells."""
     if column == "ece":
-        return (
-            f"At {_place(worst['band'])} an answer is given {worst['confidence']:.3f} on average, and "
-            f"{1 - worst['error_of_answers']:.3f} are right."
-        )
-    if np.isinf(worst[column]):
-        return "The model's is beyond what the rows hold."
-    if worst[f"{column}_low"] <= aim:
-        return f"The interval [{worst[f'{column}_low']:.3g}, {worst[f'{column}_high']:.3g}] holds the aim."
-    return ""
+        right = 1 - worst["error_of_answers"]
+        yield f"There the answers are given {worst['confidence']:.3f} on average, and {right:.3f} of them are right."
+    elif np.isinf(worst[column]):
+        yield "There the model's figure is beyond what the rows hold."
+    elif worst[f"{column}_low"] <= aim:
+        yield f"The interval there, {worst[f'{column}_low']:.3g} to {worst[f'{column}_high']:.3g}, holds the aim."
 
 
-def _place(band: str) -> str:
-    return "all rows" if band == ALL else band
+def _number(value: float) -> str:
+    return f"{value:.3g}" if np.isfinite(value) else "more than can be told"
 
 
 def _why_not(column: str, table: pd.DataFrame) -> str:
     """Why no band tells of a figure."""
     if column == "ece":
-        if "confidence" not in table or table["confidence"].isna().all():
-            return "the model gives no probabilities"
-        return f"a noise band has {table['rows'].max()} rows at most, and needs {ENOUGH}"
-    if column == "a90_ratio":
-        if "a90" not in table:
-            return "the model gives no score of damage, or the rows have no stiffness loss"
+        most = table["rows"].max()
         return (
-            f"no band has the {NEEDED / RATE:.0f} healthy rows that {RATE:g} false alarms take, and a bound whose a90 "
-            "is within the losses of the rows"
+            f"a noise band has {most} rows at most, and needs {ENOUGH}" if "confidence" in table else _NO_PROBABILITIES
         )
-    low, high = ERROR_RANGE
-    share = table["bound_error"] / table["chance"]
+    if column == "a90_ratio":
+        return _NO_A90.format(NEEDED / RATE, RATE) if "a90" in table else _NO_SCORES
+    share, (low, high) = table["bound_error"] / table["chance"], ERROR_RANGE
     return (
-        f"the bound's error is {share.min():.3g} to {share.max():.3g} of that by chance, and a loss is told between "
-        f"{low:g} and {high:g}"
+        f"the bound's error is {share.min():.2g} to {share.max():.2g} of that by chance, and the aim is for {low:g} to "
+        f"{high:g}"
     )
+
+
+_NO_PROBABILITIES = "the model gives no probabilities"
+_NO_SCORES = "the model gives no score of damage, or the rows have no losses"
+_NO_A90 = (
+    "no band has the {:.0f} healthy rows that a rate of {:g} takes, and a bound that finds a loss within those of the "
+    "rows with a probability of 0.9"
+)
 
 
 def _of_cells(cells: pd.DataFrame | None) -> Aim:
-    what = f"share of cells whose 90 % sets cover less than {LEAST_COVERAGE:g}, at 99 % confidence"
-    if cells is None:
-        return Aim(what=what, aim=CELLS, why="the model gives neither sets nor intervals")
-    if cells.empty:
-        return Aim(
-            what=what, aim=CELLS, why=f"no cell of severity, noise and operating point has {ENOUGH_OF_CELL} rows"
-        )
-    below = cells[cells["below"]]
+    if cells is None or cells.empty:
+        few = f"no cell of severity, noise and operating point has {ENOUGH_OF_CELL} rows"
+        return Aim(what=_WORDS["cells"], aim=CELLS, why="the model gives no sets" if cells is None else few)
+    below = cells[cells["below"].astype(bool)]
     share = len(below) / len(cells)
-    met = share <= CELLS
-    return Aim(what=what, aim=CELLS, found=share, met=met, why="" if met else _which_cells(below, len(cells)))
+    why = "" if share <= CELLS else _least(below.to_dict("records")[int(below["coverage"].argmin())], below, cells)
+    return Aim(what=_WORDS["cells"], aim=CELLS, found=share, met=share <= CELLS, why=why)
 
 
-def _which_cells(below: pd.DataFrame, count: int) -> str:
-    worst = below.loc[below["coverage"].idxmin()]
-    loss = worst["stiffness_loss"]
-    severity = "healthy" if np.isnan(loss) else f"loss {loss:g}"
+def _least(worst: dict[Hashable, Any], below: pd.DataFrame, cells: pd.DataFrame) -> str:
+    where = ", ".join(said.format(worst[name]) for name, said in _CELL_WORDS.items() if name in worst)
     return (
-        f"{len(below)} of {count} cells; the least is {worst['coverage']:.3f} of {worst['rows']} rows ({worst['target']}"
-        f"; {severity}, {worst['snr_db']:g} dB, {worst['speed_rpm']:g} rpm, {worst['torque']:g} N m)."
+        f"{len(below)} of {len(cells)} cells; the least coverage is {worst['coverage']:.3f}, of {worst['rows']} rows "
+        f"({worst['target']}; {where})."
     )
+
+
+_CELL_WORDS = {
+    "stiffness_loss": "loss {:g}",
+    "damaged_teeth": "{:g} damaged teeth",
+    "snr_db": "{:g} dB",
+    "speed_rpm": "{:g} rpm",
+    "torque": "{:g} N m",
+}

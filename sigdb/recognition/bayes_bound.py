@@ -27,26 +27,28 @@ from sigdb.recognition.severity import TARGETS
 class Bound:
     """What the Bayes rule does on rows of a database.
 
-        Attributes
-        ----------
-        target
-            ``location`` or ``severity``.
-        rows
-            By id: ``tooth``, ``teeth``, ``specimen``, and what the rule says of each row. Location: ``found`` (the most
-            probable tooth, 0 for none), ``log_odds`` (logarithm of P(damage) / P(none)), ``risk`` (probability that it is
-    XX    losses
-            By id, what the rule makes as small as it can be on average: ``error`` (0 or 1, healthy rows too), ``log_loss``
-            (nats); ``absolute_TARGET`` (of the posterior median), ``square_TARGET`` (of the mean), ``crps_TARGET``.
-        scores
-            By id, columns 0, 1, 2, ...: logarithm of the posterior probability of 'none' and of each tooth, -inf where a
-            gear has no such tooth. None for severity.
-        outside
-            Number of rows that the law does not cover, by reason. They are not in ``rows``.
-        expected
-            The same losses on rows drawn anew from the law, specimens and noise: mean and standard error. None if they were
-            not asked for.
-        entropy
-            Mean entropy of the location before an average is seen, nats: H of :func:`eta_info`.
+    Attributes
+    ----------
+    target
+        ``location`` or ``severity``.
+    rows
+        By id: ``tooth``, ``teeth``, ``specimen``, and what the rule says of each row. Location: ``found`` (the most
+        probable tooth, 0 for none), ``log_odds`` (logarithm of P(damage) / P(none)), ``risk`` (probability that it is
+        wrong), ``entropy`` (of the tooth, nats). Severity: each target's posterior ``median_TARGET``
+        and ``mean_TARGET``, and ``low_TARGET`` and ``high_TARGET``, between which it has 0.9.
+    losses
+        By id, what the rule makes as small as it can be on average: ``error`` (0 or 1, healthy rows too), ``log_loss``
+        (nats); ``absolute_TARGET`` (of the posterior median), ``square_TARGET`` (of the mean), ``crps_TARGET``.
+    scores
+        By id, columns 0, 1, 2, ...: logarithm of the posterior probability of 'none' and of each tooth, -inf where a
+        gear has no such tooth. None for severity.
+    outside
+        Number of rows that the law does not cover, by reason. They are not in ``rows``.
+    expected
+        The same losses on rows drawn anew from the law, specimens and noise: mean and standard error. None if they were
+        not asked for.
+    entropy
+        Mean entropy of the location before an average is seen, nats: H of :func:`eta_info`.
     """
 
     target: str

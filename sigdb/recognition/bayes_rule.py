@@ -6,9 +6,10 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core.typing import FloatArray
+from sigdb.recognition.conformal import COVERAGE
 from sigdb.recognition.posterior import Posterior
 from sigdb.recognition.rows_by_point import OperatingPoint
-from sigdb.recognition.severity import COVERAGE, TARGETS
+from sigdb.recognition.severity import TARGETS
 
 LOSSES: Mapping[str, tuple[str, ...]] = {
     "location": ("error", "log_loss"),

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sigdb.recognition.efficiency_table import aim_rows, efficiency_rows
 from sigdb.recognition.evaluation import Evaluation
 from sigdb.recognition.learners import LEARNERS
 from sigdb.recognition.severity import TARGETS
@@ -68,10 +69,6 @@ def bound_said(evaluation: Evaluation) -> str:
 
 def model_card(model: Model, evaluation: Evaluation, *, command: str) -> str:
     """The card as Markdown."""
-    head, *rows = figure_rows(evaluation)
-    table = "\n".join(
-        ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head), *("| " + " | ".join(row) + " |" for row in rows)]
-    )
     return f"""# {model.target.capitalize()} of tooth damage: {LEARNERS[model.learner]}
 
 **Purpose.** {_PURPOSE[model.target]}
@@ -91,16 +88,43 @@ Split: {evaluation.split}. {evaluation.rows} rows of
 {evaluation.specimens} specimens; in brackets the 95 % interval of a bootstrap over specimens, which is rough for few.
 {_SAME_DAMAGES if evaluation.split.startswith("S1") else ""}{bound_said(evaluation)}
 
-{table}
+{_markdown(figure_rows(evaluation))}
 
 {_BASELINES[model.target].format(rate=model.false_alarm_rate)}
 
-**Known failures.** {_FAILURES[model.target]}
+{_against_bound(evaluation)}**Known failures.** {_FAILURES[model.target]}
 
 ## Make it again
 
     {command}
 """
+
+
+def _markdown(rows: list[list[str]]) -> str:
+    """A table as Markdown."""
+    head, *rows = rows
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _against_bound(evaluation: Evaluation) -> str:
+    """The section on the best possible answer, and on the aims."""
+    efficiency, aims = efficiency_rows(evaluation), aim_rows(evaluation)
+    parts = [EFFICIENCY_SAID[evaluation.target], _markdown(efficiency)] if efficiency else []
+    parts += ["Aims, judged where the noise band is worst:", _markdown(aims)] if aims else []
+    return "\n\n".join(["## Against the best possible", *parts]) + "\n\n" if parts else ""
+
+
+_IN_BANDS = "In bands of the signal-to-noise ratio of one revolution, on the rows whose law the bound knows"
+EFFICIENCY_SAID = {
+    "location": f"""{_IN_BANDS}: 'information used' is
+(H - log loss) / (H - the bound's log loss), with H of what is known before; 'loss' by how much the noise may grow until
+the best rule has as many errors.""",
+    "detection": f"{_IN_BANDS}.",
+    "severity": f"""{_IN_BANDS}: mean absolute error
+against the posterior's median, CRPS by the same quantiles, root mean square error against the posterior's mean.""",
+}
+"""What the table of a model against the bound shows, in words."""
 
 
 def _drawn(model: Model) -> str:
@@ -129,19 +153,19 @@ _PURPOSE = {
     "interval.",
 }
 _BASELINES = {
-    "location": "Baselines: `whitened_bank`, the likelihoods of the templates as they are; `nearest_template`, the least\n"
-    "Euclidean distance; `envelope_peak`, the tooth in whose pass the envelope of the residual is greatest; thresholds on\n"
-    "`na4_star` and `fm4`, which name no tooth, so the most frequent one is taken; `majority`, the most frequent answer of\n"
-    "the training rows. Their thresholds are set at a false-alarm rate of {rate:g}.",
+    "location": """Baselines: `whitened_bank`, the likelihoods of the templates as they are; `nearest_template`, the
+least Euclidean distance; `envelope_peak`, the tooth in whose pass the envelope of the residual is greatest; thresholds
+on `na4_star` and `fm4`, which name no tooth, so the most frequent one is taken; `majority`, the most frequent answer of
+the training rows. Their thresholds are set at a false-alarm rate of {rate:g}.""",
     "severity": "Baselines: `fm4`, a monotonic function of FM4; `majority`, the median of the training rows.",
-    "detection": "All are set at a false-alarm rate of {rate:g}, on healthy rows of specimens that they have not learnt\n"
-    "from. Baselines: `nearest_template`, by how much the nearest damaged template is nearer than the healthy one;\n"
-    "`envelope_peak`, `na4_star` and `fm4`.",
+    "detection": """All are set at a false-alarm rate of {rate:g}, on healthy rows of specimens that they have not
+learnt from. Baselines: `nearest_template`, by how much the nearest damaged template is nearer than the healthy one;
+`envelope_peak`, `na4_star` and `fm4`.""",
 }
 _FAILURES = {
     "location": "The least severe cases are missed most often. Damage of another kind than was simulated is still\n"
     "given a tooth.",
-    "detection": "The least severe cases are missed most often. The rate of false alarms holds on average over gears, and\n"
-    "may be another one for one of them.",
+    "detection": "The least severe cases are missed most often. The rate of false alarms holds on average over gears,\n"
+    "and may be another one for one of them.",
     "severity": "On a healthy gear its answer has no meaning. Intervals hold on average, not for each severity.",
 }

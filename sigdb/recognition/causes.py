@@ -54,7 +54,8 @@ def _of_bank(bank: TemplateBank, rows: pd.DataFrame, index_error: float | None) 
         yield from _of_points(bank, known)
         yield from _of_severities(bank, known)
     if index_error and abs(index_error / max(bank.index_error, 1e-300) - 1) > _ALIKE:
-        yield f"The index errors of the rows are {1e6 * index_error:.3g} um, those of the bank {1e6 * bank.index_error:.3g}."
+        sizes = (1e6 * index_error, 1e6 * bank.index_error)
+        yield "The index errors of the rows are {:.3g} um, those of the bank {:.3g} um.".format(*sizes)
 
 
 def _of_points(bank: TemplateBank, rows: pd.DataFrame) -> Iterator[str]:
@@ -65,9 +66,10 @@ def _of_points(bank: TemplateBank, rows: pd.DataFrame) -> Iterator[str]:
     off = (away > _ALIKE).any(axis=1)
     if off.any():
         speed, torque = 100 * np.average(away[off], axis=0, weights=points.to_numpy()[off])
+        share = 100 * points.to_numpy()[off].sum() / len(rows)
         yield (
-            f"{points.to_numpy()[off].sum() / len(rows):.0%} of the rows are at operating points that the bank has no "
-            f"templates of: the nearest are {speed:.2g} % in speed and {torque:.2g} % in torque away, on average."
+            f"{share:.0f} % of the rows are at operating points that the bank has no templates of: the nearest "
+            f"are {speed:.2g} % in speed and {torque:.2g} % in torque away, on average."
         )
 
 

@@ -13,7 +13,6 @@ from sigdb.recognition.metrics import covered, location_values, severity_errors,
 from sigdb.recognition.metrics_calibration import reliability
 from sigdb.recognition.metrics_coverage import banded, coverage_cells, set_values
 from sigdb.recognition.metrics_detection import RATES, called_values, is_resolved, roc
-from sigdb.recognition.noise_bands import noise_of
 from sigdb.recognition.pod import RATE, Pod, detection_by_loss
 from sigdb.recognition.severity import TARGETS
 
@@ -71,17 +70,8 @@ def _of_location(answers: Mapping[str, Answers], rows: pd.DataFrame, learner: st
     sets = answers[learner].sets
     if sets is not None:
         inside = set_values(sets, rows)["set_coverage"]
-        tables["coverage"] = coverage_cells(inside, _cell_rows(rows)).assign(target="tooth")
+        tables["coverage"] = coverage_cells(inside, rows).assign(target="tooth")
     return tables
-
-
-def _cell_rows(rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows as cells of coverage take them: healthy ones without a severity, noise in its bands, speed and torque in
-    halves where they have many values."""
-    halves = {name: banded(rows[name], most=2) for name in ("speed_rpm", "torque") if rows[name].nunique() > 6}
-    loss = rows["stiffness_loss"].where(rows["tooth"] > 0)
-    noise = noise_of(rows) if rows["snr_db"].nunique() > 6 else rows["snr_db"]
-    return rows.assign(stiffness_loss=loss, snr_db=noise, **halves)
 
 
 _POD_COLUMNS = ("stiffness_loss", "phase_shift_deg")
@@ -112,7 +102,7 @@ def _of_severity(found: Mapping[str, pd.DataFrame], rows: pd.DataFrame, learner:
         "scatter": _scatter(found[learner], rows),
     }
     cells = [
-        coverage_cells(covered(found[learner], rows, target), _cell_rows(rows)).assign(target=target)
+        coverage_cells(covered(found[learner], rows, target), rows).assign(target=target)
         for target in TARGETS
         if f"{target}_low" in found[learner]
     ]

@@ -101,13 +101,10 @@ def error_curve_around(
     found = {0.0: expected_error(points, draws=draws, seed=seed)}
     own, chance = found[0.0][0], chance_error(points)
     if in_range(own, chance):
-        for outward, sign, last in (
-            (DECIBELS[DECIBELS > 0], 1, max(excess)),
-            (DECIBELS[DECIBELS < 0][::-1], -1, min(excess)),
-        ):
-            for level in outward.tolist():
-                found[level] = expected_error(points, draws=draws, seed=seed, decibels=level)
-                if sign * (found[level][0] - own - last) > 0:
+        for sign, last in ((1, max(excess)), (-1, min(excess))):
+            for level in sorted(sign * DECIBELS[sign * DECIBELS > 0]):
+                found[sign * level] = expected_error(points, draws=draws, seed=seed, decibels=sign * level)
+                if sign * (found[sign * level][0] - own - last) > 0:
                     break
     levels = np.array(sorted(found))
     error, standard_error = np.array([found[level] for level in levels]).T
@@ -131,7 +128,7 @@ def chance_error(points: Sequence[OperatingPoint]) -> float:
 
 def _wrong(point: OperatingPoint, draws: int, stream: np.random.Generator, decibels: float) -> FloatArray:
     """(draws,) probability that the rule's answer is wrong."""
-    wrong = [np.empty(0)]
+    wrong: list[FloatArray] = [np.empty(0)]
     for rows, x in point.asked.redrawn(stream, draws, decibels=decibels):
         likelihood = point.log_likelihood(x, rows)
         wrong.append(_risk(point.asked.known(likelihood), point.known(likelihood)))

@@ -1,6 +1,6 @@
 """A model beside the best possible answer to the same rows."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,7 +20,7 @@ from sigdb.recognition.causes import causes
 from sigdb.recognition.detection_bound import detection_bound
 from sigdb.recognition.evaluation import Evaluation, asked_rows, evaluate
 from sigdb.recognition.metrics import severity_values
-from sigdb.recognition.metrics_detection import detection_figures
+from sigdb.recognition.metrics_detection import detection_figures, roc
 from sigdb.recognition.pod import pod_figures
 from sigdb.recognition.rows_by_point import OperatingPoint, operating_points
 from sigdb.recognition.training import Model
@@ -68,7 +68,7 @@ class _Best:
     Attributes
     ----------
     bound
-        The bound.
+        The bound; of location for a detector too.
     rows
         Those of the rows that it holds, as the model is asked about them.
     points
@@ -108,15 +108,21 @@ class _Best:
         """The bound's figures, those of detection too."""
         if self.false_alarm_rate is not None:
             return detection_bound(self.bound.rows.loc[self.rows.index, "log_odds"], self.rows, self.false_alarm_rate)
-        specimens = Specimens(self.bound.rows["specimen"])
-        figures = {name: one for name, one in self.bound.figures.items() if name.startswith("rmse")}
-        figures |= {
-            name: specimens.mean(one.loc[self.bound.rows.index].to_numpy()) for name, one in self.values.items()
-        }
-        if self.bound.target == "location" and "stiffness_loss" in self.rows:
+        specimens, ids = Specimens(self.bound.rows["specimen"]), self.bound.rows.index
+        figures = {name: specimens.mean(one.loc[ids].to_numpy()) for name, one in self.values.items()}
+        if self.bound.target == "severity":
+            figures |= {name: one for name, one in self.bound.figures.items() if name.startswith("rmse")}
+        elif "stiffness_loss" in self.rows:
             score: FloatArray = self.bound.rows.loc[self.rows.index, "log_odds"].to_numpy()
             figures |= detection_figures(score, self.rows) | pod_figures(score, self.rows)
         return figures
+
+    def curves(self, tables: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
+        """The table ``roc`` of an evaluation, where it has one, with the bound's curve."""
+        if "roc" not in tables:
+            return {}
+        own = roc(self.bound.rows.loc[self.rows.index, "log_odds"].to_numpy(), self.rows)
+        return {"roc": pd.concat([tables["roc"], own.assign(estimator="bound")], ignore_index=True)}
 
     @cached_property
     def index_error(self) -> float:
@@ -129,23 +135,21 @@ def _judged(
 ) -> Evaluation:
     """An evaluation with the model's efficiency and its aims."""
     law = (None, ()) if best is None else (best.bound, best.points)
-    table = against_bound(answers, rows, *law)
+    table = against_bound(model.target, answers, rows, *law)
     cells = evaluation.tables.get("coverage")
-    if cells is None and gives_sets(answers):
+    if cells is None and _gives_sets(answers):
         cells = pd.DataFrame()
     why = causes(model, rows, evaluation.split, None if best is None else best.index_error)
     return replace(
         evaluation,
+        tables={**evaluation.tables, **({} if best is None else best.curves(evaluation.tables))},
         efficiency=table if len(table) else None,
         aims=aims(model.target, table, cells, why, bounded=best is not None),
     )
 
 
-def gives_sets(answers: Answers) -> bool:
+def _gives_sets(answers: Answers) -> bool:
     """Whether a model gives sets of answers, or intervals."""
-    found = answers.found
-    return (
-        any(str(name).endswith("_low") for name in found)
-        if isinstance(found, pd.DataFrame)
-        else answers.sets is not None
-    )
+    if isinstance(answers.found, pd.DataFrame):
+        return any(str(name).endswith("_low") for name in answers.found)
+    return answers.sets is not None

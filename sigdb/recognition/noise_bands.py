@@ -1,6 +1,7 @@
 """Bands of equal width of the signal-to-noise ratio, in which a model is judged."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -52,17 +53,8 @@ def noise_bands(snr_db: pd.Series) -> list[NoiseBand]:
     edges = np.linspace(low, high, max(1, round((high - low) / WIDTH)) + 1)
     place = np.clip(np.searchsorted(edges, values, side="right"), 1, len(edges) - 1)
     bands = [
-        NoiseBand(name=f"{a:g} to {b:g} dB", low=float(a), high=float(b), inside=place == i)
-        for i, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True), start=1)
+        NoiseBand(name=f"{a:g} to {b:g} dB", low=a, high=b, inside=place == i)
+        for i, (a, b) in enumerate(pairwise(edges.tolist()), start=1)
         if (place == i).any()
     ]
     return bands if len(bands) == 1 else [*bands, NoiseBand(name=ALL, low=float(low), high=float(high), inside=every)]
-
-
-def noise_of(rows: pd.DataFrame) -> pd.Series:
-    """``snr_db`` of rows as the middle of its band; as it is where it has one value."""
-    bands = [band for band in noise_bands(rows["snr_db"]) if band.name != ALL]
-    middle = rows["snr_db"].astype(float).copy()
-    for band in bands:
-        middle[band.inside] = (band.low + band.high) / 2
-    return middle

@@ -88,6 +88,9 @@ def roc_figure(evaluation: Evaluation, styles: Styles) -> Figure:
     with drawing() as figure:
         axes = figure.subplots()
         for name, own in by_estimator(table):
+            if name == "bound":
+                axes.plot(own["false_alarm_rate"], own["detected"], label=name, **BOUND_STYLE)
+                continue
             axes.fill_between(
                 own["false_alarm_rate"], own["low"], own["high"], color=styles[name]["color"], alpha=0.15, lw=0
             )
@@ -95,14 +98,6 @@ def roc_figure(evaluation: Evaluation, styles: Styles) -> Figure:
         least = float(table["false_alarm_rate"].min())
         chance = np.geomspace(least, 1, 50)
         axes.plot(chance, chance, color="#888888", linewidth=0.8, linestyle=":", label="chance")
-        if evaluation.bound:
-            rates = {
-                10.0 ** int(name[-2:]): one.value
-                for name, one in evaluation.bound.items()
-                if name.startswith("pd_at") and np.isfinite(one.value)
-            }
-            if rates:
-                axes.plot(list(rates), list(rates.values()), label="bound", **BOUND_STYLE)
         axes.set_xscale("log")
         axes.set(
             xlim=(least, 1), ylim=_room(table["low"]), xlabel="false-alarm rate", ylabel="probability of detection"

@@ -14,8 +14,10 @@ from matplotlib.figure import Figure
 
 from sigdb.core.version import __version__
 from sigdb.recognition import Evaluation
-from sigdb.recognition.card import TITLES, bound_said, figure_rows
+from sigdb.recognition.card import EFFICIENCY_SAID, TITLES, bound_said, figure_rows
+from sigdb.recognition.efficiency_table import aim_rows, efficiency_rows
 from sigdb.recognition.metrics_coverage import ENOUGH
+from sigdb.report.evaluation_efficiency import efficiency_figures
 from sigdb.report.evaluation_location import location_figures
 from sigdb.report.evaluation_severity import severity_figures
 from sigdb.report.evaluation_shared import coverage_figures, noise_figures
@@ -64,6 +66,7 @@ def evaluation_html(evaluation: Evaluation, *, title: str) -> str:
 def evaluation_figures(evaluation: Evaluation) -> Iterator[tuple[str, str, Figure]]:
     """Heading, caption and figure of all that an evaluation holds."""
     styles = estimator_styles(evaluation.figures, evaluation.learner)
+    yield from efficiency_figures(evaluation)
     yield from (severity_figures if evaluation.target == "severity" else location_figures)(evaluation, styles)
     yield from noise_figures(evaluation, styles)
     yield from coverage_figures(evaluation)
@@ -88,6 +91,7 @@ def _page(evaluation: Evaluation, title: str) -> Iterator[str]:
         f"{html.escape(bound_said(evaluation))}</p>"
     )
     yield from _differences(evaluation)
+    yield from _against_bound(evaluation)
     yield '<div class="pictures">'
     for heading, caption, figure in evaluation_figures(evaluation):
         yield f"<figure>\n<h3>{html.escape(heading)}</h3>"
@@ -109,9 +113,28 @@ def _why_no_cells(evaluation: Evaluation) -> str:
     return f"no cell of severity, noise and operating point has {ENOUGH} rows"
 
 
+def _against_bound(evaluation: Evaluation) -> Iterator[str]:
+    """The model against the best possible answer, and its aims."""
+    efficiency, aims = efficiency_rows(evaluation), aim_rows(evaluation)
+    if efficiency or aims:
+        yield "<h2>Against the best possible</h2>"
+    if efficiency:
+        yield f"<p>{html.escape(EFFICIENCY_SAID[evaluation.target])}</p>"
+        yield from _cells_of(efficiency)
+    if aims:
+        yield "<h3>Aims</h3>\n<p>Each where the noise band is worst.</p>"
+        yield '<table class="aims">\n<thead>' + _cells("th", aims[0], 0) + "</thead>\n<tbody>"
+        yield from (_cells("td", row, 0) for row in aims[1:])
+        yield "</tbody></table>"
+
+
 def _table(evaluation: Evaluation) -> Iterator[str]:
-    head, *rows = figure_rows(evaluation)
-    ours = 1 + list(evaluation.figures).index(evaluation.learner)
+    yield from _cells_of(figure_rows(evaluation), ours=1 + list(evaluation.figures).index(evaluation.learner))
+
+
+def _cells_of(table: list[list[str]], *, ours: int = -1) -> Iterator[str]:
+    """A table, one column of which stands out."""
+    head, *rows = table
     yield '<div class="wide"><table>\n<thead>' + _cells("th", head, ours) + "</thead>\n<tbody>"
     yield from (_cells("td", row, ours) for row in rows)
     yield "</tbody></table></div>"
@@ -163,6 +186,7 @@ body { font: 16px/1.5 system-ui, sans-serif; color: #1b2430; background: #fff; m
 h1 { font-size: 1.5rem; line-height: 1.25; overflow-wrap: anywhere; }
 h2 { font-size: 1.2rem; margin-top: 1.8rem; }
 h3 { font-size: 1rem; margin: 0 0 .4rem; }
+.wide + h3 { margin-top: 1.4rem; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; padding: .25rem .8rem .25rem 0; border-bottom: 1px solid #e3e6ea; white-space: nowrap;
@@ -176,6 +200,7 @@ figure img { width: 100%; max-width: 36rem; height: auto; }
 figcaption { color: #4a5565; font-size: .88rem; }
 footer { color: #667080; font-size: .85rem; margin-top: 2rem; }
 .alarm { border-left: .3rem solid #c8553d; background: #fbeeea; padding: .6rem .8rem; }
+.aims td { white-space: normal; min-width: 5rem; }
 @media (max-width: 40rem) { td:first-child { white-space: normal; min-width: 8rem; } }
 @media print { body { font-size: 10pt; max-width: none; padding: 0; } .wide { overflow: visible; }
   table { font-size: 7.5pt; } .pictures { display: block; } figure { margin-bottom: 1rem; }

@@ -15,8 +15,8 @@ from sigdb.report.panels import DAMAGE, GRID, INK
 Styles = Mapping[str, Mapping[str, Any]]
 """Colour and line of each estimator."""
 
-BOUND_STYLE: Mapping[str, Any] = {"color": "#111111", "linestyle": "--", "linewidth": 1.4}
-"""How the bound is drawn."""
+BOUND_STYLE: Mapping[str, Any] = {"color": "#111111", "linestyle": "--", "linewidth": 1.4, "zorder": 4}
+"""How the bound is drawn: over the lines that come near it."""
 
 _OTHERS = ("#3c8d7a", "#8a6bbd", "#c79a2b", "#5b8fd6", "#8c8c8c", "#b3697f", "#6f8f3f")
 

@@ -105,6 +105,7 @@ def test_coverage_of_cells_that_have_enough_rows():
         width = 2 * 1.96 * np.sqrt(share * (1 - share) / size)
         assert cell.high - cell.low == pytest.approx(width, rel=0.35)
     assert (table["low"] > 0.9).tolist() == (table["stiffness_loss"] == 0.2).tolist()
+    assert table["below"].tolist() == (table["stiffness_loss"] == 0.1).tolist()
     assert coverage_cells(inside, rows, enough=10_000).empty
 
 

@@ -10,7 +10,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from sigdb.cli.figures import print_figures
 from sigdb.recognition import Evaluation, Figure
+from sigdb.recognition.aims import aims
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.evaluation import answer_figures
 from sigdb.recognition.evaluation_tables import evaluation_tables
@@ -20,14 +22,15 @@ TEETH = 5
 
 
 def an_evaluation(answers, rows, **others):
+    target = "location" if isinstance(answers["a"].found, np.ndarray) else "severity"
     return Evaluation(
-        target="location" if isinstance(answers["a"].found, np.ndarray) else "severity",
+        target=target,
         learner="a",
         split="S1, by specimen",
         split_hash="0123456789abcdef",
         rows=len(rows),
         specimens=rows["specimen"].nunique(),
-        figures={name: answer_figures(one, rows) for name, one in answers.items()},
+        figures={name: answer_figures(one, rows, target) for name, one in answers.items()},
         tables=evaluation_tables(answers, rows, "a", {}),
         **others,
     )
@@ -166,3 +169,59 @@ def test_files_of_a_report(location, pages, tmp_path):
     assert set(numbers["tables"]) == set(location.tables)
     assert numbers["tables"]["roc"]["detected"] == location.tables["roc"]["detected"].tolist()
     assert page.read_text(encoding="utf-8") == pages["location"]  # the same each time
+
+
+@pytest.fixture(scope="module")
+def beside(location):
+    bands = pd.DataFrame(
+        {
+            "band": ["-10 to -6 dB", "-6 to -2 dB", "all"],
+            "low_db": [-10.0, -6.0, -10.0],
+            "high_db": [-6.0, -2.0, -2.0],
+            "rows": [500, 500, 1000],
+            "specimens": 8,
+            "error": [0.41, 0.2, 0.3],
+            "bound_error": [0.4, 0.2, 0.3],
+            "chance": 0.8,
+            "loss_db": [0.31, np.inf, 0.2],
+            "loss_db_low": [0.1, np.nan, 0.1],
+            "loss_db_high": [0.5, np.nan, 0.3],
+        }
+    )
+    return replace(location, efficiency=bands, aims=aims("location", bands, None, ["Because a < b."]))
+
+
+def test_the_best_possible_and_the_aims_are_a_section(beside, pages):
+    page = evaluation_html(beside, title="t")
+    assert "Against the best possible" not in pages["location"]
+    section = page.split("<h2>Against the best possible</h2>")[1].split('<div class="pictures">')[0]
+    assert '<td>0.410</td><td>0.400</td><td>0.310 <span class="ends">[0.100, 0.500]</span></td>' in section
+    assert "<td>beyond</td>" in section
+    assert "<td>no</td><td>Missed in 2 of 2 noise bands: 0.31 at -10 to -6 dB, more than can be told at" in section
+    assert "Because a &lt; b." in section
+    assert section.count("<td>not judged</td>") == 3
+
+
+def test_the_loss_is_drawn_by_noise_band(beside):
+    assert "Loss" not in next(iter(evaluation_figures(beside)))[0]  # of one band only it is known
+    known = replace(beside, efficiency=beside.efficiency.replace(np.inf, 0.2))
+    heading, _, figure = next(iter(evaluation_figures(known)))
+    assert heading == "Loss against the best possible, by noise band"
+    assert figure.axes[0].containers[0].lines[0].get_xydata().tolist() == [[-8.0, 0.31], [-4.0, 0.2]]
+
+
+def test_the_command_prints_them_compactly(beside, capsys):
+    print_figures(beside)
+    said = capsys.readouterr().out
+    assert re.search(r"^-10 to -6 dB +500 +0\.410 +0\.400 +0\.310 \[0\.100, 0\.500\]$", said, re.MULTILINE)
+    assert re.search(r"^location, loss against the bound, dB +0\.25 +beyond \(-6 to -2 dB\) +no$", said, re.MULTILINE)
+    assert "Because a < b." in " ".join(said.split())
+    assert max(map(len, said.splitlines())) <= 120
+
+
+def test_the_roc_of_the_bound_is_drawn(location):
+    curve = location.tables["roc"].assign(estimator="bound", detected=1.0)
+    tables = {"roc": pd.concat([location.tables["roc"], curve])}
+    (_, _, figure) = next(iter(evaluation_figures(replace(location, tables=tables))))
+    lines = {line.get_label(): line for line in figure.axes[0].lines}
+    assert (lines["bound"].get_ydata() == 1).all()
