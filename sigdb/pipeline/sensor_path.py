@@ -52,9 +52,10 @@ def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise:
     """The path from a simulated average of a healthy gear to a measured one.
 
     At the mesh harmonics both are known, and their quotient is the gain. Between two neighbouring harmonics the
-    logarithm of its magnitude and its phase are straight lines, the phase by the shorter way. For half a harmonic beyond
-    the ends of a row of neighbours the magnitude is constant and the line of the phase goes on. That holds as far as
-    the structure between mesh and sensor changes little over one mesh harmonic. Other orders have the gain 0: of them the comparison says nothing.
+    logarithm of its magnitude and its phase are straight lines, the phase by the shorter way. For half a harmonic
+    beyond the ends of a row of neighbours the magnitude is constant and the line of the phase goes on. That holds as
+    far as the structure between mesh and sensor changes little over one mesh harmonic. Other orders have the gain 0: of
+    them the comparison says nothing.
 
     Parameters
     ----------

@@ -102,5 +102,5 @@ def _joined(pieces: list[Any], absent: float | None) -> Any:
     if pieces[0].ndim == 1:
         return np.concatenate(pieces)
     width = max(one.shape[1] for one in pieces)
-    padded = [np.pad(one, ((0, 0), (0, width - one.shape[1])), constant_values=absent) for one in pieces]
+    padded = [np.pad(one, ((0, 0), (0, width - one.shape[1])), constant_values=absent or 0) for one in pieces]
     return np.concatenate(padded)

@@ -21,6 +21,9 @@ _PRECISION = 2e-4
 The log-likelihood of a template that resembles the average then changes by less than 0.01."""
 
 
+_CASE = ("teeth", *TARGETS)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PointTemplates:
     """The templates of one operating point and tooth count.
@@ -156,11 +159,18 @@ class TemplateBank:
         return f"TemplateBank({count} templates of {self.sensor!r} at {len(self.points)} points, teeth {self.teeth})"
 
     @classmethod
-    def of(cls, database: Database, *, sensor: str | None = None, index_error: float | None = None) -> Self:
+    def of(
+        cls,
+        database: Database,
+        *,
+        sensor: str | None = None,
+        index_error: float | None = None,
+        cases: pd.DataFrame | None = None,
+    ) -> Self:
         """The bank of a database.
 
-        Each template weighs as many rows as it has. Templates without a result, and those with loss of contact, are left
-        out. Signals are kept as exactly as the quietest row asks for: none is further from its own, in norm, than
+        Each template weighs as many rows as it has. Templates without a result, and those with loss of contact, are
+        left out. Signals are kept as exactly as the quietest row asks for: none is further from its own, in norm, than
         1 / 5000 of the standard deviation of that row's noise.
 
         Parameters
@@ -171,6 +181,9 @@ class TemplateBank:
             A stored sensor; the first one if left out.
         index_error
             Size of the index errors, m; the root mean square of that of the rows if left out.
+        cases
+            Only templates of these cases: tooth counts ``teeth`` and severities, as in rows of features. All if left
+            out.
 
         Raises
         ------
@@ -196,6 +209,9 @@ class TemplateBank:
             "select distinct speed_rpm, torque, teeth from templates where status = 'ok' and not contact_loss "
             "order by all"
         )
+        if cases is not None:
+            cases = cases[list(_CASE)].drop_duplicates()
+            points = points[points["teeth"].isin(cases["teeth"])]
         weight = rows.set_index("template")["n"]
         if index_error is None:
             index_error = float(np.sqrt(rows["square"].sum() / rows["n"].sum()))
@@ -203,7 +219,7 @@ class TemplateBank:
         for teeth in sorted(set(points["teeth"].astype(int))):
             alike = points.loc[points["teeth"] == teeth, ["speed_rpm", "torque"]].to_numpy(float)
             at = [(float(speed), float(torque)) for speed, torque in alike]
-            laws = [_laws(database, sensor, *point, teeth=teeth) for point in at]
+            laws = [_laws(database, sensor, *point, teeth=teeth, cases=cases) for point in at]
             found += PointTemplates.of(
                 laws,
                 [_share(one, weight) for one in laws],
@@ -245,8 +261,13 @@ def _distance(point: PointTemplates, speed_rpm: FloatArray, torque: FloatArray, 
     return np.where(teeth == point.teeth, relative, np.inf)
 
 
-def _laws(database: Database, sensor: str, speed_rpm: float, torque: float, *, teeth: int) -> Hypotheses:
+def _laws(
+    database: Database, sensor: str, speed_rpm: float, torque: float, *, teeth: int, cases: pd.DataFrame | None
+) -> Hypotheses:
     laws = Hypotheses.of(database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor)
+    if cases is not None:
+        known = laws.cases[list(_CASE)].merge(cases.assign(known=True), how="left", on=list(_CASE))["known"]
+        laws = laws.only(np.flatnonzero(known.notna()))
     for kind, some in (("healthy", laws.healthy), ("damaged", ~laws.healthy)):
         if not some.any():
             raise InputError(

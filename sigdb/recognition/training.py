@@ -148,7 +148,7 @@ def train(
     parts = make_split(split, rows, seed=database.manifest.seed, folds=settings.folds)
     training = rows[parts.folds(rows) == TRAINING]
     del rows  # of many rows this is much
-    bank = _bank(database, settings.learner, on_step)
+    bank = _bank(database, training, settings.learner, on_step)
     unfitted = CONTENDERS[target](settings, bank)
     on_step("reading averages")
     own = reducers_of(one for name, one in unfitted.items() if name == TEMPLATES)
@@ -220,10 +220,12 @@ def probe_rows(model: Model, database: Database, rows: pd.DataFrame) -> pd.DataF
     return with_averages(database, few, sensor=model.sensor) if model.reducers else few
 
 
-def _bank(database: Database, learner: str, on_step: Callable[[str], Any]) -> TemplateBank | None:
-    """The bank of templates; None where the database has none and another learner is the model."""
+def _bank(
+    database: Database, training: pd.DataFrame, learner: str, on_step: Callable[[str], Any]
+) -> TemplateBank | None:
+    """The templates of the training rows' cases; None where there can be no bank and another learner is the model."""
     try:
-        return TemplateBank.of(database)
+        return TemplateBank.of(database, cases=training)
     except InputError as error:
         if learner == "templates":
             raise

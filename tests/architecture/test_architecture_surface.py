@@ -34,6 +34,7 @@ NAMES = {
     "load_transmission": "sigdb.transmission",
     "march": "sigdb.dynamics",
     "open": "sigdb.database",
+    "diagnose": "sigdb.pipeline",
     "read_recording": "sigdb.measurement",
     "simulate": "sigdb.dynamics",
 }
