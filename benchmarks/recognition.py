@@ -111,7 +111,8 @@ def training(database: Database) -> Rows:
     def add(what: str, estimator: Any, data: Any, of: str, *groups: Any, before: float = 0.0) -> None:
         _, seconds = timed(lambda: estimator.fit(data[seen], y[seen], *groups))
         right = float((estimator.predict(data[asked]) == y[asked]).mean())
-        found.append({"what": what, "of": of, "rows": int(seen.sum()), "seconds": float(before + seconds), "accuracy": right})
+        row = {"what": what, "of": of, "rows": int(seen.sum()), "seconds": float(before + seconds), "accuracy": right}
+        found.append(row)
 
     specimens = rows["specimen"].to_numpy()[seen]
     for learner in POOLED:

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from sigdb.core.typing import BoolArray
@@ -97,7 +96,7 @@ def _of_band(
     if isinstance(answers.found, pd.DataFrame):
         return [] if best is None else of_severity(answers.found, rows, best)
     columns: dict[str, Any] = {}
-    if np.ndim(answers.scores) == 1:
+    if answers.of_detector:
         return [] if best is None else [of_detection(answers, rows, best)]
     if best is not None:
         asked = [point.asking(rows.index) for point in points]

@@ -71,6 +71,11 @@ class Answers:
         return cls(**{name: _joined([getattr(part, name) for part in parts], _ABSENT.get(name)) for name in names})
 
     @property
+    def of_detector(self) -> bool:
+        """Whether scores are of damage alone."""
+        return self.scores is not None and self.scores.ndim == 1
+
+    @property
     def detection(self) -> FloatArray | None:
         """(rows,) score of damage, unbounded: the log odds of any tooth against none, or the score of a detector; None
         without scores."""

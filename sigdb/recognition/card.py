@@ -129,19 +129,19 @@ _PURPOSE = {
     "interval.",
 }
 _BASELINES = {
-    "location": "Baselines: `whitened_bank`, the likelihoods of the templates as they are; `nearest_template`, the least\n"
-    "Euclidean distance; `envelope_peak`, the tooth in whose pass the envelope of the residual is greatest; thresholds on\n"
-    "`na4_star` and `fm4`, which name no tooth, so the most frequent one is taken; `majority`, the most frequent answer of\n"
-    "the training rows. Their thresholds are set at a false-alarm rate of {rate:g}.",
+    "location": "Baselines: `whitened_bank`, the likelihoods of the templates as they are; `nearest_template`, the\n"
+    "least Euclidean distance; `envelope_peak`, the tooth in whose pass the envelope of the residual is greatest;\n"
+    "thresholds on `na4_star` and `fm4`, which name no tooth, so the most frequent one is taken; `majority`, the\n"
+    "most frequent answer of the training rows. Their thresholds are set at a false-alarm rate of {rate:g}.",
     "severity": "Baselines: `fm4`, a monotonic function of FM4; `majority`, the median of the training rows.",
-    "detection": "All are set at a false-alarm rate of {rate:g}, on healthy rows of specimens that they have not learnt\n"
-    "from. Baselines: `nearest_template`, by how much the nearest damaged template is nearer than the healthy one;\n"
-    "`envelope_peak`, `na4_star` and `fm4`.",
+    "detection": "All are set at a false-alarm rate of {rate:g}, on healthy rows of specimens that they have not\n"
+    "learnt from. Baselines: `nearest_template`, by how much the nearest damaged template is nearer than the healthy\n"
+    "one; `envelope_peak`, `na4_star` and `fm4`.",
 }
 _FAILURES = {
     "location": "The least severe cases are missed most often. Damage of another kind than was simulated is still\n"
     "given a tooth.",
-    "detection": "The least severe cases are missed most often. The rate of false alarms holds on average over gears, and\n"
-    "may be another one for one of them.",
+    "detection": "The least severe cases are missed most often. The rate of false alarms holds on average over\n"
+    "gears, and may be another one for one of them.",
     "severity": "On a healthy gear its answer has no meaning. Intervals hold on average, not for each severity.",
 }

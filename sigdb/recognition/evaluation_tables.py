@@ -42,7 +42,7 @@ def evaluation_tables(
     ``coverage``
         Of the model's intervals, or of its sets: cell by cell.
     """
-    detects = np.ndim(answers[learner].scores) == 1
+    detects = answers[learner].of_detector
     tables = {axis: _against(axis, answers, rows, bound_values, detects) for axis in AXES if axis in rows}
     if isinstance(answers[learner].found, pd.DataFrame):
         tables |= _of_severity({name: _frame(one) for name, one in answers.items()}, rows, learner)

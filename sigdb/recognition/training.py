@@ -12,7 +12,6 @@ from sigdb.database import Database
 from sigdb.database.reader import check_complete
 from sigdb.recognition.contenders import CONTENDERS
 from sigdb.recognition.even_draw import evenly_drawn
-from sigdb.recognition.learners import POOLED
 from sigdb.recognition.settings import Recognition
 from sigdb.recognition.severity import TARGETS
 from sigdb.recognition.split_kinds import make_split, model_form
