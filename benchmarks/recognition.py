@@ -1,9 +1,13 @@
-"""Speed of recognition: posteriors a second on one core, and the time of the Bayes bound.
+"""Speed of recognition: posteriors a second on one core, the time of the Bayes bound, and that of training.
 
 The rows are those of `pipelines/quick.toml`: 768 samples, 12 teeth, 25 templates, so 289 hypotheses, with specimens of
 11 degrees of freedom. Every row counts as one of an own level of noise. The peer is what is done by hand: the logarithm
 of the normal density of each template, turned to each tooth, by SciPy's `multivariate_normal` with a frozen covariance,
 factored beforehand for one level of noise; it is timed on a few rows.
+
+Training is of location, on the training rows of the split S1, and each learner is asked about the rows held out. The
+peers are scikit-learn's on the averages as they are, a class for each tooth and one for none; with aeon, if it is
+installed, also its MiniRocket classifier.
 
     python benchmarks/recognition.py [--json] [--rows N]
 """
@@ -11,18 +15,36 @@ factored beforehand for one level of noise; it is timed on a few rows.
 import argparse
 import json
 import tempfile
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from measuring import environment, least_seconds, print_table, timed
 from scipy.stats import multivariate_normal
+from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+from sklearn.ensemble import HistGradientBoostingClassifier
 from threadpoolctl import threadpool_limits
 
 import sigdb
 from sigdb.database import Database
 from sigdb.pipeline import load_recipe
-from sigdb.recognition import OperatingPoint, bound, detection_table, error_curve, expected_losses, operating_points
+from sigdb.recognition import (
+    LocationClassifier,
+    OperatingPoint,
+    TemplateBank,
+    TemplateLocation,
+    bound,
+    detection_table,
+    error_curve,
+    expected_losses,
+    make_split,
+    operating_points,
+)
+from sigdb.recognition.learners import POOLED
+from sigdb.recognition.splits import TEST, TRAINING
+from sigdb.recognition.streamed import reducers_of, with_features, with_reduced
+from sigdb.recognition.training import usable_rows
 from sigdb.sweep import run
 
 RECIPE = Path(__file__).parents[1] / "pipelines" / "quick.toml"
@@ -53,7 +75,11 @@ def main() -> None:
 def measure(database: Database, rows: int) -> dict[str, Rows]:
     """Tables by title."""
     (point,), _ = operating_points(database)
-    return {"Posteriors on one core": posteriors(point, rows), "The bound of the quick recipe": bounds(database, point)}
+    return {
+        "Posteriors on one core": posteriors(point, rows),
+        "The bound of the quick recipe": bounds(database, point),
+        "Training, location": training(database),
+    }
 
 
 def posteriors(point: OperatingPoint, rows: int) -> Rows:
@@ -67,6 +93,39 @@ def posteriors(point: OperatingPoint, rows: int) -> Rows:
         {"what": "draw of the law", "averages a second": 1 / drawn, "times SciPy": None},
         {"what": "densities of SciPy", "averages a second": 1 / peer, "times SciPy": 1.0},
     ]
+
+
+def training(database: Database) -> Rows:
+    """Seconds of training by each learner and by the peers, and the accuracy on held-out specimens."""
+    rows = usable_rows(database, "location")
+    folds = make_split("S1", rows, seed=database.manifest.seed, folds=5).folds(rows)
+    bank, bank_seconds = timed(lambda: TemplateBank.of(database))
+    sensor = database.sensors[0]
+    scored, scoring = timed(lambda: with_reduced(database, rows, reducers_of([TemplateLocation(bank)]), sensor=sensor))
+    scored = with_features(database, scored)
+    x = database.signals(rows.index.to_numpy())["tsa"]
+    seen, asked = (folds == one for one in (TRAINING, TEST))
+    y = rows["tooth"].to_numpy()
+    found: Rows = []
+
+    def add(what: str, estimator: Any, data: Any, of: str, *groups: Any, before: float = 0.0) -> None:
+        _, seconds = timed(lambda: estimator.fit(data[seen], y[seen], *groups))
+        right = float((estimator.predict(data[asked]) == y[asked]).mean())
+        row = {"what": what, "of": of, "rows": int(seen.sum()), "seconds": float(before + seconds), "accuracy": right}
+        found.append(row)
+
+    specimens = rows["specimen"].to_numpy()[seen]
+    for learner in POOLED:
+        add(learner, LocationClassifier(learner), scored, "features", specimens)
+    share = scoring * seen.mean()
+    add("templates", TemplateLocation(bank), scored, "averages", specimens, before=bank_seconds + share)
+    add("scikit-learn LDA", LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto"), x, "averages")
+    add("scikit-learn boosting", HistGradientBoostingClassifier(max_iter=20, early_stopping=False), x, "averages")
+    if find_spec("aeon"):
+        from aeon.classification.convolution_based import MiniRocketClassifier
+
+        add("aeon MiniRocket", MiniRocketClassifier(random_state=0), x[:, None], "averages")
+    return found
 
 
 def density_seconds(point: OperatingPoint, x: np.ndarray) -> float:

@@ -68,7 +68,12 @@ class Answers:
         """Answers to some rows and to further ones; where tooth counts differ, teeth that a gear does not have count
         as those of :class:`LocationClassifier` do."""
         names = [one.name for one in fields(cls)]
-        return cls(**{name: _joined([getattr(part, name) for part in parts], _ABSENT.get(name)) for name in names})
+        return cls(**{name: _joined([getattr(part, name) for part in parts], _ABSENT.get(name, 0.0)) for name in names})
+
+    @property
+    def of_detector(self) -> bool:
+        """Whether scores are of damage alone."""
+        return self.scores is not None and self.scores.ndim == 1
 
     @property
     def detection(self) -> FloatArray | None:
@@ -94,7 +99,7 @@ def _sets(estimator: Any, scores: FloatArray, X: pd.DataFrame) -> BoolArray | No
     return np.asarray(estimator.predict_set(X)) if hasattr(estimator, "predict_set") else None
 
 
-def _joined(pieces: list[Any], absent: float | None) -> Any:
+def _joined(pieces: list[Any], absent: float) -> Any:
     if pieces[0] is None:
         return None
     if isinstance(pieces[0], pd.DataFrame):

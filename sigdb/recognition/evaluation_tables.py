@@ -41,8 +41,7 @@ def evaluation_tables(
     ``coverage``
         Of the model's intervals, or of its sets: cell by cell.
     """
-    scores = answers[learner].scores
-    detects = scores is not None and scores.ndim == 1
+    detects = answers[learner].of_detector
     tables = {axis: _against(axis, answers, rows, bound_values, detects) for axis in AXES if axis in rows}
     if isinstance(answers[learner].found, pd.DataFrame):
         tables |= _of_severity({name: _frame(one) for name, one in answers.items()}, rows, learner)

@@ -3,6 +3,7 @@
 from sklearn.base import BaseEstimator
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.ensemble import HistGradientBoostingClassifier, HistGradientBoostingRegressor
+from sklearn.feature_selection import VarianceThreshold
 from sklearn.linear_model import RidgeCV
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
@@ -38,7 +39,8 @@ def severity_regressor(learner: str, random_state: int) -> BaseEstimator:
     """An unfitted regressor: the linear partner of LDA, or boosting."""
     _check(learner)
     if learner == "lda":
-        return make_pipeline(StandardScaler(), RidgeCV(alphas=(1.0, 10.0, 100.0, 1000.0)))
+        # Columns that do not vary, such as the speed of one operating point, have no scale.
+        return make_pipeline(VarianceThreshold(), StandardScaler(), RidgeCV(alphas=(1.0, 10.0, 100.0, 1000.0)))
     return HistGradientBoostingRegressor(max_iter=100, early_stopping=False, random_state=random_state)
 
 

@@ -20,8 +20,9 @@ from sigdb.recognition.streamed import Reducer, reducers_of, with_averages, with
 from sigdb.recognition.template_bank import TemplateBank
 
 DRAWN_ROWS = 25_000
-"""Greatest number of rows that all estimators but the bank of templates learn from. On a million rows, those of the
-reference recipe, split S1, the accuracy of ``lda`` is 0.630, 0.633 and 0.633 for 12 000, 25 000 and 50 000 rows."""
+"""Greatest number of rows that all estimators but the bank of templates learn from. On the million rows of the
+reference recipe, split S1, accuracy for 12 000, 25 000 and 50 000 rows is 0.630, 0.633 and 0.633 of ``lda``, and 0.648,
+0.652 and 0.653 of ``boosting``, with a standard error over specimens of 0.004."""
 
 TEMPLATES = "templates"
 """Name of the estimator that is calibrated on all training rows."""

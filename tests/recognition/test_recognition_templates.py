@@ -416,7 +416,7 @@ def test_training_without_a_bank_says_so_or_refuses(database):
     steps = []
     model = train(OneRevolution(database), "location", Recognition(folds=3, learner="lda"), on_step=steps.append)
     assert "templates" not in model.estimators
-    assert model.scores is None
+    assert "template_scores" not in model.reducers
     assert steps[0].startswith("templates are left out: ")
     with pytest.raises(InputError, match="averages of 1 revolution"):
         train(OneRevolution(database), "location", Recognition(folds=3, learner="templates"))
