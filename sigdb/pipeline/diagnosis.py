@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from sigdb.core.errors import InputError
+from sigdb.core.typing import FloatArray
 from sigdb.pipeline.compared import Compared, compare
 from sigdb.pipeline.diagnosis_bank import at_point
 from sigdb.pipeline.healthy_reference import Reference, references
 from sigdb.pipeline.recorded_result import RecordedSignature
+from sigdb.pipeline.sensor_path import direct_path
 from sigdb.recognition import TemplateBank
 from sigdb.recognition.template_bank import PointTemplates
 
@@ -144,15 +147,11 @@ def diagnose_signature(
     """
     bank = at_point(bank, speed_rpm=speed_rpm, torque=torque, teeth=signature.teeth)
     (point,) = bank.points
-    given: dict[str, Any] = {"x": signature.tsa, "noise": _noise(signature), "averages": signature.averages}
     if healthy is None:
-        compared = compare(bank, **given)
+        path = direct_path(len(signature.tsa), highest=signature.highest_order)
+        compared = compare(bank, signature.tsa, path, noise=_noise(signature), averages=signature.averages)
     else:
-        same, changed = _references(signature, healthy, point)
-        compared = compare(bank, **given, reference=same)
-        if compared.outside:
-            other = compare(bank, **given, reference=changed)
-            compared = min(compared, other, key=lambda one: one.misfit / one.limit)
+        compared = _behind_path(bank, signature, healthy)
     kind, answer = _answer(compared, signature.absolute)
     return Diagnosis(
         signature=signature,
@@ -170,17 +169,19 @@ def diagnose_signature(
     )
 
 
-def _noise(signature: RecordedSignature) -> float:
-    """Standard deviation of the white noise that has the density of the average's where the recording reaches."""
-    reached = min(1.0, signature.highest_order / (len(signature.tsa) / 2))
-    return float(signature.scatter / np.sqrt(signature.averages * reached))
+def _noise(signature: RecordedSignature) -> FloatArray:
+    if not np.all(signature.noise > 0):
+        raise InputError(
+            f"{signature.source}: an average of {signature.averages} revolutions without any noise cannot be compared: "
+            "how well a template fits is told by the noise; record longer"
+        )
+    return signature.noise
 
 
-def _references(
-    signature: RecordedSignature, healthy: RecordedSignature, point: PointTemplates
-) -> tuple[Reference, Reference]:
-    laws = point.hypotheses
-    return references(
+def _behind_path(bank: TemplateBank, signature: RecordedSignature, healthy: RecordedSignature) -> Compared:
+    """With the path as it was; if no template fits, with a changed one where one fits better."""
+    laws = bank.points[0].hypotheses
+    same, changed = references(
         signature.tsa,
         healthy.tsa,
         laws.signal[laws.healthy][0],
@@ -189,6 +190,12 @@ def _references(
         healthy_noise=_noise(healthy),
         absolute=signature.absolute and healthy.absolute,
     )
+
+    def through(one: Reference) -> Compared:
+        return compare(bank, one.x, one.path, noise=one.noise, averages=signature.averages, reference=one)
+
+    found = through(same)
+    return min(found, through(changed), key=lambda one: one.misfit / one.limit) if found.outside else found
 
 
 def _answer(compared: Compared, absolute: bool) -> tuple[str, str]:
@@ -250,7 +257,6 @@ def _path_facts(reference: Reference) -> dict[str, Any]:
         "changed": reference.changed,
         "change_db": reference.change_db.tolist(),
         "turned": reference.turned,
-        "noise": reference.noise,
     }
 
 

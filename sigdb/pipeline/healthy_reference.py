@@ -19,7 +19,7 @@ class Reference:
     x
         (n,) the average to compare with templates behind the path.
     noise
-        Standard deviation of its noise.
+        (n / 2 + 1,) standard deviation of its noise at each order.
     changed
         Whether the path is taken to have changed since the healthy recording.
     change_db
@@ -30,7 +30,7 @@ class Reference:
 
     path: SensorPath
     x: FloatArray
-    noise: float
+    noise: FloatArray
     changed: bool
     change_db: FloatArray
     turned: int
@@ -42,8 +42,8 @@ def references(
     simulated: FloatArray,
     *,
     teeth: int,
-    noise: float,
-    healthy_noise: float,
+    noise: FloatArray,
+    healthy_noise: FloatArray,
     absolute: bool,
 ) -> tuple[Reference, Reference]:
     """Bring a measured average to a simulated rig by a healthy average of the same rig (healthy-only calibration).
@@ -65,7 +65,7 @@ def references(
     teeth
         Tooth count of the averaged gear.
     noise, healthy_noise
-        Standard deviations of the noise of the two measured averages.
+        (n / 2 + 1,) standard deviations of the noise of the two measured averages at each order.
     absolute
         Whether both begin at the tacho mark. If not, the healthy one is turned by the whole teeth at which it is most
         like the other.
@@ -78,12 +78,12 @@ def references(
     turned = 0 if absolute else _best_turn(measured, healthy, teeth)
     healthy = np.roll(healthy, turned * (len(healthy) // teeth))
     path = sensor_path(healthy, simulated, teeth=teeth, noise=healthy_noise)
-    change = sensor_path(measured, healthy, teeth=teeth, noise=max(noise, healthy_noise))
+    change = sensor_path(measured, healthy, teeth=teeth, noise=np.maximum(noise, healthy_noise))
     gain = np.abs(change.gain[change.harmonics * teeth])
     same = Reference(
         path=path,
         x=path(simulated) + path.band(measured - healthy),
-        noise=float(np.hypot(noise, healthy_noise)),
+        noise=np.hypot(noise, healthy_noise),
         changed=False,
         change_db=20 * np.log10(gain),
         turned=turned,
@@ -96,7 +96,7 @@ def references(
         same,
         path=moved,
         x=moved(simulated) + moved.band(measured - change(healthy)),
-        noise=float(np.hypot(noise, gain.mean() * healthy_noise)),
+        noise=np.hypot(noise, np.abs(change.gain) * healthy_noise),
         changed=True,
     )
 
