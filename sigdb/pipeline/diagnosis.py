@@ -13,6 +13,7 @@ from sigdb.core.typing import FloatArray
 from sigdb.pipeline.compared import Compared, compare
 from sigdb.pipeline.diagnosis_bank import at_point
 from sigdb.pipeline.healthy_reference import Reference, references
+from sigdb.pipeline.recorded_angle import SPEED_DOUBT
 from sigdb.pipeline.recorded_result import RecordedSignature
 from sigdb.pipeline.sensor_path import direct_path
 from sigdb.recognition import TemplateBank
@@ -23,6 +24,9 @@ NONE, TOOTH, NOT_SURE, OUTSIDE = "none", "tooth", "not sure", "outside"
 
 _CHANGED_DB = 3.0
 """Change of a mesh harmonic from which the two recordings are not of the same state of the rig."""
+
+_DOUBT = 0.1
+"""Probability of no damage from which on damage is not called found, whatever the set."""
 
 _FAR = 0.02
 """Relative distance of the templates' operating point that is told."""
@@ -161,7 +165,7 @@ def diagnose_signature(
         compared=compared,
         missing=tuple(_missing(signature, healthy)),
         notes=(
-            *signature.notes,
+            *_reading_notes(signature, healthy),
             *_far(point, speed_rpm, torque),
             *_path_notes(compared.reference),
             *_event_notes(signature, healthy),
@@ -203,10 +207,13 @@ def _answer(compared: Compared, absolute: bool) -> tuple[str, str]:
     named = [one for one in compared.candidates if one]
     counted = "" if absolute else ", counted from where the average begins, since there is no tacho mark"
     if compared.outside:
-        return OUTSIDE, "Outside the database: no template fits this recording, so nothing is said of its teeth."
+        return OUTSIDE, (
+            "Outside the database: neither a healthy gear nor any simulated damage fits this recording, so nothing is "
+            "said of its teeth."
+        )
     if not named:
         return NONE, "No tooth damage found."
-    if 0 in compared.candidates:
+    if 0 in compared.candidates or compared.probability[0] > _DOUBT:
         return NOT_SURE, "Not sure: an undamaged gear and a damaged one would both fit this recording."
     if len(named) == 1:
         return TOOTH, f"Damage at tooth {named[0]}{counted}."
@@ -221,6 +228,17 @@ def _missing(signature: RecordedSignature, healthy: RecordedSignature | None) ->
         )
     if not signature.absolute:
         yield "A tacho mark: without it teeth are counted from where the average begins."
+    for whose, one in (("", signature), ("of the healthy recording ", healthy)):
+        if one is not None:
+            yield from (f"The speed {whose}for certain; {note}." for note in one.notes if note.startswith(SPEED_DOUBT))
+
+
+def _reading_notes(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[str]:
+    """What reading and averaging tell, of the healthy recording only what differs."""
+    yield from (one for one in signature.notes if not one.startswith(SPEED_DOUBT))
+    if healthy is not None:
+        others = (one for one in healthy.notes if one not in signature.notes and not one.startswith(SPEED_DOUBT))
+        yield from (f"healthy recording: {one}" for one in others)
 
 
 def _far(point: PointTemplates, speed_rpm: float, torque: float) -> Iterator[str]:
