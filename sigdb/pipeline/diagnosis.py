@@ -1,5 +1,6 @@
 """From the signature of a recording to an answer: damage or none, which tooth, how severe, or not to be told."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +29,8 @@ _CHANGED_DB = 3.0
 _DOUBT = 0.1
 """Probability of no damage from which on damage is not called found, whatever the set."""
 
+_NUMBER = re.compile(r"[\d.]+")
+
 _FAR = 0.02
 """Relative distance of the templates' operating point that is told."""
 
@@ -50,6 +53,8 @@ class Diagnosis:
         What is lacking, and what it would tell, a sentence each.
     notes
         What else there is to know, a sentence each.
+    reading
+        How the recordings were read and averaged, a line each.
     """
 
     signature: RecordedSignature
@@ -59,6 +64,7 @@ class Diagnosis:
     compared: Compared
     missing: tuple[str, ...]
     notes: tuple[str, ...]
+    reading: tuple[str, ...]
 
     @property
     def p_damage(self) -> float:
@@ -95,6 +101,7 @@ class Diagnosis:
             "path": None if found.reference is None else _path_facts(found.reference),
             "missing": list(self.missing),
             "notes": list(self.notes),
+            "reading": list(self.reading),
         }
 
 
@@ -165,11 +172,11 @@ def diagnose_signature(
         compared=compared,
         missing=tuple(_missing(signature, healthy)),
         notes=(
-            *_reading_notes(signature, healthy),
             *_far(point, speed_rpm, torque),
             *_path_notes(compared.reference),
             *_event_notes(signature, healthy),
         ),
+        reading=tuple(_reading(signature, healthy)),
     )
 
 
@@ -228,17 +235,18 @@ def _missing(signature: RecordedSignature, healthy: RecordedSignature | None) ->
         )
     if not signature.absolute:
         yield "A tacho mark: without it teeth are counted from where the average begins."
-    for whose, one in (("", signature), ("of the healthy recording ", healthy)):
+    for whose, one in (("", signature), (" in the healthy recording", healthy)):
         if one is not None:
-            yield from (f"The speed {whose}for certain; {note}." for note in one.notes if note.startswith(SPEED_DOUBT))
+            yield from (f"A speed to be sure of{whose}: {note}." for note in one.notes if note.startswith(SPEED_DOUBT))
 
 
-def _reading_notes(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[str]:
-    """What reading and averaging tell, of the healthy recording only what differs."""
+def _reading(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[str]:
+    """What reading and averaging tell, of the healthy recording only what is more than another number."""
     yield from (one for one in signature.notes if not one.startswith(SPEED_DOUBT))
     if healthy is not None:
-        others = (one for one in healthy.notes if one not in signature.notes and not one.startswith(SPEED_DOUBT))
-        yield from (f"healthy recording: {one}" for one in others)
+        known = {_NUMBER.sub("", one) for one in signature.notes}
+        others = (one for one in healthy.notes if _NUMBER.sub("", one) not in known)
+        yield from (f"healthy recording: {one}" for one in others if not one.startswith(SPEED_DOUBT))
 
 
 def _far(point: PointTemplates, speed_rpm: float, torque: float) -> Iterator[str]:

@@ -7,7 +7,6 @@ import numpy as np
 from sigdb.core.typing import FloatArray
 from sigdb.pipeline.sensor_path import SensorPath, sensor_path
 
-
 _MODEL_ERROR = 0.1
 """What a template may be wrong by, as a share of what has changed about each order; assumed."""
 

@@ -33,8 +33,8 @@ class RecordedSignature:
         Standard deviation between the revolutions, as an rms over the angle: the database's column of that name. All
         that does not repeat every revolution is in it, other shafts too.
     noise
-        (n / 2 + 1,) standard deviation that white noise of the density of the average's at each order has, from what the
-        record holds between its lines; nan with one revolution.
+        (n / 2 + 1,) standard deviation that white noise of the density of the average's at each order has: from what
+        the record holds between its lines; nan with one revolution.
     averages, dropped
         Revolutions in the average, and those of the recording that are not.
     cycle
