@@ -1,7 +1,6 @@
 """The command from files of recordings to a diagnosis: what it finds, and what it refuses in one line."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ import pytest
 import sigdb
 from sigdb.pipeline import Surroundings, synthetic_recording
 
-MODEL = Path(__file__).parents[2] / "models" / "nasa-location"
 RATE = 102.4e3
 READ = ("--rig", "nasa-spiral-bevel", "--sampling-rate", RATE)
 TACHO = (*READ, "--tacho", "tacho")
@@ -75,9 +73,9 @@ def test_a_healthy_gear_is_not_called_damaged(leave, files, folder):
     assert (found["kind"], found["answer"], found["severity"]) == ("none", "No tooth damage found.", None)
 
 
-def test_json_and_page_tell_the_same(leave, files, tmp_path):
+def test_json_and_page_tell_the_same(leave, files, folder, tmp_path):
     out = tmp_path / "report"
-    options = ("--healthy", files / "healthy.csv", "--model", MODEL, "--format", "json", "--out", out)
+    options = ("--healthy", files / "healthy.csv", "--model", folder / "location", "--format", "json", "--out", out)
     code, text, err = leave("diagnose", files / "sixth.csv", *TACHO, *options)
     assert (code, err) == (0, f"page: {out / 'index.html'}\n")
     found = json.loads(text)
