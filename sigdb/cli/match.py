@@ -45,6 +45,8 @@ def match(
     a tooth as the database. misfit is the root mean square of the difference of residuals, in standard deviations of
     the average; match is their normalised overlap, 0 for the healthy template; turn is in teeth.
 
+    A raw recording goes to `sigdb diagnose RECORDING --rig RIG --db DB`, which averages it first.
+
     Example: sigdb match DB average.txt
     """
     import numpy as np
@@ -77,4 +79,7 @@ def _revolution(path: Path) -> "FloatArray":
             x = np.load(path, allow_pickle=False) if path.suffix == ".npy" else np.loadtxt(path, delimiter=",", ndmin=1)
         return np.asarray(x, dtype=float).squeeze()
     except (ValueError, TypeError, EOFError, UserWarning) as error:
-        raise InputError(f"{path}: not one revolution, one number a line or a .npy array ({error})") from None
+        raise InputError(
+            f"{path}: not one revolution, one number a line or a .npy array ({error}); a raw recording goes to "
+            "sigdb diagnose"
+        ) from None

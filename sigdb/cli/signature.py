@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from sigdb.cli.reading import read, recording_options
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -16,25 +18,9 @@ _LARGE = "record_spectrum"
 @click.command()
 @click.argument("recordings", metavar="RECORDING...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--teeth", type=click.IntRange(1), help="Tooth count of the gear on the averaged shaft.")
-@click.option("--tacho", metavar="CHANNEL", help="Channel with the tacho.")
-@click.option("--mesh-phase", is_flag=True, help="Take the angle from the phase of the mesh: no tacho is needed.")
 @click.option("--rig", help="Built-in rig or TOML file: names orders and sidebands, tells the tooth cycle.")
 @click.option("--gear", help="The rig's gear on the averaged shaft.")
-@click.option("--channel", help="Signal; the first one if left out.")
-@click.option("--sampling-rate", type=click.FloatRange(0, min_open=True), help="Hz, where the file does not say it.")
-@click.option("--pulses-per-rev", type=click.IntRange(1), help="Pulses of the tacho a revolution of its shaft.")
-@click.option(
-    "--ratio", type=click.FloatRange(0, min_open=True), help="Revolutions of the averaged shaft in one of the tacho's."
-)
-@click.option("--variable", help="Array or group of a file that holds several.")
-@click.option("--speed-rpm", type=click.FloatRange(0, min_open=True), help="Speed for --mesh-phase, to within 5 %.")
-@click.option("--speed-range", nargs=2, type=float, metavar="LOW HIGH", help="Where to seek the speed instead, rpm.")
-@click.option(
-    "--harmonic",
-    type=click.IntRange(1),
-    help="Mesh harmonic for --mesh-phase; of the first three the most even if left out.",
-)
-@click.option("--revolutions", type=click.IntRange(1), help="Revolutions to average; all whole tooth cycles else.")
+@recording_options
 @click.option(
     "--samples-per-tooth",
     type=click.IntRange(8),
@@ -54,13 +40,7 @@ _LARGE = "record_spectrum"
 @click.option("--out", type=click.Path(path_type=Path), help="Also write a page and its numbers into this folder.")
 def signature(
     recordings: tuple[Path, ...],
-    tacho: str | None,
-    sampling_rate: float | None,
-    pulses_per_rev: int | None,
-    ratio: float | None,
-    variable: str | None,
     rig: str | None,
-    speed_range: tuple[float, float] | None,
     baseline: int | None,
     form: str,
     out: Path | None,
@@ -72,27 +52,15 @@ def signature(
 
     Example: sigdb signature run.csv --sampling-rate 12800 --teeth 32 --mesh-phase --out signature
     """
-    from sigdb.measurement import read_recording
     from sigdb.pipeline import recorded_history, recorded_signature
     from sigdb.report import history_text, recorded_text, write_recorded_report
     from sigdb.transmission import load_transmission
 
-    if tacho is not None and options["mesh_phase"]:
-        raise click.UsageError("Give either --tacho or --mesh-phase.")
     if baseline is not None and len(recordings) < 2:
         raise click.UsageError("--baseline compares recordings; give several.")
-    given: dict[str, Any] = {
-        "tacho": tacho,
-        "sampling_rate": sampling_rate,
-        "pulses_per_rev": pulses_per_rev,
-        "ratio": ratio,
-    }
-    given = {name: value for name, value in (given | {"variable": variable}).items() if value is not None}
+    read_ones = read(recordings, options)
     loaded = None if rig is None else load_transmission(rig)
-    signatures = [
-        recorded_signature(read_recording(path, **given), rig=loaded, speed_range_rpm=speed_range, **options)
-        for path in recordings
-    ]
+    signatures = [recorded_signature(one, rig=loaded, **options) for one in read_ones]
     facts = [one.as_json() for one in signatures]
     history = _rows(recorded_history(signatures, baseline=baseline)) if len(facts) > 1 else []
     if form == "json":

@@ -1,6 +1,6 @@
 """An average against the templates of one operating point: how well each fits, and which answer is given."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -9,6 +9,7 @@ from scipy.special import softmax
 from sigdb.core.typing import FloatArray
 from sigdb.pipeline.diagnosis_bank import averages_frame, calibrated, draws, through
 from sigdb.pipeline.healthy_reference import Reference
+from sigdb.pipeline.sensor_path import SensorPath, filtered
 from sigdb.recognition import TemplateBank
 from sigdb.recognition.severity import TARGETS
 from sigdb.recognition.template_bank import PointTemplates
@@ -23,7 +24,7 @@ class Compared:
     Attributes
     ----------
     x
-        (n,) the average.
+        (n,) the average, in the band that was compared.
     reference
         How a healthy recording was used; None without.
     candidates
@@ -59,12 +60,18 @@ class Compared:
 
 
 def compare(
-    bank: TemplateBank, x: FloatArray, *, noise: float, averages: int, reference: Reference | None = None
+    bank: TemplateBank,
+    x: FloatArray,
+    path: SensorPath,
+    *,
+    noise: FloatArray,
+    averages: int,
+    reference: Reference | None = None,
 ) -> Compared:
-    """Compare an average with a bank of one operating point.
+    """Compare an average with a bank of one operating point behind a path.
 
-    Models of location and severity are calibrated on draws from the law of the templates at the average's own level of
-    noise, behind the path of the reference.
+    Both are divided by the noise, order by order, so that it is white within the band of the path. Models of location
+    and severity are calibrated on draws from the law of the templates behind the path, at the average's own noise.
 
     Parameters
     ----------
@@ -72,31 +79,34 @@ def compare(
         Templates of one operating point.
     x
         (n,) average.
+    path
+        From the templates to it.
     noise
-        Standard deviation of its noise.
+        (n / 2 + 1,) standard deviation of its noise at each order, above zero.
     averages
         Revolutions in it.
     reference
-        A healthy recording's; its average and noise stand for those given.
+        Where average and path are from, if from a healthy recording.
     """
-    path = None
-    if reference is not None:
-        bank, x, noise, path = through(bank, reference.path), reference.x, reference.noise, reference.path
-    (point,) = bank.points
-    location, severity = calibrated(bank, draws(bank, path, noise=noise, averages=averages))
-    row = averages_frame(point, x[None], noise=noise, averages=averages)
+    mean = float(np.sqrt(np.mean(noise[path.known] ** 2)))
+    whitening = np.where(path.known, mean / noise, 0.0)
+    bank = through(bank, replace(path, gain=path.gain * whitening))
+    (point,), white = bank.points, filtered(x, whitening)
+    location, severity = calibrated(bank, draws(bank, path, noise=mean, averages=averages))
+    row = averages_frame(point, white[None], noise=mean, averages=averages)
     said = location.judge(row).iloc[0]
-    share = 1.0 if path is None else 2 * path.known.sum() / len(x)
-    nearest, template = _nearest(point, bank.index_error, x, noise)
+    share = 2 * path.known.sum() / len(x)
+    nearest, template = _nearest(point, bank.index_error, white, mean)
+    coloured = np.where(path.known, noise / mean, 0.0)
     return Compared(
-        x=x,
+        x=path.band(x),
         reference=reference,
         candidates=said["candidates"],
         probability=location.predict_proba(row)[0],
         severity=_severity(severity.predict(row).iloc[0], point.severity[~point.healthy]),
         nearest=nearest.assign(misfit=nearest["misfit"] / share),
-        template=template,
-        healthy=point.hypotheses.signal[point.healthy][0],
+        template=filtered(template, coloured),
+        healthy=filtered(point.hypotheses.signal[point.healthy][0], coloured),
         misfit=float(said["misfit"] / share),
         limit=float(location.misfit_threshold_ / share),
     )

@@ -1,5 +1,6 @@
 """From the signature of a recording to an answer: damage or none, which tooth, how severe, or not to be told."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,10 +9,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from sigdb.core.errors import InputError
+from sigdb.core.typing import FloatArray
 from sigdb.pipeline.compared import Compared, compare
 from sigdb.pipeline.diagnosis_bank import at_point
 from sigdb.pipeline.healthy_reference import Reference, references
+from sigdb.pipeline.recorded_angle import SPEED_DOUBT
 from sigdb.pipeline.recorded_result import RecordedSignature
+from sigdb.pipeline.sensor_path import direct_path
 from sigdb.recognition import TemplateBank
 from sigdb.recognition.template_bank import PointTemplates
 
@@ -20,6 +25,11 @@ NONE, TOOTH, NOT_SURE, OUTSIDE = "none", "tooth", "not sure", "outside"
 
 _CHANGED_DB = 3.0
 """Change of a mesh harmonic from which the two recordings are not of the same state of the rig."""
+
+_DOUBT = 0.1
+"""Probability of no damage from which on damage is not called found, whatever the set."""
+
+_NUMBER = re.compile(r"[\d.]+")
 
 _FAR = 0.02
 """Relative distance of the templates' operating point that is told."""
@@ -43,6 +53,8 @@ class Diagnosis:
         What is lacking, and what it would tell, a sentence each.
     notes
         What else there is to know, a sentence each.
+    reading
+        How the recordings were read and averaged, a line each.
     """
 
     signature: RecordedSignature
@@ -52,6 +64,7 @@ class Diagnosis:
     compared: Compared
     missing: tuple[str, ...]
     notes: tuple[str, ...]
+    reading: tuple[str, ...]
 
     @property
     def p_damage(self) -> float:
@@ -88,6 +101,7 @@ class Diagnosis:
             "path": None if found.reference is None else _path_facts(found.reference),
             "missing": list(self.missing),
             "notes": list(self.notes),
+            "reading": list(self.reading),
         }
 
 
@@ -144,15 +158,11 @@ def diagnose_signature(
     """
     bank = at_point(bank, speed_rpm=speed_rpm, torque=torque, teeth=signature.teeth)
     (point,) = bank.points
-    given: dict[str, Any] = {"x": signature.tsa, "noise": _noise(signature), "averages": signature.averages}
     if healthy is None:
-        compared = compare(bank, **given)
+        path = direct_path(len(signature.tsa), highest=signature.highest_order)
+        compared = compare(bank, signature.tsa, path, noise=_noise(signature), averages=signature.averages)
     else:
-        same, changed = _references(signature, healthy, point)
-        compared = compare(bank, **given, reference=same)
-        if compared.outside:
-            other = compare(bank, **given, reference=changed)
-            compared = min(compared, other, key=lambda one: one.misfit / one.limit)
+        compared = _behind_path(bank, signature, healthy)
     kind, answer = _answer(compared, signature.absolute)
     return Diagnosis(
         signature=signature,
@@ -162,25 +172,27 @@ def diagnose_signature(
         compared=compared,
         missing=tuple(_missing(signature, healthy)),
         notes=(
-            *signature.notes,
             *_far(point, speed_rpm, torque),
             *_path_notes(compared.reference),
             *_event_notes(signature, healthy),
         ),
+        reading=tuple(_reading(signature, healthy)),
     )
 
 
-def _noise(signature: RecordedSignature) -> float:
-    """Standard deviation of the white noise that has the density of the average's where the recording reaches."""
-    reached = min(1.0, signature.highest_order / (len(signature.tsa) / 2))
-    return float(signature.scatter / np.sqrt(signature.averages * reached))
+def _noise(signature: RecordedSignature) -> FloatArray:
+    if not np.all(signature.noise > 0):
+        raise InputError(
+            f"{signature.source}: an average of {signature.averages} revolutions without any noise cannot be compared: "
+            "how well a template fits is told by the noise; record longer"
+        )
+    return signature.noise
 
 
-def _references(
-    signature: RecordedSignature, healthy: RecordedSignature, point: PointTemplates
-) -> tuple[Reference, Reference]:
-    laws = point.hypotheses
-    return references(
+def _behind_path(bank: TemplateBank, signature: RecordedSignature, healthy: RecordedSignature) -> Compared:
+    """With the path as it was; if no template fits, with a changed one where one fits better."""
+    laws = bank.points[0].hypotheses
+    same, changed = references(
         signature.tsa,
         healthy.tsa,
         laws.signal[laws.healthy][0],
@@ -190,16 +202,25 @@ def _references(
         absolute=signature.absolute and healthy.absolute,
     )
 
+    def through(one: Reference) -> Compared:
+        return compare(bank, one.x, one.path, noise=one.noise, averages=signature.averages, reference=one)
+
+    found = through(same)
+    return min(found, through(changed), key=lambda one: one.misfit / one.limit) if found.outside else found
+
 
 def _answer(compared: Compared, absolute: bool) -> tuple[str, str]:
     """Kind of answer, and a sentence."""
     named = [one for one in compared.candidates if one]
     counted = "" if absolute else ", counted from where the average begins, since there is no tacho mark"
     if compared.outside:
-        return OUTSIDE, "Outside the database: no template fits this recording, so nothing is said of its teeth."
+        return OUTSIDE, (
+            "Outside the database: neither a healthy gear nor any simulated damage fits this recording, so nothing is "
+            "said of its teeth."
+        )
     if not named:
         return NONE, "No tooth damage found."
-    if 0 in compared.candidates:
+    if 0 in compared.candidates or compared.probability[0] > _DOUBT:
         return NOT_SURE, "Not sure: an undamaged gear and a damaged one would both fit this recording."
     if len(named) == 1:
         return TOOTH, f"Damage at tooth {named[0]}{counted}."
@@ -214,6 +235,18 @@ def _missing(signature: RecordedSignature, healthy: RecordedSignature | None) ->
         )
     if not signature.absolute:
         yield "A tacho mark: without it teeth are counted from where the average begins."
+    for whose, one in (("", signature), (" in the healthy recording", healthy)):
+        if one is not None:
+            yield from (f"A speed to be sure of{whose}: {note}." for note in one.notes if note.startswith(SPEED_DOUBT))
+
+
+def _reading(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[str]:
+    """What reading and averaging tell, of the healthy recording only what is more than another number."""
+    yield from (one for one in signature.notes if not one.startswith(SPEED_DOUBT))
+    if healthy is not None:
+        known = {_NUMBER.sub("", one) for one in signature.notes}
+        others = (one for one in healthy.notes if _NUMBER.sub("", one) not in known)
+        yield from (f"healthy recording: {one}" for one in others if not one.startswith(SPEED_DOUBT))
 
 
 def _far(point: PointTemplates, speed_rpm: float, torque: float) -> Iterator[str]:
@@ -250,7 +283,6 @@ def _path_facts(reference: Reference) -> dict[str, Any]:
         "changed": reference.changed,
         "change_db": reference.change_db.tolist(),
         "turned": reference.turned,
-        "noise": reference.noise,
     }
 
 

@@ -27,9 +27,6 @@ DAMAGED_TEETH = (1, 2)
 
 _DRAWS = 2000
 
-_PATH_ERROR = 0.3
-"""Standard deviation of the relative error of an interpolated gain; assumed."""
-
 _PARTS = 4
 """Parts of a mesh harmonic within which that error is one."""
 
@@ -86,7 +83,7 @@ def through(bank: TemplateBank, path: SensorPath) -> TemplateBank:
     """A bank as a sensor behind a path would give its averages.
 
     Between mesh harmonics the gain is interpolated. Its relative error there is taken as normal, independent in real
-    and imaginary part and in each quarter of a mesh harmonic, of standard deviation 0.3 (assumed). It acts on what a
+    and imaginary part and in each quarter of a mesh harmonic, of the path's standard deviation. It acts on what a
     template differs by from the healthy one, which is right by construction. So it joins the modes of the index errors,
     and the bank's ``index_error`` is 1, both being in the unit of the signal.
     """
@@ -126,15 +123,17 @@ def _uncertain(change: FloatArray, path: SensorPath, teeth: int) -> FloatArray:
     part = np.where(path.known & (orders % teeth > 0), orders * _PARTS // teeth, -1)
     spectrum = np.fft.rfft(change)
     parts = np.unique(part[part >= 0])
-    modes = np.zeros((len(change), n, 2 * len(parts)))
+    modes = np.zeros((len(change), n, 2 * len(parts) if path.error else 0))
+    if not path.error:
+        return modes
     for i, one in enumerate(parts):
-        some = np.where(part == one, _PATH_ERROR * spectrum, 0)
+        some = np.where(part == one, path.error * spectrum, 0)
         modes[:, :, 2 * i] = np.fft.irfft(some, n)
         modes[:, :, 2 * i + 1] = np.fft.irfft(1j * some, n)
     return modes
 
 
-def draws(bank: TemplateBank, path: SensorPath | None, *, noise: float, averages: int, seed: int = 0) -> pd.DataFrame:
+def draws(bank: TemplateBank, path: SensorPath, *, noise: float, averages: int, seed: int = 0) -> pd.DataFrame:
     """Averages drawn from the law of a bank of one point, half of them healthy, each of a specimen of its own.
 
     Parameters
@@ -160,7 +159,7 @@ def draws(bank: TemplateBank, path: SensorPath | None, *, noise: float, averages
     template = np.array([stream.choice(len(point.share), p=_share(point, one)) for one in damaged])
     tooth = np.where(damaged, stream.integers(1, point.teeth + 1, _DRAWS), 0)
     x = point.hypotheses.draw(stream, template, np.maximum(tooth, 1), noise=noise, index_error=bank.index_error)
-    frame = averages_frame(point, x if path is None else path.band(x), noise=noise, averages=averages)
+    frame = averages_frame(point, path.band(x), noise=noise, averages=averages)
     severity = np.where(damaged[:, None], point.severity[template], 0.0)
     return frame.assign(tooth=tooth, **dict(zip(TARGETS, severity.T, strict=True)))
 

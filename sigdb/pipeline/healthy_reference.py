@@ -7,6 +7,9 @@ import numpy as np
 from sigdb.core.typing import FloatArray
 from sigdb.pipeline.sensor_path import SensorPath, sensor_path
 
+_MODEL_ERROR = 0.1
+"""What a template may be wrong by, as a share of what has changed about each order; assumed."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reference:
@@ -19,7 +22,7 @@ class Reference:
     x
         (n,) the average to compare with templates behind the path.
     noise
-        Standard deviation of its noise.
+        (n / 2 + 1,) standard deviation of its noise at each order, with what templates may be wrong by.
     changed
         Whether the path is taken to have changed since the healthy recording.
     change_db
@@ -30,7 +33,7 @@ class Reference:
 
     path: SensorPath
     x: FloatArray
-    noise: float
+    noise: FloatArray
     changed: bool
     change_db: FloatArray
     turned: int
@@ -42,8 +45,8 @@ def references(
     simulated: FloatArray,
     *,
     teeth: int,
-    noise: float,
-    healthy_noise: float,
+    noise: FloatArray,
+    healthy_noise: FloatArray,
     absolute: bool,
 ) -> tuple[Reference, Reference]:
     """Bring a measured average to a simulated rig by a healthy average of the same rig (healthy-only calibration).
@@ -58,6 +61,10 @@ def references(
     their change ``g = X / X_h`` too, and ``X - g X_h`` is compared with templates behind ``g H``, the mesh harmonics
     themselves left out.
 
+    No simulated damage is exact, nor is a path between the harmonics that tell it. A tenth (assumed) of what has
+    changed, as an rms over one mesh harmonic about each order, counts as noise: in a recording almost without noise it
+    is what limits how well a template can fit.
+
     Parameters
     ----------
     measured, healthy, simulated
@@ -65,7 +72,7 @@ def references(
     teeth
         Tooth count of the averaged gear.
     noise, healthy_noise
-        Standard deviations of the noise of the two measured averages.
+        (n / 2 + 1,) standard deviations of the noise of the two measured averages at each order.
     absolute
         Whether both begin at the tacho mark. If not, the healthy one is turned by the whole teeth at which it is most
         like the other.
@@ -78,12 +85,13 @@ def references(
     turned = 0 if absolute else _best_turn(measured, healthy, teeth)
     healthy = np.roll(healthy, turned * (len(healthy) // teeth))
     path = sensor_path(healthy, simulated, teeth=teeth, noise=healthy_noise)
-    change = sensor_path(measured, healthy, teeth=teeth, noise=max(noise, healthy_noise))
+    change = sensor_path(measured, healthy, teeth=teeth, noise=np.maximum(noise, healthy_noise))
     gain = np.abs(change.gain[change.harmonics * teeth])
+    differs = path.band(measured - healthy)
     same = Reference(
         path=path,
-        x=path(simulated) + path.band(measured - healthy),
-        noise=float(np.hypot(noise, healthy_noise)),
+        x=path(simulated) + differs,
+        noise=_with_model_error(np.hypot(noise, healthy_noise), differs, path, teeth),
         changed=False,
         change_db=20 * np.log10(gain),
         turned=turned,
@@ -92,13 +100,22 @@ def references(
     both[::teeth] = 0
     used = np.intersect1d(path.harmonics, change.harmonics)
     moved = replace(path, gain=both, harmonics=used)
+    differs = moved.band(measured - change(healthy))
     return same, replace(
         same,
         path=moved,
-        x=moved(simulated) + moved.band(measured - change(healthy)),
-        noise=float(np.hypot(noise, gain.mean() * healthy_noise)),
+        x=moved(simulated) + differs,
+        noise=_with_model_error(np.hypot(noise, np.abs(change.gain) * healthy_noise), differs, moved, teeth),
         changed=True,
     )
+
+
+def _with_model_error(noise: FloatArray, differs: FloatArray, path: SensorPath, teeth: int) -> FloatArray:
+    """Noise and model error, as standard deviations of white noise of the density at each order."""
+    near = np.ones(teeth)
+    power = np.convolve(np.abs(np.fft.rfft(differs)) ** 2 / len(differs), near, mode="same")
+    known = np.convolve(path.known, near, mode="same")
+    return np.sqrt(noise**2 + _MODEL_ERROR**2 * power / np.maximum(known, 1.0))
 
 
 def _best_turn(measured: FloatArray, healthy: FloatArray, teeth: int) -> int:

@@ -8,7 +8,8 @@ import pandas as pd
 from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray
 from sigdb.pipeline.recorded_angle import ShaftAngle, mesh_angle, tacho_angle
-from sigdb.pipeline.recorded_lines import RecordSpectrum, record_spectrum, spectral_lines
+from sigdb.pipeline.recorded_lines import record_spectrum, spectral_lines
+from sigdb.pipeline.recorded_noise import average_noise
 from sigdb.pipeline.recorded_notes import average_notes, channel_notes, range_notes
 from sigdb.pipeline.recorded_orders import AveragedGear, averaged_gear
 from sigdb.pipeline.recorded_result import RecordedSignature
@@ -103,7 +104,9 @@ def recorded_signature(
     M = average.revolutions
     speed, track = _mean_speed(angle, M), angle.speed_track()
     highest = fs / 2 / (speed / 60)
-    spectrum = _spectrum(signal, angle, n, M, highest=min(highest, _SHOWN_MESH_ORDERS * known.teeth))
+    x = _over_angle(signal, angle, n, M)
+    spectrum = record_spectrum(x, samples_per_rev=n, highest=min(highest, _SHOWN_MESH_ORDERS * known.teeth))
+    scatter = float(np.sqrt(np.mean(average.scatter**2)))
     order, c = order_spectrum(average.tsa)
     return RecordedSignature(
         source=recording.source,
@@ -115,7 +118,8 @@ def recorded_signature(
         angle=angle.source,
         absolute=angle.absolute,
         tsa=average.tsa,
-        scatter=float(np.sqrt(np.mean(average.scatter**2))),
+        scatter=scatter,
+        noise=average_noise(x, samples_per_rev=n, scatter=scatter, highest=highest),
         averages=M,
         dropped=available - M,
         cycle=known.cycle,
@@ -178,9 +182,9 @@ def _averaged(signal: "Channel", angle: ShaftAngle, n: int, revolutions: int | N
     )
 
 
-def _spectrum(signal: "Channel", angle: ShaftAngle, n: int, M: int, *, highest: float) -> RecordSpectrum:
-    """Spectrum of the record over the angle: all M revolutions taken as one long one are the record in equal steps."""
-    x = synchronous_average(
+def _over_angle(signal: "Channel", angle: ShaftAngle, n: int, M: int) -> FloatArray:
+    """The record in equal steps of angle: all M revolutions taken as one long one."""
+    return synchronous_average(
         signal.samples,
         signal.sampling_rate,
         angle.pulses,
@@ -189,7 +193,6 @@ def _spectrum(signal: "Channel", angle: ShaftAngle, n: int, M: int, *, highest: 
         ratio=angle.ratio,
         revolutions=1,
     ).tsa
-    return record_spectrum(x, samples_per_rev=n, highest=highest)
 
 
 def _kept(tsa: FloatArray, x: FloatArray) -> float:

@@ -15,6 +15,9 @@ from sigdb.signature import mesh_pulses, tacho_pulses
 if TYPE_CHECKING:
     from sigdb.measurement import Channel, Recording
 
+SPEED_DOUBT = "the speed is not certain"
+"""How a note on a speed that may be another one begins."""
+
 _NEARLY_AS_LIKELY = 0.9
 """Score of the next likely speed, over that of the one found, from which on it is told."""
 
@@ -178,7 +181,7 @@ def _speed_notes(found: FoundSpeed, range_rpm: tuple[float, float], channels: in
     ]
     if found.runner_up > _NEARLY_AS_LIKELY:
         said.append(
-            f"the speed is not certain: {found.runner_up_rpm:.1f} rpm explains the spectrum nearly as well (score"
+            f"{SPEED_DOUBT}: {found.runner_up_rpm:.1f} rpm explains the spectrum nearly as well (score"
             f" {found.runner_up:.2f} of the best); give the speed"
         )
     return said

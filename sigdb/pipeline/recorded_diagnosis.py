@@ -108,13 +108,14 @@ def diagnose(
         templates = _Templates(bank=bank)
     if reference is None:
         signature = in_unit(signature, rig.sensors[templates.bank.sensor].unit)
-    return diagnose_signature(
-        replace(signature, notes=(*signature.notes, *templates.notes)),
+    found = diagnose_signature(
+        signature,
         templates.bank,
         speed_rpm=speed_rpm,
         torque=torque,
         healthy=reference,
     )
+    return replace(found, notes=(*templates.notes, *found.notes))
 
 
 def _read(recording: Recording | str | PathLike[str]) -> Recording:

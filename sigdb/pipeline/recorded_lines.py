@@ -45,6 +45,11 @@ class RecordSpectrum:
     _windowed: FloatArray
     """(revolutions, samples_per_rev) the record behind its window, which has a sum of 2."""
 
+    @property
+    def samples(self) -> int:
+        """Samples of the record that it is made of."""
+        return self._windowed.size
+
     def at(self, orders: FloatArray) -> FloatArray:
         """Peak amplitudes at orders, wherever they lie between bins."""
         revolutions, n = self._windowed.shape

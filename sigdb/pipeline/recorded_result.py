@@ -32,6 +32,9 @@ class RecordedSignature:
     scatter
         Standard deviation between the revolutions, as an rms over the angle: the database's column of that name. All
         that does not repeat every revolution is in it, other shafts too.
+    noise
+        (n / 2 + 1,) standard deviation that white noise of the density of the average's at each order has: from what
+        the record holds between its lines; nan with one revolution.
     averages, dropped
         Revolutions in the average, and those of the recording that are not.
     cycle
@@ -67,6 +70,7 @@ class RecordedSignature:
     absolute: bool
     tsa: FloatArray
     scatter: float
+    noise: FloatArray
     averages: int
     dropped: int
     cycle: int | None

@@ -11,6 +11,9 @@ from sigdb.core.typing import BoolArray, ComplexArray, FloatArray, IntArray
 _ABOVE_NOISE = 10.0
 """Amplitude of a mesh harmonic, in standard deviations of the noise at an order, from which its gain is known."""
 
+_ERROR = 0.3
+"""Standard deviation of the relative error of an interpolated gain; assumed."""
+
 _OF_GREATEST = 1e-3
 """Share of the greatest simulated mesh harmonic below which one is too small to divide by."""
 
@@ -28,11 +31,14 @@ class SensorPath:
         Mesh harmonics that tell it.
     samples
         n, of an average.
+    error
+        Standard deviation of the relative error of the gain between mesh harmonics.
     """
 
     gain: ComplexArray
     harmonics: IntArray
     samples: int
+    error: float = _ERROR
 
     @property
     def known(self) -> BoolArray:
@@ -41,14 +47,20 @@ class SensorPath:
 
     def __call__(self, x: ArrayLike, axis: int = -1) -> FloatArray:
         """Averages (..., n) along an axis, as the sensor would give them."""
-        return _filtered(x, self.gain, axis)
+        return filtered(x, self.gain, axis)
 
     def band(self, x: ArrayLike, axis: int = -1) -> FloatArray:
         """What averages (..., n) hold at the orders whose gain is known."""
-        return _filtered(x, self.known, axis)
+        return filtered(x, self.known, axis)
 
 
-def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise: float) -> SensorPath:
+def direct_path(samples: int, *, highest: float) -> SensorPath:
+    """No path at all, for averages (samples,) of records that reach to this order."""
+    order = np.arange(samples // 2 + 1)
+    return SensorPath(gain=((order > 0) & (order <= highest)) + 0j, harmonics=order[:0], samples=samples, error=0.0)
+
+
+def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise: ArrayLike) -> SensorPath:
     """The path from a simulated average of a healthy gear to a measured one.
 
     At the mesh harmonics both are known, and their quotient is the gain. Between two neighbouring harmonics the
@@ -64,7 +76,7 @@ def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise:
     teeth
         Tooth count of the averaged gear.
     noise
-        Standard deviation of the measured average's noise.
+        Standard deviation of the measured average's noise, of all orders or (n / 2 + 1,) of each.
 
     Returns
     -------
@@ -88,7 +100,8 @@ def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise:
     n = len(x)
     X, Y = np.fft.rfft(x), np.fft.rfft(y)
     k = np.arange(1, (n // 2 - teeth // 2) // teeth + 1)
-    heard = np.abs(X[k * teeth]) > _ABOVE_NOISE * noise * np.sqrt(n / 2)
+    floor = np.broadcast_to(np.asarray(noise, float), X.shape) * np.sqrt(n / 2)
+    heard = np.abs(X[k * teeth]) > _ABOVE_NOISE * floor[k * teeth]
     excited = np.abs(Y[k * teeth]) > _OF_GREATEST * np.abs(Y[k * teeth]).max(initial=0.0)
     used = k[heard & excited]
     if not used.size:
@@ -114,7 +127,8 @@ def _continued(x: IntArray, xp: IntArray, fp: FloatArray) -> FloatArray:
     return inside + slope[0] * np.minimum(x - xp[0], 0) + slope[-1] * np.maximum(x - xp[-1], 0)
 
 
-def _filtered(x: ArrayLike, gain: ArrayLike, axis: int) -> FloatArray:
+def filtered(x: ArrayLike, gain: ArrayLike, axis: int = -1) -> FloatArray:
+    """Averages (..., n) along an axis behind a gain (n / 2 + 1,)."""
     x = np.asarray(x, float)
     shape = [1] * x.ndim
     shape[axis] = -1

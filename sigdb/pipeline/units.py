@@ -43,4 +43,5 @@ def in_unit(signature: RecordedSignature, wanted: str) -> RecordedSignature:
         unit=wanted,
         tsa=signature.tsa * factor,
         scatter=signature.scatter * factor,
+        noise=signature.noise * factor,
     )

@@ -69,7 +69,8 @@ def diagnosis_text(facts: Mapping[str, Any]) -> str:
         lines += ["", table([*columns, *ends], facts["severity"])]
     names = [name for name in TITLES if name in facts["nearest"][0]]
     lines += ["", "nearest templates", table([(name, number(name, 3)) for name in names], facts["nearest"])]
-    for heading, sentences in (("missing", facts["missing"]), ("notes", facts["notes"])):
+    for heading in ("missing", "notes", "reading"):
+        sentences = facts[heading]
         if sentences:
             lines += ["", heading, *(f"  {one}" for one in sentences)]
     return "\n".join(lines) + "\n"
@@ -105,16 +106,10 @@ def _body(facts: Mapping[str, Any], signals: Mapping[str, FloatArray]) -> Iterat
         yield "<h2>How severe</h2>"
         yield html_table(
             ["", "estimate", "90 % interval"],
-            [
-                [TITLES[one["target"]], f"{one['estimate']:.3g}", f"{one['low']:.3g} to {one['high']:.3g}"]
-                for one in facts["severity"]
-            ],
+            [[TITLES[one["target"]], f"{one['estimate']:.3g}", _interval(one)] for one in facts["severity"]],
         )
-    for heading, sentences in (("What is missing", facts["missing"]), ("What to know", facts["notes"])):
-        if sentences:
-            yield f"<h2>{heading}</h2><ul>"
-            yield from (f"<li>{html.escape(one)}</li>" for one in sentences)
-            yield "</ul>"
+    yield _list("What is missing", facts["missing"])
+    yield _list("What to know", facts["notes"])
     yield "<h2>Nearest templates</h2>"
     names = [name for name in TITLES if name in facts["nearest"][0]]
     yield html_table(
@@ -124,6 +119,16 @@ def _body(facts: Mapping[str, Any], signals: Mapping[str, FloatArray]) -> Iterat
     for heading, caption, figure in diagnosis_figures(facts, signals):
         yield picture(heading, caption, figure)
     yield "</div>"
+    yield _list("How it was read and averaged", facts["reading"])
+
+
+def _interval(one: Mapping[str, Any]) -> str:
+    return f"{one['low']:.3g}" if one["low"] == one["high"] else f"{one['low']:.3g} to {one['high']:.3g}"
+
+
+def _list(heading: str, lines: list[str]) -> str:
+    items = "".join(f"<li>{html.escape(one)}</li>" for one in lines)
+    return f"<h2>{heading}</h2>\n<ul>{items}</ul>" if lines else ""
 
 
 def _beside(facts: Mapping[str, Any]) -> str:
@@ -138,7 +143,7 @@ def _difference(signals: Mapping[str, FloatArray], teeth: int, unit: str, neares
     first, count = int(nearest["tooth"]), int(nearest["damaged_teeth"])
     damaged = tuple((first - 1 + i) % teeth + 1 for i in range(count)) if first else ()
     angle = np.arange(len(signals["compared"])) * 360 / len(signals["compared"])
-    with drawing(width=7.2) as figure:
+    with drawing() as figure:
         axes = figure.subplots()
         lay_grid(axes)
         axes.plot(angle, signals["compared"] - signals["healthy"], color=HEALTHY, linewidth=1.2, label="recording")
@@ -164,7 +169,7 @@ def _teeth(rows: list[Mapping[str, Any]]) -> Figure:
 
 
 def _spectrum(tsa: FloatArray, teeth: int, unit: str) -> Figure:
-    with drawing(width=7.2) as figure:
+    with drawing() as figure:
         axes = figure.subplots()
         draw_spectrum(axes, tsa, teeth, min(4.5 * teeth, len(tsa) / 2))
         axes.set(xlabel="order, 1/rev", ylabel=unit)

@@ -1,13 +1,10 @@
 """The report of an evaluation: one page that needs no network, and its numbers as JSON."""
 
-import base64
 import html
-import io
 import json
 from collections.abc import Iterator
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -22,6 +19,7 @@ from sigdb.report.evaluation_location import location_figures
 from sigdb.report.evaluation_severity import severity_figures
 from sigdb.report.evaluation_shared import coverage_figures, noise_figures
 from sigdb.report.evaluation_style import estimator_styles
+from sigdb.report.page import page, picture
 
 PAGE, NUMBERS = "index.html", "evaluation.json"
 """Files of a report."""
@@ -60,7 +58,8 @@ def write_evaluation_report(evaluation: Evaluation, folder: str | Path, *, title
 
 def evaluation_html(evaluation: Evaluation, *, title: str) -> str:
     """The page as one string."""
-    return "\n".join(_page(evaluation, title)) + "\n"
+    footer = f"The same numbers are in {NUMBERS}. Table of cases and folds: {evaluation.split_hash[:12]}. "
+    return page(title, "\n".join(_body(evaluation)), footer=f"{footer}sigdb {html.escape(__version__)}.", style=_STYLE)
 
 
 def evaluation_figures(evaluation: Evaluation) -> Iterator[tuple[str, str, Figure]]:
@@ -72,11 +71,7 @@ def evaluation_figures(evaluation: Evaluation) -> Iterator[tuple[str, str, Figur
     yield from coverage_figures(evaluation)
 
 
-def _page(evaluation: Evaluation, title: str) -> Iterator[str]:
-    yield '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">'
-    yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
-    yield f"<title>{html.escape(title)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>"
-    yield f"<h1>{html.escape(title)}</h1>"
+def _body(evaluation: Evaluation) -> Iterator[str]:
     yield f"<p>{html.escape(evaluation.split)}. {evaluation.rows} rows of {evaluation.specimens} specimens.</p>"
     if evaluation.above:
         named = ", ".join(TITLES.get(name, name) for name in evaluation.above)
@@ -94,16 +89,10 @@ def _page(evaluation: Evaluation, title: str) -> Iterator[str]:
     yield from _against_bound(evaluation)
     yield '<div class="pictures">'
     for heading, caption, figure in evaluation_figures(evaluation):
-        yield f"<figure>\n<h3>{html.escape(heading)}</h3>"
-        yield f'<img alt="{html.escape(f"{heading}. {caption}")}" src="{_embedded(figure)}">'
-        yield f"<figcaption>{html.escape(caption)}</figcaption>\n</figure>"
+        yield picture(heading, caption, figure)
     yield "</div>"
     if "coverage" not in evaluation.tables:
         yield f"<p>Coverage cell by cell is not given: {_why_no_cells(evaluation)}.</p>"
-    yield (
-        f"<footer>The same numbers are in {NUMBERS}. Table of cases and folds: {evaluation.split_hash[:12]}. "
-        f"sigdb {html.escape(__version__)}.</footer>\n</body>\n</html>"
-    )
 
 
 def _why_no_cells(evaluation: Evaluation) -> str:
@@ -165,14 +154,6 @@ def _differences(evaluation: Evaluation) -> Iterator[str]:
         )
 
 
-def _embedded(figure: Figure) -> str:
-    """A figure as an SVG in a data address."""
-    picture = io.BytesIO()
-    with matplotlib.rc_context({"svg.hashsalt": "sigdb"}):  # the same page each time
-        figure.savefig(picture, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
-    return f"data:image/svg+xml;base64,{base64.b64encode(picture.getvalue()).decode()}"
-
-
 def _columns(table: pd.DataFrame) -> dict[str, list[object]]:
     return {
         str(name): [None if isinstance(one, float) and not np.isfinite(one) else one for one in table[name].tolist()]
@@ -181,28 +162,6 @@ def _columns(table: pd.DataFrame) -> dict[str, list[object]]:
 
 
 _STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; color: #1b2430; background: #fff; margin: 0 auto; padding: 1rem;
-  max-width: 66rem; }
-h1 { font-size: 1.5rem; line-height: 1.25; overflow-wrap: anywhere; }
-h2 { font-size: 1.2rem; margin-top: 1.8rem; }
-h3 { font-size: 1rem; margin: 0 0 .4rem; }
 .wide + h3 { margin-top: 1.4rem; }
-.wide { overflow-x: auto; }
-table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
-th, td { text-align: left; padding: .25rem .8rem .25rem 0; border-bottom: 1px solid #e3e6ea; white-space: nowrap;
-  vertical-align: top; }
-.ours { font-weight: 600; }
-.ends { color: #667080; font-weight: 400; font-size: .8rem; }
-.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 28rem), 1fr)); gap: 2rem;
-  margin-top: 2rem; }
-figure { margin: 0; break-inside: avoid; }
-figure img { width: 100%; max-width: 36rem; height: auto; }
-figcaption { color: #4a5565; font-size: .88rem; }
-footer { color: #667080; font-size: .85rem; margin-top: 2rem; }
-.alarm { border-left: .3rem solid #c8553d; background: #fbeeea; padding: .6rem .8rem; }
 .aims td { white-space: normal; min-width: 5rem; }
-@media (max-width: 40rem) { td:first-child { white-space: normal; min-width: 8rem; } }
-@media print { body { font-size: 10pt; max-width: none; padding: 0; } .wide { overflow: visible; }
-  table { font-size: 7.5pt; } .pictures { display: block; } figure { margin-bottom: 1rem; }
-  figure img { width: 62%; } }
 """

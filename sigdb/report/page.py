@@ -3,13 +3,14 @@
 import base64
 import html
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import matplotlib
 from matplotlib.figure import Figure
 
 
-def page(title: str, body: str, *, footer: str) -> str:
+def page(title: str, body: str, *, footer: str, style: str = "") -> str:
     """A whole page.
 
     Parameters
@@ -18,24 +19,47 @@ def page(title: str, body: str, *, footer: str) -> str:
         Heading, as text.
     body, footer
         HTML.
+    style
+        CSS, where a page differs from the others.
     """
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{html.escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        f"<title>{html.escape(title)}</title>\n<style>{_STYLE}{style}</style>\n</head>\n<body>\n"
         f"<h1>{html.escape(title)}</h1>\n{body}\n<footer>{footer}</footer>\n</body>\n</html>\n"
     )
 
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table of texts, which scrolls where it is too wide."""
-    lines = [f"<tr>{''.join(f'<td>{html.escape(one)}</td>' for one in row)}</tr>" for row in rows]
-    heads = "".join(f"<th>{html.escape(one)}</th>" for one in head)
-    return f'<div class="wide"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>{"".join(lines)}</tbody></table></div>'
+    """A table of texts, which scrolls where it is too wide; without a head where no column has a name."""
+    heads = f"<thead>{_row('th', head)}</thead>\n" if any(head) else ""
+    lines = "\n".join(_row("td", row) for row in rows)
+    return f'<div class="wide"><table>\n{heads}<tbody>{lines}</tbody></table></div>'
 
 
-def picture(heading: str, caption: str, figure: Figure) -> str:
-    """A figure with heading and caption."""
+def _row(tag: str, texts: Sequence[str]) -> str:
+    return "<tr>" + "".join(f"<{tag}>{html.escape(one)}</{tag}>" for one in texts) + "</tr>"
+
+
+def svg(figure: Figure) -> str:
+    """A figure as an SVG in a data address."""
+    with matplotlib.rc_context({"svg.hashsalt": "sigdb"}):  # the same page each time
+        return _address("svg+xml", figure, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
+
+
+def png(figure: Figure) -> str:
+    """A figure as a PNG in a data address: an SVG of tens of thousands of points would be large."""
+    return _address("png", figure, format="png", dpi=150, metadata={"Software": None})
+
+
+def _address(kind: str, figure: Figure, **options: Any) -> str:
+    content = io.BytesIO()
+    figure.savefig(content, **options)
+    return f"data:image/{kind};base64,{base64.b64encode(content.getvalue()).decode()}"
+
+
+def picture(heading: str, caption: str, figure: Figure, *, embedded: Callable[[Figure], str] = svg) -> str:
+    """A figure with heading and caption, by one of the two above."""
     return (
         f"<figure>\n<h3>{html.escape(heading)}</h3>\n"
         f'<img alt="{html.escape(f"{heading}. {caption}")}" src="{embedded(figure)}">\n'
@@ -43,15 +67,7 @@ def picture(heading: str, caption: str, figure: Figure) -> str:
     )
 
 
-def embedded(figure: Figure) -> str:
-    """A figure as an SVG in a data address."""
-    content = io.BytesIO()
-    with matplotlib.rc_context({"svg.hashsalt": "sigdb"}):  # the same page each time
-        figure.savefig(content, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
-    return f"data:image/svg+xml;base64,{base64.b64encode(content.getvalue()).decode()}"
-
-
-STYLE = """
+_STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1b2430; background: #fff; margin: 0 auto; padding: 1rem;
   max-width: 66rem; }
 h1 { font-size: 1.5rem; line-height: 1.25; overflow-wrap: anywhere; }

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from threadpoolctl import threadpool_limits
 
 import sigdb
-from sigdb.cli.main import cli
+from sigdb.cli.main import cli, main
 from sigdb.pipeline import load_recipe, train_model
 from sigdb.sweep import run
 
@@ -83,5 +83,18 @@ def shell():
             [*command, *(str(one) for one in arguments)],
             **{"capture_output": True, "text": True, "check": False, "env": environment, "timeout": 60} | options,
         )
+
+    return call
+
+
+@pytest.fixture
+def leave(monkeypatch, capsys):
+    """Run ``main`` in this process: its exit code and what it printed."""
+
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["sigdb", *(str(one) for one in arguments)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        return left.value.code, *capsys.readouterr()
 
     return call

@@ -9,26 +9,13 @@ import pytest
 from click.testing import CliRunner
 
 import sigdb
-from sigdb.cli.main import cli, main
+from sigdb.cli.main import cli
 
 COMMANDS = (
     *("new-rig", "describe", "modes", "run", "sweep", "verify", "coverage", "refine", "card"),
-    *("query", "show", "match", "signature", "export", "train", "evaluate"),
+    *("query", "show", "match", "signature", "export", "train", "evaluate", "diagnose"),
 )
 SIGDB = Path(sys.executable).with_name("sigdb")
-
-
-@pytest.fixture
-def leave(monkeypatch, capsys):
-    """Run ``main`` in this process: its exit code and what it printed."""
-
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["sigdb", *(str(one) for one in arguments)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        return left.value.code, *capsys.readouterr()
-
-    return call
 
 
 def test_the_commands_are_these():
@@ -76,7 +63,7 @@ def test_python_m_sigdb_is_sigdb(shell):
         (["match", "{missing}", "--id", "0"], "is not a sigdb database"),
         (["match", "{db}", "--id", "99999"], "id 99999 is not in"),
         (["match", "{db}", "--id", "0", "--where", "true) --"], "where = 'true) --'"),
-        (["match", "{db}", "{db}/sigdb.toml"], "sigdb.toml: not one revolution, one number a line"),
+        (["match", "{db}", "{db}/sigdb.toml"], "a raw recording goes to sigdb diagnose"),
         (["export", "{missing}", "a.mat"], "is not a sigdb database"),
         (["export", "{db}", "a.txt"], "a.txt: the name of an export ends in .mat or .h5"),
         (["export", "{db}", "a.h5", "--where", "tuth = 1"], "where = 'tuth = 1'"),

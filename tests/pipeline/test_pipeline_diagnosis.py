@@ -72,6 +72,7 @@ def recorded(signal, seed, *, gain=1.0, absolute=True, turn=0):
         absolute=absolute,
         tsa=x + noise * np.random.default_rng(seed).standard_normal(N),
         scatter=noise * np.sqrt(REVOLUTIONS),
+        noise=np.full(N // 2 + 1, noise),
         averages=REVOLUTIONS,
         dropped=0,
         cycle=3,
