@@ -1,7 +1,7 @@
 """What an estimator says of rows: its answer, and scores, probabilities and sets where it has them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 import numpy as np
@@ -69,6 +69,11 @@ class Answers:
         as those of :class:`LocationClassifier` do."""
         names = [one.name for one in fields(cls)]
         return cls(**{name: _joined([getattr(part, name) for part in parts], _ABSENT.get(name)) for name in names})
+
+    def only(self, inside: BoolArray) -> Self:
+        """Answers to some of the rows."""
+        parts = {one.name: getattr(self, one.name) for one in fields(self)}
+        return replace(self, **{name: part[inside] for name, part in parts.items() if part is not None})
 
     @property
     def detection(self) -> FloatArray | None:

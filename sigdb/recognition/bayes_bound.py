@@ -86,6 +86,7 @@ def bound(
     database: Database,
     ids: ArrayLike | None = None,
     *,
+    among: ArrayLike | None = None,
     target: str = "location",
     sensor: str | None = None,
     draws: int = 0,
@@ -100,6 +101,9 @@ def bound(
     ids
         Rows that models are judged on; all if left out. Rows without a result and rows with loss of contact are
         outside; for severity also healthy ones and those with a pattern.
+    among
+        Rows whose shares are the prior; all if left out. Rows that are chosen by their case, as a split does, take
+        themselves: no rule is better on them then.
     target
         ``location`` or ``severity`` (that given damage).
     sensor
@@ -128,7 +132,7 @@ def bound(
     """
     if target not in LOSSES:
         raise InputError(f"target = {target!r} is not known; choose one of {', '.join(LOSSES)}")
-    points, outside = operating_points(database, ids, sensor=sensor, damaged=target == "severity")
+    points, outside = operating_points(database, ids, among=among, sensor=sensor, damaged=target == "severity")
     judged = pd.concat(judge(point, point.stored(database, sensor), target) for point in points).sort_index()
     losses, scores = list(LOSSES[target]), [str(name) for name in judged if str(name).startswith("score_")]
     posterior = judged[scores].fillna(-np.inf).set_axis(np.arange(len(scores)), axis=1)

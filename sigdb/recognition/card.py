@@ -64,7 +64,12 @@ def bound_said(evaluation: Evaluation) -> str:
     """A sentence on the bound."""
     if evaluation.bound is None:
         return "The best possible answer (the Bayes bound) is not computed."
-    return "'bound' is the best possible answer."
+    if evaluation.bound_rows in (None, evaluation.rows):
+        return "'bound' is the best possible answer."
+    return (
+        f"'bound' is the best possible answer to {evaluation.bound_rows} of the rows; the others are outside of the\n"
+        "law that it is computed from."
+    )
 
 
 def model_card(model: Model, evaluation: Evaluation, *, command: str) -> str:
