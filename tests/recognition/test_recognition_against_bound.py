@@ -346,4 +346,4 @@ def test_the_bound_of_a_split_is_of_the_cases_that_it_asks_about(make_database):
     assert "all rows have the same severity" in found.aims["why"][0]
     rows = asked_rows(middle, noisy)
     of_all = bound(noisy, rows.index, target="severity")
-    assert above_bound(np.zeros(len(rows)), of_all.losses["absolute_stiffness_loss"], rows["specimen"]).value > 0.01
+    assert above_bound(np.zeros(len(rows)), of_all.losses["absolute_stiffness_loss"], rows["specimen"]).value > 0
