@@ -18,7 +18,7 @@ from sigdb.database import Database
 from sigdb.recognition.bayes_rule import LOSSES, judge
 from sigdb.recognition.bootstrap import Figure, Specimens
 from sigdb.recognition.expected import expected_losses, judged_shares
-from sigdb.recognition.metrics import circular_distance
+from sigdb.recognition.metrics import location_values
 from sigdb.recognition.rows_by_point import operating_points
 from sigdb.recognition.severity import TARGETS
 
@@ -68,7 +68,11 @@ class Bound:
         often finds more of it. Severity: ``mae_TARGET`` and ``crps_TARGET``, and ``rmse_TARGET``, errors whose root
         mean square is the figure.
         """
-        values = _located(self.rows, self.losses) if self.target == "location" else _estimated(self.losses)
+        if self.target == "location":
+            values = location_values(self.rows["found"].to_numpy(int), self.rows)
+            values |= {"log_loss": self.losses["log_loss"].to_numpy()}
+        else:
+            values = _estimated(self.losses)
         return pd.DataFrame(values, index=self.rows.index)
 
     @cached_property
@@ -146,22 +150,6 @@ def bound(
         expected=expected_losses(points, target, draws=draws, seed=seed) if draws else None,
         entropy=float(judged_shares(points) @ before),
     )
-
-
-def _located(rows: pd.DataFrame, losses: pd.DataFrame) -> dict[str, FloatArray]:
-    """What each row adds to the figures of location; nan where it does not count."""
-    true, found, teeth = (rows[name].to_numpy(int) for name in ("tooth", "found", "teeth"))
-    damaged, called = true > 0, found > 0
-    distance = circular_distance(found, true, teeth)
-    return {
-        "accuracy": 1 - losses["error"].to_numpy(),
-        "p_exact": np.where(damaged, found == true, np.nan),
-        "p_within_one": np.where(damaged, called & (np.abs(distance) <= 1), np.nan),
-        "p_detected": np.where(damaged, called, np.nan),
-        "none_on_healthy": np.where(damaged, np.nan, ~called),
-        "circular_bias": np.where(damaged & called, distance, np.nan),
-        "log_loss": losses["log_loss"].to_numpy(),
-    }
 
 
 def _estimated(losses: pd.DataFrame) -> dict[str, FloatArray]:

@@ -315,6 +315,8 @@ def test_causes_are_told_by_numbers(database, location_model, bank):
     changed = "S5, another model form: db, which differs in rig.bearings, solver; other specimens, the cases"
     (said,) = causes(model, rows, changed)
     assert said.endswith("training rows: rig.bearings, solver differ.")
+    scored = type("Detector", (), {"scorer": type("Holder", (), {"bank": bank})()})()
+    assert causes(replace(model, estimators={"bank": scored}), rows, plain, 1e-6) == []
     pooled = replace(location_model, learner="lda", estimators={"lda": object()})
     assert "reads pooled features" in causes(pooled, rows, plain)[0]
 
@@ -330,13 +332,14 @@ def test_an_evaluation_beside_the_bound_holds_both_tables_as_json(location_model
     assert set(found[0].tables["roc"]["estimator"]) > {"bound"}
 
 
-def test_the_bound_of_a_split_is_of_the_cases_that_it_asks_about(make_database):
+def test_the_bound_of_a_split_is_of_the_cases_that_it_asks_about(make_database, monkeypatch):
     """Much noise, and asked about the middle loss only: who always says it makes no error, and neither does the bound.
 
     A rule that expects all three losses would be bettered by it.
     """
     grid = 'tooth = "all"\nstiffness_loss = [0.1, 0.2, 0.3]'
     noisy = make_database(specimens=6, healthy=12, grid=grid, snr_db=-28.0)
+    monkeypatch.setattr("sigdb.recognition.contenders.POOLED", ("lda",))
     model = train(noisy, "severity", Recognition(folds=3, learner="lda"), split="S2")
     middle = replace(model, learner="majority")
     found = evaluate_beside_bound(middle, noisy)

@@ -124,7 +124,7 @@ def test_scores_of_specimens_that_a_scorer_has_seen_do_not_count():
 
 def test_it_is_an_estimator():
     detector = Detector(Column(), false_alarm_rate=0.2, confidence=0.9)
-    assert set(detector.get_params(deep=False)) == {"scorer", "false_alarm_rate", "confidence"}
+    assert set(detector.get_params(deep=False)) == {"scorer", "false_alarm_rate", "confidence", "folds"}
     assert clone(detector).get_params()["confidence"] == 0.9
 
 
