@@ -53,7 +53,8 @@ class Evaluation:
     bound_rows
         Number of rows that they are of: rows outside of the law are not among them.
     above
-        Names of the model's figures that are better than the bound at a significance of 1 %.
+        Names of the model's figures that are better than the bound at a significance of 1 %; none under S0, where the
+        model has seen the specimens, and the bound has not.
     tables
         Frames for the report: figures against noise and averages, by severity, reliability, curves, cells.
     efficiency
@@ -161,7 +162,9 @@ def evaluate(
         differences=_differences(values, model.learner, rows),
         bound=bound,
         bound_rows=None if bound is None else int(inside.sum()),
-        above=() if bound is None else _above(answers[model.learner], rows, model.target, bound, best, inside),
+        above=()
+        if bound is None or _has_seen(model, database, rows)
+        else _above(answers[model.learner], rows, model.target, bound, best, inside),
         tables=evaluation_tables(answers, rows, model.learner, best),
     )
     return beside(evaluation, answers[model.learner], rows)
@@ -207,6 +210,11 @@ def _above(
     best = {name: one[inside] for name, one in bound_values.items()}
     figures, values = answer_figures(ours, some, target), answer_values(ours, some, target)
     return figures_above_bound(figures, bound, values, best, some)
+
+
+def _has_seen(model: Model, database: Database, rows: pd.DataFrame) -> bool:
+    """Whether some rows are of specimens of the training, as under S0: the bound is for gears that are not known."""
+    return database.manifest.seed == model.seed and bool(rows["specimen"].isin(model.trained_on).any())
 
 
 def _differences(

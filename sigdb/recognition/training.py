@@ -127,7 +127,7 @@ def train(
     split
         What is left out besides, ``S0`` to ``S4``: see :func:`~sigdb.recognition.split_kinds.make_split`.
     on_step
-        Called with a word for each estimator before it is trained.
+        Called with the name of each estimator before it is trained, and with a sentence on what is left out.
 
     Raises
     ------

@@ -13,6 +13,7 @@ from sigdb.recognition.answers import Answers
 from sigdb.recognition.bootstrap import Specimens
 from sigdb.recognition.card import bound_said, figure_rows
 from sigdb.recognition.figures_above_bound import figures_above_bound
+from sigdb.recognition.training import usable_rows
 
 
 @pytest.fixture(scope="module")
@@ -137,6 +138,17 @@ def test_a_model_above_the_bound_fails_loudly(location_model, database, paired):
     with pytest.raises(EvaluationError, match=r"'oracle' is better than .* \(accuracy 1.000 .* against 0.5"):
         evaluation.check()
     assert [row[-1] for row in figure_rows(evaluation)][:2] == ["bound", str(bound["accuracy"])]
+
+
+def test_who_has_seen_the_specimens_may_better_the_bound(location_model, database, monkeypatch):
+    """Under S0, on other draws of the training's gears; the bound is for gears that are not known."""
+    seen = usable_rows(database, "location")
+    seen = seen[seen["specimen"].isin(location_model.trained_on)]
+    monkeypatch.setattr("sigdb.recognition.evaluation._asked", lambda model, database: (seen, "S0, new noise only"))
+    evaluation = asked(location_model, database, Oracle(), bound=bound_of(seen, 0.5)[0])
+    assert evaluation.above == ()
+    other = asked(replace(location_model, seed=99), database, Oracle(), bound=bound_of(seen, 0.5)[0])
+    assert other.above == ("accuracy",)
 
 
 @pytest.mark.parametrize("paired", [False, True])
