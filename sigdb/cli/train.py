@@ -62,7 +62,7 @@ def train(database: str, target: str, out: str, learner: str | None, false_alarm
             false_alarm_rate=false_alarm_rate,
             split=split,
             command=shlex.join(words),
-            on_step=lambda step: click.echo(f"training {target}: {step} ...", err=True),
+            on_step=lambda step: click.echo(f"training {target}: {step}", err=True),
             on_evaluation=written,
         )
     except EvaluationError as error:

@@ -51,7 +51,7 @@ def train_model(
     command
         The command that makes it again, for the card.
     on_step
-        Called with a word for each estimator before it is trained.
+        Called with the name of each estimator before it is trained, and with a sentence on what is left out.
     on_evaluation
         Called with the evaluation once the folder is written.
     check

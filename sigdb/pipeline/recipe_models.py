@@ -144,7 +144,7 @@ def _trained(recipe: Recipe, database: Database, stage: Stage, on_stage: Callabl
             stage.path,
             split=stage.inputs["split"],
             command=shlex.join(["sigdb", "run", str(recipe.path), "--out", str(stage.out)]),
-            on_step=lambda step: on_stage(f"{stage.path}: {step} ..."),
+            on_step=lambda step: on_stage(f"{stage.path}: {step}"),
             check=False,  # the run tells of it at its end, when all reports are written
         )
         found.append(evaluation)

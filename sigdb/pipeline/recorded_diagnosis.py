@@ -14,6 +14,7 @@ from sigdb.pipeline.recorded import recorded_signature
 from sigdb.pipeline.units import in_unit
 from sigdb.recognition import TemplateBank, load_model
 from sigdb.recognition.split_kinds import changed_parts, model_form
+from sigdb.recognition.template_bank import bank_of
 from sigdb.transmission import Transmission, load_transmission
 
 _INDEX_ERROR = 2e-6
@@ -139,10 +140,11 @@ def _given(
     if model is None:
         return None
     loaded = load_model(str(model))
-    if "templates" not in loaded.estimators:
+    bank = bank_of(loaded.estimators.get("templates"))
+    if bank is None:
         raise InputError(f"{model} holds no templates; train it on a database of a rig with one mesh")
     changed = changed_parts(loaded.form, _form(rig))
-    return _Templates(bank=loaded.estimators["templates"].bank, notes=_of_another("model", changed))
+    return _Templates(bank=bank, notes=_of_another("model", changed))
 
 
 def _form(rig: Transmission) -> dict[str, str]:

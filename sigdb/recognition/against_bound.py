@@ -6,7 +6,6 @@ from typing import Any
 
 import pandas as pd
 
-from sigdb.core.typing import BoolArray
 from sigdb.recognition.against_bound_detection import of_detection
 from sigdb.recognition.against_bound_location import of_calibration, of_location
 from sigdb.recognition.against_bound_severity import of_severity
@@ -66,29 +65,19 @@ def against_bound(
     """
     if best is not None:
         inside = rows.index.isin(best.rows.index)
-        answers, rows = some_answers(answers, inside), rows[inside]
+        answers, rows = answers.only(inside), rows[inside]
         best = replace(best, rows=best.rows.loc[rows.index], losses=best.losses.loc[rows.index])
     table = pd.DataFrame(
         [
             _head(band, rows) | one
             for band in noise_bands(rows["snr_db"])
-            for one in _of_band(target, some_answers(answers, band.inside), rows[band.inside], best, points, draws)
+            for one in _of_band(target, answers.only(band.inside), rows[band.inside], best, points, draws)
         ]
     )
     if "target" not in table:
         return table
     order = table["target"].map(TARGETS.index).sort_values(kind="stable").index
     return table.loc[order].reset_index(drop=True)
-
-
-def some_answers(answers: Answers, inside: BoolArray) -> Answers:
-    """Answers to some of the rows."""
-    parts = {name: getattr(answers, name) for name in ("scores", "probabilities", "sets")}
-    return replace(
-        answers,
-        found=answers.found[inside],
-        **{name: part[inside] for name, part in parts.items() if part is not None},
-    )
 
 
 def _head(band: NoiseBand, rows: pd.DataFrame) -> dict[str, Any]:

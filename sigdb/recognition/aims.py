@@ -70,8 +70,9 @@ def aims(
     bounded
         Whether the bound is known.
     """
+    unknown = _NO_BOUND if not bounded else _ALL_ALIKE if table.empty else ""
     against = [
-        _worst(name, *aim, own, causes) if bounded else Aim(what=name, aim=aim[1], why=_NO_BOUND)
+        _worst(name, *aim, own, causes) if not unknown else Aim(what=name, aim=aim[1], why=unknown)
         for aim in _AGAINST_BOUND[target]
         for name, own in _named(_WORDS[aim[0]], table)
     ]
@@ -93,6 +94,7 @@ _WORDS = {
     "cells": f"share of cells where 90 % sets cover less than {LEAST_COVERAGE:g} (99 % confidence)",
 }
 _NO_BOUND = "the bound is not known: no row follows a law that it could be computed from"
+_ALL_ALIKE = "all rows have the same severity, so that there is nothing to tell"
 
 
 def _named(words: str, table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:

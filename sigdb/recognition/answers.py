@@ -1,7 +1,7 @@
 """What an estimator says of rows: its answer, and scores, probabilities and sets where it has them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 import numpy as np
@@ -74,6 +74,11 @@ class Answers:
     def of_detector(self) -> bool:
         """Whether scores are of damage alone."""
         return self.scores is not None and self.scores.ndim == 1
+
+    def only(self, inside: BoolArray) -> Self:
+        """Answers to some of the rows."""
+        parts = {one.name: getattr(self, one.name) for one in fields(self)}
+        return replace(self, **{name: part[inside] for name, part in parts.items() if part is not None})
 
     @property
     def detection(self) -> FloatArray | None:

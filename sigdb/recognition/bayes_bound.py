@@ -18,7 +18,7 @@ from sigdb.database import Database
 from sigdb.recognition.bayes_rule import LOSSES, judge
 from sigdb.recognition.bootstrap import Figure, Specimens
 from sigdb.recognition.expected import expected_losses, judged_shares
-from sigdb.recognition.metrics import circular_distance
+from sigdb.recognition.metrics import location_values
 from sigdb.recognition.rows_by_point import operating_points
 from sigdb.recognition.severity import TARGETS
 
@@ -68,7 +68,11 @@ class Bound:
         often finds more of it. Severity: ``mae_TARGET`` and ``crps_TARGET``, and ``rmse_TARGET``, errors whose root
         mean square is the figure.
         """
-        values = _located(self.rows, self.losses) if self.target == "location" else _estimated(self.losses)
+        if self.target == "location":
+            values = location_values(self.rows["found"].to_numpy(int), self.rows)
+            values |= {"log_loss": self.losses["log_loss"].to_numpy()}
+        else:
+            values = _estimated(self.losses)
         return pd.DataFrame(values, index=self.rows.index)
 
     @cached_property
@@ -86,6 +90,7 @@ def bound(
     database: Database,
     ids: ArrayLike | None = None,
     *,
+    among: ArrayLike | None = None,
     target: str = "location",
     sensor: str | None = None,
     draws: int = 0,
@@ -100,6 +105,9 @@ def bound(
     ids
         Rows that models are judged on; all if left out. Rows without a result and rows with loss of contact are
         outside; for severity also healthy ones and those with a pattern.
+    among
+        Rows whose shares are the prior; all if left out. Rows that are chosen by their case, as a split does, take
+        themselves: no rule is better on them then.
     target
         ``location`` or ``severity`` (that given damage).
     sensor
@@ -128,7 +136,7 @@ def bound(
     """
     if target not in LOSSES:
         raise InputError(f"target = {target!r} is not known; choose one of {', '.join(LOSSES)}")
-    points, outside = operating_points(database, ids, sensor=sensor, damaged=target == "severity")
+    points, outside = operating_points(database, ids, among=among, sensor=sensor, damaged=target == "severity")
     judged = pd.concat(judge(point, point.stored(database, sensor), target) for point in points).sort_index()
     losses, scores = list(LOSSES[target]), [str(name) for name in judged if str(name).startswith("score_")]
     posterior = judged[scores].fillna(-np.inf).set_axis(np.arange(len(scores)), axis=1)
@@ -142,22 +150,6 @@ def bound(
         expected=expected_losses(points, target, draws=draws, seed=seed) if draws else None,
         entropy=float(judged_shares(points) @ before),
     )
-
-
-def _located(rows: pd.DataFrame, losses: pd.DataFrame) -> dict[str, FloatArray]:
-    """What each row adds to the figures of location; nan where it does not count."""
-    true, found, teeth = (rows[name].to_numpy(int) for name in ("tooth", "found", "teeth"))
-    damaged, called = true > 0, found > 0
-    distance = circular_distance(found, true, teeth)
-    return {
-        "accuracy": 1 - losses["error"].to_numpy(),
-        "p_exact": np.where(damaged, found == true, np.nan),
-        "p_within_one": np.where(damaged, called & (np.abs(distance) <= 1), np.nan),
-        "p_detected": np.where(damaged, called, np.nan),
-        "none_on_healthy": np.where(damaged, np.nan, ~called),
-        "circular_bias": np.where(damaged & called, distance, np.nan),
-        "log_loss": losses["log_loss"].to_numpy(),
-    }
 
 
 def _estimated(losses: pd.DataFrame) -> dict[str, FloatArray]:

@@ -64,7 +64,12 @@ def bound_said(evaluation: Evaluation) -> str:
     """A sentence on the bound."""
     if evaluation.bound is None:
         return "The best possible answer (the Bayes bound) is not computed."
-    return "'bound' is the best possible answer."
+    if evaluation.bound_rows in (None, evaluation.rows):
+        return "'bound' is the best possible answer."
+    return (
+        f"'bound' is the best possible answer to {evaluation.bound_rows} of the rows; the others are outside of the\n"
+        "law that it is computed from."
+    )
 
 
 def model_card(model: Model, evaluation: Evaluation, *, command: str) -> str:
@@ -140,7 +145,10 @@ _SAME_DAMAGES = (
     "The test asks about the same damages as the training rows hold, on other gears: between and beyond them the "
     "figures are\nworse. "
 )
-_POOLED_INPUT = "Pooled Wigner-Ville features, speed and torque, seen from each tooth in turn."
+_POOLED_INPUT = (
+    "Pooled Wigner-Ville features, speed and torque, seen from each tooth in turn; the scatter between revolutions\n"
+    "and their number, which tell the noise."
+)
 _INPUT = {
     "templates": "The average itself, its number of revolutions, the scatter between them (the noise), speed and\n"
     "torque; templates of the nearest operating point, index errors of the size that the training rows have."
@@ -167,5 +175,6 @@ _FAILURES = {
     "given a tooth.",
     "detection": "The least severe cases are missed most often. The rate of false alarms holds on average over gears,\n"
     "and may be another one for one of them.",
-    "severity": "On a healthy gear its answer has no meaning. Intervals hold on average, not for each severity.",
+    "severity": "On a healthy gear its answer has no meaning. Intervals hold for each severity on average over gears,\n"
+    "and may hold less often for one of them.",
 }

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.recognition.severity import TARGETS
-from sigdb.recognition.template_bank import TemplateBank
+from sigdb.recognition.template_bank import TemplateBank, bank_of
 from sigdb.recognition.training import Model
 
 _ALIKE = 1e-3
@@ -27,7 +27,7 @@ def causes(model: Model, rows: pd.DataFrame, split: str, index_error: float | No
     index_error
         Size of the index errors of the rows, m, root mean square, where it is known.
     """
-    bank = getattr(model.estimators[model.learner], "bank", None)
+    bank = bank_of(model.estimators[model.learner])
     found = list(_of_bank(bank, rows, index_error)) if bank is not None else [_READS.format(model.learner)]
     return [*found, *_of_split(split)]
 

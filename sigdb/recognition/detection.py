@@ -5,7 +5,6 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
-from scipy.special import logsumexp
 from sklearn.base import BaseEstimator, ClassifierMixin, clone
 from sklearn.frozen import FrozenEstimator
 from sklearn.utils.validation import check_is_fitted
@@ -13,6 +12,7 @@ from sklearn.utils.validation import check_is_fitted
 from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray, IntArray
 from sigdb.recognition.alarm_threshold import alarm_threshold, rows_needed
+from sigdb.recognition.answers import damage_score
 from sigdb.recognition.calibration import specimen_folds_of
 
 _MOST_BANDS = 10
@@ -149,11 +149,6 @@ class Detector(ClassifierMixin, BaseEstimator):
     def predict(self, X: pd.DataFrame) -> IntArray:
         """(rows,) 1 for damage, 0 for none."""
         return (self.decision_function(X) > 0).astype(int)
-
-
-def damage_score(scores: FloatArray) -> FloatArray:
-    """(rows,) log odds of damage at any tooth, from scores (rows, 1 + teeth) of none and of each tooth."""
-    return np.asarray(logsumexp(scores[:, 1:], axis=1) - scores[:, 0])
 
 
 def noise_of(X: pd.DataFrame) -> FloatArray:

@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
+from numpy.typing import ArrayLike
 
 from sigdb.core.errors import InputError, SigdbError
-from sigdb.core.typing import FloatArray
+from sigdb.core.typing import BoolArray, FloatArray
 from sigdb.database import Database
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.bootstrap import Figure, Specimens
 from sigdb.recognition.evaluation_tables import evaluation_tables, records
-from sigdb.recognition.excess import above_bound
+from sigdb.recognition.figures_above_bound import figures_above_bound
 from sigdb.recognition.metrics import FIGURES, VALUES
 from sigdb.recognition.metrics_calibration import calibration_figures, calibration_values
 from sigdb.recognition.metrics_coverage import set_figures, set_values
@@ -24,15 +24,6 @@ from sigdb.recognition.split_kinds import changed_parts, make_split, model_form
 from sigdb.recognition.splits import TEST
 from sigdb.recognition.streamed import feature_batches
 from sigdb.recognition.training import Model, usable_rows
-
-BOUNDED = {"accuracy": 1, "pd_at": 1, "log_loss": -1, "brier": -1, "mae": -1, "rmse": -1, "crps": -1}
-"""Figures, by the beginning of their name, that no rule can better than the bound: 1 where greater is better.
-
-Others can be bettered at the cost of another: a rule that says 'none' of everything raises no false alarm.
-"""
-
-_SURE = 0.99
-"""One-sided level at which a model counts as better than the bound."""
 
 
 class EvaluationError(SigdbError):
@@ -59,8 +50,11 @@ class Evaluation:
         By estimator and name: the model's figure minus the estimator's, of the same rows and the same resamples.
     bound
         Figures of the best possible answer, None where it was not computed.
+    bound_rows
+        Number of rows that they are of: rows outside of the law are not among them.
     above
-        Names of the model's figures that are better than the bound at a significance of 1 %.
+        Names of the model's figures that are better than the bound at a significance of 1 %; none under S0, where the
+        model has seen the specimens, and the bound has not.
     tables
         Frames for the report: figures against noise and averages, by severity, reliability, curves, cells.
     efficiency
@@ -79,6 +73,7 @@ class Evaluation:
     figures: dict[str, dict[str, Figure]]
     differences: dict[str, dict[str, Figure]] = field(default_factory=dict)
     bound: Mapping[str, Figure] | None = None
+    bound_rows: int | None = None
     above: tuple[str, ...] = ()
     tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     efficiency: pd.DataFrame | None = None
@@ -108,6 +103,7 @@ class Evaluation:
             "figures": {name: _plain(figures) for name, figures in self.figures.items()},
             "differences": {name: _plain(figures) for name, figures in self.differences.items()},
             "bound": None if self.bound is None else _plain(self.bound),
+            "bound_rows": self.bound_rows,
             "above": list(self.above),
             "efficiency": records(self.efficiency),
             "aims": records(self.aims),
@@ -120,6 +116,7 @@ def evaluate(
     *,
     bound: Mapping[str, Figure] | None = None,
     bound_values: Mapping[str, pd.Series] | None = None,
+    bound_rows: ArrayLike | None = None,
     beside: Callable[[Evaluation, Answers, pd.DataFrame], Evaluation] = lambda evaluation, answers, rows: evaluation,
 ) -> Evaluation:
     """Evaluate a model on the rows of a database that its split keeps for that.
@@ -137,8 +134,9 @@ def evaluate(
     bound
         Figures of the best possible answer to the same rows (:func:`asked_rows`), by name.
     bound_values
-        By id of these rows, what a bound's figure is the mean of: with it the model is compared row by row, on the rows
-        that it holds.
+        By id of these rows, what a bound's figure is the mean of: with it the model is compared row by row.
+    bound_rows
+        Ids of the rows that the bound is of; all if left out. Only on these the model is held against it.
     beside
         Completes the evaluation from the model's answers and the rows.
 
@@ -152,6 +150,7 @@ def evaluate(
     figures = {name: answer_figures(answer, rows, model.target) for name, answer in answers.items()}
     values = {name: answer_values(answer, rows, model.target) for name, answer in answers.items()}
     best = {name: one.reindex(rows.index).to_numpy(float) for name, one in (bound_values or {}).items()}
+    inside = np.full(len(rows), True) if bound_rows is None else rows.index.isin(np.asarray(bound_rows))
     evaluation = Evaluation(
         target=model.target,
         learner=model.learner,
@@ -162,7 +161,10 @@ def evaluate(
         figures=figures,
         differences=_differences(values, model.learner, rows),
         bound=bound,
-        above=figures_above_bound(figures[model.learner], bound or {}, values[model.learner], best, rows),
+        bound_rows=None if bound is None else int(inside.sum()),
+        above=()
+        if bound is None or _has_seen(model, database, rows)
+        else _above(answers[model.learner], rows, model.target, bound, best, inside),
         tables=evaluation_tables(answers, rows, model.learner, best),
     )
     return beside(evaluation, answers[model.learner], rows)
@@ -195,33 +197,24 @@ def answer_values(answers: Answers, rows: pd.DataFrame, target: str) -> dict[str
     return values
 
 
-def figures_above_bound(
-    figures: Mapping[str, Figure],
-    bound: Mapping[str, Figure],
-    values: Mapping[str, FloatArray],
-    bound_values: Mapping[str, FloatArray],
+def _above(
+    answers: Answers,
     rows: pd.DataFrame,
+    target: str,
+    bound: Mapping[str, Figure],
+    bound_values: Mapping[str, FloatArray],
+    inside: BoolArray,
 ) -> tuple[str, ...]:
-    """Names of the figures that are better than the bound at a significance of 1 %.
+    """Names of the figures that are better than the bound, on the rows that it holds."""
+    ours, some = answers.only(inside), rows[inside]
+    best = {name: one[inside] for name, one in bound_values.items()}
+    figures, values = answer_figures(ours, some, target), answer_values(ours, some, target)
+    return figures_above_bound(figures, bound, values, best, some)
 
-    Where the values of both are given row by row, the mean of their difference is held against Student's t, its error
-    from the sums of the specimens: a bootstrap of few specimens would be too sure. Else the two figures count as
-    independent, with the standard errors that their intervals tell.
-    """
-    found = []
-    for name in figures.keys() & bound.keys():
-        sign = next((sign for start, sign in BOUNDED.items() if name.startswith(start)), 0)
-        if name in values and name in bound_values:
-            known = ~np.isnan(values[name] - bound_values[name])
-            ours, best = (-sign * some[name][known] for some in (values, bound_values))
-            better = known.any() and above_bound(ours, best, rows["specimen"].to_numpy()[known]).significant
-        else:
-            one, other = figures[name], bound[name]
-            error = np.hypot(one.high - one.low, other.high - other.low) / (2 * 1.96)
-            better = sign * (one.value - other.value) > norm.ppf(_SURE) * error
-        if sign and better:
-            found.append(name)
-    return tuple(sorted(found))
+
+def _has_seen(model: Model, database: Database, rows: pd.DataFrame) -> bool:
+    """Whether some rows are of specimens of the training, as under S0: the bound is for gears that are not known."""
+    return database.manifest.seed == model.seed and bool(rows["specimen"].isin(model.trained_on).any())
 
 
 def _differences(

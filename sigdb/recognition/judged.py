@@ -57,6 +57,7 @@ def evaluate_beside_bound(model: Model, database: Database) -> Evaluation:
         database,
         bound=best.figures,
         bound_values=best.values,
+        bound_rows=best.rows.index,
         beside=lambda *given: _judged(model, *given, best=best),
     )
 
@@ -64,6 +65,9 @@ def evaluate_beside_bound(model: Model, database: Database) -> Evaluation:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Best:
     """The bound of the rows that a model is asked about, and the points of its law.
+
+    Its prior is the share of cases among these rows and no others: with that of all rows of a database a rule that is
+    asked about some of the severities only could be bettered.
 
     Attributes
     ----------
@@ -85,8 +89,10 @@ class _Best:
     @classmethod
     def of(cls, model: Model, database: Database, rows: pd.DataFrame) -> "_Best":
         severity = model.target == "severity"
-        best = bound(database, rows.index, target="severity" if severity else "location", sensor=model.sensor)
-        points, _ = operating_points(database, best.rows.index, sensor=model.sensor, damaged=severity)
+        target = "severity" if severity else "location"
+        best = bound(database, rows.index, among=rows.index, target=target, sensor=model.sensor)
+        ids = best.rows.index
+        points, _ = operating_points(database, ids, among=ids, sensor=model.sensor, damaged=severity)
         rate = model.false_alarm_rate if model.target == "detection" else None
         inside = rows.loc[rows.index.isin(best.rows.index)]
         return cls(bound=best, rows=inside, points=points, false_alarm_rate=rate)

@@ -8,11 +8,9 @@ from scipy.special import log_softmax, logsumexp, ndtri
 
 from sigdb.core.errors import InputError
 from sigdb.core.typing import FloatArray, IntArray
+from sigdb.recognition.metrics_detection import RATES
 from sigdb.recognition.rows_by_point import OperatingPoint
 from sigdb.recognition.severity import TARGETS
-
-RATES = (1e-2, 1e-3, 1e-4)
-"""Rates of false alarms at which the probability of detection is told."""
 
 FOUND = 0.9
 """Probability of detection that defines a90."""

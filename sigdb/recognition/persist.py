@@ -21,7 +21,7 @@ from sigdb.database.storage import Store
 from sigdb.recognition.card import model_card
 from sigdb.recognition.evaluation import Evaluation
 from sigdb.recognition.reference_models import model_folder
-from sigdb.recognition.training import Model
+from sigdb.recognition.training import Model, few_rows
 
 TRUSTED = (
     "numpy.dtype",
@@ -66,7 +66,6 @@ _UNREADABLE = (
 )
 """What damaged or foreign files raise in the readers of JSON, ZIP, skops and NPZ."""
 
-_PROBE = 8
 _COLUMNS = ("teeth", "speed_rpm", "torque", "fm4", "wigner_ville", "averages", "scatter", "tsa")
 """Columns that estimators read; averages only where one of them reads templates."""
 
@@ -87,8 +86,7 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
     command
         The command that makes it again.
     """
-    store = Store.at(folder)
-    rows = probe[probe["teeth"] == probe["teeth"].iloc[0]].iloc[:: max(1, len(probe) // _PROBE)][:_PROBE]
+    store, rows = Store.at(folder), few_rows(probe)
     answers = io.BytesIO()
     np.savez_compressed(answers, expected=_answers(model, rows), **_arrays(rows))
     files = {
@@ -161,12 +159,16 @@ def _checked(folder: Path, name: str, described: dict[str, Any]) -> bytes:
 
 def _rebuilt(described: dict[str, Any], content: bytes) -> Model:
     """The model, of trusted types only."""
+    names = [field.name for field in fields(Model) if field.name != "estimators"]
+    lacking = [name for name in names if name not in described]
+    if lacking:
+        raise InputError(f"model.json lacks {', '.join(lacking)}: it is of another version of sigdb; train it again")
     untrusted = set(skops.io.get_untrusted_types(data=content)) - set(TRUSTED)
     if untrusted:
         raise InputError(f"the model holds types that are not trusted: {', '.join(sorted(untrusted))}")
     estimators = skops.io.loads(content, trusted=list(TRUSTED))
-    kept = {field.name: described[field.name] for field in fields(Model) if field.name != "estimators"}
-    return Model(estimators=estimators, **kept | {"trained_on": tuple(described["trained_on"])})
+    kept = {name: described[name] for name in names} | {"trained_on": tuple(described["trained_on"])}
+    return Model(estimators=estimators, **kept)
 
 
 def _answers(model: Model, rows: pd.DataFrame) -> np.ndarray:

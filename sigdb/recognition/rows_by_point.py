@@ -106,13 +106,18 @@ class OperatingPoint:
 
 
 def operating_points(
-    database: Database, ids: ArrayLike | None = None, *, sensor: str | None = None, damaged: bool = False
+    database: Database,
+    ids: ArrayLike | None = None,
+    *,
+    among: ArrayLike | None = None,
+    sensor: str | None = None,
+    damaged: bool = False,
 ) -> tuple[list[OperatingPoint], dict[str, int]]:
     """The operating points of some rows, and why which rows are outside of the law.
 
     What is expected before an average is seen, the prior, is the share of each template and tooth among all rows of the
-    operating point that are inside the law, whichever are asked for. Noise and index errors are taken to be the same
-    for all cases: where they are not, they tell of the case what this prior does not use.
+    operating point that are inside the law, whichever are asked for, or among some of them. Noise and index errors are
+    taken to be the same for all cases: where they are not, they tell of the case what this prior does not use.
 
     Parameters
     ----------
@@ -120,6 +125,8 @@ def operating_points(
         A database with rows.
     ids
         Rows; all if left out.
+    among
+        Rows whose shares are the prior; all if left out. They are to hold those asked for.
     sensor
         A stored sensor; the first one if left out.
     damaged
@@ -128,7 +135,7 @@ def operating_points(
     Returns
     -------
     points
-        With all their rows that are inside the law, and which of them are asked for.
+        With those of these rows that are inside the law, and which of them are asked for.
     outside
         Number of the rows asked for that are not, by reason.
 
@@ -138,6 +145,7 @@ def operating_points(
         If no row is inside, or the rig does not turn exactly.
     """
     rows = _rows(database)
+    rows = rows if among is None else rows[np.isin(rows.index, among)]
     wanted = np.isin(rows.index, ids) if ids is not None else np.full(len(rows), True)
     reasons = {"without a result": ~rows["done"], "with loss of contact": rows["contact_loss"].eq(True)}
     if damaged:

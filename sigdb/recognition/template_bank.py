@@ -7,6 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from sigdb.core.errors import InputError
 from sigdb.core.typing import BoolArray, FloatArray, IntArray
@@ -19,7 +20,6 @@ from sigdb.recognition.severity import TARGETS
 _PRECISION = 2e-4
 """How far a stored signal may be from its own, in norm, in standard deviations of the noise of the quietest average.
 The log-likelihood of a template that resembles the average then changes by less than 0.01."""
-
 
 _CASE = ("teeth", *TARGETS)
 
@@ -166,6 +166,7 @@ class TemplateBank:
         sensor: str | None = None,
         index_error: float | None = None,
         cases: pd.DataFrame | None = None,
+        specimens: ArrayLike | None = None,
     ) -> Self:
         """The bank of a database.
 
@@ -184,6 +185,8 @@ class TemplateBank:
         cases
             Only templates of these cases: tooth counts ``teeth`` and severities, as in rows of features. All if left
             out.
+        specimens
+            Only rows of these count for the weights, the size of index errors and the noise. All if left out.
 
         Raises
         ------
@@ -193,10 +196,15 @@ class TemplateBank:
         """
         sensor = database.stored_sensor(sensor)
         scatter = suffixed("scatter", database.sensors, sensor)
+        seen = (
+            ""
+            if specimens is None
+            else f" and specimen in ({', '.join(str(int(one)) for one in np.unique(specimens))})"
+        )
         rows = database.sql(
             "select template, count(*) as n, min(averages) as averages, sum(index_error ** 2) as square, "
             f"min({scatter} / sqrt(averages)) as noise from features "
-            "where status = 'ok' and not coalesce(contact_loss, false) group by template"
+            f"where status = 'ok' and not coalesce(contact_loss, false){seen} group by template"
         )
         if rows.empty:
             raise InputError(f"{database.store} has no row with a result that keeps contact; a bank is made for rows")
@@ -250,6 +258,12 @@ class TemplateBank:
             )
         distance = np.stack([_distance(point, speed_rpm, torque, teeth) for point in self.points], axis=1)
         return np.asarray(distance.argmin(axis=1))
+
+
+def bank_of(estimator: Any) -> TemplateBank | None:
+    """The bank that an estimator, or what scores for it, carries; None where there is none."""
+    bank: TemplateBank | None = getattr(getattr(estimator, "scorer", estimator), "bank", None)
+    return bank
 
 
 def _distance(point: PointTemplates, speed_rpm: FloatArray, torque: FloatArray, teeth: IntArray) -> FloatArray:

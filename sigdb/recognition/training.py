@@ -42,7 +42,7 @@ class Model:
         Which of the estimators is the model; the others stand beside it for comparison.
     estimators
         Fitted estimators by name: the learners, then the baselines. ``templates`` is missing where the database has
-        no bank (:class:`TemplateBank`).
+        no bank (:class:`TemplateBank`), and detectors whose healthy rows do not support the false-alarm rate are.
     seed
         Seed of the database that it was trained on.
     trained_on
@@ -128,7 +128,7 @@ def train(
     split
         What is left out besides, ``S0`` to ``S4``: see :func:`~sigdb.recognition.split_kinds.make_split`.
     on_step
-        Called with a word for each estimator before it is trained.
+        Called with the name of each estimator before it is trained, and with a sentence on what is left out.
 
     Raises
     ------
@@ -160,7 +160,12 @@ def train(
         on_step(name)
         seen = training if name == TEMPLATES else drawn
         labels = seen["tooth"] if target == "detection" else seen[["tooth", *TARGETS]]
-        estimators[name] = estimator.fit(seen, labels, seen["specimen"].to_numpy())
+        try:
+            estimators[name] = estimator.fit(seen, labels, seen["specimen"].to_numpy())
+        except InputError as error:
+            if name == settings.learner:
+                raise
+            on_step(f"{name} is left out: {error}")
     return Model(
         target=target,
         learner=settings.learner,
@@ -216,9 +221,14 @@ _COLUMNS = (
 
 def probe_rows(model: Model, database: Database, rows: pd.DataFrame) -> pd.DataFrame:
     """A few rows of one tooth count with all that the model's estimators read, for :func:`save_model`."""
-    alike = rows[rows["teeth"] == rows["teeth"].iloc[0]]
-    few = with_features(database, alike.iloc[:: max(1, len(alike) // _PROBE)][:_PROBE])
+    few = with_features(database, few_rows(rows))
     return with_averages(database, few, sensor=model.sensor) if model.reducers else few
+
+
+def few_rows(rows: pd.DataFrame) -> pd.DataFrame:
+    """Eight rows, or all of fewer, of the first one's tooth count, in equal steps."""
+    alike = rows[rows["teeth"] == rows["teeth"].iloc[0]]
+    return alike.iloc[:: max(1, len(alike) // _PROBE)][:_PROBE]
 
 
 def _bank(
@@ -226,9 +236,9 @@ def _bank(
 ) -> TemplateBank | None:
     """The templates of the training rows' cases; None where there can be no bank and another learner is the model."""
     try:
-        return TemplateBank.of(database, cases=training)
+        return TemplateBank.of(database, cases=training, specimens=training["specimen"])
     except InputError as error:
-        if learner == "templates":
+        if learner == TEMPLATES:
             raise
-        on_step(f"templates are left out: {error}")
+        on_step(f"{TEMPLATES} are left out: {error}")
         return None

@@ -89,7 +89,7 @@ def test_it_answers_its_probe_as_when_it_was_saved(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_its_templates_are_at_the_points_of_the_reference_recipe(name):
-    bank = sigdb.load_model(name).scores.bank
+    bank = sigdb.load_model(name).estimators["templates"].bank
     expected = operating_points()[["speed_rpm", "torque"]].to_numpy()
     found = np.array([(one.speed_rpm, one.torque) for one in bank.points])
     np.testing.assert_allclose(found[np.lexsort(found.T)], expected[np.lexsort(expected.T)], rtol=1e-12)

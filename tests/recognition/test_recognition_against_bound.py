@@ -11,7 +11,18 @@ from numpy.testing import assert_allclose
 from scipy.stats import norm
 
 from sigdb.measurement import index_error_covariance
-from sigdb.recognition import ErrorCurve, Hypotheses, OperatingPoint, TemplateBank, evaluate_beside_bound
+from sigdb.recognition import (
+    ErrorCurve,
+    Hypotheses,
+    OperatingPoint,
+    Recognition,
+    TemplateBank,
+    above_bound,
+    asked_rows,
+    bound,
+    evaluate_beside_bound,
+    train,
+)
 from sigdb.recognition.against_bound import against_bound
 from sigdb.recognition.against_bound_detection import of_detection
 from sigdb.recognition.against_bound_severity import posterior_answers
@@ -304,6 +315,8 @@ def test_causes_are_told_by_numbers(database, location_model, bank):
     changed = "S5, another model form: db, which differs in rig.bearings, solver; other specimens, the cases"
     (said,) = causes(model, rows, changed)
     assert said.endswith("training rows: rig.bearings, solver differ.")
+    scored = type("Detector", (), {"scorer": type("Holder", (), {"bank": bank})()})()
+    assert causes(replace(model, estimators={"bank": scored}), rows, plain, 1e-6) == []
     pooled = replace(location_model, learner="lda", estimators={"lda": object()})
     assert "reads pooled features" in causes(pooled, rows, plain)[0]
 
@@ -317,3 +330,23 @@ def test_an_evaluation_beside_the_bound_holds_both_tables_as_json(location_model
         assert all(one["why"] for one in read["aims"] if one["met"] is not True)
     assert "a90" in found[0].bound
     assert set(found[0].tables["roc"]["estimator"]) > {"bound"}
+
+
+def test_the_bound_of_a_split_is_of_the_cases_that_it_asks_about(make_database, monkeypatch):
+    """Much noise, and asked about the middle loss only: who always says it makes no error, and neither does the bound.
+
+    A rule that expects all three losses would be bettered by it.
+    """
+    grid = 'tooth = "all"\nstiffness_loss = [0.1, 0.2, 0.3]'
+    noisy = make_database(specimens=6, healthy=12, grid=grid, snr_db=-28.0)
+    monkeypatch.setattr("sigdb.recognition.contenders.POOLED", ("lda",))
+    model = train(noisy, "severity", Recognition(folds=3, learner="lda"), split="S2")
+    middle = replace(model, learner="majority")
+    found = evaluate_beside_bound(middle, noisy)
+    assert found.figures["majority"]["mae_stiffness_loss"].value == pytest.approx(0, abs=1e-9)
+    assert found.bound["mae_stiffness_loss"].value == 0
+    assert found.above == ()
+    assert "all rows have the same severity" in found.aims["why"][0]
+    rows = asked_rows(middle, noisy)
+    of_all = bound(noisy, rows.index, target="severity")
+    assert above_bound(np.zeros(len(rows)), of_all.losses["absolute_stiffness_loss"], rows["specimen"]).value > 0

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
+from sklearn import config_context, get_config
 from sklearn.base import clone, is_classifier, is_regressor
 from sklearn.exceptions import NotFittedError
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer
 from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core.errors import InputError
@@ -28,6 +31,17 @@ def test_parameters_are_got_set_and_cloned(made):
     assert made().get_params() == {"learner": "boosting", "random_state": 0, "coverage": 0.9}
     with pytest.raises(ValueError, match="Invalid parameter 'depth'"):
         estimator.set_params(depth=3)
+
+
+@pytest.mark.parametrize("made", ESTIMATORS)
+def test_groups_are_routed_where_routing_is_on_and_importing_does_not_switch_it_on(made, rows):
+    assert not get_config()["enable_metadata_routing"]
+    some = rows[rows["specimen"] < 2]
+    with config_context(enable_metadata_routing=True):
+        steps = make_pipeline(FunctionTransformer(), made("lda").set_fit_request(groups=True))
+        steps.fit(some, labels(made(), some), groups=some["specimen"].to_numpy())
+    alone = made("lda").fit(some, labels(made(), some), some["specimen"])
+    assert_array_equal(np.asarray(steps.predict(some)), np.asarray(alone.predict(some)))
 
 
 @pytest.mark.parametrize("made", ESTIMATORS)
@@ -122,8 +136,9 @@ def test_a_view_holds_the_cells_from_one_before_to_four_after(held_out):
 
 
 def test_settings_have_bounds():
-    given = {"learner": "boosting", "folds": 5, "seed": 0, "false_alarm_rate": 0.01}
-    assert Recognition().model_dump(include=set(given)) == given
-    for wrong in ({"folds": 2}, {"learner": "forest"}, {"seed": -1}, {"depth": 3}):
+    trained = {"learner": "boosting", "folds": 5, "seed": 0, "false_alarm_rate": 0.01}
+    assert Recognition().model_dump() == trained | {"targets": (), "splits": ("S1",), "evaluate_on": ()}
+    wrong_ones = ({"folds": 2}, {"learner": "forest"}, {"seed": -1}, {"depth": 3}, {"false_alarm_rate": 1.0})
+    for wrong in wrong_ones:
         with pytest.raises(ValueError, match=next(iter(wrong))):
             Recognition(**wrong)

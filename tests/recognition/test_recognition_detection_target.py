@@ -1,9 +1,12 @@
 """Unit: detection as a target: its rate of false alarms, its figures, its bound, its folder."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
+from sigdb.core.errors import InputError
 from sigdb.pipeline import train_model
 from sigdb.recognition import EvaluationError, Recognition, evaluate, evaluate_beside_bound, load_model, train
 from sigdb.recognition.answers import Answers
@@ -47,7 +50,14 @@ def test_the_bound_s_threshold_is_passed_by_the_set_share_of_healthy_rows():
     assert figures["p_detected"].value == (score[500:] > threshold).mean()
 
 
-def test_a_folder_of_a_detector_gives_its_answers_again(many_specimens, detector, tmp_path):
+def test_a_folder_of_a_detector_gives_its_answers_again(many_specimens, detector, tmp_path, monkeypatch):
+    asked = []
+
+    def trained(database, target, settings, **options):
+        asked.append((target, settings.learner, settings.false_alarm_rate))
+        return replace(detector, learner=settings.learner)
+
+    monkeypatch.setattr("sigdb.pipeline.models.train", trained)
     seen = []
     evaluation = train_model(
         many_specimens,
@@ -59,6 +69,7 @@ def test_a_folder_of_a_detector_gives_its_answers_again(many_specimens, detector
         on_evaluation=seen.append,
     )
     assert seen == [evaluation]
+    assert asked == [("detection", "lda", RATE)]
     loaded = load_model(tmp_path / "detector")
     assert (loaded.target, loaded.false_alarm_rate) == ("detection", RATE)
     assert "false-alarm rate of 0.2" in (tmp_path / "detector" / "README.md").read_text(encoding="utf-8")
@@ -77,6 +88,23 @@ def test_training_refuses_a_model_above_the_bound_once_it_is_written(many_specim
         train_model(many_specimens, "detection", tmp_path / "leaking", **given)
     assert (tmp_path / "leaking" / "README.md").exists()
     assert train_model(many_specimens, "detection", tmp_path / "told", **given, check=False).above == ("p_detected",)
+
+
+def test_detectors_whose_rows_do_not_support_the_rate_are_left_out(many_specimens, monkeypatch):
+    """All but the templates learn from a part of the rows, which may hold too few healthy ones."""
+
+    def too_few(estimator, *given):
+        raise InputError("too few healthy rows")
+
+    monkeypatch.setattr("sigdb.recognition.contenders.POOLED", ("lda",))
+    monkeypatch.setattr("sigdb.recognition.indicator_score.IndicatorScore.fit", too_few)
+    steps, settings = [], Recognition(folds=3, learner="templates", false_alarm_rate=RATE)
+    model = train(many_specimens, "detection", settings, on_step=steps.append)
+    assert list(model.estimators) == ["lda", "templates"]
+    assert "fm4 is left out: too few healthy rows" in steps
+    monkeypatch.setattr("sigdb.recognition.location.LocationClassifier.fit", too_few)
+    with pytest.raises(InputError, match="too few healthy rows"):
+        train(many_specimens, "detection", Recognition(folds=3, learner="lda", false_alarm_rate=RATE))
 
 
 class Told:

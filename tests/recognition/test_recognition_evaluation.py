@@ -11,8 +11,9 @@ from scipy.special import expit
 from sigdb.recognition import EvaluationError, Figure, asked_rows, evaluate
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.bootstrap import Specimens
-from sigdb.recognition.card import figure_rows
-from sigdb.recognition.evaluation import figures_above_bound
+from sigdb.recognition.card import bound_said, figure_rows
+from sigdb.recognition.figures_above_bound import figures_above_bound
+from sigdb.recognition.training import usable_rows
 
 
 @pytest.fixture(scope="module")
@@ -139,6 +140,17 @@ def test_a_model_above_the_bound_fails_loudly(location_model, database, paired):
     assert [row[-1] for row in figure_rows(evaluation)][:2] == ["bound", str(bound["accuracy"])]
 
 
+def test_who_has_seen_the_specimens_may_better_the_bound(location_model, database, monkeypatch):
+    """Under S0, on other draws of the training's gears; the bound is for gears that are not known."""
+    seen = usable_rows(database, "location")
+    seen = seen[seen["specimen"].isin(location_model.trained_on)]
+    monkeypatch.setattr("sigdb.recognition.evaluation._asked", lambda model, database: (seen, "S0, new noise only"))
+    evaluation = asked(location_model, database, Oracle(), bound=bound_of(seen, 0.5)[0])
+    assert evaluation.above == ()
+    other = asked(replace(location_model, seed=99), database, Oracle(), bound=bound_of(seen, 0.5)[0])
+    assert other.above == ("accuracy",)
+
+
 @pytest.mark.parametrize("paired", [False, True])
 def test_a_model_at_or_below_the_bound_passes(location_model, database, paired):
     bound, values = bound_of(asked_rows(location_model, database), 1.0)
@@ -186,3 +198,67 @@ def test_equals_are_taken_for_better_once_in_a_hundred(specimens):
         figures = {"accuracy": Figure(value=0.5, low=0.0, high=1.0)}
         found += bool(figures_above_bound(figures, figures, {"accuracy": ours}, {"accuracy": best}, rows))
     assert found / tries == pytest.approx(0.01, abs=4 * np.sqrt(0.01 * 0.99 / tries))
+
+
+@pytest.mark.parametrize("specimens", [2, 3, 8])
+@pytest.mark.parametrize("differing", [0.5, 3.0])
+def test_rules_that_differ_in_single_rows_are_not_taken_for_better(specimens, differing):
+    """Equally good ones: of each specimen's 100 rows so many, on average, are judged otherwise, for better or worse."""
+    stream, found = np.random.default_rng(8), 0
+    rows = pd.DataFrame({"specimen": np.repeat(np.arange(specimens), 100), "tooth": 1})
+    figures = {"accuracy": Figure(value=0.5, low=0.0, high=1.0)}
+    tries = 1000
+    for _ in range(tries):
+        gain = (stream.random(len(rows)) < differing / 100) * stream.choice([-1.0, 1.0], len(rows))
+        found += bool(figures_above_bound(figures, figures, {"accuracy": gain}, {"accuracy": 0 * gain}, rows))
+    assert found / tries < 0.01 + 4 * np.sqrt(0.01 * 0.99 / tries)
+
+
+def test_all_figures_together_are_taken_for_better_once_in_a_hundred():
+    stream, found, tries = np.random.default_rng(9), 0, 1000
+    rows = pd.DataFrame({"specimen": np.repeat(np.arange(20), 15), "tooth": 1})
+    names = [f"{kind}_{i}" for kind in ("mae", "crps") for i in range(3)]
+    figures = dict.fromkeys(names, Figure(value=0.5, low=0.0, high=1.0))
+    for _ in range(tries):
+        ours, best = ({name: stream.random(300) for name in names} for _ in range(2))
+        found += bool(figures_above_bound(figures, figures, ours, best, rows))
+    assert found / tries == pytest.approx(0.01, abs=4 * np.sqrt(0.01 * 0.99 / tries))
+
+
+def test_figures_without_values_tell_nothing_by_one_specimen_or_by_a_row():
+    """A bootstrap over one specimen has no width, and over few hardly any."""
+    ours, best = ({"pd_at_1e-2": Figure(value=one, low=one, high=one)} for one in (0.51, 0.5))
+    one, few, many = (
+        pd.DataFrame({"specimen": np.arange(n) % count, "tooth": 1}) for n, count in ((200, 1), (200, 4), (10**6, 40))
+    )
+    assert figures_above_bound(ours, best, {}, {}, one) == ()
+    assert figures_above_bound(ours, best, {}, {}, few) == ()
+    assert figures_above_bound(ours, best, {}, {}, many) == ("pd_at_1e-2",)
+
+
+def test_rows_that_the_bound_does_not_hold_do_not_count(location_model, database):
+    """Right on all that is outside of the law, and as the bound on what is inside; of all six specimens."""
+    model = replace(location_model, trained_on=())
+    rows = asked_rows(model, database)
+    inside = rows[rows["tooth"] % 2 == 0]
+    estimator = Oracle(0.5)
+    wrong = estimator.decision_function(rows).argmax(axis=1) != rows["tooth"]
+    right = Specimens(inside["specimen"]).mean(1.0 - wrong[rows["tooth"] % 2 == 0])
+    easy = asked(model, database, _Half(estimator), bound={"accuracy": right})
+    assert easy.above == ("accuracy",)
+    held = asked(model, database, _Half(estimator), bound={"accuracy": right}, bound_rows=inside.index)
+    assert held.above == ()
+    assert held.bound_rows == len(inside)
+    assert f"answer to {len(inside)} of the rows" in bound_said(held)
+
+
+class _Half(Oracle):
+    """Another estimator's answers where the tooth is even, else the truth."""
+
+    def __init__(self, other):
+        super().__init__()
+        self.other = other
+
+    def decision_function(self, X):
+        even = (X["tooth"] % 2 == 0).to_numpy()
+        return np.where(even[:, None], self.other.decision_function(X), super().decision_function(X))

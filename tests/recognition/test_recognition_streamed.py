@@ -49,6 +49,7 @@ def test_arrays_are_read_in_bounded_batches(many_specimens, monkeypatch, target,
     watched = Watched(many_specimens)
     monkeypatch.setattr("sigdb.recognition.streamed.ROWS_AT_ONCE", 50)
     monkeypatch.setattr("sigdb.recognition.training.DRAWN_ROWS", 400)
+    monkeypatch.setattr("sigdb.recognition.contenders.POOLED", ("lda",))  # boosting reads what lda reads
     model = train(watched, target, Recognition(folds=3, learner="templates", false_alarm_rate=0.2))
     assert (model.rows, model.drawn_rows) == (512, 400)
     assert evaluate(model, watched).rows == asked

@@ -412,11 +412,38 @@ def test_averages_of_one_revolution_have_no_bank(database):
         TemplateBank.of(OneRevolution(database))
 
 
-def test_training_without_a_bank_says_so_or_refuses(database):
+def test_weights_and_index_errors_are_those_of_the_specimens_given(database):
+    """Specimen 5 has greater index errors, and its rows with a phase shift do not count."""
+    told = Retold(database)
+    seen, every = (TemplateBank.of(told, specimens=some) for some in ([0, 1, 2], None))
+    assert seen.index_error == pytest.approx(1e-6)
+    assert every.index_error > 2e-6
+    assert_allclose(seen.points[0].share, TemplateBank.of(database).points[0].share)
+    assert every.points[0].share[~every.points[0].healthy].max() > 1.05 / 8
+
+
+class Retold:
+    """A database in which specimen 5 has other gears, and its rows with a phase shift lose contact."""
+
+    def __init__(self, database):
+        self._database = database
+
+    def __getattr__(self, name):
+        return getattr(self._database, name)
+
+    def sql(self, query):
+        other = "if(specimen = 5, 10 * index_error, index_error) as index_error"
+        lost = "specimen = 5 and phase_shift_deg > 0 as contact_loss"
+        told = f"(select * replace ({other}, {lost}) from features)"
+        return self._database.sql(query.replace("from features", f"from {told}"))
+
+
+def test_training_without_a_bank_says_so_or_refuses(database, monkeypatch):
+    monkeypatch.setattr("sigdb.recognition.contenders.POOLED", ("lda",))
     steps = []
     model = train(OneRevolution(database), "location", Recognition(folds=3, learner="lda"), on_step=steps.append)
     assert "templates" not in model.estimators
-    assert "template_scores" not in model.reducers
+    assert list(model.reducers) == ["envelope_peak", "residual_moments"]
     assert steps[0].startswith("templates are left out: ")
     with pytest.raises(InputError, match="averages of 1 revolution"):
         train(OneRevolution(database), "location", Recognition(folds=3, learner="templates"))
