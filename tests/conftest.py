@@ -2,10 +2,14 @@
 
 import numpy as np
 import pytest
+from hypothesis import settings
 from threadpoolctl import threadpool_limits
 
 from sigdb.dynamics.marcher import Marcher, MeshTables
 from sigdb.transmission import ModalSystem, Transmission, load_transmission
+
+settings.register_profile("suite", deadline=None)  # a busy machine is no failure
+settings.load_profile("suite")
 
 
 @pytest.fixture(scope="session", autouse=True)

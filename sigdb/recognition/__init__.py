@@ -16,11 +16,13 @@ if TYPE_CHECKING:
     from sigdb.recognition.likelihood import Hypotheses
     from sigdb.recognition.likelihood_ratio import OptimalRoc, detection_table, optimal_roc, smallest_found
     from sigdb.recognition.location import LocationClassifier
+    from sigdb.recognition.location_sets import LocationSets
     from sigdb.recognition.persist import load_model, save_model
     from sigdb.recognition.reference_models import built_in_models
     from sigdb.recognition.rows_by_point import OperatingPoint, operating_points
     from sigdb.recognition.settings import Recognition
     from sigdb.recognition.severity import SeverityRegressor
+    from sigdb.recognition.severity_intervals import SeverityIntervals
     from sigdb.recognition.split_kinds import make_split
     from sigdb.recognition.splits import Split
     from sigdb.recognition.template_bank import TemplateBank
@@ -40,10 +42,12 @@ __all__ = [
     "Figure",
     "Hypotheses",
     "LocationClassifier",
+    "LocationSets",
     "Model",
     "OperatingPoint",
     "OptimalRoc",
     "Recognition",
+    "SeverityIntervals",
     "SeverityRegressor",
     "SignatureTransformer",
     "Split",
@@ -82,10 +86,12 @@ __getattr__, __dir__ = lazy_names(
         "EvaluationError": "sigdb.recognition.evaluation",
         "Figure": "sigdb.recognition.bootstrap",
         "LocationClassifier": "sigdb.recognition.location",
+        "LocationSets": "sigdb.recognition.location_sets",
         "Model": "sigdb.recognition.training",
         "OperatingPoint": "sigdb.recognition.rows_by_point",
         "OptimalRoc": "sigdb.recognition.likelihood_ratio",
         "Recognition": "sigdb.recognition.settings",
+        "SeverityIntervals": "sigdb.recognition.severity_intervals",
         "SeverityRegressor": "sigdb.recognition.severity",
         "SignatureTransformer": "sigdb.recognition.transformer",
         "TemplateBank": "sigdb.recognition.template_bank",

@@ -118,13 +118,6 @@ def with_averages(database: Database, rows: pd.DataFrame, *, sensor: str) -> pd.
     return rows.assign(tsa=[database.signals([one], sensor=sensor)["tsa"][0] for one in rows.index])
 
 
-def row_batches(rows: pd.DataFrame) -> Iterator[tuple[np.ndarray, pd.DataFrame]]:
-    """Rows as they are, some at a time, and their places."""
-    for first in range(0, len(rows), ROWS_AT_ONCE):
-        part = rows.iloc[first : first + ROWS_AT_ONCE]
-        yield np.arange(first, first + len(part)), part
-
-
 def _batches(
     database: Database, rows: pd.DataFrame, table: str, column: str, name: str
 ) -> Iterator[tuple[np.ndarray, pd.DataFrame]]:

@@ -42,6 +42,14 @@ evaluate_on = ["damped.toml"]
 RECOGNITION = RECIPE[RECIPE.index("[recognition]") :]
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _without_boosting():
+    """It takes most of the time, and stages are the same with or without."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sigdb.recognition.contenders.POOLED", ("lda",))
+        yield
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A folder with the recipe, and a recipe of the same cases on a rig with more damping."""
