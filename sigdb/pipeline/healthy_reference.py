@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sigdb.core.typing import FloatArray
-from sigdb.pipeline.sensor_path import SensorPath, sensor_path
+from sigdb.core.typing import ComplexArray, FloatArray
+from sigdb.pipeline.sensor_path import SensorPath, filtered, sensor_path
 
 _MODEL_ERROR = 0.1
 """What a template may be wrong by, as a share of what has changed about each order; assumed."""
@@ -75,7 +75,8 @@ def references(
         (n / 2 + 1,) standard deviations of the noise of the two measured averages at each order.
     absolute
         Whether both begin at the tacho mark. If not, the healthy one is turned by the whole teeth at which it is most
-        like the other.
+        like the other, and both by the part of a tooth at which their first mesh harmonic has the simulated phase: the
+        shorter way from gain to gain is then that of the structure, not of where the averages begin.
 
     Returns
     -------
@@ -84,6 +85,9 @@ def references(
     """
     turned = 0 if absolute else _best_turn(measured, healthy, teeth)
     healthy = np.roll(healthy, turned * (len(healthy) // teeth))
+    if not absolute:
+        late = _late(healthy, simulated, teeth)
+        measured, healthy = (filtered(x, late) for x in (measured, healthy))
     path = sensor_path(healthy, simulated, teeth=teeth, noise=healthy_noise)
     change = sensor_path(measured, healthy, teeth=teeth, noise=np.maximum(noise, healthy_noise))
     gain = np.abs(change.gain[change.harmonics * teeth])
@@ -116,6 +120,12 @@ def _with_model_error(noise: FloatArray, differs: FloatArray, path: SensorPath, 
     power = np.convolve(np.abs(np.fft.rfft(differs)) ** 2 / len(differs), near, mode="same")
     known = np.convolve(path.known, near, mode="same")
     return np.sqrt(noise**2 + _MODEL_ERROR**2 * power / np.maximum(known, 1.0))
+
+
+def _late(healthy: FloatArray, simulated: FloatArray, teeth: int) -> ComplexArray:
+    """Gain (n / 2 + 1,) of a delay, by less than half a tooth, to the simulated phase of the first mesh harmonic."""
+    phase = np.angle(np.fft.rfft(healthy)[teeth] / np.fft.rfft(simulated)[teeth])
+    return np.asarray(np.exp(-1j * phase / teeth * np.arange(len(healthy) // 2 + 1)))
 
 
 def _best_turn(measured: FloatArray, healthy: FloatArray, teeth: int) -> int:

@@ -120,6 +120,62 @@ def test_without_a_tacho_mark_the_tooth_is_relative_to_the_recording(clean, gear
     assert [one.startswith("A tacho mark") for one in found.missing] == [True]
 
 
+@pytest.mark.parametrize("part", [0.2, 0.45, 0.7])
+def test_where_in_a_tooth_an_average_begins_does_not_matter(clean, gears, diagnosed, part):
+    """Without a mark both begin at the same part of any tooth: it is a delay, not a path."""
+    shift = np.exp(-2j * np.pi * ORDERS * part / TEETH)
+    begun = {name: np.fft.irfft(shift * np.fft.rfft(x + gears), N) for name, x in clean.items()}
+    found = diagnosed(recorded(begun["tooth 6"], 1, absolute=False), recorded(begun["none"], 2, absolute=False, turn=3))
+    assert found.kind == "tooth"
+    assert found.compared.candidates in {(6,), (7,)}
+    assert found.compared.misfit < found.compared.limit
+
+
+def test_coloured_noise_does_not_pass_for_damage(clean, gears, diagnosed):
+    """Ten times as much noise at low orders as at high ones, stated so."""
+    colour = np.where(ORDERS < 18, 3.0, 0.3)
+
+    def coloured(seed):
+        one = recorded(clean["none"] + gears, seed)
+        noise = 0.05 * np.std(one.tsa) * colour
+        stream = np.random.default_rng(seed + 10).standard_normal(N)
+        return replace(
+            one, tsa=one.tsa + np.fft.irfft(noise * np.fft.rfft(stream), N), noise=np.hypot(one.noise, noise)
+        )
+
+    found = diagnosed(coloured(1), coloured(2))
+    assert found.kind in {"none", "not sure"}
+    assert 0 in found.compared.candidates
+
+
+def test_a_recording_without_noise_is_limited_by_the_templates(clean, gears, diagnosed):
+    """A path that the harmonics do not tell exactly, and damage between the simulated severities."""
+    damaged = (clean["tooth 6"] + clean["none"]) / 2
+    quiet = [replace(recorded(x + gears, 1), noise=np.full(N // 2 + 1, 1e-6)) for x in (damaged, clean["none"])]
+    clear = [
+        replace(one, tsa=np.fft.irfft(PATH * np.fft.rfft(x + gears), N))
+        for one, x in zip(quiet, (damaged, clean["none"]), strict=True)
+    ]
+    found = diagnosed(*clear)
+    assert (found.kind, found.answer) == ("tooth", "Damage at tooth 6.")
+    low, high = found.severity.set_index("target").loc["stiffness_loss", ["low", "high"]]
+    assert low <= 0.2 <= high
+
+
+def test_a_doubtful_speed_is_missing_and_what_the_healthy_recording_adds_is_told(clean, gears, diagnosed):
+    doubt = "the speed is not certain: 300 rpm explains the spectrum nearly as well"
+    one = replace(recorded(clean["none"] + gears, 1), notes=("60 of 70 revolutions", doubt))
+    other = replace(recorded(clean["none"] + gears, 2), notes=("61 of 72 revolutions", "2 samples were missing"))
+    found = diagnosed(one, other)
+    assert found.missing == (f"A speed to be sure of: {doubt}.",)
+    assert found.reading == ("60 of 70 revolutions", "healthy recording: 2 samples were missing")
+
+
+def test_an_average_of_one_revolution_cannot_be_compared(clean, diagnosed):
+    with pytest.raises(InputError, match="made here: an average of 1 revolutions without any noise cannot be compared"):
+        diagnosed(replace(recorded(clean["none"], 1), noise=np.full(N // 2 + 1, np.nan), averages=1))
+
+
 def test_a_changed_gain_is_told_and_does_not_pass_for_damage(clean, gears, diagnosed):
     healthy = recorded(clean["none"] + gears, 2)
     louder = diagnosed(recorded(clean["none"] + gears, 1, gain=2.0), healthy)
