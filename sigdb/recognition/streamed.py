@@ -126,12 +126,27 @@ def _batches(
         return
     where = f"status = 'ok' and id between {rows.index.min()} and {rows.index.max()}"
     reader = database.batches(where, table=table, columns=["id", column], rows=ROWS_AT_ONCE)
+    places: list[np.ndarray] = []
+    arrays: list[np.ndarray] = []
     for batch in _drained(reader):
         at = rows.index.get_indexer(batch["id"].to_numpy())
         wanted = np.flatnonzero(at >= 0)
+        if sum(map(len, places)) + len(wanted) > ROWS_AT_ONCE:
+            yield _gathered(rows, places, arrays, name)
+            places, arrays = [], []
         if wanted.size:
-            arrays = batch[column].take(pa.array(wanted)).to_numpy(zero_copy_only=False)
-            yield at[wanted], rows.iloc[at[wanted]].assign(**{name: arrays})
+            places.append(at[wanted])
+            arrays.append(batch[column].take(pa.array(wanted)).to_numpy(zero_copy_only=False))
+    if places:
+        yield _gathered(rows, places, arrays, name)
+
+
+def _gathered(
+    rows: pd.DataFrame, places: list[np.ndarray], arrays: list[np.ndarray], name: str
+) -> tuple[np.ndarray, pd.DataFrame]:
+    """Rows of several batches, of which few may be wanted: estimators are quicker with many rows at once."""
+    at = np.concatenate(places)
+    return at, rows.iloc[at].assign(**{name: np.concatenate(arrays)})
 
 
 def _drained(reader: pa.RecordBatchReader) -> Iterator[pa.RecordBatch]:
