@@ -88,8 +88,8 @@ def diagnosis_figures(facts: Mapping[str, Any], signals: Mapping[str, FloatArray
     if facts["kind"] != "outside":
         yield (
             "Which tooth",
-            "Probability of no damage and of each first damaged tooth, if one of the templates is true. Red: in the set "
-            "that holds the truth with a probability of 0.9.",
+            "Probability of no damage and of each first damaged tooth, if one of the templates is true. Red: in the "
+            "set that holds the truth with a probability of 0.9.",
             _teeth(facts["teeth"]),
         )
     yield (
