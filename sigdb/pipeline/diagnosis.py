@@ -259,8 +259,9 @@ def _far(point: PointTemplates, speed_rpm: float, torque: float) -> Iterator[str
 def _path_notes(reference: Reference | None) -> Iterator[str]:
     if reference is None:
         return
-    harmonics = ", ".join(map(str, reference.path.harmonics))
-    yield f"The path from the mesh to the sensor is that of the mesh harmonics {harmonics} of the healthy recording."
+    used = reference.path.harmonics
+    named = f"mesh harmonic{'s' if len(used) > 1 else ''} {', '.join(map(str, used))}"
+    yield f"The path from the mesh to the sensor is that of {named} of the healthy recording."
     least, most = reference.change_db.min(), reference.change_db.max()
     if reference.changed or max(-least, most) > _CHANGED_DB:
         yield (

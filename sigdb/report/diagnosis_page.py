@@ -85,12 +85,13 @@ def diagnosis_figures(facts: Mapping[str, Any], signals: Mapping[str, FloatArray
         "passes, counted from the tacho mark, or from where the average begins where there is none.",
         _difference(signals, teeth, unit, facts["nearest"][0]),
     )
-    yield (
-        "Which tooth",
-        "Probability of no damage and of each first damaged tooth, if one of the templates is true. Dark: in the set "
-        "that holds the truth with a probability of 0.9.",
-        _teeth(facts["teeth"]),
-    )
+    if facts["kind"] != "outside":
+        yield (
+            "Which tooth",
+            "Probability of no damage and of each first damaged tooth, if one of the templates is true. Red: in the "
+            "set that holds the truth with a probability of 0.9.",
+            _teeth(facts["teeth"]),
+        )
     yield (
         "The averaged recording",
         f"Order spectrum of {facts['channel']}, peak amplitudes; marks at the mesh harmonics.",
@@ -103,7 +104,7 @@ def _body(facts: Mapping[str, Any], signals: Mapping[str, FloatArray]) -> Iterat
     yield f"<p{alarm}><strong>{html.escape(facts['answer'])}</strong></p>"
     yield f"<p>{html.escape(_beside(facts))}</p>"
     if facts["severity"]:
-        yield "<h2>How severe</h2>"
+        yield f"<h2>How severe{', if damaged' if facts['teeth'][0]['candidate'] else ''}</h2>"
         yield html_table(
             ["", "estimate", "90 % interval"],
             [[TITLES[one["target"]], f"{one['estimate']:.3g}", _interval(one)] for one in facts["severity"]],
@@ -113,13 +114,17 @@ def _body(facts: Mapping[str, Any], signals: Mapping[str, FloatArray]) -> Iterat
     yield "<h2>Nearest templates</h2>"
     names = [name for name in TITLES if name in facts["nearest"][0]]
     yield html_table(
-        [TITLES[name] for name in names], [[f"{one[name]:.3g}" for name in names] for one in facts["nearest"]]
+        [TITLES[name] for name in names], [[_cell(one, name) for name in names] for one in facts["nearest"]]
     )
     yield '<div class="pictures">'
     for heading, caption, figure in diagnosis_figures(facts, signals):
         yield picture(heading, caption, figure)
     yield "</div>"
     yield _list("How it was read and averaged", facts["reading"])
+
+
+def _cell(row: Mapping[str, Any], name: str) -> str:
+    return "none" if name == "tooth" and row[name] == 0 else f"{row[name]:.3g}"
 
 
 def _interval(one: Mapping[str, Any]) -> str:

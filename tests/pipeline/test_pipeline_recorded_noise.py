@@ -27,7 +27,7 @@ def test_it_is_the_density_of_the_noise_whatever_its_colour(corner):
     x, density = noise(corner)
     found = average_noise(x, samples_per_rev=N, scatter=float(x.std()), highest=N / 2)
     ratio = found[1:-1] / (density[1:-1] / np.sqrt(REVOLUTIONS))
-    # Medians of 300 bins: the deviation of their law is 1.44 / sqrt(300) of the median power, half of it in amplitude.
+    # Medians of 300 bins of a power with an exponential law: 1 / (sqrt(300) ln 2) each, half that in amplitude.
     assert abs(ratio.mean() - 1) < 0.01
     assert ratio.std() < 0.06
 
