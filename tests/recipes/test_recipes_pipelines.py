@@ -132,8 +132,8 @@ def test_which_models_a_run_makes():
         "reference": (both, ("S1",)),
         "generalisation": (both, ("S1", "S2", "S3", "S4")),
     }
-    (other,) = load_recipe(PIPELINES / "generalisation.toml").evaluated_on()
-    assert other.path == PIPELINES / "other-form.toml"
+    others = load_recipe(PIPELINES / "generalisation.toml").evaluated_on()
+    assert [other.path for other in others] == [PIPELINES / "other-form.toml", PIPELINES / "other-points.toml"]
 
 
 def test_generalisation_holds_out_what_each_split_is_about(tables):
@@ -165,6 +165,14 @@ def test_the_other_model_form_differs_in_rig_not_in_gears_nor_operating_point(pl
     assert set(tables["other-form"]["snr_db"]) == set(tables["generalisation"]["snr_db"])
     least = min(sigdb.simulate(other.rig, case.damage).min_compression for case in other.cases())
     assert least > 0.1
+
+
+def test_the_other_points_are_not_in_generalisation(plans, tables):
+    one, other = tables["generalisation"], tables["other-points"]
+    assert plans["generalisation"].design.seed != plans["other-points"].design.seed
+    points = [set(map(tuple, rows[["speed_rpm", "torque"]].drop_duplicates().to_numpy())) for rows in (one, other)]
+    assert len(points[1]) == 3
+    assert not points[0] & points[1]
 
 
 def test_a_recipe_names_its_rig_from_its_own_folder(tmp_path, monkeypatch):
