@@ -45,7 +45,7 @@ quickstart: .venv/base
 	@echo "  $(QUICK)/damaged.png         tooth 6 with 40 % less stiffness"
 
 test: .venv/test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 check: .venv/check
 	$(BIN)/ruff check .

@@ -37,7 +37,7 @@ def _process(
             return f"({', '.join(['*', *(one for one in obj.model_fields if one != 'sources')])})", None
         if issubclass(obj, Exception):
             return None
-        if dataclasses.is_dataclass(obj):
+        if dataclasses.is_dataclass(obj) or not inspect.isfunction(obj.__init__):
             return "", None
         return written_signature(obj.__init__, drop_first=True)[0], None
     if inspect.isfunction(obj):
