@@ -156,10 +156,10 @@ def bounds(database: Database, point: OperatingPoint) -> Rows:
     add("severity, stored rows", rows, lambda: bound(database, target="severity"))
     add("Bayes error, with specimens", ROWS, lambda: expected_losses([point], "location", draws=ROWS))
     add("Bayes error, nominal", ROWS, lambda: expected_losses([point], "location", draws=ROWS, specimens=False))
-    curve = add("error against noise", 19 * 2000, lambda: error_curve([point]))
-    table = add("detection of each severity", 24 * 2000, lambda: detection_table(point))
-    assert len(curve.error) == 19
-    assert len(table) == 24
+    curve = add("error against noise", 0, lambda: error_curve([point]))
+    found[-1]["averages"] = 2000 * len(curve.error)
+    table = add("detection of each severity", 0, lambda: detection_table(point))
+    found[-1]["averages"] = 2000 * len(table)
     return found
 
 

@@ -28,7 +28,7 @@ DAMAGED_TEETH = (1, 2)
 _DRAWS = 2000
 
 _PARTS = 4
-"""Parts of a mesh harmonic within which that error is one."""
+"""Parts of a mesh harmonic, within each of which the error of an interpolated gain is one."""
 
 
 def rig_bank(
@@ -122,10 +122,8 @@ def _uncertain(change: FloatArray, path: SensorPath, teeth: int) -> FloatArray:
     n, orders = path.samples, np.arange(len(path.gain))
     part = np.where(path.known & (orders % teeth > 0), orders * _PARTS // teeth, -1)
     spectrum = np.fft.rfft(change)
-    parts = np.unique(part[part >= 0])
-    modes = np.zeros((len(change), n, 2 * len(parts) if path.error else 0))
-    if not path.error:
-        return modes
+    parts = np.unique(part[part >= 0])[: None if path.error else 0]
+    modes = np.zeros((len(change), n, 2 * len(parts)))
     for i, one in enumerate(parts):
         some = np.where(part == one, path.error * spectrum, 0)
         modes[:, :, 2 * i] = np.fft.irfft(some, n)
