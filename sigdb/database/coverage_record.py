@@ -8,7 +8,7 @@ from sigdb.database.manifest import Manifest
 from sigdb.database.seal import sealed_json, unsealed
 from sigdb.database.storage import Store
 
-NAME = "coverage.json"
+COVERAGE_FILE = "coverage.json"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +35,7 @@ class CoverageRecord:
 
 def write_coverage(store: Store, record: CoverageRecord) -> None:
     """Publish ``coverage.json``."""
-    store.put(NAME, sealed_json(asdict(record)))
+    store.put(COVERAGE_FILE, sealed_json(asdict(record)))
 
 
 def read_coverage(store: Store, manifest: Manifest) -> CoverageRecord | None:
@@ -46,10 +46,10 @@ def read_coverage(store: Store, manifest: Manifest) -> CoverageRecord | None:
     DatabaseError
         If the file is damaged.
     """
-    if store.size(NAME) is None:
+    if store.size(COVERAGE_FILE) is None:
         return None
     try:
-        content = unsealed(store.get(NAME), name=store.name_of(NAME))
+        content = unsealed(store.get(COVERAGE_FILE), name=store.name_of(COVERAGE_FILE))
         record = CoverageRecord(**content | {"plans": tuple(content["plans"])})
     except (DatabaseError, ValueError, TypeError, KeyError) as error:
         raise DatabaseError(f"{error}; run sigdb coverage again") from None

@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 
 from sigdb.core.errors import CorruptionError, DatabaseError
 from sigdb.database.checked import block_checksums
-from sigdb.database.manifest import NAME
+from sigdb.database.manifest import MANIFEST_FILE
 from sigdb.database.receipts import (
     KINDS,
     TABLES_OF,
@@ -24,7 +24,7 @@ from sigdb.database.receipts import (
 from sigdb.database.seal import unsealed
 from sigdb.database.storage import Store
 
-_OWN = frozenset({NAME, "schema.json", "coverage.json", ".lock", ".owner"})
+_OWN = frozenset({MANIFEST_FILE, "schema.json", "coverage.json", ".lock", ".owner"})
 """Files that are no part's."""
 
 PartKey = tuple[str, int]

@@ -10,7 +10,7 @@ from sigdb.database.storage import Store
 FORMAT = 2
 """Version of the layout."""
 
-NAME = "sigdb.toml"
+MANIFEST_FILE = "sigdb.toml"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,7 +103,7 @@ class Manifest:
 
     def write(self, store: Store) -> None:
         """Publish it as ``sigdb.toml``."""
-        store.put(NAME, sealed_toml(_without_none(asdict(self))))
+        store.put(MANIFEST_FILE, sealed_toml(_without_none(asdict(self))))
 
 
 def read_manifest(store: Store) -> Manifest:
@@ -118,13 +118,13 @@ def read_manifest(store: Store) -> Manifest:
     DatabaseError
         If it is of a format that this version does not read.
     """
-    if store.size(NAME) is None:
+    if store.size(MANIFEST_FILE) is None:
         raise InputError(
-            f"{store} is not a sigdb database (it has no {NAME}); make one with: "
+            f"{store} is not a sigdb database (it has no {MANIFEST_FILE}); make one with: "
             f"python -m sigdb.sweep RECIPE --out {store}"
         )
-    name = store.name_of(NAME)
-    text = store.get(NAME)
+    name = store.name_of(MANIFEST_FILE)
+    text = store.get(MANIFEST_FILE)
     if text.startswith(b"hash = "):
         raise DatabaseError(f"{name}: format 1 is not the format {FORMAT} that this sigdb reads; make it anew")
     try:

@@ -22,12 +22,12 @@ def of_detection(answers: Answers, rows: pd.DataFrame, best: Bound) -> dict[str,
     bound = detection_by_loss(best.rows.loc[rows.index, "log_odds"].to_numpy(), rows)
     if model is None or bound is None:
         return columns_of(a90=UNKNOWN, bound_a90=UNKNOWN, a90_ratio=UNKNOWN) | {"a90_95_ratio": np.nan}
-    return columns_of(a90=model.a90, bound_a90=bound.a90, a90_ratio=_ratio(model, bound)) | {
+    return columns_of(a90=model.a90, bound_a90=bound.a90, a90_ratio=_smallest_loss_ratio(model, bound)) | {
         "a90_95_ratio": model.a90_95.value / bound.a90_95.value
     }
 
 
-def _ratio(model: Pod, bound: Pod) -> Figure:
+def _smallest_loss_ratio(model: Pod, bound: Pod) -> Figure:
     if np.isnan(model.a90.value) and not np.isnan(bound.a90.value):
         greatest = model.levels["found"].iloc[-1] < 0.9
         return Figure(value=np.inf, low=np.nan, high=np.nan) if greatest else UNKNOWN

@@ -13,7 +13,7 @@ from sigdb.recognition.noise_bands import ALL
 from sigdb.report.evaluation_style import drawing, lay_grid
 from sigdb.report.panels import DAMAGE, INK
 
-_FIGURES = (
+_PANELS = (
     (
         "loss_db",
         LOSS_DB,
@@ -34,7 +34,7 @@ def efficiency_figures(evaluation: Evaluation) -> Iterator[tuple[str, str, Figur
     if table is None:
         return
     bands = table[table["band"] != ALL]
-    for column, aim, heading, label, caption in _FIGURES:
+    for column, aim, heading, label, caption in _PANELS:
         if column in bands and bands.loc[np.isfinite(bands[column]), "band"].nunique() > 1:
             said = f"{caption} Bars: 95 % intervals over specimens; wide: noise bands. The dashed line is the aim."
             yield f"{heading}, by noise band", said, _banded(bands, column, aim, label)

@@ -6,7 +6,7 @@ from typing import Any
 
 from sigdb.core.errors import CorruptionError, InputError
 from sigdb.core.version import __version__
-from sigdb.database.manifest import NAME, Manifest, PlanRecord, read_manifest
+from sigdb.database.manifest import MANIFEST_FILE, Manifest, PlanRecord, read_manifest
 from sigdb.database.receipts import KINDS, finished_parts, read_receipt
 from sigdb.database.seal import sealed_json
 from sigdb.database.storage import Store
@@ -82,8 +82,8 @@ def _check_orphans(plan: Plan, store: Store) -> None:
             readable.append(read_receipt(store, name, part))
     if (found and not readable) or any(receipt.plan != plan.hash for receipt in readable):
         raise InputError(
-            f"{store} holds parts but no readable {NAME}, and they are not all of this recipe; give the recipe that "
-            f"they were made with, put {NAME} back from a copy, or give another directory with --out"
+            f"{store} holds parts but no readable {MANIFEST_FILE}, and they are not all of this recipe; give the recipe that "
+            f"they were made with, put {MANIFEST_FILE} back from a copy, or give another directory with --out"
         )
     for receipt in readable:
         check_version(store, receipt.versions["sigdb"])

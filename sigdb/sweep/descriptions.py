@@ -1,9 +1,9 @@
 """Whether a database's descriptions are whole, and agree with each other and with the plans that they tell of."""
 
 from sigdb.core.errors import CorruptionError, InputError, SigdbError
-from sigdb.database.coverage_record import NAME as COVERAGE
+from sigdb.database.coverage_record import COVERAGE_FILE
 from sigdb.database.integrity import Finding, PartKey, unsealed_or_why
-from sigdb.database.manifest import NAME, Manifest, read_manifest, rewrite
+from sigdb.database.manifest import MANIFEST_FILE, Manifest, read_manifest, rewrite
 from sigdb.database.receipts import KINDS, finished_parts
 from sigdb.database.storage import Store
 from sigdb.sweep.beginning import SCHEMA
@@ -30,29 +30,29 @@ def check_descriptions(store: Store) -> tuple[Owners, list[Finding]]:
     try:
         manifest = read_manifest(store)
     except CorruptionError:
-        wrong[NAME] = "is damaged or was edited"
+        wrong[MANIFEST_FILE] = "is damaged or was edited"
     except InputError:
         if not any(finished_parts(store, stage) for stage in KINDS):
             raise
-        wrong[NAME] = "is missing"
+        wrong[MANIFEST_FILE] = "is missing"
     else:
         try:
             plans = [plan_from(record.resolved) for record in manifest.plans]
         except SigdbError as error:
-            wrong[NAME] = f"its recipe cannot be planned: {error}"
+            wrong[MANIFEST_FILE] = f"its recipe cannot be planned: {error}"
         if plans and not _agree(manifest, plans):
-            wrong[NAME] = "the hash or the numbers in it are not those of the recipe in it"
-    if NAME in wrong:
+            wrong[MANIFEST_FILE] = "the hash or the numbers in it are not those of the recipe in it"
+    if MANIFEST_FILE in wrong:
         plans = []
     schema, why = unsealed_or_why(store, SCHEMA)
     if why or (plans and schema != plan_schema(plans[0]).as_json()):
-        wrong[SCHEMA] = why or f"its columns are not those of {NAME}"
-    if store.size(COVERAGE) is not None and (why := unsealed_or_why(store, COVERAGE)[1]):
-        wrong[COVERAGE] = why
+        wrong[SCHEMA] = why or f"its columns are not those of {MANIFEST_FILE}"
+    if store.size(COVERAGE_FILE) is not None and (why := unsealed_or_why(store, COVERAGE_FILE)[1]):
+        wrong[COVERAGE_FILE] = why
     remedies = {
-        NAME: rewrite(store),
+        MANIFEST_FILE: rewrite(store),
         SCHEMA: "write it again with --repair",
-        COVERAGE: f"measure it again with: sigdb coverage {store}",
+        COVERAGE_FILE: f"measure it again with: sigdb coverage {store}",
     }
     findings = [Finding(kind="damage", file=name, what=what, remedy=remedies[name]) for name, what in wrong.items()]
     return {(stage, part): plan for plan in plans for stage in KINDS for part in part_numbers(plan, stage)}, findings

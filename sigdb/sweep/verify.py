@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow.parquet as pq
 
 from sigdb.database.integrity import Finding, PartKey, damaged_part, foreign_files, read_all_receipts, read_file
-from sigdb.database.manifest import NAME, read_manifest
+from sigdb.database.manifest import MANIFEST_FILE, read_manifest
 from sigdb.database.receipts import KINDS, TABLES_OF, Receipt, part_name, receipt_name
 from sigdb.database.storage import Store
 from sigdb.sweep.beginning import SCHEMA, check_version, write_schema
@@ -121,7 +121,7 @@ def repair(
     """
     store = Store.at(location)
     found = _found(store, deep, sample, on_progress)
-    if not found or any(finding.file == NAME for finding in found):
+    if not found or any(finding.file == MANIFEST_FILE for finding in found):
         return Repair(found=found, left=found)
     with owned(store):
         store.clear_temporary()

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 import sigdb
 from sigdb.core.errors import DatabaseError, InputError
-from sigdb.database.coverage_record import NAME, CoverageRecord, write_coverage
+from sigdb.database.coverage_record import COVERAGE_FILE, CoverageRecord, write_coverage
 from sigdb.database.match_bank import cache_folder
 
 SECOND = "pinion-housing-vertical"
@@ -186,7 +186,7 @@ def test_outside_by_the_threshold_that_is_stored(copy):
     assert database.match(y, sensor=SECOND).outside is None
     write_coverage(database.store, CoverageRecord(threshold=1.0, sensor="pinion-vertical", plans=("other",)))
     assert database.match(x).outside is None
-    (copy / NAME).write_text("{}", encoding="utf-8")
+    (copy / COVERAGE_FILE).write_text("{}", encoding="utf-8")
     with pytest.raises(DatabaseError, match=r"coverage\.json.*; run sigdb coverage again"):
         database.match(x)
 
