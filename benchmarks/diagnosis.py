@@ -18,8 +18,9 @@ from measuring import environment, print_table, timed
 from threadpoolctl import threadpool_limits
 
 import sigdb
-from sigdb.pipeline import Diagnosis, Surroundings, diagnose, synthetic_recording
-from sigdb.pipeline.synthetic.operation import Drift
+from sigdb.diagnosis import Diagnosis, diagnose
+from sigdb.recording import Surroundings, synthetic_recording
+from sigdb.recording.synthetic.operation import Drift
 from sigdb.transmission import Transmission
 
 RATE, REVOLUTIONS = 102.4e3, 140

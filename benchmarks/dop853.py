@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from sigdb.dynamics import PeriodicRig
-from sigdb.dynamics.marcher import mesh_tables
+from sigdb.dynamics.march.marcher import mesh_tables
 from sigdb.dynamics.period import Period
 from sigdb.transmission import ToothDamage, Transmission
 

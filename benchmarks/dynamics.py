@@ -31,8 +31,8 @@ from threadpoolctl import threadpool_limits
 
 import sigdb
 from sigdb.dynamics import PeriodicRig, march, prepare
-from sigdb.dynamics.change import change
-from sigdb.dynamics.marcher import Marcher, mesh_tables
+from sigdb.dynamics.damage_forces import change
+from sigdb.dynamics.march.marcher import Marcher, mesh_tables
 from sigdb.transmission import ModalSystem, ToothDamage, Transmission, modal_system
 
 RIG, ROSS_RIG = "nasa-spiral-bevel", "friswell-turbogenerator"

@@ -31,26 +31,13 @@ from sigdb.core.streams import specimen_stream
 from sigdb.database import Database
 from sigdb.dynamics import PeriodicRig, prepare
 from sigdb.measurement import index_errors
-from sigdb.pipeline import Surroundings, load_recipe
-from sigdb.pipeline.synthetic.motion import Motion, motion
-from sigdb.pipeline.synthetic.noise import relative_density
-from sigdb.pipeline.synthetic.recording import recorded
-from sigdb.recognition import (
-    ErrorCurve,
-    OperatingPoint,
-    above_bound,
-    error_curve,
-    operating_points,
-    train,
-)
-from sigdb.signature import (
-    difference_signal,
-    fm4,
-    mesh_bands,
-    pooled_wigner_ville,
-    synchronous_average,
-    tacho_pulses,
-)
+from sigdb.pipeline import load_recipe
+from sigdb.recognition import ErrorCurve, OperatingPoint, above_bound, error_curve, operating_points, train
+from sigdb.recording import Surroundings
+from sigdb.recording.synthetic.motion import Motion, motion
+from sigdb.recording.synthetic.noise import relative_density
+from sigdb.recording.synthetic.recording import recorded
+from sigdb.signature import difference_signal, fm4, mesh_bands, pooled_wigner_ville, synchronous_average, tacho_pulses
 from sigdb.sweep import run
 from sigdb.transmission import Transmission
 

@@ -33,12 +33,12 @@ from threadpoolctl import threadpool_limits
 import sigdb
 from sigdb.core.version import __version__
 from sigdb.database import Database, Manifest
-from sigdb.database.manifest import PlanRecord
-from sigdb.database.residuals import unit_residuals
-from sigdb.database.storage import Store
-from sigdb.database.writer import write_part
+from sigdb.database.matching.residuals import unit_residuals
+from sigdb.database.store.manifest import PlanRecord
+from sigdb.database.store.store import Store
+from sigdb.database.store.writer import write_part
 from sigdb.pipeline import load_recipe
-from sigdb.sweep.columns import plan_schema
+from sigdb.sweep.plan.plan import plan_schema
 
 RECIPE = Path(__file__).parents[1] / "pipelines" / "quick.toml"
 AGGREGATE = "select tooth, avg(fm4) as fm4 from features group by tooth order by tooth"

@@ -41,9 +41,9 @@ from sigdb.recognition import (
     make_split,
     operating_points,
 )
-from sigdb.recognition.learners import POOLED
-from sigdb.recognition.splits import TEST, TRAINING
-from sigdb.recognition.streamed import reducers_of, with_features, with_reduced
+from sigdb.recognition.estimators.pooled_location import POOLED
+from sigdb.recognition.rows.streamed import reducers_of, with_features, with_reduced
+from sigdb.recognition.splits.split import TEST, TRAINING
 from sigdb.recognition.training import usable_rows
 from sigdb.sweep import run
 

@@ -39,14 +39,14 @@ from threadpoolctl import threadpool_limits
 
 import sigdb
 from sigdb.core.streams import specimen_stream
-from sigdb.database.storage import Store
+from sigdb.database.store.store import Store
 from sigdb.dynamics import Periodic
 from sigdb.measurement import index_errors, noise_deviation
 from sigdb.pipeline import load_recipe
 from sigdb.signature import indicators, mesh_bands, order_spectrum, pooled_wigner_ville
 from sigdb.sweep import Plan, Summary, make_plan, run
-from sigdb.sweep.rows import make_row_part
-from sigdb.sweep.templates import make_template_part
+from sigdb.sweep.work.rows import make_row_part
+from sigdb.sweep.work.templates import make_template_part
 
 RECIPE = Path(__file__).parents[1] / "pipelines" / "quick.toml"
 ROWS, SCALES, FULL = 100_000, (10_000,), 1_000_000

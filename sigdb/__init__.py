@@ -11,20 +11,11 @@ Examples
 'pinion'
 """
 
-from typing import TYPE_CHECKING
+import lazy_loader
 
-from sigdb.core.lazy import lazy_names
-from sigdb.core.version import __version__
+from sigdb.core.version import __version__ as __version__
 
-if TYPE_CHECKING:
-    from sigdb import recognition, signature
-    from sigdb.core.errors import SigdbError
-    from sigdb.database import open
-    from sigdb.dynamics import Periodic, TimeProfile, Transient, march, simulate
-    from sigdb.measurement import read_recording
-    from sigdb.pipeline import diagnose
-    from sigdb.recognition import load_model
-    from sigdb.transmission import Damage, ToothDamage, load_transmission
+__getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
     "Damage",
@@ -44,24 +35,3 @@ __all__ = [
     "signature",
     "simulate",
 ]
-
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "Damage": "sigdb.transmission",
-        "Periodic": "sigdb.dynamics",
-        "SigdbError": "sigdb.core.errors",
-        "TimeProfile": "sigdb.dynamics",
-        "ToothDamage": "sigdb.transmission",
-        "Transient": "sigdb.dynamics",
-        "diagnose": "sigdb.pipeline",
-        "load_model": "sigdb.recognition",
-        "load_transmission": "sigdb.transmission",
-        "march": "sigdb.dynamics",
-        "open": "sigdb.database",
-        "read_recording": "sigdb.measurement",
-        "recognition": "sigdb.recognition",
-        "signature": "sigdb.signature",
-        "simulate": "sigdb.dynamics",
-    },
-)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import settings
 from threadpoolctl import threadpool_limits
 
-from sigdb.dynamics.marcher import Marcher, MeshTables
+from sigdb.dynamics.march.marcher import Marcher, MeshTables
 from sigdb.transmission import ModalSystem, Transmission, load_transmission
 
 settings.register_profile("suite", deadline=None)  # a busy machine is no failure

@@ -8,9 +8,9 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from tabular import Cell, text_table
 
-from sigdb.database.schema import Schema
+from sigdb.database.store.schema import Schema
 from sigdb.pipeline import load_recipe
-from sigdb.sweep.columns import plan_schema
+from sigdb.sweep.plan.plan import plan_schema
 
 ROOT = Path(__file__).parents[2]
 

@@ -15,7 +15,7 @@ from sphinx.util.docutils import SphinxDirective
 from tabular import text_table
 
 from sigdb.pipeline import load_recipe, run_recipe
-from sigdb.report.claims_page import CLAIM_HEAD, claim_cells, moved_cells
+from sigdb.report.claims import CLAIM_HEAD, claim_cells, moved_cells
 
 RECIPE = Path(__file__).parents[2] / "pipelines" / "paper.toml"
 

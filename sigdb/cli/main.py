@@ -5,25 +5,24 @@ import sys
 
 import click
 
-from sigdb.cli.card import card
-from sigdb.cli.coverage import coverage
-from sigdb.cli.describe import describe
-from sigdb.cli.diagnose import diagnose
-from sigdb.cli.evaluate import evaluate
-from sigdb.cli.export import export
-from sigdb.cli.match import match
-from sigdb.cli.modes import modes
-from sigdb.cli.new_rig import new_rig
-from sigdb.cli.query import query
-from sigdb.cli.refine import refine
-from sigdb.cli.run import run
-from sigdb.cli.show import show
-from sigdb.cli.signature import signature
-from sigdb.cli.sweep import sweep
-from sigdb.cli.train import train
-from sigdb.cli.verify import verify
-from sigdb.core.errors import InputError, SigdbError
-from sigdb.core.version import __version__
+from sigdb.cli.commands.card import card
+from sigdb.cli.commands.coverage import coverage
+from sigdb.cli.commands.describe import describe
+from sigdb.cli.commands.diagnose import diagnose
+from sigdb.cli.commands.evaluate import evaluate
+from sigdb.cli.commands.export import export
+from sigdb.cli.commands.match import match
+from sigdb.cli.commands.modes import modes
+from sigdb.cli.commands.new_rig import new_rig
+from sigdb.cli.commands.query import query
+from sigdb.cli.commands.refine import refine
+from sigdb.cli.commands.run import run
+from sigdb.cli.commands.show import show
+from sigdb.cli.commands.signature import signature
+from sigdb.cli.commands.sweep import sweep
+from sigdb.cli.commands.train import train
+from sigdb.cli.commands.verify import verify
+from sigdb.core import InputError, SigdbError, __version__
 
 FAILED, BAD_INPUT, INTERRUPTED = 3, 2, 130
 

@@ -9,7 +9,7 @@ import click
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from sigdb.sweep import Progress as Done
+from sigdb.core import Progress as Done
 
 _SECONDS_BETWEEN_LINES = 5.0
 

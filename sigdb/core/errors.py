@@ -28,6 +28,14 @@ class InputError(SigdbError, ValueError):
     """Input that breaks a stated rule: a file, an option, an argument."""
 
 
+class NotApplicableError(InputError):
+    """A method that does not apply to input which is valid: a bound, a bank or a solver that has no answer for it.
+
+    Callers may go on without the method. They never catch :class:`InputError` for that purpose, since a wrong name
+    would then look the same.
+    """
+
+
 class UnstableRigError(SigdbError):
     """A rig without a steady state: its response grows without bound."""
 

@@ -1,8 +1,15 @@
 """A directory is a database. A part is immutable, and it exists when its receipt exists."""
 
-from sigdb.database.export import Export
-from sigdb.database.manifest import Manifest
-from sigdb.database.match import Match
-from sigdb.database.reader import Database, open
+import lazy_loader
 
-__all__ = ["Database", "Export", "Manifest", "Match", "open"]
+__getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
+
+__all__ = [
+    "Database",
+    "Export",
+    "Finding",
+    "Manifest",
+    "Match",
+    "database_card",
+    "open",
+]

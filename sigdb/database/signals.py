@@ -7,9 +7,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from sigdb.core.errors import InputError
-from sigdb.core.typing import FloatArray, IntArray
-from sigdb.database.writer import ROW_GROUP
+from sigdb.core import FloatArray, InputError, IntArray
+from sigdb.database.store.writer import ROW_GROUP
 
 ReadGroups = Callable[[int, list[int]], pa.Table]
 """Rows of some row groups of a part: called with the number of the part and of the groups within it."""

@@ -1,13 +1,16 @@
 """The response of a rig: the periodic steady state, healthy or damaged, its stability, and the march in time."""
 
-from sigdb.dynamics.history import TimeHistory, march
-from sigdb.dynamics.periodic import PeriodicRig
-from sigdb.dynamics.prepare import prepare
+from sigdb.dynamics.excitation import checked_index_errors as checked_index_errors
+from sigdb.dynamics.march.history import TimeHistory, march
+from sigdb.dynamics.march.transient import Orbit, Transient, settle
+from sigdb.dynamics.period import common_period as common_period
+from sigdb.dynamics.period import damaged_gear as damaged_gear
+from sigdb.dynamics.periodic.periodic import PeriodicRig
+from sigdb.dynamics.periodic.prepare import prepare
+from sigdb.dynamics.periodic.steady_state import SteadyState
 from sigdb.dynamics.simulate import ContactLossWarning, Periodic, Response, simulate, stable_multiplier
 from sigdb.dynamics.stability import floquet_multiplier
-from sigdb.dynamics.steady_state import SteadyState
 from sigdb.dynamics.time_profile import TimeProfile
-from sigdb.dynamics.transient import Orbit, Transient, settle
 
 __all__ = [
     "ContactLossWarning",

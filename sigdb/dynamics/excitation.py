@@ -10,12 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigdb.core.errors import InputError
-from sigdb.core.typing import ComplexArray, FloatArray
+from sigdb.core import ComplexArray, FloatArray, InputError
 from sigdb.dynamics.period import Period
-from sigdb.transmission import ModalSystem, Transmission
-from sigdb.transmission.gears import Mesh
-from sigdb.transmission.mesh_stiffness import pair_stiffness, pairs_in_contact
+from sigdb.transmission import Mesh, ModalSystem, Transmission, pair_stiffness, pairs_in_contact
 
 SAMPLES_OF_A_PASS = 1024
 """Samples of a tooth pass from which the Fourier coefficients of healthy stiffness and errors are taken."""

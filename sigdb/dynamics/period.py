@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sigdb.core.errors import InputError
-from sigdb.core.typing import ComplexArray, FloatArray
+from sigdb.core import ComplexArray, FloatArray, InputError
 from sigdb.transmission import Transmission
 
 _MOST_REVOLUTIONS = 60

@@ -7,15 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigdb.core.errors import InputError, SigdbError, UnstableRigError
-from sigdb.core.typing import FloatArray
+from sigdb.core import FloatArray, InputError, SigdbError, UnstableRigError
 from sigdb.dynamics.excitation import checked_index_errors
-from sigdb.dynamics.periodic import LEAST_SAMPLES_PER_TOOTH, SAMPLES_PER_TOOTH, PeriodicRig
-from sigdb.dynamics.prepare import prepare
+from sigdb.dynamics.march.transient import Transient, settle
+from sigdb.dynamics.periodic.periodic import LEAST_SAMPLES_PER_TOOTH, SAMPLES_PER_TOOTH, PeriodicRig
+from sigdb.dynamics.periodic.prepare import prepare
 from sigdb.dynamics.stability import floquet_multiplier
-from sigdb.dynamics.transient import Transient, settle
-from sigdb.transmission import Damage, Transmission
-from sigdb.transmission.damage import ToothDamage
+from sigdb.transmission import Damage, ToothDamage, Transmission
 
 STABILITY_MODES = 48
 """Modes kept to judge stability: those that take part in the meshes; the others decay by themselves."""

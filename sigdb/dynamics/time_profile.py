@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sigdb.core.errors import InputError
-from sigdb.core.typing import FloatArray
+from sigdb.core import FloatArray, InputError
 
 
 @dataclass(frozen=True)

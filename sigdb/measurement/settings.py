@@ -1,6 +1,6 @@
 """The section ``[measurement]`` of a recipe."""
 
-from sigdb.core.fields import Section, quantity
+from sigdb.core import Section, quantity
 
 
 class Measurement(Section):

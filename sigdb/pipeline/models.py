@@ -5,10 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from sigdb.core.fields import Section, validated
+from sigdb.core import Section, validated
 from sigdb.database import Database
-from sigdb.recognition import Evaluation, Recognition, asked_rows, evaluate_beside_bound, save_model, train
-from sigdb.recognition.training import probe_rows
+from sigdb.recognition import Evaluation, Recognition, asked_rows, evaluate_beside_bound, probe_rows, save_model, train
 
 S = TypeVar("S", bound=Section)
 

@@ -5,11 +5,21 @@ from typing import Any
 
 import numpy as np
 
-from sigdb.core.errors import InputError
+from sigdb.core import InputError
 from sigdb.database import Database
+from sigdb.diagnosis import Diagnosis
 from sigdb.pipeline.models import recipe_section
-from sigdb.report import Report, coverage_figure, save_figure, signature_figure
+from sigdb.report import (
+    Report,
+    campbell_figure,
+    coverage_figure,
+    rig_figure,
+    save_figure,
+    signature_figure,
+    write_diagnosis_report,
+)
 from sigdb.sweep import Coverage
+from sigdb.transmission import Transmission
 
 
 def draw_signature(database: Database, id: int, path: str | Path, *, sensor: str | None = None) -> Path:
@@ -84,3 +94,39 @@ def _sentence(case: dict[Any, Any]) -> str:
     else:
         what = f"loss {case['stiffness_loss']:g}, shift {case['phase_shift_deg']:g} deg"
     return f"{case['gear']} tooth {case['tooth']}, {case['damaged_teeth']} damaged, {what}; {noise}"
+
+
+def draw_rig(rig: Transmission, folder: str | Path) -> list[Path]:
+    """Write ``rig.png`` and, for a rig that turns, ``campbell.png`` into a folder.
+
+    Raises
+    ------
+    InputError
+        If a part of the rig can move freely.
+    """
+    figures = {"rig.png": rig_figure(rig)}
+    if rig.operating.speed_rpm:
+        figures["campbell.png"] = campbell_figure(rig)
+    for name, figure in figures.items():
+        save_figure(figure, Path(folder) / name)
+    return [Path(folder) / name for name in figures]
+
+
+def write_diagnosis(diagnosis: Diagnosis, folder: str | Path) -> Path:
+    """Write the page of a diagnosis, ``index.html``, and its numbers, ``diagnosis.json``.
+
+    Returns
+    -------
+    pathlib.Path
+        The page.
+    """
+    found = diagnosis.compared
+    signals = {
+        "tsa": diagnosis.signature.tsa,
+        "compared": found.x,
+        "template": found.template,
+        "healthy": found.healthy,
+    }
+    return write_diagnosis_report(
+        diagnosis.as_json(), signals, folder, title=f"Diagnosis of {Path(diagnosis.signature.source).name}"
+    )

@@ -6,12 +6,11 @@ from typing import Any
 
 from pydantic import Field
 
-from sigdb.core.errors import InputError
-from sigdb.core.fields import Section, read_toml, validated
+from sigdb.core import InputError, Section, read_toml, validated
 from sigdb.measurement import Measurement
-from sigdb.recognition.settings import Recognition
-from sigdb.report.settings import Report
-from sigdb.signature.settings import Signature
+from sigdb.recognition import Recognition
+from sigdb.report import Report
+from sigdb.signature import Signature
 from sigdb.sweep import Design, Plan, make_plan
 from sigdb.transmission import Transmission, load_transmission
 

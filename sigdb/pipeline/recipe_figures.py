@@ -5,16 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from sigdb.core.errors import InputError
-from sigdb.core.typing import FloatArray
-from sigdb.database import Database
-from sigdb.database.schema import suffixed
+from sigdb.core import FloatArray, InputError
+from sigdb.database import Database, suffixed
 from sigdb.measurement import Measurement
 from sigdb.pipeline.recipe import Recipe
-from sigdb.report.settings import Picture
+from sigdb.report import Picture
 from sigdb.sweep import Plan
-from sigdb.transmission import Damage
-from sigdb.transmission.mesh_stiffness import tooth_stiffness
+from sigdb.transmission import Damage, tooth_stiffness
 
 _CASE = ["template", "tooth", *Measurement.model_fields]
 """Columns that tell cases apart; specimens and noise draws of one case do not count."""
@@ -28,7 +25,7 @@ def draw_figure(recipe: Recipe, plan: Plan, database: Database, picture: Picture
     InputError
         If a condition is no SQL condition, selects nothing, several different cases, or a row without a result.
     """
-    from sigdb.report import Report, comparison_figure, save_figure  # matplotlib: only for who draws
+    from sigdb.report import Report, comparison_figure, save_figure
 
     report: Report = recipe.sections.report
     sensor = picture.sensor or database.sensors[0]

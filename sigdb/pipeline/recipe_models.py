@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sigdb.core.errors import InputError
+from sigdb.core import InputError
 from sigdb.database import Database
 from sigdb.pipeline.models import train_model
 from sigdb.pipeline.recipe import Recipe
@@ -163,7 +163,7 @@ def _reported(
     evaluation: Evaluation | None,
     on_stage: Callable[[str], Any],
 ) -> Result:
-    from sigdb.report.evaluation_page import NUMBERS, PAGE, write_evaluation_report  # matplotlib: only for who draws
+    from sigdb.report import NUMBERS, PAGE, write_evaluation_report
 
     stage = Stage(out=model.out, name=f"reports/{name}", inputs={"model": model.files, "database": content})
 

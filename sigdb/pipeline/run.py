@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from sigdb.core import Progress
 from sigdb.database import open as open_database
-from sigdb.pipeline.paper.results import paper_claims
-from sigdb.pipeline.paper.signals import check_subject
+from sigdb.paper import check_subject, paper_claims
 from sigdb.pipeline.recipe import Recipe
 from sigdb.pipeline.recipe_figures import check_figures, draw_figure
 from sigdb.pipeline.recipe_models import Result, check_models, make_models
 from sigdb.pipeline.stages import Stage, carry_out, content_of
-from sigdb.report.settings import Picture
-from sigdb.sweep import Plan, Progress, Summary
+from sigdb.report import Picture
+from sigdb.sweep import Plan, Summary
 from sigdb.sweep import run as run_sweep
 
 

@@ -9,12 +9,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from sigdb.core.errors import DatabaseError
-from sigdb.core.version import __version__
-from sigdb.database import Database
-from sigdb.database.receipts import KINDS
-from sigdb.database.seal import sealed_json, unsealed
-from sigdb.database.storage import Store
+from sigdb.core import DatabaseError, __version__
+from sigdb.database import KINDS, Database, Store, sealed_json, unsealed
 
 
 @dataclass(frozen=True, kw_only=True)

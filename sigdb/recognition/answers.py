@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import logsumexp, softmax
 
-from sigdb.core.typing import BoolArray, FloatArray, IntArray
+from sigdb.core import BoolArray, FloatArray, IntArray
 
 _AT_ONCE = 8192
 

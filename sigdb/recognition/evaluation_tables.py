@@ -6,15 +6,15 @@ from typing import Any, cast
 import numpy as np
 import pandas as pd
 
-from sigdb.core.typing import FloatArray, IntArray
+from sigdb.core import FloatArray, IntArray
 from sigdb.recognition.answers import Answers
-from sigdb.recognition.bootstrap import Figure, Specimens
-from sigdb.recognition.metrics import covered, location_values, severity_errors, severity_values
-from sigdb.recognition.metrics_calibration import reliability
-from sigdb.recognition.metrics_coverage import banded, coverage_cells, set_values
-from sigdb.recognition.metrics_detection import RATES, called_values, is_resolved, roc
-from sigdb.recognition.pod import RATE, Pod, detection_by_loss
-from sigdb.recognition.severity import TARGETS
+from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.metrics.calibration import reliability
+from sigdb.recognition.metrics.coverage import banded, coverage_cells, set_values
+from sigdb.recognition.metrics.detection import RATES, called_values, is_resolved, roc
+from sigdb.recognition.metrics.estimate import Figure, Specimens
+from sigdb.recognition.metrics.location_and_severity import covered, location_values, severity_errors, severity_values
+from sigdb.recognition.metrics.probability_of_detection import RATE, Pod, detection_by_loss
 
 AXES = ("snr_db", "averages")
 """What figures are given against."""

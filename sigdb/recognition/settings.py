@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict, field_validator, model_validator
 
-from sigdb.core.fields import Section, quantity
+from sigdb.core import Section, quantity
 
 Target = Literal["location", "severity", "detection"]
 SplitName = Literal["S0", "S1", "S2", "S3", "S4"]

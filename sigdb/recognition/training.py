@@ -7,17 +7,58 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sigdb.core.errors import InputError
-from sigdb.database import Database
-from sigdb.database.reader import check_complete
-from sigdb.recognition.contenders import CONTENDERS
-from sigdb.recognition.even_draw import evenly_drawn
+from sigdb.core import InputError
+from sigdb.database import Database, check_complete
+from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.estimators.registry import CONTENDERS
+from sigdb.recognition.rows.streamed import Reducer, reducers_of, with_averages, with_features, with_reduced
 from sigdb.recognition.settings import Recognition
-from sigdb.recognition.severity import TARGETS
-from sigdb.recognition.split_kinds import make_split, model_form
-from sigdb.recognition.splits import TRAINING
-from sigdb.recognition.streamed import Reducer, reducers_of, with_averages, with_features, with_reduced
-from sigdb.recognition.template_bank import TemplateBank
+from sigdb.recognition.splits.kinds import make_split, model_form
+from sigdb.recognition.splits.split import TRAINING
+from sigdb.recognition.templates.bank import TemplateBank
+
+CASE = (
+    "teeth",
+    "tooth",
+    "damaged_teeth",
+    "phase_shift_deg",
+    "stiffness_loss",
+    "speed_rpm",
+    "torque",
+    "snr_db",
+    "averages",
+)
+"""Columns that make a case."""
+
+
+def evenly_drawn(rows: pd.DataFrame, most: int) -> pd.DataFrame:
+    """At most so many of the rows, in their order, evenly over specimens, cases and noise draws.
+
+    With c, s and d the numbers of a row's case, specimen and draw, the rows are kept whose fraction of
+    ``c sqrt(2) + s sqrt(3) + d sqrt(5)`` is least. Such fractions fill the interval from 0 to 1 evenly along each of
+    the three [1]_, so that each case and each specimen keeps nearly its share. Nothing is random: the same rows are
+    drawn from the same rows in any order.
+
+    Parameters
+    ----------
+    rows
+        With ``specimen``, ``draw`` and the columns of :data:`CASE`.
+    most
+        Greatest number of rows.
+
+    References
+    ----------
+    .. [1] R. D. Richtmyer, "The evaluation of definite integrals, and a quasi-Monte-Carlo method based on the
+           properties of algebraic numbers", Los Alamos report LA-1342, 1951.
+    """
+    if len(rows) <= most:
+        return rows
+    case = rows.groupby(list(CASE), dropna=False).ngroup().to_numpy()
+    specimen = np.unique(rows["specimen"], return_inverse=True)[1]
+    key = np.sqrt(2) * case + np.sqrt(3) * specimen + np.sqrt(5) * rows["draw"].to_numpy()
+    kept = np.lexsort((rows.index, key % 1))[:most]
+    return rows.iloc[np.sort(kept)]
+
 
 DRAWN_ROWS = 25_000
 """Greatest number of rows that all estimators but the bank of templates learn from. On the million rows of the
@@ -115,7 +156,7 @@ def train(
 
     Memory holds the arrays of a batch of rows, however many there are. The bank of templates is calibrated on all
     training rows, whose averages are reduced to scores as they are read. All else learns from at most 25 000 of them
-    (:data:`DRAWN_ROWS`), drawn evenly over specimens and cases (:func:`~sigdb.recognition.even_draw.evenly_drawn`).
+    (:data:`DRAWN_ROWS`), drawn evenly over specimens and cases (:func:`~sigdb.recognition.training.evenly_drawn`).
 
     Parameters
     ----------
@@ -126,7 +167,7 @@ def train(
     settings
         Learner, folds, seed and false-alarm rate.
     split
-        What is left out besides, ``S0`` to ``S4``: see :func:`~sigdb.recognition.split_kinds.make_split`.
+        What is left out besides, ``S0`` to ``S4``: see :func:`~sigdb.recognition.splits.kinds.make_split`.
     on_step
         Called with the name of each estimator before it is trained, and with a sentence on what is left out.
 

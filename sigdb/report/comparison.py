@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from sigdb.core.typing import FloatArray
+from sigdb.core import FloatArray
 from sigdb.report.panels import colour_limit, draw_distribution, draw_signal, draw_spectrum
 from sigdb.report.settings import Panel, Report
 from sigdb.signature import wigner_ville

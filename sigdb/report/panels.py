@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from sigdb.core.typing import FloatArray
+from sigdb.core import FloatArray
 from sigdb.signature import order_spectrum
 
 INK, DAMAGE, GRID, HEALTHY = "#1f3a5f", "#c8553d", "#d9d9d9", "#a9bcd3"

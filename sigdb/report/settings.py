@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict, model_validator
 
-from sigdb.core.fields import Section, quantity
+from sigdb.core import Section, quantity
 
 Panel = Literal["stiffness", "signal", "spectrum", "distribution"]
 """What is shown of a case: mesh stiffness, averaged signal, order spectrum, Wigner-Ville distribution."""

@@ -4,21 +4,22 @@ A time-synchronous average (TSA) is one revolution of a shaft in n samples, so b
 per revolution). The mesh of a gear with Z teeth is at order Z, tooth j passes during samples (j-1) n/Z ... j n/Z - 1.
 """
 
-from sigdb.signature.averager import SynchronousAverage, SynchronousAverager
-from sigdb.signature.averaging import synchronous_average
-from sigdb.signature.definitions import INDICATORS, Indicator
+from sigdb.signature.averaging.average import synchronous_average
+from sigdb.signature.averaging.averager import SynchronousAverage, SynchronousAverager
+from sigdb.signature.averaging.mesh_pulses import mesh_pulses
+from sigdb.signature.averaging.tacho import TachoDetector, tacho_pulses
 from sigdb.signature.demodulation import demodulate
-from sigdb.signature.difference_moments import energy_ratio, fm4, m6a, m8a
-from sigdb.signature.histories import na4, na4_star, nb4, nb4_star
-from sigdb.signature.indicators import indicators
-from sigdb.signature.mesh_pulses import mesh_pulses
-from sigdb.signature.moments import crest_factor, energy_operator, kurtosis, peak_to_peak, rms
-from sigdb.signature.pooled import mesh_bands, pooled_wigner_ville
+from sigdb.signature.indicators.all import indicators
+from sigdb.signature.indicators.average import crest_factor, energy_operator, kurtosis, peak_to_peak, rms
+from sigdb.signature.indicators.definitions import INDICATORS, Indicator
+from sigdb.signature.indicators.difference import energy_ratio, fm4, m6a, m8a
+from sigdb.signature.indicators.histories import na4, na4_star, nb4, nb4_star
+from sigdb.signature.indicators.sidebands import fm0, sideband_energy_ratio, sideband_index, sideband_level_factor
 from sigdb.signature.separation import difference_signal, regular_signal, residual_signal
-from sigdb.signature.sidebands import fm0, sideband_energy_ratio, sideband_index, sideband_level_factor
+from sigdb.signature.settings import Signature as Signature
 from sigdb.signature.spectrum import order_spectrum
-from sigdb.signature.tacho import TachoDetector, tacho_pulses
-from sigdb.signature.wigner_ville import wigner_ville
+from sigdb.signature.wigner_ville.distribution import wigner_ville
+from sigdb.signature.wigner_ville.pooled import mesh_bands, pooled_wigner_ville
 
 __all__ = [
     "INDICATORS",

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigdb.signature import _moments
-from sigdb.signature._mesh_band import baseband, default_half_width
-from sigdb.signature._validation import Float64Array, count, harmonics_below_nyquist, mesh_teeth, real_signal
+from sigdb.signature.checks import Float64Array, count, harmonics_below_nyquist, mesh_teeth, real_signal
+from sigdb.signature.indicators import moment_kernels as _moments
+from sigdb.signature.mesh_band import baseband, default_half_width
 
 
 def demodulate(

@@ -7,9 +7,9 @@ orthogonal.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigdb.core.typing import IntArray
-from sigdb.signature._gear_orders import gear_orders
-from sigdb.signature._validation import Float64Array, real_signal
+from sigdb.core import IntArray
+from sigdb.signature.checks import Float64Array, real_signal
+from sigdb.signature.gear_orders import gear_orders
 
 
 def regular_signal(

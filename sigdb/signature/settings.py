@@ -4,7 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, Strict, model_validator
 
-from sigdb.core.fields import Section, quantity
+from sigdb.core import Section, quantity
 
 
 class Signature(Section):

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigdb.core.typing import IntArray
-from sigdb.signature._validation import Float64Array, real_signal
+from sigdb.core import IntArray
+from sigdb.signature.checks import Float64Array, real_signal
 
 
 def order_spectrum(tsa: ArrayLike) -> tuple[IntArray, NDArray[np.complex128]]:

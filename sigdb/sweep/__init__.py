@@ -4,24 +4,15 @@ First the templates (each distinct case once, simulated), then the rows (a templ
 analysed).
 """
 
-from sigdb.database.integrity import Finding
-from sigdb.sweep.coverage import Coverage, coverage
-from sigdb.sweep.design import Design, Grid
-from sigdb.sweep.plan import Plan
-from sigdb.sweep.planning import make_plan
-from sigdb.sweep.progress import Progress
-from sigdb.sweep.reconstruction import plan_from
-from sigdb.sweep.refine import Refinement, refine
-from sigdb.sweep.run import Summary, run
-from sigdb.sweep.verify import Repair, repair, verify
+import lazy_loader
+
+__getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
     "Coverage",
     "Design",
-    "Finding",
     "Grid",
     "Plan",
-    "Progress",
     "Refinement",
     "Repair",
     "Summary",

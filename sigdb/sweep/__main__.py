@@ -1,7 +1,7 @@
 """``python -m sigdb.sweep RECIPE`` is ``sigdb sweep RECIPE``."""
 
-from sigdb.cli.main import main
-from sigdb.cli.sweep import sweep
+from sigdb.cli import main
+from sigdb.cli.commands.sweep import sweep
 
 if __name__ == "__main__":
     main(sweep, "python -m sigdb.sweep")

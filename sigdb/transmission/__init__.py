@@ -1,9 +1,8 @@
 """Any rig, of any gear type, becomes one :class:`ModalSystem`: poles, inputs, outputs, direct terms."""
 
-from sigdb.transmission.damage import Damage, ToothDamage
-from sigdb.transmission.library import built_in_transmissions, load_transmission
-from sigdb.transmission.modal import CoupledModes, ModalSystem, coupled_modes, modal_system
-from sigdb.transmission.rig import Transmission
+import lazy_loader
+
+__getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
     "CoupledModes",
@@ -13,6 +12,8 @@ __all__ = [
     "Transmission",
     "built_in_transmissions",
     "coupled_modes",
+    "describe_rig",
     "load_transmission",
     "modal_system",
+    "write_new_rig",
 ]

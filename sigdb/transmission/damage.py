@@ -5,8 +5,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer, model_validator
 
-from sigdb.core.errors import InputError, suggestion
-from sigdb.core.fields import Section, quantity, without_defaults
+from sigdb.core import InputError, Section, quantity, suggestion, without_defaults
 
 FLAWS = {
     "crack_depth": ("crack_angle_deg",),

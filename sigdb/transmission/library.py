@@ -4,9 +4,8 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-from sigdb.core.errors import InputError, suggestion
-from sigdb.core.fields import read_toml, validated
-from sigdb.transmission.casing_matrices import CasingMatrices
+from sigdb.core import InputError, read_toml, suggestion, validated
+from sigdb.transmission.parts.casing_matrices import CasingMatrices
 from sigdb.transmission.rig import Transmission
 
 

@@ -7,16 +7,15 @@ from typing import Any, Self
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
-from sigdb.core.errors import InputError, suggestion
-from sigdb.core.fields import quantity, validated
-from sigdb.transmission.bodies import Body, Disk
-from sigdb.transmission.described import Described, Name
-from sigdb.transmission.gears import Gear, Mesh, Operating
-from sigdb.transmission.geometry_profiles import GeometryProfile
-from sigdb.transmission.mesh_geometry import MeshGeometry, PairMember, mesh_geometry
-from sigdb.transmission.sensors import Sensor
-from sigdb.transmission.shafts import Material, Shaft
-from sigdb.transmission.supports import Bearing, Casing, Coupling
+from sigdb.core import InputError, quantity, suggestion, validated
+from sigdb.transmission.mesh.geometry import MeshGeometry, PairMember, mesh_geometry
+from sigdb.transmission.mesh.geometry_profiles import GeometryProfile
+from sigdb.transmission.parts.bodies import Body, Disk
+from sigdb.transmission.parts.described import Described, Name
+from sigdb.transmission.parts.gears import Gear, Mesh, Operating
+from sigdb.transmission.parts.sensors import Sensor
+from sigdb.transmission.parts.shafts import Material, Shaft
+from sigdb.transmission.parts.supports import Bearing, Casing, Coupling
 
 __all__ = ["Transmission"]
 

@@ -1,0 +1,16 @@
+from . import recognition as recognition
+from . import signature as signature
+from .core import SigdbError as SigdbError
+from .core.version import __version__ as __version__
+from .database import open as open
+from .diagnosis import diagnose as diagnose
+from .dynamics import Periodic as Periodic
+from .dynamics import TimeProfile as TimeProfile
+from .dynamics import Transient as Transient
+from .dynamics import march as march
+from .dynamics import simulate as simulate
+from .recognition import load_model as load_model
+from .recording import read_recording as read_recording
+from .transmission import Damage as Damage
+from .transmission import ToothDamage as ToothDamage
+from .transmission import load_transmission as load_transmission

@@ -1,0 +1,85 @@
+"""``sigdb match``."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from sigdb.cli.rows import write_rows
+from sigdb.core import InputError
+
+if TYPE_CHECKING:
+    from sigdb.core import FloatArray
+
+
+@click.command()
+@click.argument("database", metavar="DB")
+@click.argument("recording", type=click.Path(path_type=Path), required=False)
+@click.option("--id", type=int, help="Compare this row of the database instead of a recording.")
+@click.option("--k", type=click.IntRange(1), default=10, show_default=True, help="Number of templates to show.")
+@click.option("--sensor", help="Sensor; the first stored one if left out.")
+@click.option("--where", help="Only templates that meet this condition in SQL, for example 'torque > 100'.")
+@click.option("--whole-teeth", is_flag=True, help="Turn by whole teeth only: sample 0 is at the tacho mark.")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["table", "csv", "json"]),
+    default="table",
+    show_default=True,
+    help="How the rows are written.",
+)
+def match(
+    database: str,
+    recording: Path | None,
+    id: int | None,
+    k: int,
+    sensor: str | None,
+    where: str | None,
+    whole_teeth: bool,
+    form: str,
+) -> None:
+    """Find the templates nearest to a measured average of one revolution, over all turns.
+
+    RECORDING is a file of one revolution: text with one number a line, or a NumPy array (.npy). It has as many samples
+    a tooth as the database. misfit is the root mean square of the difference of residuals, in standard deviations of
+    the average; match is their normalised overlap, 0 for the healthy template; turn is in teeth.
+
+    A raw recording goes to `sigdb diagnose RECORDING --rig RIG --db DB`, which averages it first.
+
+    Example: sigdb match DB average.txt
+    """
+    import numpy as np
+    import pyarrow as pa
+
+    from sigdb.database import open as open_database
+
+    if (recording is None) == (id is None):
+        raise click.UsageError("Give either RECORDING or --id.")
+    opened = open_database(database)
+    tsa = _revolution(recording) if recording is not None else opened.signals(np.array([id]), sensor=sensor)["tsa"][0]
+    step = opened.manifest.resolved["signature"]["samples_per_tooth"]
+    turns = range(len(tsa) // step) if whole_teeth else None
+    found = opened.match(tsa, k=k, sensor=sensor, where=where, turns=turns)
+    write_rows(pa.Table.from_pandas(found.table, preserve_index=False).to_reader(), form, sys.stdout.buffer)
+    click.echo(found.verdict, err=form != "table")
+
+
+def _revolution(path: Path) -> "FloatArray":
+    """One revolution from a file of numbers, a row or a column."""
+    import warnings
+
+    import numpy as np
+
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; give a file of one revolution, or a row of the database by --id")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # of a file without numbers
+            x = np.load(path, allow_pickle=False) if path.suffix == ".npy" else np.loadtxt(path, delimiter=",", ndmin=1)
+        return np.asarray(x, dtype=float).squeeze()
+    except (ValueError, TypeError, EOFError, UserWarning) as error:
+        raise InputError(
+            f"{path}: not one revolution, one number a line or a .npy array ({error}); a raw recording goes to "
+            "sigdb diagnose"
+        ) from None

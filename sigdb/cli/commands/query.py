@@ -1,0 +1,42 @@
+"""``sigdb query``."""
+
+import sys
+from pathlib import Path
+
+import click
+
+from sigdb.cli.rows import FORMATS, write_rows
+
+_ROWS_AT_ONCE = 8192
+
+
+@click.command()
+@click.argument("database", metavar="DB")
+@click.argument("sql")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(FORMATS),
+    default="table",
+    show_default=True,
+    help="How the rows are written.",
+)
+@click.option("--out", type=click.Path(path_type=Path), help="Write to this file instead of the terminal.")
+def query(database: str, sql: str, form: str, out: Path | None) -> None:
+    """Ask a database with one SELECT statement.
+
+    The views are features (all columns of a row), cases (the same without lists), signals and templates. Rows are
+    written as they are found, so a result may be larger than memory.
+
+    Example: sigdb query DB "select tooth, avg(fm4) from features group by tooth"
+    """
+    from sigdb.database import open as open_database
+
+    rows = open_database(database).stream(sql, rows=_ROWS_AT_ONCE)
+    if out is not None:
+        with out.open("wb") as file:
+            write_rows(rows, form, file)
+    elif form == "parquet" and sys.stdout.isatty():
+        raise click.UsageError("Parquet is binary; give --out FILE or send the output to a file.")
+    else:
+        write_rows(rows, form, sys.stdout.buffer)

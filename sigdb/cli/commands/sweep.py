@@ -1,0 +1,102 @@
+"""``sigdb sweep``, and ``python -m sigdb.sweep``."""
+
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from sigdb.cli.options.recordings import jobs_option, scheduler_option
+
+if TYPE_CHECKING:
+    from sigdb.sweep import Plan
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.argument("recipe", type=click.Path(path_type=Path))
+@click.option("--out", help="Directory of the database, or s3://BUCKET/PREFIX; data/RECIPE/signatures if left out.")
+@jobs_option
+@scheduler_option
+@click.option("--retry-failed", is_flag=True, help="Make parts again that hold templates or rows without a result.")
+@click.option("--dry-run", is_flag=True, help="Print templates, rows, bytes, time and the first rows, and stop.")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["table", "json"]),
+    default="table",
+    show_default=True,
+    help="How --dry-run tells the plan.",
+)
+def sweep(
+    recipe: Path, out: str | None, jobs: int, scheduler: str | None, retry_failed: bool, dry_run: bool, form: str
+) -> None:
+    """Make the database of a recipe, or go on making it.
+
+    Stopped at any instant, the same command goes on. Rows are the same for any number of jobs.
+    """
+    from sigdb.cli.progress import show_progress
+    from sigdb.pipeline import load_recipe
+    from sigdb.sweep import run
+
+    loaded = load_recipe(recipe)
+    plan = loaded.plan()
+    out = out or str(Path("data") / recipe.stem / "signatures")
+    if dry_run:
+        _print_plan(plan, out, jobs, form)
+        return
+    click.echo(f"{out}: {plan.rows} rows from {plan.n_templates} templates of rig {plan.rig.name}")
+    started = time.perf_counter()
+    with show_progress() as on_progress:
+        summary = run(
+            plan,
+            out,
+            recipe=loaded.text,
+            jobs=jobs,
+            scheduler=scheduler,
+            retry_failed=retry_failed,
+            on_progress=on_progress,
+        )
+    seconds = time.perf_counter() - started
+    if summary.made == 0:
+        click.echo(f"{out}: nothing to do, all {summary.rows} rows are there")
+    else:
+        click.echo(
+            f"{out}: made {summary.made} rows in {seconds:.1f} s ({summary.made / seconds:.0f} rows/s); "
+            f"{summary.rows} rows, {summary.bytes / 1e6:.1f} MB"
+        )
+    if summary.failed:
+        click.echo(
+            f"{summary.failed} rows have no result; their status says why: "
+            f'sigdb query {out} "select status, count(*) from features group by status"'
+        )
+
+
+def _print_plan(plan: "Plan", out: str, jobs: int, form: str) -> None:
+    from sigdb.sweep import estimate
+
+    found = estimate(plan, jobs)
+    shown = plan.table_of(plan.sample_ids(5, 5))
+    if form == "json":
+        told = {"out": str(out), "rows": plan.rows, "templates": plan.n_templates, "parts": plan.row_parts}
+        told |= {"bytes": round(found.bytes), "seconds": found.seconds, "jobs": found.jobs}
+        click.echo(json.dumps(told | {"first_rows": json.loads(shown.to_json(orient="records", double_precision=15))}))
+        return
+    click.echo(f"{out}: would hold {plan.rows} rows from {plan.n_templates} templates, in {plan.row_parts} parts")
+    click.echo(
+        f"about {_told_bytes(found.bytes)} and {_told_seconds(found.seconds)} with {found.jobs} jobs, "
+        "measured on a sample"
+    )
+    click.echo("first rows of the plan, and the first with damage:")
+    click.echo(shown.to_string(index=False, na_rep="-"))
+
+
+def _told_bytes(size: float) -> str:
+    return f"{size / 1e9:.1f} GB" if size >= 1e10 else f"{size / 1e6:.1f} MB"
+
+
+def _told_seconds(seconds: float) -> str:
+    for name, length in (("days", 86400), ("h", 3600), ("min", 60)):
+        if seconds >= 3 * length:
+            return f"{seconds / length:.1f} {name}"
+    return f"{seconds:.0f} s"

@@ -1,0 +1,71 @@
+"""``sigdb train``."""
+
+import shlex
+from typing import TYPE_CHECKING
+
+import click
+
+from sigdb.cli.commands.evaluate import FOUND
+
+if TYPE_CHECKING:
+    from sigdb.recognition import Evaluation
+
+
+@click.command()
+@click.argument("database", metavar="DB")
+@click.option(
+    "--target", type=click.Choice(["location", "severity", "detection"]), required=True, help="What to learn."
+)
+@click.option("--out", required=True, type=click.Path(), help="Folder for the model.")
+@click.option(
+    "--learner",
+    type=click.Choice(["lda", "boosting", "templates"]),
+    help="Which learner is the model; that of the database's recipe if left out. All are trained and compared.",
+)
+@click.option(
+    "--false-alarm-rate",
+    type=float,
+    help="Rate of false alarms of detectors and of the baselines' thresholds; that of the recipe if left out, 0.01.",
+)
+@click.option(
+    "--split",
+    type=click.Choice(["S0", "S1", "S2", "S3", "S4"]),
+    default="S1",
+    show_default=True,
+    help="What is held out: new noise only (S0); specimens (S1), and with them severities between (S2) or beyond (S3) "
+    "those of training, or a tooth count (S4).",
+)
+def train(database: str, target: str, out: str, learner: str | None, false_alarm_rate: float | None, split: str) -> int:
+    """Train a model on a database, one fold of specimens held out, and write its folder with a card.
+
+    The exit code is 1 if the model is better than the best possible answer, which no honest model is.
+    """
+    from sigdb.cli.rows import print_figures
+    from sigdb.database import open as open_database
+    from sigdb.pipeline import train_model
+    from sigdb.recognition import EvaluationError
+
+    words = ["sigdb", "train", database, "--target", target, "--out", out, *(["--learner", learner] if learner else [])]
+    words += ["--false-alarm-rate", f"{false_alarm_rate:g}"] if false_alarm_rate is not None else []
+    words += ["--split", split] if split != "S1" else []
+
+    def written(evaluation: "Evaluation") -> None:
+        print_figures(evaluation)
+        click.echo(f"model and card: {out}")
+
+    try:
+        train_model(
+            open_database(database),
+            target,
+            out,
+            learner=learner,
+            false_alarm_rate=false_alarm_rate,
+            split=split,
+            command=shlex.join(words),
+            on_step=lambda step: click.echo(f"training {target}: {step}", err=True),
+            on_evaluation=written,
+        )
+    except EvaluationError as error:
+        click.echo(f"sigdb: {error}", err=True)
+        return FOUND
+    return 0

@@ -1,0 +1,46 @@
+"""Plain values: what JSON can hold."""
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from datetime import date
+from math import isfinite
+from pathlib import PurePath
+from typing import Any
+
+import numpy as np
+
+
+def plain(value: Any) -> Any:
+    """Return a value as JSON can hold it: NumPy's numbers and arrays as Python's, NaN and infinity as None.
+
+    Parameters
+    ----------
+    value
+        A number, a text, an array, a path, a date, a dataclass, or a mapping or sequence of such.
+
+    Raises
+    ------
+    TypeError
+        If JSON cannot hold the value.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> plain({"x": np.array([1.0, np.nan]), "n": np.int64(3)})
+    {'x': [1.0, None], 'n': 3}
+    """
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist()
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if isinstance(value, float):
+        return value if isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(item) for item in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, PurePath | date):
+        return str(value)
+    raise TypeError(f"{type(value).__name__} is no value that JSON can hold")

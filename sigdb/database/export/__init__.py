@@ -1,0 +1,1 @@
+"""A database written for other programs: HDF5 and MAT-files."""

@@ -1,0 +1,1 @@
+"""Signatures compared with templates: distances, nearest neighbours, and what lies outside."""

@@ -1,0 +1,1 @@
+"""Files of a database: parts, receipts, seals, schema, and their integrity."""

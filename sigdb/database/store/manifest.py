@@ -1,0 +1,162 @@
+"""``sigdb.toml``: what a database is, and the only thing that says so."""
+
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from sigdb.core import CorruptionError, DatabaseError, InputError
+from sigdb.database.store.seal import sealed_toml, unsealed
+from sigdb.database.store.store import Store
+
+FORMAT = 2
+"""Version of the layout."""
+
+MANIFEST_FILE = "sigdb.toml"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanRecord:
+    """What a database keeps of a plan, enough to make any of its parts again.
+
+    Attributes
+    ----------
+    hash
+        SHA-256 of all that determines the rows.
+    seed
+        Seed of specimens and noise.
+    rows, templates
+        Number of rows and templates when the plan is carried out.
+    first_row_part, first_template_part
+        Its first parts of rows and of templates.
+    resolved
+        All that the hash covers: sweep, measurement, signature and rig, with every default filled in.
+    """
+
+    hash: str
+    seed: int
+    rows: int
+    templates: int
+    first_row_part: int = 0
+    first_template_part: int = 0
+    resolved: dict[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Manifest:
+    """The content of ``sigdb.toml``.
+
+    Attributes
+    ----------
+    plan
+        What the database was begun with.
+    extensions
+        What was appended since, in order.
+    part_rows, part_templates
+        Rows and templates in a part: part k holds ids ``part_rows k`` up to ``part_rows (k + 1)``.
+    sensors
+        Stored sensors; the first one's columns have no suffix.
+    recipe
+        The recipe as given, TOML text.
+    sigdb_version, format, licence, citation
+        What made it, and how it may be used.
+    """
+
+    plan: PlanRecord
+    part_rows: int
+    part_templates: int
+    sensors: tuple[str, ...]
+    recipe: str
+    sigdb_version: str
+    format: int = FORMAT
+    licence: str = "CC0-1.0"
+    citation: str = "Cite sigdb by its CITATION.cff, and the sources of the rig named in this file."
+    extensions: tuple[PlanRecord, ...] = field(default=())
+
+    @property
+    def hash(self) -> str:
+        """Hash of the plan that the database was begun with."""
+        return self.plan.hash
+
+    @property
+    def seed(self) -> int:
+        """Seed of the plan that the database was begun with."""
+        return self.plan.seed
+
+    @property
+    def resolved(self) -> dict[str, Any]:
+        """All that determines the rows that the database was begun with."""
+        return self.plan.resolved
+
+    @property
+    def plans(self) -> tuple[PlanRecord, ...]:
+        """The plan that it was begun with and the extensions."""
+        return (self.plan, *self.extensions)
+
+    @property
+    def rows(self) -> int:
+        """Number of rows when all plans are carried out."""
+        return sum(plan.rows for plan in self.plans)
+
+    @property
+    def templates(self) -> int:
+        """Number of templates when all plans are carried out."""
+        return sum(plan.templates for plan in self.plans)
+
+    def write(self, store: Store) -> None:
+        """Publish it as ``sigdb.toml``."""
+        store.put(MANIFEST_FILE, sealed_toml(_without_none(asdict(self))))
+
+
+def read_manifest(store: Store) -> Manifest:
+    """Read ``sigdb.toml`` of a database.
+
+    Raises
+    ------
+    InputError
+        If there is no database.
+    CorruptionError
+        If its description is damaged.
+    DatabaseError
+        If it is of a format that this version does not read.
+    """
+    if store.size(MANIFEST_FILE) is None:
+        raise InputError(
+            f"{store} is not a sigdb database (it has no {MANIFEST_FILE}); make one with: "
+            f"python -m sigdb.sweep RECIPE --out {store}"
+        )
+    name = store.name_of(MANIFEST_FILE)
+    text = store.get(MANIFEST_FILE)
+    if text.startswith(b"hash = "):
+        raise DatabaseError(f"{name}: format 1 is not the format {FORMAT} that this sigdb reads; make it anew")
+    try:
+        content = unsealed(text, name=name)
+    except CorruptionError as error:
+        raise CorruptionError(f"{error}; {rewrite(store)}") from None
+    if content.get("format") != FORMAT:
+        raise DatabaseError(
+            f"{name}: format {content.get('format')!r} is not the format {FORMAT} that this sigdb reads"
+        )
+    try:
+        return Manifest(
+            **content
+            | {
+                "plan": PlanRecord(**content["plan"]),
+                "extensions": tuple(PlanRecord(**plan) for plan in content["extensions"]),
+                "sensors": tuple(content["sensors"]),
+            }
+        )
+    except (TypeError, KeyError) as error:
+        raise DatabaseError(f"{name}: not a readable database description ({error})") from None
+
+
+def rewrite(store: Store) -> str:
+    """What to do about a damaged description."""
+    return f"write it again from the recipe that the database was made with: sigdb sweep RECIPE --out {store}"
+
+
+def _without_none(value: Any) -> Any:
+    """TOML has no null: a key that holds none is left out."""
+    if isinstance(value, dict):
+        return {key: _without_none(item) for key, item in value.items() if item is not None}
+    if isinstance(value, list | tuple):
+        return [_without_none(item) for item in value]
+    return value

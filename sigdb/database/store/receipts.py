@@ -1,0 +1,142 @@
+"""Receipts: a part exists when its receipt exists, and readers follow receipts, never a glob."""
+
+import re
+from collections.abc import Container
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from sigdb.core import CorruptionError, DatabaseError
+from sigdb.database.store.seal import sealed_json, unsealed
+from sigdb.database.store.store import Store
+
+KINDS = ("templates", "rows")
+
+TABLES_OF = {"templates": ("templates",), "rows": ("features", "signals")}
+"""The tables whose files a part of a kind consists of."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileRecord:
+    """A file of a part: its name, size in bytes, SHA-256, and the CRC-32 of each of its blocks (base64)."""
+
+    path: str
+    bytes: int
+    sha256: str
+    blocks: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Receipt:
+    """What a part is.
+
+    Attributes
+    ----------
+    name
+        ``templates`` or ``rows``.
+    part
+        Number of the part.
+    plan
+        Hash of the plan that it is a part of: a part of another database is not taken for one of this.
+    first, rows
+        First id and number of rows.
+    failed
+        Rows that have no result; their status says why.
+    files
+        The files that it consists of.
+    host, seconds, versions
+        Where, how long and with what it was made.
+    """
+
+    name: str
+    part: int
+    plan: str
+    first: int
+    rows: int
+    failed: int
+    files: tuple[FileRecord, ...]
+    host: str
+    seconds: float
+    versions: dict[str, str]
+
+    @property
+    def path(self) -> str:
+        """Its own file's name."""
+        return receipt_name(self.name, self.part)
+
+    def file(self, table: str) -> FileRecord:
+        """The part's file of a table."""
+        return next(file for file in self.files if file.path.startswith(f"{table}/"))
+
+
+def part_name(table: str, part: int) -> str:
+    """Name of a part's file of a table."""
+    return f"{table}/part-{part:05d}.parquet"
+
+
+def receipt_name(name: str, part: int) -> str:
+    """Name of a receipt."""
+    return f"receipts/{name}-{part:05d}.json"
+
+
+def write_receipt(store: Store, receipt: Receipt) -> None:
+    """Publish the receipt of a part: from now on the part exists."""
+    store.put(receipt.path, sealed_json(asdict(receipt)))
+
+
+def finished_parts(store: Store, name: str) -> list[int]:
+    """Numbers of the parts of one kind that have a receipt, in order; other files in its folder are not looked at."""
+    found = (re.fullmatch(rf"receipts/{name}-(\d+)\.json", path) for path in store.sizes("receipts"))
+    return sorted(int(one[1]) for one in found if one and receipt_name(name, int(one[1])) == one[0])
+
+
+def read_receipt(store: Store, name: str, part: int) -> Receipt:
+    """The receipt of one part; its files are not looked at.
+
+    Raises
+    ------
+    CorruptionError
+        If it is missing, damaged, or the receipt of another part.
+    """
+    path = receipt_name(name, part)
+    try:
+        content: dict[str, Any] = unsealed(store.get(path), name=store.name_of(path))
+        receipt = Receipt(**content | {"files": tuple(FileRecord(**record) for record in content["files"])})
+    except (DatabaseError, ValueError, TypeError, KeyError) as error:
+        raise CorruptionError(f"{error}; {repair(store)}") from None
+    if receipt.path != path:
+        raise CorruptionError(f"{store.name_of(path)} is a copy of {receipt.path}; {repair(store)}")
+    return receipt
+
+
+def read_receipts(store: Store, name: str, plans: Container[str]) -> list[Receipt]:
+    """Receipts of the finished parts of one kind, in order.
+
+    Parameters
+    ----------
+    store
+        Where the database lies.
+    name
+        ``templates`` or ``rows``.
+    plans
+        Hashes of the database's plans; a part of another plan is none of its parts.
+
+    Raises
+    ------
+    CorruptionError
+        If a receipt cannot be read, or a file that it names is missing or has another size.
+    """
+    found = (read_receipt(store, name, part) for part in finished_parts(store, name))
+    receipts = [receipt for receipt in found if receipt.plan in plans]
+    sizes = {path: size for table in TABLES_OF[name] for path, size in store.sizes(table).items()} if receipts else {}
+    for record in (record for receipt in receipts for record in receipt.files):
+        if sizes.get(record.path) != record.bytes:
+            says = f"has {sizes[record.path]} bytes" if record.path in sizes else "is missing"
+            raise CorruptionError(
+                f"{store.name_of(record.path)} {says}, its receipt says {record.bytes} bytes; {repair(store)}"
+            )
+    return receipts
+
+
+def repair(store: Store) -> str:
+    """What to do about a damaged part."""
+    return f"make it again with: sigdb verify {store} --repair"

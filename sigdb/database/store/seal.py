@@ -1,0 +1,55 @@
+"""Text files that carry their own checksum, so that no byte of them changes unnoticed.
+
+The first line holds the SHA-256 of all that follows it. With that line the file is still TOML or JSON.
+"""
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+import tomli_w
+
+from sigdb.core import CorruptionError
+
+_TOML, _JSON = 'sha256 = "{}"\n', '{{"sha256": "{}",\n'
+
+
+def sealed_toml(content: Mapping[str, Any]) -> bytes:
+    """TOML text of a table, with its checksum in the first line."""
+    return _sealed(_TOML, tomli_w.dumps(content, multiline_strings=True))
+
+
+def sealed_json(content: Mapping[str, Any]) -> bytes:
+    """JSON text of an object that is not empty, with its checksum in the first line."""
+    return _sealed(_JSON, json.dumps(content, indent=1).removeprefix("{\n") + "\n")
+
+
+def unsealed(text: bytes, *, name: str) -> dict[str, Any]:
+    """The content of a sealed file.
+
+    Parameters
+    ----------
+    text
+        The file.
+    name
+        Its name, for messages; ``.toml`` at its end tells TOML from JSON.
+
+    Raises
+    ------
+    CorruptionError
+        If a byte of it has changed.
+    """
+    first, _, rest = text.partition(b"\n")
+    line, load = (_TOML, tomllib.loads) if name.endswith(".toml") else (_JSON, json.loads)
+    if first + b"\n" != line.format(hashlib.sha256(rest).hexdigest()).encode():
+        raise CorruptionError(f"{name}: is damaged or was edited; its content is not what its first line says")
+    content: dict[str, Any] = load(text.decode())
+    content.pop("sha256")
+    return content
+
+
+def _sealed(line: str, rest: str) -> bytes:
+    body = rest.encode()
+    return line.format(hashlib.sha256(body).hexdigest()).encode() + body

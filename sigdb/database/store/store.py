@@ -1,0 +1,197 @@
+"""Where a database lies: a directory, or a prefix of an object store. Files are written whole or not at all."""
+
+import os
+import re
+import secrets
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pyarrow as pa
+from pyarrow import fs
+
+from sigdb.core import CorruptionError, DatabaseError, InputError
+
+TEMPORARY = ".tmp"
+"""End of the name of a file that is being written."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Store:
+    """A place for files, each named by its path below the place, with ``/`` between folders.
+
+    Attributes
+    ----------
+    location
+        As a user writes it: the path of a directory, or a URI such as ``s3://bucket/prefix``.
+    filesystem
+        The Arrow file system that holds it.
+    root
+        The place's path in that file system.
+    """
+
+    location: str
+    filesystem: fs.FileSystem
+    root: str
+
+    @classmethod
+    def at(cls, location: "str | os.PathLike[str] | Store") -> "Store":
+        """The store at a directory's path or at a URI that Arrow's file systems know.
+
+        Raises
+        ------
+        InputError
+            If the URI's kind of store is not known.
+        DatabaseError
+            If an object store does not answer.
+        """
+        if isinstance(location, Store):
+            return location
+        location = os.fspath(location)
+        if "://" not in location:
+            return cls(location=location, filesystem=fs.LocalFileSystem(), root=os.path.abspath(location))
+        try:
+            filesystem, root = fs.FileSystem.from_uri(location)
+        except (ValueError, pa.ArrowException) as error:
+            raise InputError(
+                f"{location}: not a place for a database ({error}); give a directory or s3://BUCKET/PREFIX"
+            ) from None
+        except OSError as error:
+            raise DatabaseError(f"{location}: cannot be reached ({_reason(error)})") from None
+        if not root.strip("/"):
+            raise InputError(f"{location}: names no place in the store; give for example s3://BUCKET/PREFIX")
+        return cls(location=location.rstrip("/"), filesystem=filesystem, root=root.rstrip("/"))
+
+    def __str__(self) -> str:
+        return self.location
+
+    @property
+    def folder(self) -> Path | None:
+        """The directory, where it is one on this machine."""
+        return Path(self.root) if isinstance(self.filesystem, fs.LocalFileSystem) else None
+
+    def name_of(self, name: str) -> str:
+        """How a message names a file of this store."""
+        return str(Path(self.location, name)) if self.folder is not None else f"{self.location.split('?')[0]}/{name}"
+
+    def size(self, name: str) -> int | None:
+        """Size of a file in bytes, None where there is no such file."""
+        with self._reading(name):
+            found = self.filesystem.get_file_info(self._path(name))
+        return found.size if found.is_file else None
+
+    def sizes(self, folder: str = "") -> dict[str, int]:
+        """Size in bytes of every file below a folder, those that are being written aside, by name, in order."""
+        below = self._path(folder) if folder else self.root
+        select = fs.FileSelector(below, recursive=True, allow_not_found=True)
+        with self._reading(folder):
+            try:
+                files = self.filesystem.get_file_info(select)
+            except FileNotFoundError:  # a folder that a sweep makes between Arrow's two looks
+                files = self.filesystem.get_file_info(select)
+        return {
+            name: file.size
+            for name, file in sorted((file.path[len(self.root) + 1 :], file) for file in files if file.is_file)
+            if not re.fullmatch(rf"(.*/)?\.[^/]*{re.escape(TEMPORARY)}", name)
+        }
+
+    def get(self, name: str) -> bytes:
+        """The whole of a file.
+
+        Raises
+        ------
+        CorruptionError
+            If it is not there.
+        DatabaseError
+            If it cannot be read.
+        """
+        with self._reading(name), self.filesystem.open_input_file(self._path(name)) as file:
+            return bytes(file.readall())
+
+    def get_range(self, name: str, start: int, size: int) -> bytes:
+        """``size`` bytes of a file from ``start`` on, or those that are there."""
+        with self._reading(name), self.filesystem.open_input_file(self._path(name)) as file:
+            return bytes(file.read_at(size, start))
+
+    def put(self, name: str, content: bytes | memoryview) -> None:
+        """Write a file, so that at every instant it is there whole, or not, or as it was before.
+
+        In a directory it is written under a temporary name beside its place, made durable and renamed, so that two
+        writers of the same content do not disturb each other. In an object store a put is atomic.
+
+        Raises
+        ------
+        DatabaseError
+            If it cannot be written, for example because the disk is full.
+        """
+        try:
+            if self.folder is not None:
+                publish(self.folder / name, lambda temporary: _write(temporary, content))
+            else:
+                with self.filesystem.open_output_stream(self._path(name)) as stream:
+                    stream.write(content)
+        except OSError as error:
+            raise DatabaseError(
+                f"{self.name_of(name)}: cannot be written ({_reason(error)}); nothing that is finished is lost; make "
+                "room or give the right to write, then run the same command again"
+            ) from None
+
+    def delete(self, name: str) -> None:
+        """Delete a file if it is there."""
+        if self.size(name) is not None:
+            self.filesystem.delete_file(self._path(name))
+
+    def temporary(self) -> list[str]:
+        """Files that are being written, or that stopped processes have left; an object store has none."""
+        if self.folder is None:
+            return []
+        return sorted(left.relative_to(self.folder).as_posix() for left in self.folder.rglob(f".*{TEMPORARY}"))
+
+    def clear_temporary(self) -> None:
+        """Delete what stopped processes have left under temporary names."""
+        for left in self.temporary():
+            Path(self.root, left).unlink(missing_ok=True)
+
+    def _path(self, name: str) -> str:
+        return f"{self.root}/{name}"
+
+    @contextmanager
+    def _reading(self, name: str) -> Iterator[None]:
+        try:
+            yield
+        except FileNotFoundError:
+            raise CorruptionError(f"{self.name_of(name)} is missing") from None
+        except OSError as error:
+            raise DatabaseError(f"{self.name_of(name)}: cannot be read ({_reason(error)})") from None
+
+
+def publish(path: Path, write: Callable[[Path], None]) -> None:
+    """Have a file written under a temporary name beside its place, make it durable, and rename it into place."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}{TEMPORARY}")
+    try:
+        write(temporary)
+        _sync(temporary)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    if os.name == "posix":
+        _sync(path.parent)
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _write(path: Path, content: bytes | memoryview) -> None:
+    with path.open("xb") as file:
+        file.write(content)
+
+
+def _reason(error: OSError) -> str:
+    return error.strerror or str(error).splitlines()[0].partition(" (Request ID")[0]

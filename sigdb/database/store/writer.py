@@ -1,0 +1,142 @@
+"""Writing a part: Parquet files first, checked, then the receipt."""
+
+import hashlib
+import platform
+import socket
+import time
+from collections.abc import Iterable, Mapping
+
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from sigdb.core import DatabaseError, __version__
+from sigdb.database.store.checked import block_checksums
+from sigdb.database.store.receipts import FileRecord, Receipt, part_name, write_receipt
+from sigdb.database.store.store import Store
+
+ROW_GROUP = {"templates": 16, "features": 32768, "signals": 256}
+"""Rows in a row group: small ones for look-ups of signals, large ones for scans of features."""
+
+
+def write_part(
+    store: Store,
+    name: str,
+    part: int,
+    pieces: Iterable[Mapping[str, pa.Table]],
+    *,
+    plan: str,
+    first: int,
+    started: float,
+) -> Receipt:
+    """Write the files of a part and then its receipt.
+
+    Parameters
+    ----------
+    store
+        Where the database lies.
+    name
+        ``templates`` or ``rows``.
+    part
+        Number of the part.
+    pieces
+        The part's rows in order, piece by piece: Arrow table by table name (``templates``, or ``features`` and
+        ``signals``). Each is encoded when it comes, so that a part is never in memory as it will be read.
+    plan
+        Hash of the plan.
+    first
+        First id.
+    started
+        :func:`time.perf_counter` at the start of the work.
+    """
+    encoders: dict[str, _Encoder] = {}
+    rows = failed = 0
+    for piece in pieces:
+        for table, content in piece.items():
+            if table not in encoders:
+                encoders[table] = _Encoder(table, content.schema)
+            encoders[table].add(content)
+            if "status" in content.column_names:
+                rows += content.num_rows
+                failed += pc.sum(pc.not_equal(content["status"], "ok")).as_py()
+    files = tuple(_write_file(store, part_name(table, part), encoder) for table, encoder in encoders.items())
+    receipt = Receipt(
+        name=name,
+        part=part,
+        plan=plan,
+        first=first,
+        rows=rows,
+        failed=failed,
+        files=files,
+        host=socket.gethostname(),
+        seconds=round(time.perf_counter() - started, 3),
+        versions={"sigdb": __version__, "python": platform.python_version(), "pyarrow": pa.__version__},
+    )
+    write_receipt(store, receipt)
+    return receipt
+
+
+def _write_file(store: Store, name: str, encoder: "_Encoder") -> FileRecord:
+    encoded = memoryview(encoder.encoded(name))
+    store.put(name, encoded)
+    return FileRecord(
+        path=name,
+        bytes=len(encoded),
+        sha256=hashlib.sha256(encoded).hexdigest(),
+        blocks=block_checksums(encoded),
+    )
+
+
+class _Encoder:
+    """A table as a Parquet file in memory, encoded a row group at a time."""
+
+    def __init__(self, table: str, schema: pa.Schema) -> None:
+        floats, strings = _leaves(schema)
+        self._group, self._rows = ROW_GROUP[table], 0
+        self._waiting: list[pa.Table] = []
+        self._sink = pa.BufferOutputStream()
+        self._writer = pq.ParquetWriter(
+            self._sink,
+            schema,
+            compression="zstd",
+            compression_level=1,
+            use_byte_stream_split=floats,
+            use_dictionary=strings,
+            write_statistics=["id"] if table == "signals" else True,
+            write_page_checksum=True,
+        )
+
+    def add(self, rows: pa.Table) -> None:
+        """Rows to come next; as many as divide a row group, or fill some, but for the last."""
+        self._rows += rows.num_rows
+        self._waiting.append(rows)
+        if sum(some.num_rows for some in self._waiting) >= self._group:
+            self._encode()
+
+    def _encode(self) -> None:
+        if self._waiting:
+            self._writer.write_table(pa.concat_tables(self._waiting), row_group_size=self._group)
+            self._waiting.clear()
+
+    def encoded(self, name: str) -> pa.Buffer:
+        """The file, opened once again to see that it is whole."""
+        self._encode()
+        self._writer.close()
+        encoded = self._sink.getvalue()
+        written = pq.ParquetFile(pa.BufferReader(encoded)).metadata.num_rows
+        if written != self._rows:
+            raise DatabaseError(f"{name}: {written} rows were written of {self._rows}; run the sweep again")
+        return encoded
+
+
+def _leaves(schema: pa.Schema) -> tuple[list[str], list[str]]:
+    """Parquet paths of the floating-point and of the text columns."""
+    floats, strings = [], []
+    for field in schema:
+        if pa.types.is_floating(field.type):
+            floats.append(field.name)
+        elif pa.types.is_list(field.type):
+            floats.append(f"{field.name}.list.element")
+        elif pa.types.is_string(field.type):
+            strings.append(field.name)
+    return floats, strings

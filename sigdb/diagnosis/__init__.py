@@ -1,0 +1,10 @@
+"""The diagnosis of a recording: is a gear damaged, at which tooth, and how severely."""
+
+import lazy_loader
+
+__getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
+
+__all__ = [
+    "Diagnosis",
+    "diagnose",
+]

@@ -1,0 +1,2 @@
+from .diagnose import diagnose as diagnose
+from .diagnosis import Diagnosis as Diagnosis

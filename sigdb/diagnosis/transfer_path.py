@@ -1,0 +1,134 @@
+"""The path from the mesh to a sensor, as the mesh harmonics of a healthy recording tell it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sigdb.core import BoolArray, ComplexArray, FloatArray, InputError, IntArray
+
+_ABOVE_NOISE = 10.0
+"""Amplitude of a mesh harmonic, in standard deviations of the noise at an order, from which its gain is known."""
+
+_ERROR = 0.3
+"""Standard deviation of the relative error of an interpolated gain; assumed."""
+
+_OF_GREATEST = 1e-3
+"""Share of the greatest simulated mesh harmonic below which one is too small to divide by."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SensorPath:
+    """Gain from a simulated average to a measured one, order by order.
+
+    Attributes
+    ----------
+    gain
+        (n / 2 + 1,) complex gain of each order, unit of the measured signal per unit of the simulated one; 0 at orders
+        whose gain is not known.
+    harmonics
+        Mesh harmonics that tell it.
+    samples
+        n, of an average.
+    error
+        Standard deviation of the relative error of the gain between mesh harmonics.
+    """
+
+    gain: ComplexArray
+    harmonics: IntArray
+    samples: int
+    error: float = _ERROR
+
+    @property
+    def known(self) -> BoolArray:
+        """(n / 2 + 1,) orders whose gain is known."""
+        return self.gain != 0
+
+    def __call__(self, x: ArrayLike, axis: int = -1) -> FloatArray:
+        """Averages (..., n) along an axis, as the sensor would give them."""
+        return filtered(x, self.gain, axis)
+
+    def band(self, x: ArrayLike, axis: int = -1) -> FloatArray:
+        """What averages (..., n) hold at the orders whose gain is known."""
+        return filtered(x, self.known, axis)
+
+
+def direct_path(samples: int, *, highest: float) -> SensorPath:
+    """No path at all, for averages (samples,) of records that reach to this order."""
+    order = np.arange(samples // 2 + 1)
+    return SensorPath(gain=((order > 0) & (order <= highest)) + 0j, harmonics=order[:0], samples=samples, error=0.0)
+
+
+def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise: ArrayLike) -> SensorPath:
+    """The path from a simulated average of a healthy gear to a measured one.
+
+    At the mesh harmonics both are known, and their quotient is the gain. Between two neighbouring harmonics the
+    logarithm of its magnitude and its phase are straight lines, the phase by the shorter way. For half a harmonic
+    beyond the ends of a row of neighbours the magnitude is constant and the line of the phase goes on. That holds as
+    far as the structure between mesh and sensor changes little over one mesh harmonic. Other orders have the gain 0: of
+    them the comparison says nothing.
+
+    Parameters
+    ----------
+    measured, simulated
+        (n,) averages of one revolution.
+    teeth
+        Tooth count of the averaged gear.
+    noise
+        Standard deviation of the measured average's noise, of all orders or (n / 2 + 1,) of each.
+
+    Returns
+    -------
+    SensorPath
+
+    Raises
+    ------
+    InputError
+        If no mesh harmonic stands above the noise.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> angle = 2 * np.pi * np.arange(128) / 128
+    >>> simulated = np.cos(8 * angle) + 0.5 * np.cos(16 * angle)
+    >>> path = sensor_path(3 * simulated, simulated, teeth=8, noise=0.01)
+    >>> path.harmonics.tolist(), bool(np.allclose(path.gain[path.known], 3))
+    ([1, 2], True)
+    """
+    x, y = np.asarray(measured, float), np.asarray(simulated, float)
+    n = len(x)
+    X, Y = np.fft.rfft(x), np.fft.rfft(y)
+    k = np.arange(1, (n // 2 - teeth // 2) // teeth + 1)
+    floor = np.broadcast_to(np.asarray(noise, float), X.shape) * np.sqrt(n / 2)
+    heard = np.abs(X[k * teeth]) > _ABOVE_NOISE * floor[k * teeth]
+    excited = np.abs(Y[k * teeth]) > _OF_GREATEST * np.abs(Y[k * teeth]).max(initial=0.0)
+    used = k[heard & excited]
+    if not used.size:
+        raise InputError(
+            f"no mesh harmonic of {teeth} teeth stands above the noise of the healthy recording, so the path from mesh "
+            "to sensor cannot be told from it; give a longer one, another channel, or the right tooth count"
+        )
+    gain = np.zeros(len(X), complex)
+    for row in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1):
+        at = X[row * teeth] / Y[row * teeth]
+        orders = np.arange(row[0] * teeth - teeth // 2, row[-1] * teeth + (teeth + 1) // 2)
+        phase = _continued(orders, row * teeth, np.unwrap(np.angle(at)))
+        gain[orders] = np.exp(np.interp(orders, row * teeth, np.log(np.abs(at))) + 1j * phase)
+    return SensorPath(gain=gain, harmonics=used, samples=n)
+
+
+def _continued(x: IntArray, xp: IntArray, fp: FloatArray) -> FloatArray:
+    """Linear interpolation, the first and last lines continued: a delay is a line."""
+    inside = np.interp(x, xp, fp)
+    if len(xp) < 2:
+        return inside
+    slope = np.diff(fp) / np.diff(xp)
+    return inside + slope[0] * np.minimum(x - xp[0], 0) + slope[-1] * np.maximum(x - xp[-1], 0)
+
+
+def filtered(x: ArrayLike, gain: ArrayLike, axis: int = -1) -> FloatArray:
+    """Averages (..., n) along an axis behind a gain (n / 2 + 1,)."""
+    x = np.asarray(x, float)
+    shape = [1] * x.ndim
+    shape[axis] = -1
+    return np.fft.irfft(np.asarray(gain).reshape(shape) * np.fft.rfft(x, axis=axis), x.shape[axis], axis)

@@ -1,0 +1,1 @@
+"""The march in time, with backlash."""

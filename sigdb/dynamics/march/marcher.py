@@ -1,0 +1,196 @@
+"""A rig in motion: its modal coordinates, marched step by step with backlash."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sigdb.core import ComplexArray, FloatArray
+from sigdb.dynamics.damage_forces import change
+from sigdb.dynamics.excitation import profile_error
+from sigdb.dynamics.stability import first_order_hold
+from sigdb.transmission import Mesh, ModalSystem, ToothDamage, Transmission, pair_stiffness, pairs_in_contact
+
+SAMPLES_OF_A_PASS = 4096
+"""Samples a tooth pass of the tables between which mesh stiffness is interpolated: exact to 1e-5 on the sharpest edge
+of the built-in rigs, and at steps that divide them exact."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshTables:
+    """What each mesh does over its own period, the damaged gear's mesh first.
+
+    Attributes
+    ----------
+    rates
+        (meshes,) periods of each mesh in a revolution of the damaged gear: 1 of the first, whose period is that
+        revolution; tooth passes of the others.
+    forces
+        (meshes, 2, T + 1) stiffness, N/m, and error force ``sum k_p e_p``, N; the last sample is the first again.
+    friction
+        (2 or 0, 2, T + 1) the same of the two friction inputs of the first mesh.
+    """
+
+    rates: FloatArray
+    forces: FloatArray
+    friction: FloatArray
+
+
+def mesh_tables(
+    rig: Transmission, gear: str, damage: Mapping[int, ToothDamage], index_errors: FloatArray
+) -> MeshTables:
+    """Tables of a rig with damage by tooth number and index errors (teeth,) of one gear, in its mesh."""
+    own = rig.meshes_of(gear)[0]
+    teeth, shaft = rig.gears[gear].teeth, rig.gears[gear].shaft
+    names = meshes_from(rig, gear)
+    T = teeth * SAMPLES_OF_A_PASS
+    forces = np.zeros((len(names), 2, T))
+    for i, name in enumerate(names):
+        per_table = teeth if name == own else 1
+        forces[i] = np.tile(_over_a_pass(rig.meshes[name], T // per_table), per_table)
+    mesh, window = rig.meshes[own], np.arange(int(np.ceil(rig.meshes[own].profile.contact_ratio)) * SAMPLES_OF_A_PASS)
+    pair = mesh.stiffness * pair_stiffness(mesh.profile, window / SAMPLES_OF_A_PASS)
+    for tooth in np.flatnonzero(index_errors):
+        forces[0, 1, (window + tooth * SAMPLES_OF_A_PASS) % T] += pair * index_errors[tooth]
+    made = change(mesh, gear, teeth, rig.geometries[own].base_pitch, damage, SAMPLES_OF_A_PASS)
+    error = made.profile + sum(one * index_errors[tooth - 1] for tooth, one in made.errors.items())
+    forces[0, 0, made.samples] += made.stiffness[0]
+    forces[0, 1, made.samples] += error[0]
+    friction = np.zeros((len(made.stiffness) - 1, 2, T))
+    friction[:, 0, made.samples], friction[:, 1, made.samples] = made.stiffness[1:], error[1:]
+    passes = [rig.gears[rig.meshes[name].driving] for name in names[1:]]
+    speed = abs(rig.speed(shaft))
+    rates = [1.0, *(one.teeth * abs(rig.speed(one.shaft)) / speed for one in passes)]
+    return MeshTables(rates=np.array(rates), forces=_closed(forces), friction=_closed(friction))
+
+
+def meshes_from(rig: Transmission, gear: str) -> list[str]:
+    """Names of the meshes, that of a gear first."""
+    own = rig.meshes_of(gear)[0]
+    return sorted(rig.meshes, key=lambda name: name != own)
+
+
+def _over_a_pass(mesh: Mesh, samples: int) -> FloatArray:
+    """(2, samples) stiffness and force of the profile errors of a healthy mesh."""
+    x = pairs_in_contact(np.arange(samples) / samples)
+    pairs = mesh.stiffness * pair_stiffness(mesh.profile, x)
+    return np.array([pairs.sum(axis=0), (pairs * profile_error(mesh, x)).sum(axis=0)])
+
+
+def _closed(table: FloatArray) -> FloatArray:
+    return np.concatenate([table, table[..., :1]], axis=-1)
+
+
+class Marcher:
+    """A rig in motion: its state, and the steps that change it.
+
+    Parameters
+    ----------
+    rig, gear
+        The rig and its damaged gear.
+    system
+        The rig's modal system.
+    tables
+        What the meshes do.
+    step
+        Time step, s.
+    others
+        (inputs, k) of the modal system: k further forces as combinations of its inputs.
+    """
+
+    def __init__(
+        self, rig: Transmission, gear: str, system: ModalSystem, tables: MeshTables, step: float, others: FloatArray
+    ) -> None:
+        names = meshes_from(rig, gear)
+        m, order = len(names), [list(rig.meshes).index(name) for name in names]
+        first = system.inputs.shape[1] - 2 * m + 2 * order[0]
+        inputs = np.eye(system.inputs.shape[1])[:, [*order, *range(first, first + len(tables.friction))]]
+        inputs = np.column_stack([inputs, others])
+        rows = [*order, *range(m, len(system.outputs))]
+        upper = np.flatnonzero(system.poles.imag >= 0)
+        # Re(c z) is the real output of a conjugate pair, whose second half is not marched.
+        weight = np.where(system.poles[upper].imag > 0, 2.0, 1.0)
+        c, b = weight * system.outputs[np.ix_(rows, upper)], system.inputs[upper] @ inputs
+        E, g0, g1 = first_order_hold(system.poles[upper], step)
+        self._c, self._g1, self._direct = c, b * g1[:, None], system.direct[rows] @ inputs
+        self._tables, self.meshes = tables, m
+        static = (c @ (system.inputs[upper, m] / -system.poles[upper])).real + system.direct[rows, m]
+        backlash = [rig.meshes[name].backlash for name in names]
+        self._constants = (
+            _parts(E),
+            np.ascontiguousarray(_parts((E[:, None] * self._g1 + b * g0[:, None]).T).swapaxes(0, 1)),
+            np.ascontiguousarray(_parts(c.conj()).swapaxes(0, 1)),
+            (c @ self._g1).real + self._direct,
+            static,
+            np.array([rig.meshes[name].stiffness for name in names]),
+            np.array([np.inf if one is None else one for one in backlash]),
+        )
+        self._x: FloatArray = np.zeros((2, len(upper)))
+        self._f: FloatArray = np.zeros(inputs.shape[1])
+
+    def start(
+        self, state: ComplexArray, turns: float, forces: FloatArray, lift: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Begin with modal coordinates (m,), one of each conjugate pair, less those of the steady torque.
+
+        ``turns``, ``forces`` (k,) and ``lift`` (meshes,) or (0,) are those of this instant, as are the outputs and the
+        mesh forces that are returned.
+        """
+        m, sliding = self.meshes, len(self._tables.friction)
+        static, mean = self._constants[4], self._constants[5]
+        place = turns * self._tables.rates
+        at = np.rint((place - np.floor(place)) * (self._tables.forces.shape[2] - 1)).astype(int)
+        k, g = self._tables.forces[range(m), :, at].T
+        w, v = self._tables.friction[:, :, at[0]].T
+        if lift.size:
+            g, v = g + k * lift, v + w * lift[0]
+        p = (static + (self._c @ state).real)[:m] + self._direct[:m, m + sliding :] @ forces
+        direct, across = self._direct[:m, :m], self._direct[:m, m : m + sliding]
+        A = np.eye(m) + direct * (k - mean)
+        A[:, 0] += across @ w
+        delta = np.linalg.solve(A, p + direct @ g + across @ v)
+        pressing = np.maximum(k * delta - g, 0.0)
+        self._f[:m] = mean * delta - pressing
+        self._f[m : m + sliding] = (v - w * delta[0]) * (pressing[0] > 0)
+        self._f[m + sliding :] = forces
+        self._x = _parts(state - self._g1 @ self._f)
+        return static + (self._c @ state).real + self._direct @ self._f, pressing
+
+    @property
+    def static_compression(self) -> FloatArray:
+        """(meshes,) compression under the steady torque, m."""
+        return self._constants[4][: self.meshes]
+
+    @property
+    def state(self) -> ComplexArray:
+        """(m,) modal coordinates, one of each conjugate pair, less those of the steady torque."""
+        return self._x[0] + 1j * self._x[1] + self._g1 @ self._f
+
+    def run(self, turns: FloatArray, forces: FloatArray, lift: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """March through steps; see :func:`~sigdb.dynamics.march.kernel.march_steps`.
+
+        Parameters
+        ----------
+        turns
+            (steps,) revolutions of the damaged gear's shaft at the end of each step.
+        forces, lift
+            (steps, k) other forces, and (steps, meshes) or (steps, 0) errors that all pairs of a mesh have in common.
+
+        Returns
+        -------
+        outputs, mesh_force : ndarray, (steps, meshes + sensors) and (steps, meshes)
+        """
+        from sigdb.dynamics.march.kernel import march_steps
+
+        outputs, mesh_force = np.empty((len(turns), len(self._c))), np.empty((len(turns), self.meshes))
+        tables = self._tables
+        march_steps(
+            self._x, self._f, *self._constants, turns, tables.rates, tables.forces, tables.friction, forces, lift,
+            outputs, mesh_force,
+        )  # fmt: skip
+        return outputs, mesh_force
+
+
+def _parts(values: ComplexArray) -> FloatArray:
+    """Real and imaginary parts along a new first axis."""
+    return np.array([values.real, values.imag])

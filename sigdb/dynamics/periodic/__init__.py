@@ -1,0 +1,1 @@
+"""The periodic steady state: the healthy rig once, and damage as a small correction."""

@@ -1,0 +1,327 @@
+"""The periodic steady state of a rig, exact for the linear, time-periodic equations.
+
+The healthy rig is solved once for an operating point (:mod:`sigdb.dynamics.periodic.hill`). Damage then adds the forces
+``f = g - D o delta`` on the samples S that it touches, and ``delta = R + P_S f`` with the healthy rig's response R and
+its influence P, the response to a unit force at each sample. So only ``(I + P_SS D) delta_S = R_S + P_SS g`` is left to
+solve, and every output is the healthy one plus a few columns: ``y = y_0 + A_S f``.
+
+D on samples holds the alias of its finest details. What that does is estimated for every case; where it is more than
+`TOLERANCE` the alias is computed from a finer grid and taken out by iteration.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import gcd
+
+import numpy as np
+
+from sigdb.core import ComplexArray, FloatArray, IntArray, SigdbError
+from sigdb.dynamics.damage_forces import Change, change
+from sigdb.dynamics.excitation import Harmonic
+from sigdb.dynamics.period import Period
+from sigdb.dynamics.periodic.correction import (
+    Columns,
+    Correction,
+    LocalCorrection,
+    LocalForces,
+    inputs_of,
+    local_forces,
+    resampled,
+)
+from sigdb.dynamics.periodic.hill import Hill
+from sigdb.dynamics.periodic.long_period import IteratedCorrection, LongPeriod
+from sigdb.dynamics.periodic.steady_state import SteadyState
+from sigdb.dynamics.periodic.truncation import GRID, Truncation
+from sigdb.transmission import Mesh, ModalSystem, ToothDamage
+
+SAMPLES_PER_TOOTH = 64
+LEAST_SAMPLES_PER_TOOTH = 16
+TOLERANCE = 1e-4
+"""Error by alias, as a fraction of a signal's peak-to-peak, above which it is taken out."""
+_FINE = 8
+"""How much finer the grid is from which alias is computed. Edges are C1, so that alias falls with the third power of
+that, and in the acceleration of a gear with the second."""
+_MOST_ITERATIONS = 30
+_GATHERED = 3
+"""Sets of samples whose influence is kept: those of one case, which the next case often shares."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PeriodicRig:
+    """A rig prepared for one gear at one operating point: all that does not depend on the damage.
+
+    The damaged gear's mesh comes first, whatever its place in the rig.
+
+    Attributes
+    ----------
+    system
+        The rig's modal system.
+    gear, teeth
+        The damaged gear, and its tooth count.
+    meshes, order
+        The meshes, the damaged gear's first, and their places in the modal system. All begin a tooth pass at the mark.
+    base_pitch
+        Way of the first mesh's contact along its normal in a tooth pass, m.
+    shaft_speed
+        Speed of the damaged gear's shaft, rad/s.
+    period
+        The common period on the grid of the solution.
+    samples
+        n, samples given out in a revolution; N in the common period.
+    harmonics
+        Harmonic excitations, by order of that shaft.
+    static_compression
+        (meshes,) compression under the mean torque and stiffness, m.
+    healthy
+        (meshes, samples of the grid) mesh stiffness without damage, N/m.
+    excitation
+        Spectra of what excites the rig: outputs with the mean mesh stiffness, and forces of errors.
+    solver
+        The healthy rig, solved; its inputs are the meshes and the two friction vectors of the first.
+    truncation
+        The harmonics beyond it.
+    response
+        (rows, columns) of the healthy rig: compressions of each mesh on the grid, n averaged samples of each sensor,
+        under torque and profile errors, each tooth's index error, each order's two phases.
+    """
+
+    system: ModalSystem
+    gear: str
+    teeth: int
+    meshes: tuple[Mesh, ...]
+    order: tuple[int, ...]
+    base_pitch: float
+    shaft_speed: float
+    period: Period
+    samples: int
+    harmonics: tuple[Harmonic, ...]
+    static_compression: FloatArray
+    healthy: FloatArray
+    excitation: tuple[ComplexArray, ComplexArray]
+    solver: Hill | LongPeriod
+    truncation: Truncation
+    response: FloatArray
+    _influences: dict[int, FloatArray] = field(default_factory=dict, repr=False, compare=False)
+    _gathered: dict[bytes, FloatArray] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def samples_per_tooth(self) -> int:
+        """Samples in a tooth pass."""
+        return self.samples // self.teeth
+
+    @property
+    def seconds(self) -> float:
+        """The common period, s."""
+        return self.period.revolutions * 2 * np.pi / self.shaft_speed
+
+    @cached_property
+    def error(self) -> float:
+        """Estimated error of the healthy signals by the grid, as a fraction of their peak-to-peak."""
+        back = self.truncation.acting_back(self._finely(self.response))
+        return _of_peak_to_peak(self._signals(self.rows(self.solver.respond(back))), self._signals(self.response))
+
+    def mesh_stiffness(self, damage: Mapping[int, ToothDamage]) -> FloatArray:
+        """(meshes, N) mesh stiffness with damage, N/m."""
+        return self._stiffness(self._change(damage))
+
+    def _stiffness(self, made: Change) -> FloatArray:
+        made = made.every(self.period.refinement)
+        stiffness = self.healthy[:, :: self.period.refinement].copy()
+        stiffness[0].reshape(-1, self.samples)[:, made.samples] += made.stiffness[0]
+        return stiffness
+
+    def steady_state(self, damage: Mapping[int, ToothDamage], *, specimens: bool = True) -> SteadyState:
+        """Steady state with damage by tooth number; an empty mapping is the healthy rig.
+
+        Parameters
+        ----------
+        damage
+            Damage by tooth number, from 1.
+        specimens
+            Whether to compute the response to index errors too.
+
+        Raises
+        ------
+        SigdbError
+            If the alias of the damage cannot be taken out; the grid is far too coarse then.
+        """
+        columns: Columns = slice(None)
+        if not specimens:
+            columns = np.delete(np.arange(self.response.shape[1]), slice(1, 1 + self.teeth))
+        if not any(one.is_damage for one in damage.values()):
+            return self._steady_state(self.mesh_stiffness(damage), self.response[:, columns], self.error, specimens)
+        fine = self._change(damage, GRID)
+        made = fine.every(GRID)
+        forces = self._forces(made, columns)
+        correction = self._correction(forces, columns)
+        force, rows = correction.solved()
+        nominal = self._forces(fine, slice(1))
+        error = self._error(nominal, self.period.spectrum(forces.everywhere(force[:, :, :1])), rows)
+        if error > TOLERANCE:
+            rows = self._without_alias(damage, columns, correction, force, rows)
+            error = self._error(nominal, None, rows) + error / _FINE**2
+        return self._steady_state(self._stiffness(made), rows, error, specimens)
+
+    def modal_state(self, damage: Mapping[int, ToothDamage], index_errors: FloatArray) -> ComplexArray:
+        """(m,) modal coordinates at the mark, one of each conjugate pair, less those of the steady torque.
+
+        They are those of the steady state with index errors (teeth,): a march that begins with them goes on in it.
+        """
+        m, N, columns = len(self.meshes), self.period.samples, slice(None)
+        weights = np.concatenate([[1.0], index_errors, np.tile([1.0, 0.0], len(self.harmonics))])
+        damaged = any(one.is_damage for one in damage.values())
+        forces = self._forces(self._change(damage), columns)
+        rows = self._correction(forces, columns).solved()[1] if damaged else self.response
+        delta = (rows[: m * N] @ weights).reshape(m, N)
+        mean = np.array([mesh.stiffness for mesh in self.meshes])
+        force = self.excitation[1] @ weights
+        force[:m] -= self.period.spectrum(((self.healthy - mean[:, None]) * delta)[:, :, None])[:, :, 0]
+        if damaged:
+            added = forces.errors @ weights - forces.stiffness * delta[0, forces.samples]
+            force[inputs_of(forces, m)] += self.period.spectrum(forces.everywhere(added[:, :, None]))[:, :, 0]
+
+        upper = self.system.poles.imag >= 0
+        poles, inputs = self.system.poles[upper, None], self.system.inputs[upper]
+        friction = inputs.shape[1] - 2 * m + 2 * self.order[0]
+        spectrum = inputs[:, [*self.order, friction, friction + 1]] @ force / N
+        conjugate = inputs[:, [*self.order, friction, friction + 1]] @ force.conj() / N
+        omega = 2j * np.pi / self.seconds * np.arange(self.period.harmonics)
+        state = (spectrum / (omega - poles)).sum(axis=1) + (conjugate / (-omega - poles))[:, 1:].sum(axis=1)
+        for one in self.harmonics:
+            speed, pole = 1j * one.order * self.shaft_speed, poles[:, 0]
+            state += inputs @ one.force / 2 / (speed - pole) + inputs @ one.force.conj() / 2 / (-speed - pole)
+        return state
+
+    def _change(self, damage: Mapping[int, ToothDamage], factor: int = 1) -> Change:
+        step = factor * self.period.refinement * self.samples_per_tooth
+        return change(self.meshes[0], self.gear, self.teeth, self.base_pitch, damage, step)
+
+    def _forces(self, made: Change, columns: Columns) -> LocalForces:
+        return local_forces(made, self.teeth, self.period.revolutions, self.harmonics, columns)
+
+    def _correction(self, forces: LocalForces, columns: Columns) -> Correction:
+        if isinstance(self.solver, LongPeriod):
+            free, force = self.excitation
+            return IteratedCorrection(self.solver, forces, (free[:, :, columns], force[:, :, columns]), self.rows)
+        influences = [self._influence_at(forces.samples, q) for q in inputs_of(forces, len(self.meshes))]
+        return LocalCorrection(
+            forces, self.response[:, columns], influences, lambda force: self.rows(self.solver.respond(force))
+        )
+
+    def _alias(self, forces: LocalForces, delta: FloatArray, known: ComplexArray) -> ComplexArray:
+        """(inputs of the rig, K, columns) what forces hold beside those known, delta being on their finer grid."""
+        found = np.zeros((self.solver.transfer.shape[2], self.period.harmonics, delta.shape[1]), complex)
+        true = forces.everywhere(forces(delta[forces.samples]))
+        found[inputs_of(forces, len(self.meshes))] = self.period.spectrum(true) - known
+        return found
+
+    def _finely(self, rows: FloatArray) -> FloatArray:
+        """(meshes, F) compressions under torque on the grid of the truncation."""
+        first = rows[: len(self.meshes) * self.period.samples, 0]
+        return resampled(first.reshape(len(self.meshes), -1).T, GRID).T
+
+    def _error(self, local: LocalForces, known: ComplexArray | None, rows: FloatArray) -> float:
+        """Estimate of the signals' error: the mean system's answer to forces left out, by truncation and by alias.
+
+        ``local`` are the forces under torque on the grid of the truncation; where no forces are known there is no
+        alias.
+        """
+        delta = self._finely(rows)
+        left_out = self.truncation.acting_back(delta, local)
+        if known is not None:
+            left_out += self._alias(local, delta[0, :, None], known)
+        m = len(self.meshes)
+        answer = self.period.averaged(np.einsum("koi,ikc->okc", self.solver.transfer[:, m:], left_out))
+        return _of_peak_to_peak(answer[:, :, 0], self._signals(rows))
+
+    def _without_alias(
+        self,
+        damage: Mapping[int, ToothDamage],
+        columns: Columns,
+        correction: Correction,
+        force: FloatArray,
+        rows: FloatArray,
+    ) -> FloatArray:
+        """Rows without alias, but for that of a finer grid, by iteration from the forces of the damage."""
+        fine = self._forces(self._change(damage, _FINE), columns)
+        known = self.period.spectrum(correction.forces.everywhere(force))
+        inputs = inputs_of(fine, len(self.meshes))
+        for _ in range(_MOST_ITERATIONS):
+            alias = self._alias(fine, resampled(rows[: self.period.samples], _FINE), known)
+            more, further = correction.followed(alias)
+            rows = rows + further
+            known = known + alias[inputs] + self.period.spectrum(correction.forces.everywhere(more))
+            if _of_peak_to_peak(self._signals(further), self._signals(rows)) < TOLERANCE / 10:
+                return rows
+        raise SigdbError(
+            f"{self.samples_per_tooth} samples a tooth are too few for this damage: its response does not converge; "
+            "give more samples_per_tooth"
+        )
+
+    def _signals(self, rows: FloatArray) -> FloatArray:
+        """(sensors, n) signals under torque, of rows."""
+        return rows[len(self.meshes) * self.period.samples :, 0].reshape(-1, self.samples)
+
+    def rows(self, spectrum: ComplexArray) -> FloatArray:
+        """(rows, columns) of a spectrum of outputs: compressions, and sensors averaged over the revolutions."""
+        m, columns = len(self.meshes), spectrum.shape[2]
+        compressions, sensors = self.period.sampled(spectrum[:m]), self.period.averaged(spectrum[m:])
+        return np.concatenate([compressions.reshape(-1, columns), sensors.reshape(-1, columns)])
+
+    def _influence(self, source: int) -> FloatArray:
+        """(rows, L) response to a unit force on an input at each of the first L samples; others are turns of it."""
+        if source not in self._influences:
+            N, L = self.period.samples, self.period.samples // gcd(*self.period.passes)
+            force = np.zeros((self.solver.transfer.shape[2], self.period.harmonics, L), complex)
+            k = np.arange((N + 1) // 2)
+            force[source, : len(k)] = np.exp(-2j * np.pi / N * k[:, None] * np.arange(L))
+            self._influences[source] = self.rows(self.solver.respond(force))
+        return self._influences[source]
+
+    def _influence_at(self, samples: IntArray, source: int) -> FloatArray:
+        """(rows, s) response of the healthy rig to a unit force on an input at samples of the period."""
+        key = samples.tobytes() + bytes([source])
+        if key not in self._gathered:
+            N, m, finer = self.period.samples, len(self.meshes), self.period.refinement
+            first = self._influence(source)
+            L = first.shape[1]
+            found = np.empty((len(first), len(samples)))
+            blocks = samples // L
+            for block in np.unique(blocks):
+                here = np.flatnonzero(blocks == block)
+                column = first[:, samples[here] % L]
+                for rows, n, shift in ((slice(m * N), N, L), (slice(m * N, None), self.samples, L // finer)):
+                    turned = np.roll(column[rows].reshape(-1, n, len(here)), block * shift, axis=1)
+                    found[rows, here] = turned.reshape(-1, len(here))
+            if len(self._gathered) >= _GATHERED:
+                self._gathered.clear()
+            self._gathered[key] = found
+        return self._gathered[key]
+
+    def _steady_state(self, stiffness: FloatArray, rows: FloatArray, error: float, specimens: bool) -> SteadyState:
+        m, N, n, orders = len(self.meshes), self.period.samples, self.samples, len(self.harmonics)
+        teeth, columns = self.teeth if specimens else 0, rows.shape[1]
+        compressions = rows[: m * N].reshape(m, N, columns)[:, :: self.period.refinement]
+        sensors = rows[m * N :].reshape(-1, n, columns)
+        own = compressions[0]
+        nominal = compressions[1:, :, 0] + compressions[1:, :, 1 + teeth :: 2].sum(axis=2)
+        return SteadyState(
+            signals=sensors[:, :, 0],
+            specimen_response=sensors[:, :, 1 : 1 + teeth],
+            harmonic_response=sensors[:, :, 1 + teeth :].reshape(len(sensors), n, orders, 2),
+            orders=tuple(one.order for one in self.harmonics),
+            compression=own[:, 0],
+            compression_response=own[:, 1 : 1 + teeth],
+            compression_harmonic=own[:, 1 + teeth :].reshape(len(own), orders, 2),
+            mesh_stiffness=stiffness,
+            static_compression=float(self.static_compression[0]),
+            least_elsewhere=float((nominal / self.static_compression[1:, None]).min(initial=np.inf)),
+            error=error,
+        )
+
+
+def _of_peak_to_peak(errors: FloatArray, signals: FloatArray) -> float:
+    """Greatest error (sensors, n) of a sensor, as a fraction of its signal's peak-to-peak."""
+    size = np.ptp(signals, axis=1)
+    return float((np.abs(errors).max(axis=1) / np.where(size > 0, size, np.inf)).max(initial=0.0))

@@ -1,0 +1,132 @@
+"""Preparing the periodic problem of a rig: all that its damage does not change."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sigdb.core import ComplexArray, FloatArray, InputError
+from sigdb.dynamics.excitation import excitation, harmonics, over_a_pass
+from sigdb.dynamics.period import Period, common_period, damaged_gear
+from sigdb.dynamics.periodic.hill import Hill, entries, hill
+from sigdb.dynamics.periodic.long_period import LongPeriod, long_period
+from sigdb.dynamics.periodic.periodic import SAMPLES_PER_TOOTH, TOLERANCE, PeriodicRig
+from sigdb.dynamics.periodic.truncation import truncation, twice
+from sigdb.transmission import Mesh, ModalSystem, Transmission, modal_system, pair_stiffness, pairs_in_contact
+
+_MOST_ENTRIES = 40_000_000
+"""Complex numbers in the factors of a healthy rig; one that has more is solved by iteration."""
+_MOST_REFINEMENT = 8
+_HEALTHY_SHARE = 0.25
+"""Part of the tolerance that the healthy rig may take; damage with sharp edges needs the rest."""
+
+
+def prepare(
+    rig: Transmission,
+    *,
+    gear: str | None = None,
+    samples_per_tooth: int = SAMPLES_PER_TOOTH,
+    system: ModalSystem | None = None,
+) -> PeriodicRig:
+    """Prepare the periodic problem of a gear: all that its damage does not change.
+
+    Parameters
+    ----------
+    rig
+        A transmission with torque through its meshes.
+    gear
+        The damaged gear; the driving gear of the first mesh if left out.
+    samples_per_tooth
+        Samples in a tooth pass; n is this times the gear's teeth.
+    system
+        The rig's modal system, for example a truncated one; synthesised in full if left out.
+
+    Raises
+    ------
+    InputError
+        If the rig has no such gear, no torque, or meshes that do not repeat within a reasonable time.
+
+    Examples
+    --------
+    >>> import sigdb
+    >>> healthy = prepare(sigdb.load_transmission("nasa-spiral-bevel")).steady_state({})
+    >>> healthy.signals.shape, bool(healthy.min_compression > 0)
+    ((2, 768), True)
+    """
+    gear = damaged_gear(rig, gear)
+    if rig.operating.drive is None or not rig.operating.torque or not rig.operating.speed_rpm:
+        raise InputError(
+            f"rig {rig.name!r} has no torque through its meshes; give operating.drive, load, speed and torque"
+        )
+    own = rig.meshes_of(gear)
+    if len(own) > 1:
+        raise InputError(
+            f"gear {gear!r} of rig {rig.name!r} takes part in {len(own)} meshes; damage is simulated in one"
+        )
+    names = sorted(rig.meshes, key=lambda name: name != own[0])
+    order = [list(rig.meshes).index(name) for name in names]
+    meshes, m = tuple(rig.meshes[name] for name in names), len(names)
+    revolutions, passes = common_period(rig, gear)
+    teeth, shaft = rig.gears[gear].teeth, rig.gears[gear].shaft
+    n, speed = samples_per_tooth * teeth, abs(rig.speed(shaft))
+    period = Period(samples=n * revolutions, revolutions=revolutions, passes=tuple(passes[i] for i in order))
+
+    system = system or modal_system(rig)
+    found = tuple(replace(one, error=one.error[order]) for one in harmonics(rig, system, shaft, revolutions))
+    passes_of = [over_a_pass(mesh) for mesh in meshes]
+    varying = [(stiffness - mesh.stiffness, force) for mesh, (stiffness, force) in zip(meshes, passes_of, strict=True)]
+    while True:
+        transfer = _transfer(system, order, period, speed)
+        friction = transfer.shape[2] - 2 * m + 2 * order[0]
+        inputs = [*range(m), friction, friction + 1]
+        solver = _solver(transfer[:, :, inputs], [kappa for kappa, _ in varying], period)
+        free, force = excitation(period, meshes, teeth, found, transfer)
+        force = np.concatenate([force, np.zeros((2, *force.shape[1:]))])
+        response = solver.respond(force, free)
+        beyond = truncation(_transfer(system, order, twice(period), speed)[:, :m, inputs], varying, period)
+        prepared = PeriodicRig(
+            system=system,
+            gear=gear,
+            teeth=teeth,
+            meshes=meshes,
+            order=tuple(order),
+            base_pitch=rig.geometries[own[0]].base_pitch,
+            shaft_speed=speed,
+            period=period,
+            samples=n,
+            harmonics=found,
+            static_compression=transfer[0, :m, m].real,
+            healthy=_healthy_stiffness(meshes, period),
+            excitation=(free, force),
+            solver=solver,
+            truncation=beyond,
+            response=np.empty((0, 0)),
+        )
+        prepared = replace(prepared, response=prepared.rows(response))
+        if prepared.error < _HEALTHY_SHARE * TOLERANCE or period.refinement >= _MOST_REFINEMENT:
+            return prepared
+        period = twice(period)
+
+
+def _solver(transfer: ComplexArray, kappa: Sequence[FloatArray], period: Period) -> Hill | LongPeriod:
+    return (hill if entries(period) <= _MOST_ENTRIES else long_period)(transfer, kappa, period)
+
+
+def _transfer(system: ModalSystem, order: Sequence[int], period: Period, speed: float) -> ComplexArray:
+    """(K, outputs, inputs) at the harmonics of a period, the meshes in that order."""
+    m = len(order)
+    outputs, inputs = [*order, *range(m, len(system.outputs))], [*order, *range(m, system.inputs.shape[1])]
+    found = system.transfer(speed / period.revolutions * np.arange(period.harmonics))[:, outputs][:, :, inputs]
+    if period.samples % 2 == 0:
+        found[-1] = 0
+    return found
+
+
+def _healthy_stiffness(meshes: tuple[Mesh, ...], period: Period) -> FloatArray:
+    u = np.arange(period.samples) / period.samples
+    return np.array(
+        [
+            mesh.stiffness * pair_stiffness(mesh.profile, pairs_in_contact(count * u)).sum(axis=0)
+            for mesh, count in zip(meshes, period.passes, strict=True)
+        ]
+    )

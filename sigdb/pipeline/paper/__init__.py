@@ -1,1 +1,0 @@
-"""The paper's claims, P1 to P10, as numbers on simulated signals."""

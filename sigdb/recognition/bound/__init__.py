@@ -1,0 +1,1 @@
+"""The Bayes bound, and models compared with it."""

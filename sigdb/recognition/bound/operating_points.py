@@ -1,0 +1,174 @@
+"""Rows of a database by operating point, each with the hypotheses that its rows may come from."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from sigdb.core import FloatArray, InputError
+from sigdb.database import Database
+from sigdb.measurement import noise_deviation
+from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.templates.hypotheses import Hypotheses
+from sigdb.recognition.templates.posterior import Posterior, log_prior, posterior
+
+_POINT = ["speed_rpm", "torque", "teeth"]
+_COLUMNS = ("id", "template", "tooth", "specimen", "averages", "snr_db", "index_error", "contact_loss")
+_ROWS_AT_ONCE = 2048
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OperatingPoint:
+    """Rows of one operating point and tooth count.
+
+    Attributes
+    ----------
+    hypotheses
+        The laws that rows may follow.
+    rows
+        All rows inside the law, by id: ``place`` (of its template among the hypotheses), ``tooth``, ``teeth``,
+        ``specimen``, ``noise`` (standard deviation of the average's noise), ``index_error``, the severities, and
+        ``judged`` (whether the row is one of those asked for).
+    """
+
+    hypotheses: Hypotheses
+    rows: pd.DataFrame
+
+    def log_likelihood(self, x: FloatArray, rows: pd.DataFrame) -> FloatArray:
+        """(rows, templates, teeth) of averages x (rows, n) whose noise and size of index errors are those of rows."""
+        noise, index_error = (rows[name].to_numpy() for name in ("noise", "index_error"))
+        return self.hypotheses.log_likelihood(x, noise=noise, index_error=index_error)
+
+    def posterior(self, x: FloatArray, rows: pd.DataFrame) -> Posterior:
+        """What is known of averages x (rows, n) whose noise and size of index errors are those of ``rows``."""
+        return self.known(self.log_likelihood(x, rows))
+
+    def known(self, log_likelihood: FloatArray) -> Posterior:
+        """What is known of averages of this likelihood (rows, templates, teeth)."""
+        return posterior(log_likelihood, self.log_prior, self.hypotheses.healthy)
+
+    def asking(self, ids: ArrayLike) -> Self:
+        """The same point, asked for these rows."""
+        return replace(self, rows=self.rows.assign(judged=np.isin(self.rows.index, ids)))
+
+    @cached_property
+    def asked(self) -> Self:
+        """A point that has the rows asked for and no others, so that the prior is their own."""
+        return replace(self, rows=self.rows[self.rows["judged"]])
+
+    def stored(self, database: Database, sensor: str | None) -> Iterator[tuple[pd.DataFrame, FloatArray]]:
+        """The rows that are asked for with their averages, some at a time."""
+        wanted = self.rows[self.rows["judged"]]
+        for first in range(0, len(wanted), _ROWS_AT_ONCE):
+            some = wanted.iloc[first : first + _ROWS_AT_ONCE]
+            yield some, database.signals(some.index.to_numpy(), sensor=sensor)["tsa"]
+
+    def redrawn(
+        self, stream: np.random.Generator, draws: int, *, specimens: bool = True, decibels: float = 0.0
+    ) -> Iterator[tuple[pd.DataFrame, FloatArray]]:
+        """Rows chosen at random from all, with a specimen and noise of their own drawn from the law, some at a time.
+
+        Parameters
+        ----------
+        stream
+            Where they are drawn from.
+        draws
+            How many.
+        specimens
+            Whether they have index errors.
+        decibels
+            By how much their noise is raised.
+        """
+        for first in range(0, draws, _ROWS_AT_ONCE):
+            chosen = self.rows.iloc[stream.integers(len(self.rows), size=min(_ROWS_AT_ONCE, draws - first))]
+            rows = chosen.assign(
+                noise=chosen["noise"] * 10 ** (decibels / 20), index_error=chosen["index_error"] * specimens
+            )
+            case = {name: rows[name].to_numpy() for name in ("noise", "index_error")}
+            place, tooth = rows["place"].to_numpy(), rows["tooth"].to_numpy()
+            yield rows, self.hypotheses.draw(stream, place, tooth, **case)
+
+    @cached_property
+    def log_prior(self) -> FloatArray:
+        """(templates, teeth) logarithm of the share of each among the rows."""
+        place, tooth = (self.rows[name].to_numpy() for name in ("place", "tooth"))
+        return log_prior(place, tooth, self.hypotheses.healthy, self.hypotheses.teeth)
+
+    @cached_property
+    def before(self) -> Posterior:
+        """What is known before an average is seen."""
+        return posterior(np.zeros((1, *self.log_prior.shape)), self.log_prior, self.hypotheses.healthy)
+
+
+def operating_points(
+    database: Database,
+    ids: ArrayLike | None = None,
+    *,
+    among: ArrayLike | None = None,
+    sensor: str | None = None,
+    damaged: bool = False,
+) -> tuple[list[OperatingPoint], dict[str, int]]:
+    """The operating points of some rows, and why which rows are outside of the law.
+
+    What is expected before an average is seen, the prior, is the share of each template and tooth among all rows of the
+    operating point that are inside the law, whichever are asked for, or among some of them. Noise and index errors are
+    taken to be the same for all cases: where they are not, they tell of the case what this prior does not use.
+
+    Parameters
+    ----------
+    database
+        A database with rows.
+    ids
+        Rows; all if left out.
+    among
+        Rows whose shares are the prior; all if left out. They are to hold those asked for.
+    sensor
+        A stored sensor; the first one if left out.
+    damaged
+        Only rows with one severity: damaged ones without a pattern.
+
+    Returns
+    -------
+    points
+        With those of these rows that are inside the law, and which of them are asked for.
+    outside
+        Number of the rows asked for that are not, by reason.
+
+    Raises
+    ------
+    InputError
+        If no row is inside, or the rig does not turn exactly.
+    """
+    rows = _rows(database)
+    rows = rows if among is None else rows[np.isin(rows.index, among)]
+    wanted = np.isin(rows.index, ids) if ids is not None else np.full(len(rows), True)
+    reasons = {"without a result": ~rows["done"], "with loss of contact": rows["contact_loss"].eq(True)}
+    if damaged:
+        wanted &= (rows["tooth"] > 0).to_numpy()
+        reasons |= {"with a pattern of damage": rows["patterned"], "healthy": rows["tooth"] == 0}
+    counts = {reason: int((some & wanted).sum()) for reason, some in reasons.items()}
+    outside = {reason: count for reason, count in counts.items() if count}
+    inside = rows.assign(judged=wanted)[~np.any(list(reasons.values()), axis=0)]
+    points = [_point(database, some, sensor) for _, some in inside.groupby(_POINT) if some["judged"].any()]
+    if not points:
+        raise InputError(f"{database.store}: no row is inside the law that the bound is computed from ({outside})")
+    return points, outside
+
+
+def _rows(database: Database) -> pd.DataFrame:
+    columns = ", ".join(dict.fromkeys((*_COLUMNS, *_POINT, *TARGETS)))
+    answers = "status = 'ok' as done, pattern <> '' as patterned"
+    return database.sql(f"select {columns}, {answers} from cases order by id").set_index("id")
+
+
+def _point(database: Database, rows: pd.DataFrame, sensor: str | None) -> OperatingPoint:
+    speed_rpm, torque, teeth = (rows[name].iloc[0].item() for name in _POINT)
+    hypotheses = Hypotheses.of(database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor)
+    place = pd.Index(hypotheses.cases["template"]).get_indexer(pd.Index(rows["template"]))
+    deviation = noise_deviation(hypotheses.reference_variance[place], rows["snr_db"].to_numpy())
+    rows = rows.assign(place=place, noise=deviation / np.sqrt(rows["averages"].to_numpy()))
+    return OperatingPoint(hypotheses=hypotheses, rows=rows)

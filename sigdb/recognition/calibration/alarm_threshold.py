@@ -1,0 +1,99 @@
+"""The threshold of an alarm whose rate on further specimens is known with a stated confidence."""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.stats import beta, t
+
+from sigdb.core import FloatArray, IntArray
+
+
+def alarm_threshold(scores: ArrayLike, specimens: ArrayLike, rate: float, *, confidence: float = 0.95) -> float:
+    """The least score above which lie at most ``rate`` of the healthy rows of further specimens.
+
+    The share p of rows above a threshold, each specimen weighing the same, estimates the rate over all specimens there
+    are. Its upper confidence bound is that of Clopper and Pearson for so many independent rows as the rows are worth:
+    the threshold is the least one whose bound does not exceed the rate. Rows of a specimen resemble each other, so that
+    n of them are worth (Korn and Graubard [1]_)::
+
+        n* = p (1 - p) / var(p) (t_(n-1) / t_(K-1))^2,   at most n,
+
+    var(p) the variance of p from the scatter between the K specimens, t quantiles of Student's law at the confidence.
+    The scatter is taken where there is an alarm for each specimen, or more: fewer tell little of it.
+
+    Parameters
+    ----------
+    scores
+        (rows,) scores of healthy rows that were not used to make the scorer, greater for what resembles damage.
+    specimens
+        (rows,) specimen of each.
+    rate
+        Between 0 and 1.
+    confidence
+        Confidence of the statement, in repeated choices of as many specimens.
+
+    Returns
+    -------
+    float
+        Infinite where these rows support no such rate: 0.01 takes 299 independent ones at a confidence of 0.95.
+
+    Notes
+    -----
+    Student's law holds for the mean of many specimens. In simulations of normal scores whose specimens' means vary by
+    half of their rows' standard deviation, thresholds for a rate of 0.01 that are meant to hold 95 times in 100 held 92
+    times with 60 and with 25 specimens, 88 times with 10.
+
+    References
+    ----------
+    .. [1] E. L. Korn, B. I. Graubard, "Confidence intervals for proportions with small expected number of positive
+           counts estimated from survey data", Survey Methodology 24 (1998), 193-201.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> float(alarm_threshold(np.arange(1000), np.arange(1000), 0.01))
+    995.0
+    """
+    values = np.asarray(scores, float)
+    _, index, rows = np.unique(np.asarray(specimens), return_inverse=True, return_counts=True)
+    if len(rows) < 2:
+        return math.inf
+    order = np.argsort(-values, kind="stable")
+    index = index[order]
+    if _bound(0, index, rows, confidence) > rate:
+        return math.inf
+    alarms, too_many = 0, math.floor(rate * len(values)) + 1
+    while too_many - alarms > 1:
+        middle = (alarms + too_many) // 2
+        if _bound(middle, index, rows, confidence) <= rate:
+            alarms = middle
+        else:
+            too_many = middle
+    return float(values[order[alarms]])
+
+
+def rows_needed(rate: float, confidence: float) -> int:
+    """Independent healthy rows that the rate takes where none of them is an alarm."""
+    return math.ceil(math.log1p(-confidence) / math.log1p(-rate))
+
+
+def _bound(alarms: int, index: IntArray, rows: IntArray, confidence: float) -> float:
+    """Upper bound of the rate where the rows of the highest scores are alarms; ``index`` is their specimens."""
+    p = float(_shares(alarms, index, rows).mean())
+    worth = _worth(max(alarms, min(len(rows), len(index) // 2)), index, rows, confidence)
+    return float(beta.ppf(confidence, p * worth + 1, (1 - p) * worth)) if p < 1 else 1.0
+
+
+def _worth(alarms: int, index: IntArray, rows: IntArray, confidence: float) -> float:
+    """Independent rows that the rows are worth."""
+    shares, n, specimens = _shares(alarms, index, rows), len(index), len(rows)
+    p, variance = shares.mean(), shares.var(ddof=1) / specimens
+    independent = p * (1 - p) / variance if variance > 0 else n
+    quantiles = t.ppf(confidence, n - 1) / t.ppf(confidence, specimens - 1)
+    return float(min(independent * quantiles**2, n))
+
+
+def _shares(alarms: int, index: IntArray, rows: IntArray) -> FloatArray:
+    """(specimens,) share of each one's rows among the alarms."""
+    return np.bincount(index[:alarms], minlength=len(rows)) / rows

@@ -1,0 +1,89 @@
+"""Conformal sets of teeth whose coverage holds for each severity, noise and operating point."""
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+from scipy.special import log_softmax
+
+from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.recognition.calibration.cells import band_edges, bands, cells_of, of_bands
+from sigdb.recognition.calibration.conformal import greatest_quantile
+from sigdb.recognition.calibration.probabilities import calibrated, specimen_folds_of, with_none
+
+
+class LocationSets:
+    """Sets of a location classifier, for estimators with the parameter ``coverage``.
+
+    'None' or a tooth y is in the set of a record where ``-log p(y) <= q(y, noise)``; the most probable answer
+    always is. p is the calibrated probability; q is, for 'none' and for a tooth, in each band of noise, the greatest
+    over severities and operating points of the conformal quantile by specimen (:func:`greatest_quantile`). Were
+    severity part of the label, a tooth would be in the set if it is there with any severity; p(y) does not depend on
+    severity, so the greatest threshold says the same.
+
+    So for a row of a further specimen, of any one severity, operating point and band of noise of the training, the set
+    holds the truth with a probability of ``coverage`` at least. This is on average over specimens, not for each of
+    them, and over the rows of the cell. Severities or points between those of training, and noise within a band other
+    than that of training, are covered as far as they resemble them; what is beyond is not covered.
+
+    Attributes
+    ----------
+    set_edges_
+        (bands - 1,) edges between bands of noise, dB.
+    set_thresholds_
+        (bands, 2) greatest -log probability within a set, of 'none' and of a tooth.
+    """
+
+    coverage: float
+    set_edges_: FloatArray
+    set_thresholds_: FloatArray
+
+    def _fit_sets(
+        self,
+        strange: FloatArray,
+        tooth: IntArray,
+        severity: FloatArray,
+        *,
+        point: IntArray,
+        noise: FloatArray | None,
+        groups: IntArray,
+    ) -> None:
+        """Set the thresholds from -log probabilities of the truth (rows,) and severities (rows, k)."""
+        self.set_edges_ = band_edges(noise, groups, self.coverage)
+        band = bands(self.set_edges_, noise, len(tooth))
+        cells = cells_of(point, severity)
+        self.set_thresholds_ = np.array(
+            [
+                [
+                    greatest_quantile(strange[some], cells[some], groups[some], self.coverage)
+                    for some in ((band == one) & (tooth == 0), (band == one) & (tooth > 0))
+                ]
+                for one in range(len(self.set_edges_) + 1)
+            ]
+        )
+
+    def _sets(self, scores: FloatArray, noise: FloatArray | None) -> BoolArray:
+        """(rows, teeth + 1) the sets of rows with these scores of 'none' and of each tooth, and this noise."""
+        limit = of_bands(self.set_thresholds_, self.set_edges_, noise, len(scores))
+        limit = limit[:, np.minimum(np.arange(scores.shape[1]), 1)]
+        sets = np.asarray((-log_softmax(scores, axis=1) <= limit) & np.isfinite(scores))
+        # A set is not empty: the most probable answer only adds to the coverage.
+        sets[np.arange(len(sets)), scores.argmax(axis=1)] = True
+        return sets
+
+
+def strangeness(scores: FloatArray, tooth: IntArray, groups: IntArray, offset: ArrayLike = 0.0) -> FloatArray:
+    """(rows,) -log probability of the truth, calibrated on other specimens; arguments as of :func:`calibrated`."""
+    strange, offset = np.empty(len(tooth)), np.broadcast_to(offset, len(tooth))
+    for inner, outer in specimen_folds_of(groups):
+        slope, none = calibrated(scores[inner], tooth[inner], offset[inner])
+        stacked = with_none(scores[outer], slope, none + offset[outer])
+        strange[outer] = -log_softmax(stacked, axis=1)[np.arange(len(outer)), tooth[outer]]
+    return strange
+
+
+def tooth_and_severity(y: ArrayLike | pd.DataFrame) -> tuple[IntArray, FloatArray]:
+    """Tooth (rows,) and severities (rows, k) of labels: k is 0 unless they are a frame with ``tooth`` and more."""
+    if isinstance(y, pd.DataFrame):
+        return y["tooth"].to_numpy(int), y.drop(columns="tooth").to_numpy(float)
+    tooth = np.asarray(y, dtype=int)
+    return tooth, np.empty((len(tooth), 0))

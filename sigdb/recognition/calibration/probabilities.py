@@ -1,0 +1,84 @@
+"""Scores of teeth to probabilities: a slope of the scores, and a level of 'none'."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import minimize
+from scipy.special import log_softmax
+from sklearn.model_selection import GroupKFold
+
+from sigdb.core import FloatArray, InputError, IntArray
+
+_FOLDS = 5
+
+_LEAST_SLOPE = 1e-3
+"""Slope of scores that tell nothing: they keep their order."""
+
+
+def with_none(scores: FloatArray, slope: ArrayLike, none: ArrayLike) -> FloatArray:
+    """(rows, 1 + teeth) scores of 'none' and of each tooth, whose softmax is the probability.
+
+    The slope and the level of 'none' are one, or (rows,).
+    """
+    return np.column_stack([np.broadcast_to(none, len(scores)), np.reshape(slope, (-1, 1)) * scores])
+
+
+def calibrated(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tuple[float, float]:
+    """Slope of the scores and level of 'none' that make the labels most likely.
+
+    Parameters
+    ----------
+    scores
+        (rows, teeth) of rows that the scorer has not seen; -inf where a gear has no such tooth.
+    y
+        (rows,) first damaged tooth, 0 for none.
+    offset
+        What is known of the level of 'none', one or (rows,); the level is added to it.
+    """
+
+    known = np.isfinite(scores)
+    finite, rows = np.where(known, scores, 0.0), np.arange(len(y))
+    of_truth, damaged = np.where(y > 0, finite[rows, y - 1], 0.0), y > 0
+    unit = max(float(finite.std()), np.finfo(float).tiny)  # both parameters count alike
+
+    def loss(parameters: FloatArray) -> tuple[float, FloatArray]:
+        slope, none = parameters[0] / unit, parameters[1] + np.asarray(offset)
+        log_p = log_softmax(with_none(scores, slope, none), axis=1)
+        p = np.exp(log_p)
+        gradient = ((p[:, 1:] * finite).sum(axis=1) - of_truth).mean() / unit, (p[:, 0] - ~damaged).mean()
+        return -float(log_p[rows, y].mean()), np.array(gradient)
+
+    # Convex, so that any descent finds the least one.
+    bounds = [(_LEAST_SLOPE * unit, None), (None, None)]
+    found = minimize(loss, [unit, 0.0], jac=True, bounds=bounds, method="L-BFGS-B", options={"ftol": 1e-12}).x
+    return float(found[0] / unit), float(found[1])
+
+
+def specimen_folds_of(groups: IntArray, folds: int = _FOLDS) -> Iterator[tuple[IntArray, IntArray]]:
+    """Rows to calibrate on and rows of other specimens to judge, so that each row is judged once.
+
+    With one specimen its own rows have to do.
+    """
+    count = len(np.unique(groups))
+    if count < 2:
+        yield np.arange(len(groups)), np.arange(len(groups))
+        return
+    yield from GroupKFold(min(folds, count)).split(groups, groups=groups)
+
+
+def check_labels(teeth: IntArray, y: IntArray) -> None:
+    """Refuse labels of teeth that a gear does not have, and labels of one kind only.
+
+    Raises
+    ------
+    InputError
+        Names the tooth, or says what is missing.
+    """
+    wrong = y[(y < 0) | (y > teeth)]
+    if wrong.size:
+        raise InputError(
+            f"y holds tooth {wrong[0]}, which its gear does not have; give 0 for none, or 1 up to the tooth count"
+        )
+    if not (y > 0).any() or not (y == 0).any():
+        raise InputError("y must hold both healthy rows (0) and damaged ones; add the missing kind")

@@ -1,0 +1,95 @@
+"""Conformal intervals of severities whose coverage holds for each severity, noise and operating point."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sigdb.core import FloatArray, IntArray
+from sigdb.recognition.calibration.cells import band_edges, bands, cells_of, levels_of, of_bands
+from sigdb.recognition.calibration.conformal import greatest_quantile
+
+_CANDIDATES = 101
+_ROWS_AT_ONCE = 4096
+
+
+class SeverityIntervals:
+    """Intervals of a severity regressor, for estimators with the parameter ``coverage``.
+
+    An interval holds the values v that conform, ``|estimate - v| <= q(v, noise) scale``, and the estimate itself. q is
+    the conformal quantile by specimen of the training rows whose true value is v, in each band of noise, the greatest
+    one over the other severities and the operating points; between values of the grid it is interpolated. So coverage
+    is meant for each severity, noise and operating point, with the limits that :class:`LocationSets` tells. Intervals
+    stay within the range of the training rows.
+
+    Attributes
+    ----------
+    levels_
+        Of each severity, its values v.
+    edges_
+        (bands - 1,) edges between bands of noise, dB.
+    thresholds_
+        Of each severity, (bands, values) q.
+    """
+
+    coverage: float
+    levels_: list[FloatArray]
+    edges_: FloatArray
+    thresholds_: list[FloatArray]
+
+    def _fit_intervals(
+        self, strange: FloatArray, true: FloatArray, *, point: IntArray, noise: FloatArray | None, groups: IntArray
+    ) -> None:
+        """Set the thresholds from errors in units of the scale, and true values, both (rows, severities)."""
+        self.edges_ = band_edges(noise, groups, self.coverage)
+        band, cells = bands(self.edges_, noise, len(true)), cells_of(point, true)
+        self.levels_, self.thresholds_ = [], []
+        for error, value in zip(strange.T, true.T, strict=True):
+            levels, nearest = levels_of(value)
+            quantiles = [
+                [
+                    greatest_quantile(error[some], cells[some], groups[some], self.coverage)
+                    for k in range(len(levels))
+                    for some in [(band == one) & (nearest == k)]
+                ]
+                for one in range(len(self.edges_) + 1)
+            ]
+            self.levels_.append(levels)
+            self.thresholds_.append(np.array(quantiles))
+
+    def _with_intervals(
+        self, names: Sequence[str], estimates: FloatArray, scale: FloatArray, noise: FloatArray | None
+    ) -> dict[str, FloatArray]:
+        """Columns of estimates (rows, severities) and of the ends of their intervals, scale of the same shape."""
+        columns: dict[str, FloatArray] = {}
+        for i, name in enumerate(names):
+            limit = of_bands(self.thresholds_[i], self.edges_, noise, len(estimates))
+            low, high = conforming(estimates[:, i], scale[:, i], self.levels_[i], limit)
+            columns |= {name: estimates[:, i], f"{name}_low": low, f"{name}_high": high}
+        return columns
+
+
+def conforming(
+    estimate: FloatArray, scale: FloatArray, levels: FloatArray, limit: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest of the values that conform and the estimate itself.
+
+    Parameters
+    ----------
+    estimate, scale
+        (rows,) estimates, and the unit of their errors.
+    levels
+        (k,) values at which the thresholds are known.
+    limit
+        (rows, k) greatest error that conforms at each, in units of the scale.
+    """
+    candidates = np.union1d(np.linspace(levels[0], levels[-1], _CANDIDATES), levels)
+    # Infinite thresholds cannot be interpolated; this one lets all values conform.
+    limit = np.minimum(limit, np.finfo(float).max / 4)
+    weights = np.stack([np.interp(candidates, levels, one) for one in np.eye(len(levels))])
+    low, high = estimate.copy(), estimate.copy()
+    for first in range(0, len(estimate), _ROWS_AT_ONCE):
+        some = slice(first, first + _ROWS_AT_ONCE)
+        within = np.abs(estimate[some, None] - candidates) / scale[some, None] <= limit[some] @ weights
+        low[some] = np.minimum(low[some], np.where(within, candidates, np.inf).min(axis=1))
+        high[some] = np.maximum(high[some], np.where(within, candidates, -np.inf).max(axis=1))
+    return low, high

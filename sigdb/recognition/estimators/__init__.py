@@ -1,0 +1,1 @@
+"""Estimators of location and severity, and detectors."""

@@ -1,0 +1,1 @@
+"""Metrics of answers, with confidence intervals over specimens."""

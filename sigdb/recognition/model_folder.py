@@ -1,0 +1,250 @@
+"""A model as a folder: estimators without pickle, what they are, and a probe that is checked when they are loaded."""
+
+import hashlib
+import io
+import json
+import platform
+import re
+import zipfile
+import zlib
+from dataclasses import fields
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import sklearn
+import skops.io
+
+from sigdb.core import DatabaseError, InputError, __version__
+from sigdb.database import Store
+from sigdb.recognition.evaluation import Evaluation
+from sigdb.recognition.model_card import model_card
+from sigdb.recognition.training import Model, few_rows
+
+
+def built_in_models() -> list[str]:
+    """Names of the reference models that come with sigdb.
+
+    Examples
+    --------
+    >>> from sigdb.recognition import built_in_models
+    >>> built_in_models()
+    ['nasa-location', 'nasa-severity']
+    """
+    return list(_built_in_folders())
+
+
+def model_folder(name_or_folder: str | Path) -> Path:
+    """The folder of a reference model, by its name, or the folder that is given.
+
+    A name is text without a path separator that is not a folder here.
+
+    Raises
+    ------
+    InputError
+        If it is a name, and there is no such model.
+    """
+    folder = Path(name_or_folder)
+    if folder.is_dir() or len(folder.parts) != 1 or folder.name != str(name_or_folder):
+        return folder
+    built_in = _built_in_folders()
+    if folder.name not in built_in:
+        raise InputError(
+            f"{folder.name} is not a model folder, nor one of the reference models, "
+            f"{', '.join(built_in) or 'of which there are none here'}; make a model with: sigdb train"
+        )
+    return built_in[folder.name]
+
+
+def _built_in_folders() -> dict[str, Path]:
+    packaged = Path(str(resources.files("sigdb"))) / "models"
+    folder = packaged if packaged.is_dir() else Path(__file__).parents[2] / "models"
+    return {path.parent.name: path.parent for path in sorted(folder.glob("*/model.json"))}
+
+
+_OWN = (
+    "CompactSignals",
+    "Detector",
+    "EnvelopeLocation",
+    "Fm4Location",
+    "Fm4Severity",
+    "IndicatorScore",
+    "LocationClassifier",
+    "MajorityLocation",
+    "MajoritySeverity",
+    "Na4StarLocation",
+    "NearestTemplateLocation",
+    "PointTemplates",
+    "SeverityRegressor",
+    "TemplateBank",
+    "TemplateLocation",
+    "TemplateSeverity",
+    "ToothViews",
+    "WhitenedBankLocation",
+)
+"""Classes of sigdb that a model may hold, by their public names in ``sigdb.recognition``."""
+
+TRUSTED = (
+    "numpy.dtype",
+    *(f"sigdb.recognition.{name}" for name in _OWN),
+    "sklearn._loss.link.Interval",
+    "sklearn._loss.link.IdentityLink",
+    "sklearn._loss.link.LogitLink",
+    "sklearn._loss.loss.HalfBinomialLoss",
+    "sklearn._loss.loss.HalfSquaredError",
+    "sklearn.ensemble._hist_gradient_boosting.binning._BinMapper",
+    "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
+)
+"""Types that a model may hold beside those that skops trusts; never taken from the file."""
+
+_INNER_MODULE = re.compile(rb'("__module__": )"sigdb\.recognition\.[\w.]+"')
+
+_UNREADABLE = (
+    AttributeError,
+    EOFError,
+    KeyError,
+    OSError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+"""What damaged or foreign files raise in the readers of JSON, ZIP, skops and NPZ."""
+
+_COLUMNS = ("teeth", "speed_rpm", "torque", "fm4", "wigner_ville", "averages", "scatter", "tsa")
+"""Columns that estimators read; averages only where one of them reads templates."""
+
+
+def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, probe: pd.DataFrame, command: str) -> None:
+    """Write a model's folder: ``model.skops``, ``model.json``, ``probe.npz`` and its card ``README.md``.
+
+    Parameters
+    ----------
+    model
+        A trained model.
+    folder
+        Where; made if it does not exist.
+    evaluation
+        Its figures, for the card.
+    probe
+        Rows of features, of which a few are kept with the model's answers.
+    command
+        The command that makes it again.
+    """
+    store, rows = Store.at(folder), few_rows(probe)
+    answers = io.BytesIO()
+    np.savez_compressed(answers, expected=_answers(model, rows), **_arrays(rows))
+    files = {
+        "model.skops": _with_public_names(skops.io.dumps(model.estimators)),
+        "probe.npz": answers.getvalue(),
+    }
+    for name, content in files.items():
+        store.put(name, content)
+    described = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "estimators"}
+    described |= {
+        "evaluation": evaluation.as_json(),
+        "versions": {"sigdb": __version__, "scikit-learn": sklearn.__version__, "python": platform.python_version()},
+        "sha256": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()},
+    }
+    store.put("model.json", (json.dumps(described, indent=1) + "\n").encode())
+    store.put("README.md", model_card(model, evaluation, command=command).encode())
+
+
+def load_model(name_or_folder: str | Path) -> Model:
+    """Load a model, and check that it still gives the answers that it gave when it was saved.
+
+    Only types of a fixed list are loaded; pickle and joblib files are refused.
+
+    Parameters
+    ----------
+    name_or_folder
+        A model's folder, or the name of a reference model as listed by :func:`built_in_models`.
+
+    Raises
+    ------
+    InputError
+        If there is no such model, or it holds types that are not on the list.
+    DatabaseError
+        If the answers on the probe differ.
+
+    Examples
+    --------
+    >>> import sigdb
+    >>> sigdb.load_model("nasa-location").target
+    'location'
+    """
+    folder = model_folder(name_or_folder)
+    try:
+        described = json.loads((folder / "model.json").read_text(encoding="utf-8"))
+        model = _rebuilt(described, _checked(folder, "model.skops", described))
+        with np.load(io.BytesIO(_checked(folder, "probe.npz", described)), allow_pickle=False) as probe:
+            found, expected = _answers(model, _rows(probe)), probe["expected"]
+    except FileNotFoundError as error:
+        missing = Path(error.filename).name
+        raise InputError(f"{folder} is not a model folder: {missing} is missing; make one with: sigdb train") from None
+    except InputError as error:
+        raise InputError(f"{folder}: {error}") from None
+    except _UNREADABLE as error:
+        raise InputError(f"{folder}: not a readable model ({error}); train it again") from None
+    if found.shape != expected.shape or not np.allclose(found, expected, rtol=1e-6, atol=1e-9):
+        raise DatabaseError(
+            f"{folder}: the model's answers on its probe have changed (saved with scikit-learn "
+            f"{described['versions']['scikit-learn']}, this is {sklearn.__version__}); train it again"
+        )
+    return model
+
+
+def _checked(folder: Path, name: str, described: dict[str, Any]) -> bytes:
+    """The bytes of a file, if they are those that ``model.json`` tells of."""
+    content = (folder / name).read_bytes()
+    if hashlib.sha256(content).hexdigest() != described["sha256"][name]:
+        raise ValueError(f"{name} is not the file that was saved with model.json")
+    return content
+
+
+def _with_public_names(content: bytes) -> bytes:
+    """The same model, whose classes of sigdb are named as ``sigdb.recognition`` exports them.
+
+    A file that skops writes names the module in which a class is defined. A public name outlives a move of that module,
+    and models that older versions wrote stay readable.
+    """
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(content)) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
+        for entry in old.infolist():
+            data = old.read(entry)
+            if entry.filename == "schema.json":
+                data = _INNER_MODULE.sub(rb'\1"sigdb.recognition"', data)
+            new.writestr(entry.filename, data)
+    return out.getvalue()
+
+
+def _rebuilt(described: dict[str, Any], content: bytes) -> Model:
+    """The model, of trusted types only."""
+    names = [field.name for field in fields(Model) if field.name != "estimators"]
+    lacking = [name for name in names if name not in described]
+    if lacking:
+        raise InputError(f"model.json lacks {', '.join(lacking)}: it is of another version of sigdb; train it again")
+    content = _with_public_names(content)
+    untrusted = set(skops.io.get_untrusted_types(data=content)) - set(TRUSTED)
+    if untrusted:
+        raise InputError(f"the model holds types that are not trusted: {', '.join(sorted(untrusted))}")
+    estimators = skops.io.loads(content, trusted=list(TRUSTED))
+    kept = {name: described[name] for name in names} | {"trained_on": tuple(described["trained_on"])}
+    return Model(estimators=estimators, **kept)
+
+
+def _answers(model: Model, rows: pd.DataFrame) -> np.ndarray:
+    estimator = model.estimators[model.learner]
+    return np.asarray(estimator.predict(rows) if model.target == "severity" else estimator.decision_function(rows))
+
+
+def _arrays(rows: pd.DataFrame) -> dict[str, Any]:
+    return {name: np.stack(rows[name].to_list()) for name in _COLUMNS if name in rows}
+
+
+def _rows(arrays: Any) -> pd.DataFrame:
+    known = [name for name in _COLUMNS if name in arrays]
+    return pd.DataFrame({name: list(arrays[name]) if arrays[name].ndim > 1 else arrays[name] for name in known})

@@ -1,0 +1,233 @@
+"""The splits S0 to S4 of one database, and what S5, another database, is."""
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from sigdb.core import BoolArray, InputError, suggestion
+from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.splits.split import ASIDE, TEST, TRAINING, Split, specimen_folds
+
+
+def between(cells: pd.DataFrame) -> BoolArray:
+    """Whether each cell is held out so that its neighbours on both sides stay.
+
+    A line is a row of cells that differ in one quantity only. A cell is held out where it is second, fourth, ... but
+    not last on every line of three or more cells that runs through it, and there is such a line.
+
+    Parameters
+    ----------
+    cells
+        Distinct cells: one column for each of the severity's quantities.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> loss = [0.1, 0.2, 0.3, 0.4, 0.5]
+    >>> cells = pd.DataFrame({"stiffness_loss": loss, "phase_shift_deg": 0.0, "damaged_teeth": 1})
+    >>> between(cells).tolist()
+    [False, True, False, True, False]
+    """
+    on_a_line, off_its_places = np.zeros(len(cells), bool), np.zeros(len(cells), bool)
+    for axis in TARGETS:
+        line = cells.groupby([other for other in TARGETS if other != axis])[axis]
+        place, length = line.rank().to_numpy(), line.transform("size").to_numpy()
+        long = length >= 3
+        on_a_line |= long
+        off_its_places |= long & ((place % 2 == 1) | (place == length))
+    return on_a_line & ~off_its_places
+
+
+def beyond(cells: pd.DataFrame) -> BoolArray:
+    """Whether each cell has the greatest magnitude of a quantity that has three magnitudes or more.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> cells = pd.DataFrame({"stiffness_loss": [0.2, 0.3, 0.4], "phase_shift_deg": 0.0, "damaged_teeth": 1})
+    >>> beyond(cells).tolist()
+    [False, False, True]
+    """
+    outermost = np.zeros(len(cells), bool)
+    for axis in TARGETS:
+        magnitude = cells[axis].abs()
+        if magnitude.nunique() >= 3:
+            outermost |= (magnitude == magnitude.max()).to_numpy()
+    return outermost
+
+
+_TEST_FOLD = 0
+
+
+def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int) -> Split:
+    """A split of a database's rows.
+
+    ======  ===========================================================================================
+    name    asks about
+    ======  ===========================================================================================
+    ``S0``  new noise only: other draws of the same specimens and cases; a sanity check
+    ``S1``  other specimens, the same cases
+    ``S2``  other specimens, severities between those of training (:func:`~sigdb.recognition.splits.kinds.between`)
+    ``S3``  other specimens, severities beyond those of training (:func:`~sigdb.recognition.splits.kinds.beyond`)
+    ``S4``  other specimens, a tooth count that training has not seen: the middle one, the greater of two
+    ======  ===========================================================================================
+
+    From S1 on no specimen is on both sides: a held-out case is asked about on held-out specimens only, and what is
+    neither, held-out cases of training specimens and training cases of held-out ones, stays aside.
+
+    Parameters
+    ----------
+    name
+        Of the split.
+    rows
+        ``specimen``, ``draw``, ``tooth``, ``teeth``, ``stiffness_loss``, ``phase_shift_deg`` and ``damaged_teeth`` of
+        each row.
+    seed
+        Seed of the database, by which specimens are dealt.
+    folds
+        Folds of specimens (of draws for S0), of which one is held out.
+
+    Raises
+    ------
+    InputError
+        If there is no such split, the rows cannot be split so, or a fold lacks a class.
+    """
+    if name not in SPLITS:
+        raise InputError(f"split = {name!r} is not known{suggestion(name, SPLITS)}")
+    split = SPLITS[name](rows, seed, folds)
+    split.check_classes(rows)
+    return split
+
+
+def _new_noise(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+    draws = rows.groupby(rows["tooth"] > 0)["draw"].nunique()
+    if draws.min() < 2:
+        raise InputError("split S0 needs two noise draws or more of every case; set draws in [sweep] to 2 or more")
+    table = rows[["draw"]].drop_duplicates()
+    held_out = table["draw"] % min(folds, int(draws.min())) == _TEST_FOLD
+    return Split(
+        name="S0",
+        tells="new noise only: other draws of the same specimens and cases. A sanity check, too kind for a headline",
+        table=table.assign(fold=np.where(held_out, TEST, TRAINING)),
+        shares_specimens=True,
+    )
+
+
+def _by_specimen(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+    table = rows[["specimen"]].drop_duplicates()
+    held_out = _held_out(table, rows, seed, folds)
+    return Split(
+        name="S1",
+        tells="by specimen: specimens held out of training, the same cases",
+        table=table.assign(fold=np.where(held_out, TEST, TRAINING)),
+    )
+
+
+def _between(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+    return _of_severities(
+        rows,
+        between,
+        seed,
+        folds,
+        name="S2",
+        tells="between the grid's points: severities that lie between those of training, specimens held out of it",
+        needs="three values or more of a severity with the others equal",
+    )
+
+
+def _beyond(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+    return _of_severities(
+        rows,
+        beyond,
+        seed,
+        folds,
+        name="S3",
+        tells="beyond the grid: severities greater than those of training, specimens held out of it",
+        needs="three magnitudes or more of a severity",
+    )
+
+
+def _of_severities(
+    rows: pd.DataFrame,
+    choose: Callable[[pd.DataFrame], BoolArray],
+    seed: int,
+    folds: int,
+    *,
+    name: str,
+    tells: str,
+    needs: str,
+) -> Split:
+    cases = rows[list(TARGETS)].drop_duplicates().reset_index(drop=True)
+    # Healthy rows have no severity, and those of a pattern have several.
+    severe = (cases["damaged_teeth"] > 0) & cases.notna().all(axis=1)
+    held_out = severe.copy()
+    held_out[severe] = choose(cases[severe])
+    if not held_out.any() or held_out[severe].all():
+        raise InputError(f"split {name} needs {needs}; give [sweep] a finer grid")
+    cases = cases.assign(trained=~held_out, asked=held_out | (cases["damaged_teeth"] == 0))
+    return Split(name=name, tells=tells, table=_crossed(rows, cases, seed, folds))
+
+
+def _tooth_counts(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+    counts = np.unique(rows["teeth"])
+    if len(counts) < 2:
+        raise InputError(
+            f"split S4 needs two tooth counts or more, all rows have {counts[0]}; sweep GEAR.teeth in [sweep]"
+        )
+    unseen = counts[len(counts) // 2]
+    cases = pd.DataFrame({"teeth": counts, "trained": counts != unseen, "asked": counts == unseen})
+    return Split(
+        name="S4",
+        tells=f"unseen tooth count: gears of {unseen} teeth, of which training has none, specimens held out of it",
+        table=_crossed(rows, cases, seed, folds),
+    )
+
+
+def _crossed(rows: pd.DataFrame, cases: pd.DataFrame, seed: int, folds: int) -> pd.DataFrame:
+    """Folds of specimens crossed with cases that say whether they are trained on and asked about."""
+    keys = [name for name in cases.columns if name not in ("trained", "asked")]
+    table = rows[["specimen", *keys]].drop_duplicates().merge(cases, how="left", on=keys)
+    held_out = _held_out(table, rows, seed, folds)
+    fold = np.select([held_out & table["asked"], ~held_out & table["trained"]], [TEST, TRAINING], ASIDE)
+    return table[["specimen", *keys]].assign(fold=fold)
+
+
+def _held_out(table: pd.DataFrame, rows: pd.DataFrame, seed: int, folds: int) -> pd.Series:
+    """Whether each row of a table is of a held-out specimen."""
+    dealt = specimen_folds(seed, rows["specimen"], folds, rows["tooth"])
+    return table["specimen"].map(dealt) == _TEST_FOLD
+
+
+SPLITS: dict[str, Callable[[pd.DataFrame, int, int], Split]] = {
+    "S0": _new_noise,
+    "S1": _by_specimen,
+    "S2": _between,
+    "S3": _beyond,
+    "S4": _tooth_counts,
+}
+"""Splits of one database by name."""
+
+_NOT_FORM = ("name", "title", "sources", "operating")
+
+
+def model_form(resolved: Mapping[str, Any]) -> dict[str, str]:
+    """SHA-256 of each part of a database's description that makes its model form: its rig, and how it was solved.
+
+    Two databases whose parts are all equal differ in cases, specimens and noise only. Where a part differs, evaluating
+    on one what was trained on the other is the split S5.
+    """
+    parts = {f"rig.{name}": part for name, part in resolved["rig"].items() if name not in _NOT_FORM}
+    parts |= {name: resolved[name] for name in ("solver",) if name in resolved}
+    return {
+        name: hashlib.sha256(json.dumps(part, sort_keys=True, default=str).encode()).hexdigest()
+        for name, part in sorted(parts.items())
+    }
+
+
+def changed_parts(one: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
+    """Names of the parts of a model form that differ."""
+    return sorted(name for name in one.keys() | other.keys() if one.get(name) != other.get(name))

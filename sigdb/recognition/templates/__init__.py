@@ -1,0 +1,1 @@
+"""Templates as hypotheses: likelihoods, posteriors, scores."""

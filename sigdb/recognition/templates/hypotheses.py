@@ -1,0 +1,306 @@
+"""What an average would look like under each template, as a normal law, and how likely an average is under each."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+import pandas as pd
+import scipy.fft
+from numpy.typing import ArrayLike
+
+from sigdb.core import BoolArray, FloatArray, InputError, IntArray
+from sigdb.database import Database, StoredTemplate, stored_templates
+
+
+class TurnedProducts:
+    """Inner products ``<x, pattern turned by t teeth>`` for all t at once.
+
+    A turn by a tooth is a shift by ``m = n / teeth`` samples, so with X and P the discrete Fourier transforms over the
+    tooth passes of x and of a pattern p, both (teeth, m), the products are the inverse transform over q of
+    ``sum_i X[q, i] conj(P[q, i])``: one small matrix product for each of the teeth / 2 + 1 frequencies.
+
+    Parameters
+    ----------
+    patterns
+        (patterns, n) real patterns, as they lie with the first tooth in front.
+    teeth
+        Tooth count; it divides n.
+    """
+
+    def __init__(self, patterns: FloatArray, teeth: int) -> None:
+        self._teeth = teeth
+        spectrum = _over_teeth(np.asarray(patterns, float), teeth)
+        self._conjugate = np.ascontiguousarray(spectrum.conj().transpose(0, 2, 1))
+
+    def __call__(self, x: FloatArray) -> FloatArray:
+        """(teeth, rows, patterns) products of averages x (rows, n); entry t is with the patterns turned by t teeth."""
+        products = _over_teeth(np.asarray(x, float), self._teeth) @ self._conjugate
+        return np.asarray(scipy.fft.irfft(products, self._teeth, axis=0, overwrite_x=True))
+
+
+def _over_teeth(x: FloatArray, teeth: int) -> FloatArray:
+    """(teeth // 2 + 1, rows, n / teeth) transform of rows (rows, n) over their tooth passes."""
+    return np.asarray(scipy.fft.rfft(x.reshape(len(x), teeth, -1).transpose(1, 0, 2), axis=0))
+
+
+_ROWS_AT_ONCE = 128
+"""Rows worked on together: their products stay in the cache."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Hypotheses:
+    """The laws of an average at one operating point, for one sensor and one tooth count of the damaged gear.
+
+    Under template k turned by t teeth the average of a gear with unknown index errors is normal::
+
+        x turned back ~ N(s_kt, noise^2 I + index_error^2 U_k diag(d_k) U_k'),   s_kt = y_k + H_k phi_t,
+
+    y_k the nominal clean average, H_k that under unbalance, run-out and a fluctuating load, whose phases phi_t are
+    fixed to the shaft. U_k diag(d_k) U_k' = Y_k C Y_k' is the singular value decomposition of the response to index
+    errors Y_k C^(1/2), C their covariance (:func:`sigdb.measurement.index_error_covariance`). C is circulant, so
+    turning the hypothesis is turning x. A healthy gear has no turn.
+
+    Attributes
+    ----------
+    teeth
+        Tooth count of the damaged gear.
+    cases
+        One row a template: ``template`` (its number), ``tooth`` (0 for a healthy gear, else 1) and its case.
+    signal
+        (templates, n) y_k, in the sensor's unit.
+    modes
+        (templates, n, r) U_k, orthonormal columns.
+    gains
+        (templates, r) square roots of d_k: rms of each mode's amplitude per index error, unit of the signal per m.
+    harmonic
+        (templates, n, h) H_k, cosine and sine of each order.
+    phases
+        (templates, h, teeth) phi_t.
+    reference_variance
+        (templates,) variance of the healthy clean average, which ``snr_db`` refers to.
+    turn_invariant
+        Whether the law of a healthy gear is the same from every tooth but for rounding: its likelihood is then the mean
+        over the turns, which turning x does not change.
+    """
+
+    teeth: int
+    cases: pd.DataFrame
+    signal: FloatArray
+    modes: FloatArray
+    gains: FloatArray
+    harmonic: FloatArray
+    phases: FloatArray
+    reference_variance: FloatArray
+    turn_invariant: bool = False
+
+    @classmethod
+    def of(
+        cls,
+        database: Database,
+        *,
+        speed_rpm: float,
+        torque: float,
+        teeth: int,
+        sensor: str | None = None,
+        where: str | None = None,
+    ) -> Self:
+        """The hypotheses of a database's templates at one operating point.
+
+        Templates without a result, and those whose mesh loses contact, whose response to index errors is not linear,
+        are left out. Parameters of the rig that are swept beside the operating point and the tooth count are not known
+        to who judges an average: all their templates are hypotheses.
+
+        Parameters
+        ----------
+        database
+            A database with templates.
+        speed_rpm, torque, teeth
+            Operating point, and tooth count of the damaged gear, as the database has them.
+        sensor
+            A stored sensor; the first one if left out.
+        where
+            Only these templates: one SQL expression on their columns.
+
+        Raises
+        ------
+        InputError
+            If there is no such template, or the rig does not turn exactly (more than one mesh).
+        """
+        found = stored_templates(database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor, where=where)
+        return cls.made_of(found, teeth)
+
+    @classmethod
+    def made_of(cls, templates: list[StoredTemplate], teeth: int) -> Self:
+        """The hypotheses of some templates of one tooth count."""
+        decomposed = [_modes(one) for one in templates]
+        widest = max(one.harmonic.shape[1] for one in templates)
+        return cls(
+            teeth=teeth,
+            cases=pd.DataFrame([one.case for one in templates]),
+            signal=np.stack([one.signal for one in templates]),
+            modes=np.stack([modes for modes, _ in decomposed]),
+            gains=np.stack([gains for _, gains in decomposed]),
+            harmonic=np.stack([_padded(one.harmonic, 1, widest) for one in templates]),
+            phases=np.stack([_padded(_phases(one.orders, teeth), 0, widest) for one in templates]),
+            reference_variance=np.array([one.reference_variance for one in templates]),
+        )
+
+    @property
+    def healthy(self) -> BoolArray:
+        """(templates,) whether a template is of a healthy gear."""
+        return self.cases["tooth"].to_numpy() == 0
+
+    def only(self, places: IntArray) -> Self:
+        """Some of the hypotheses, by their places in ``cases``."""
+        arrays = ("signal", "modes", "gains", "harmonic", "phases", "reference_variance")
+        some = {name: getattr(self, name)[places] for name in arrays}
+        return replace(self, cases=self.cases.iloc[places].reset_index(drop=True), **some)
+
+    def log_likelihood(self, x: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
+        """Logarithm of the density of averages under each template turned to each tooth.
+
+        With r = x turned back - s_kt, by the identities of Woodbury and Sylvester::
+
+            -2 log p = n log(2 pi noise^2) + sum log(1 + rho d) + (|r|^2 - sum g (u' r)^2) / noise^2,
+
+        rho = (index_error / noise)^2, g = rho d / (1 + rho d).
+
+        Parameters
+        ----------
+        x
+            (rows, n) averages from the tacho mark, unit of the signal.
+        noise
+            Standard deviation of the average's noise, not of one revolution's; one, or (rows,).
+        index_error
+            Size of the index errors, m; one, or (rows,). 0 is the nominal specimen.
+
+        Returns
+        -------
+        ndarray, (rows, templates, teeth)
+            float64; entry t - 1 of the last axis is the damage at tooth t, and the same for all t for a healthy gear.
+
+        Raises
+        ------
+        InputError
+            If the averages are not of the templates' length, or the noise is not above 0.
+        """
+        x = np.asarray(x, float)
+        self._check(x, np.asarray(noise, float))
+        noise, index_error = (np.broadcast_to(np.asarray(one, float), len(x)) for one in (noise, index_error))
+        found = np.empty((len(x), len(self.signal), self.teeth))
+        for first in range(0, len(x), _ROWS_AT_ONCE):
+            some = slice(first, first + _ROWS_AT_ONCE)
+            found[some] = self._log_likelihood(x[some], noise[some], index_error[some])
+        none = found[:, self.healthy]
+        found[:, self.healthy] = none.mean(axis=2, keepdims=True) if self.turn_invariant else none[:, :, :1]
+        return found
+
+    def _check(self, x: FloatArray, noise: FloatArray) -> None:
+        n = self.signal.shape[1]
+        if x.ndim != 2 or x.shape[1] != n:
+            raise InputError(f"x has the shape {x.shape}; give rows of {n} samples, as the templates have")
+        if not (noise > 0).all():
+            raise InputError(f"noise = {noise.min():g} must be above 0: without noise there is no density")
+
+    def _log_likelihood(self, x: FloatArray, noise: FloatArray, index_error: FloatArray) -> FloatArray:
+        n, r = x.shape[1], self.gains.shape[1]
+        products = self._products(x).reshape(self.teeth, len(x), len(self.signal), -1)
+        amplitude = products[..., :r] - self._projected[:, None]
+        overlap = np.einsum("trkh,tkh->rkt", products[..., r:], self._weights)
+        square = (x**2).sum(axis=1)[:, None, None] - 2 * overlap + self._energy
+        d = (self.gains * (index_error / noise)[:, None, None]) ** 2
+        explained = np.einsum("trkm,rkm->rkt", amplitude**2, d / (1 + d))
+        misfit = (square - explained) / (noise**2)[:, None, None]
+        constant = n * np.log(2 * np.pi * noise**2)[:, None] + np.log1p(d).sum(axis=2)
+        return -0.5 * (misfit + constant[:, :, None])
+
+    @cached_property
+    def _products(self) -> TurnedProducts:
+        """Products with the modes, the nominal signal and the harmonic ones of each template."""
+        columns = np.concatenate([self.modes, self.signal[:, :, None], self.harmonic], axis=2)
+        return TurnedProducts(columns.transpose(0, 2, 1).reshape(-1, self.signal.shape[1]), self.teeth)
+
+    @cached_property
+    def _weights(self) -> FloatArray:
+        """(teeth, templates, 1 + h) coefficients of the signals in s_kt."""
+        return np.concatenate([np.ones((len(self.signal), 1, self.teeth)), self.phases], axis=1).transpose(2, 0, 1)
+
+    @cached_property
+    def _means(self) -> FloatArray:
+        """(teeth, templates, n) s_kt, as they lie turned back."""
+        return self.signal + np.einsum("knh,kht->tkn", self.harmonic, self.phases)
+
+    @cached_property
+    def _projected(self) -> FloatArray:
+        """(teeth, templates, r) amplitudes of the modes in s_kt."""
+        return np.einsum("tkn,knm->tkm", self._means, self.modes)
+
+    @cached_property
+    def _energy(self) -> FloatArray:
+        """(templates, teeth) squared norms of s_kt."""
+        return (self._means**2).sum(axis=2).T
+
+    def draw(
+        self,
+        stream: np.random.Generator,
+        template: IntArray,
+        tooth: IntArray,
+        *,
+        noise: ArrayLike,
+        index_error: ArrayLike,
+    ) -> FloatArray:
+        """Averages drawn from the law, each with a specimen and noise of its own.
+
+        Parameters
+        ----------
+        stream
+            Where they are drawn from.
+        template
+            (rows,) places in ``cases``.
+        tooth
+            (rows,) first damaged tooth; it does not matter where the template is of a healthy gear.
+        noise, index_error
+            As in :meth:`log_likelihood`.
+
+        Returns
+        -------
+        ndarray, (rows, n)
+        """
+        noise, index_error = (np.broadcast_to(np.asarray(one, float), len(template)) for one in (noise, index_error))
+        x = noise[:, None] * stream.standard_normal((len(template), self.signal.shape[1]))
+        amplitude = index_error[:, None] * stream.standard_normal((len(template), self.gains.shape[1]))
+        step = self.signal.shape[1] // self.teeth
+        for k, t, at in self._alike(template, tooth):
+            clean = self._means[t, k] + (amplitude[at] * self.gains[k]) @ self.modes[k].T
+            x[at] += np.roll(clean, t * step, axis=1)
+        return x
+
+    def _alike(self, template: IntArray, tooth: IntArray) -> Iterator[tuple[int, int, IntArray]]:
+        """Templates and turns with the places of their rows."""
+        turn = np.where(self.healthy[template], 0, np.asarray(tooth) - 1)
+        code = np.asarray(template) * self.teeth + turn
+        for one in np.unique(code):
+            yield *divmod(int(one), self.teeth), np.flatnonzero(code == one)
+
+
+def _modes(one: StoredTemplate) -> tuple[FloatArray, FloatArray]:
+    """U_k and the square roots of d_k: the singular value decomposition of Y_k C^(1/2)."""
+    variance, vectors = np.linalg.eigh(one.covariance)
+    kept = slice(1, None)  # the errors' mean is removed: the least eigenvalue is 0
+    modes, gains, _ = np.linalg.svd(one.response @ vectors[:, kept] * np.sqrt(variance[kept]), full_matrices=False)
+    return modes, gains
+
+
+def _phases(orders: FloatArray, teeth: int) -> FloatArray:
+    """(2 orders, teeth) cosine and sine of harmonic excitations, seen from a damage at each tooth."""
+    angle = np.outer(orders, np.arange(teeth)) * 2 * np.pi / teeth
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1).reshape(-1, teeth)
+
+
+def _padded(array: FloatArray, axis: int, width: int) -> FloatArray:
+    """Zeros behind an array (a, b) along an axis."""
+    more = [(0, 0), (0, 0)]
+    more[axis] = (0, width - array.shape[axis])
+    return np.pad(array, more)

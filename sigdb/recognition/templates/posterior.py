@@ -1,0 +1,114 @@
+"""Bayes' rule over the hypotheses of an operating point: which tooth, and how severe."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.special import log_softmax, logsumexp, softmax
+
+from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.recognition.metrics.location_and_severity import crps_sample
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Posterior:
+    """What is known of averages once they are seen.
+
+    Attributes
+    ----------
+    location
+        (rows, teeth + 1) logarithm of the probability of no damage, and of the first damaged tooth 1, 2, ...
+    damage
+        (rows, templates) logarithm of the probability of each template, but for a common term of each row; -inf for
+        healthy ones.
+    """
+
+    location: FloatArray
+    damage: FloatArray
+
+    @property
+    def tooth(self) -> IntArray:
+        """(rows,) the most probable first damaged tooth, 0 for none: the rule with the fewest errors."""
+        return self.location.argmax(axis=1)
+
+    @property
+    def risk(self) -> FloatArray:
+        """(rows,) probability that the most probable answer is wrong."""
+        top = self.location.argmax(axis=1)[:, None]
+        others = np.where(np.arange(self.location.shape[1]) == top, -np.inf, self.location)
+        # The sum of the others, since 1 - max would be rounded.
+        return np.exp(logsumexp(others, axis=1))
+
+    @property
+    def entropy(self) -> FloatArray:
+        """(rows,) entropy of the location, nats: the log loss that the rule expects."""
+        share = np.exp(self.location)
+        return -(share * np.where(share > 0, self.location, 0.0)).sum(axis=1)
+
+    @property
+    def log_odds(self) -> FloatArray:
+        """(rows,) logarithm of P(damage) / P(none)."""
+        return logsumexp(self.location[:, 1:], axis=1) - self.location[:, 0]
+
+    @cached_property
+    def severity(self) -> FloatArray:
+        """(rows, templates) probability of each template given that there is damage."""
+        return softmax(self.damage, axis=1)
+
+    def mean(self, level: FloatArray) -> FloatArray:
+        """(rows,) mean, given damage, of what is ``level`` (templates,): the rule of least mean square error."""
+        return self.severity @ level
+
+    def median(self, level: FloatArray) -> FloatArray:
+        """(rows,) median of it: the rule of least mean absolute error."""
+        return self.quantile(level, 0.5)
+
+    def quantile(self, level: FloatArray, p: float) -> FloatArray:
+        """(rows,) the least level that it does not exceed with probability p: the rule of least pinball loss."""
+        order = np.argsort(level)
+        below = np.cumsum(self.severity[:, order], axis=1)
+        return level[order][(below >= p).argmax(axis=1)]
+
+    def crps(self, level: FloatArray, true: FloatArray) -> FloatArray:
+        """(rows,) continuous ranked probability score of its distribution against the true value."""
+        return crps_sample(np.broadcast_to(level, self.severity.shape), true, self.severity)
+
+
+def posterior(log_likelihood: FloatArray, log_prior: FloatArray, healthy: BoolArray) -> Posterior:
+    """The posterior of averages.
+
+    Parameters
+    ----------
+    log_likelihood
+        (rows, templates, teeth) of each template turned to each tooth.
+    log_prior
+        (templates, teeth); that of a healthy template is spread over the teeth.
+    healthy
+        (templates,) whether a template is of a healthy gear.
+    """
+    joint = log_likelihood + log_prior
+    none = logsumexp(joint[:, healthy], axis=(1, 2)) if healthy.any() else np.full(len(joint), -np.inf)
+    joint[:, healthy] = -np.inf
+    return Posterior(
+        location=log_softmax(np.column_stack([none, logsumexp(joint, axis=1)]), axis=1),
+        damage=logsumexp(joint, axis=2),
+    )
+
+
+def log_prior(place: IntArray, tooth: IntArray, healthy: BoolArray, teeth: int) -> FloatArray:
+    """(templates, teeth) logarithm of the shares of rows, by template and tooth; healthy rows spread over the teeth.
+
+    Parameters
+    ----------
+    place, tooth
+        (rows,) template of each row, as a place among the hypotheses, and its first damaged tooth.
+    healthy
+        (templates,) whether a template is of a healthy gear.
+    teeth
+        Tooth count.
+    """
+    count = np.zeros((len(healthy), teeth))
+    np.add.at(count, (place, np.maximum(tooth, 1) - 1), 1.0)
+    count[healthy] = count[healthy].sum(axis=1, keepdims=True) / teeth
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.log(count / count.sum()))

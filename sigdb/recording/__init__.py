@@ -1,0 +1,17 @@
+"""Recordings: files read, the shaft angle found, the signature of a gear; and synthetic recordings."""
+
+import lazy_loader
+
+__getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
+
+__all__ = [
+    "Channel",
+    "RecordedSignature",
+    "Recording",
+    "RecordingSettings",
+    "Surroundings",
+    "read_recording",
+    "recorded_history",
+    "recorded_signature",
+    "synthetic_recording",
+]

@@ -1,0 +1,67 @@
+"""Parquet: the columns of numbers of a table."""
+
+from pathlib import Path
+from typing import Any
+
+from sigdb.core import InputError
+from sigdb.recording.files.formats.contents import (
+    Column,
+    Contents,
+    bounded_bytes,
+    check_bytes,
+    check_columns,
+    check_parts,
+    check_ratio,
+    check_values,
+)
+from sigdb.recording.files.settings import RecordingSettings
+
+FOREIGN: tuple[type[Exception], ...] = (ValueError, OSError, NotImplementedError, KeyError, MemoryError)
+
+
+def read_parquet(path: Path, settings: RecordingSettings) -> Contents:
+    """Columns of real numbers; the metadata ``unit`` of a field is its unit."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    data = pa.BufferReader(bounded_bytes(path))
+    with parquet.ParquetFile(data, thrift_string_size_limit=2**24, thrift_container_size_limit=2**20) as file:
+        check_parts(len(file.schema_arrow))
+        _check_pages(file.metadata)
+        numeric = [field for field in file.schema_arrow if _is_real(pa, field.type)]
+        if not numeric:
+            raise InputError("holds no column of numbers")
+        check_columns(len(numeric))
+        check_values(len(numeric) * file.metadata.num_rows)
+        check_ratio(8 * len(numeric) * file.metadata.num_rows, data.size())
+        names = [field.name for field in numeric]
+        if len(set(names)) < len(names):
+            raise InputError("holds two columns of one name; write it again with different names")
+        table = file.read(columns=names, use_threads=False)
+    columns = tuple(
+        Column(name=field.name, values=_values(pa, table.column(field.name)), unit=_unit(field)) for field in numeric
+    )
+    others = [field.name for field in file.schema_arrow if field.name not in names]
+    notes = (f"{', '.join(others[:8])}: not numbers, so not a channel",) if others else ()
+    return Contents(columns=columns, notes=notes)
+
+
+def _check_pages(metadata: Any) -> None:
+    """Refuse groups of rows that say that they are larger than a recording may be."""
+    total = 0
+    for i in range(metadata.num_row_groups):
+        total += metadata.row_group(i).total_byte_size
+        check_bytes(total)
+
+
+def _is_real(pa: Any, kind: Any) -> bool:
+    types = pa.types
+    return types.is_integer(kind) or types.is_floating(kind) or types.is_boolean(kind)
+
+
+def _values(pa: Any, column: Any) -> Any:
+    return column.cast(pa.float64(), safe=False).to_numpy()
+
+
+def _unit(field: Any) -> str:
+    return (field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace")

@@ -1,0 +1,189 @@
+"""Orders at which a gear's shaft, its mesh and the rest of its rig vibrate, by name, and their tooth cycle."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+from sigdb.core import InputError
+from sigdb.measurement import tooth_cycle
+from sigdb.transmission import Transmission
+
+MESH_HARMONICS = 4
+_SHAFT_HARMONICS = 2, 10
+"""Of the shafts that are not averaged, and of the averaged one."""
+_SIDEBANDS = 2
+"""Pairs of sidebands named about each mesh harmonic, for each of its shafts."""
+_SAME = 1e-6
+"""Orders that differ by less are one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedOrder:
+    """An order with the part that it comes from.
+
+    Attributes
+    ----------
+    name
+        In words.
+    kind
+        ``shaft``, ``mesh``, ``sideband``, or ``unnamed`` of a line that no part explains.
+    order
+        Cycles per revolution of the averaged shaft.
+    """
+
+    name: str
+    kind: str
+    order: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class AveragedGear:
+    """The gear over whose revolution is averaged.
+
+    Attributes
+    ----------
+    name
+        In the rig; None without one.
+    shaft
+        Its shaft's name; None without a rig.
+    teeth
+        Tooth count.
+    cycle
+        Revolutions after which the same teeth meet again and all meshes of the rig repeat; None without a rig.
+    speed_rpm
+        Speed of its shaft at the rig's operating point; None without a rig.
+    drive_ratio
+        Speed of its shaft per speed of the rig's drive shaft; 1 without a rig.
+    orders
+        Named orders, increasing, each once.
+    """
+
+    name: str | None
+    shaft: str | None
+    teeth: int
+    cycle: int | None
+    speed_rpm: float | None
+    drive_ratio: float
+    orders: tuple[NamedOrder, ...]
+
+
+def averaged_gear(teeth: int | None, rig: Transmission | None = None, gear: str | None = None) -> AveragedGear:
+    """What is known of the averaged gear, by its tooth count or from its rig.
+
+    Parameters
+    ----------
+    teeth
+        Tooth count; not needed with a rig whose gear is named.
+    rig
+        The rig.
+    gear
+        Name of its gear; may be left out where a single gear has that many teeth.
+
+    Raises
+    ------
+    InputError
+        If tooth count or gear are missing, unknown, ambiguous, or contradict each other.
+    """
+    if rig is None:
+        if gear is not None:
+            raise InputError(f"gear {gear!r} is a name in a rig, and no rig is given; give the rig, or teeth alone")
+        if teeth is None:
+            raise InputError("teeth is missing: the tooth count of the gear on the averaged shaft; give it, or a rig")
+        return _without_rig(teeth)
+    name = gear or _only_gear(rig, teeth)
+    rig.meshes_of(name)  # refuses an unknown gear
+    here = rig.gears[name]
+    if teeth not in (None, here.teeth):
+        raise InputError(f"rig {rig.name!r}: gear {name!r} has {here.teeth} teeth, not {teeth}; leave teeth out")
+    ratio = abs(rig.ratio(here.shaft))
+    return AveragedGear(
+        name=name,
+        shaft=here.shaft,
+        teeth=here.teeth,
+        cycle=_cycle(rig, name),
+        speed_rpm=ratio * rig.operating.speed_rpm or None,
+        drive_ratio=ratio,
+        orders=_distinct(_of_rig(rig, here.shaft)),
+    )
+
+
+def _without_rig(teeth: int) -> AveragedGear:
+    return AveragedGear(
+        name=None,
+        shaft=None,
+        teeth=teeth,
+        cycle=None,
+        speed_rpm=None,
+        drive_ratio=1.0,
+        orders=_distinct([*_shaft("shaft", 1.0, _SHAFT_HARMONICS[1]), *_mesh("mesh", teeth, {"shaft": 1.0})]),
+    )
+
+
+def _only_gear(rig: Transmission, teeth: int | None) -> str:
+    fitting = [name for name, one in rig.gears.items() if teeth in (None, one.teeth)]
+    if len(fitting) != 1:
+        listed = ", ".join(f"{name} ({one.teeth} teeth)" for name, one in rig.gears.items()) or "none"
+        asked = "" if teeth is None else f" with {teeth} teeth"
+        raise InputError(
+            f"rig {rig.name!r} has {len(fitting)} gears{asked}; name the gear whose shaft is averaged: {listed}"
+        )
+    return fitting[0]
+
+
+def _cycle(rig: Transmission, gear: str) -> int:
+    """Revolutions after which the same teeth meet again and every mesh is at the same point of a tooth pass."""
+    shaft = rig.gears[gear].shaft
+    mates = [
+        other
+        for mesh in rig.meshes_of(gear)
+        for other in (rig.meshes[mesh].driving, rig.meshes[mesh].driven)
+        if other != gear
+    ]
+    meet = [tooth_cycle(rig.gears[gear].teeth, rig.gears[mate].teeth) for mate in mates]
+    repeat = [Fraction(_mesh_order(rig, mesh, shaft)).limit_denominator(10**6).denominator for mesh in rig.meshes]
+    return math.lcm(*meet, *repeat)
+
+
+def _of_rig(rig: Transmission, shaft: str) -> Iterator[NamedOrder]:
+    turns = {name: abs(rig.ratio(name) / rig.ratio(shaft)) for name in rig.shafts}
+    for name, order in turns.items():
+        if order:
+            yield from _shaft(f"shaft {name}", order, _SHAFT_HARMONICS[name == shaft])
+    for name, mesh in rig.meshes.items():
+        shafts = {rig.gears[gear].shaft: turns[rig.gears[gear].shaft] for gear in (mesh.driving, mesh.driven)}
+        yield from _mesh(f"mesh {name}", _mesh_order(rig, name, shaft), shafts)
+
+
+def _mesh_order(rig: Transmission, mesh: str, shaft: str) -> float:
+    driving = rig.gears[rig.meshes[mesh].driving]
+    return driving.teeth * abs(rig.ratio(driving.shaft) / rig.ratio(shaft))
+
+
+def _shaft(name: str, order: float, harmonics: int) -> Iterator[NamedOrder]:
+    for h in range(1, harmonics + 1):
+        yield NamedOrder(name=name if h == 1 else f"{name} x{h}", kind="shaft", order=h * order)
+
+
+def _mesh(name: str, order: float, shafts: dict[str, float]) -> Iterator[NamedOrder]:
+    for h in range(1, MESH_HARMONICS + 1):
+        harmonic = name if h == 1 else f"{name} x{h}"
+        yield NamedOrder(name=harmonic, kind="mesh", order=h * order)
+        for shaft, turns in shafts.items():
+            for k in (*range(-_SIDEBANDS, 0), *range(1, _SIDEBANDS + 1)):
+                times = "" if abs(k) == 1 else f"{abs(k)} "
+                sign = "+" if k > 0 else "-"
+                said = f"{harmonic} {sign} {times}{shaft}"
+                yield NamedOrder(name=said, kind="sideband", order=h * order + k * turns)
+
+
+_RANK = {"mesh": 0, "shaft": 1, "sideband": 2}
+
+
+def _distinct(orders: "Iterator[NamedOrder] | list[NamedOrder]") -> tuple[NamedOrder, ...]:
+    """Increasing and above 0; of those that coincide the mesh before a shaft, a shaft before a sideband."""
+    kept: list[NamedOrder] = []
+    for one in sorted(orders, key=lambda one: (_RANK[one.kind], one.order)):
+        if one.order > _SAME and all(abs(one.order - other.order) > _SAME for other in kept):
+            kept.append(one)
+    return tuple(sorted(kept, key=lambda one: one.order))

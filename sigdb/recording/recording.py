@@ -1,0 +1,129 @@
+"""A recording: what was measured, channel by channel."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sigdb.core import FloatArray, InputError, suggestion
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Channel:
+    """One measured signal, evenly sampled.
+
+    Attributes
+    ----------
+    name
+        What it is called in its recording.
+    samples
+        (n,) float64, finite, in ``unit``; sample i is taken i / sampling_rate seconds after the first.
+    sampling_rate
+        Hz.
+    unit
+        As the file or the user writes it; empty where none is stated.
+
+    Raises
+    ------
+    InputError
+        If the samples are not a series of finite numbers, or the rate is not positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Channel(name="a1", samples=np.zeros(25_600), sampling_rate=12_800.0, unit="m/s^2").duration
+    2.0
+    """
+
+    name: str
+    samples: FloatArray
+    sampling_rate: float
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        if self.samples.ndim != 1 or self.samples.size == 0 or self.samples.dtype != np.float64:
+            raise InputError(
+                f"channel {self.name}: samples of shape {self.samples.shape} and type {self.samples.dtype}; "
+                "give a series (n,) of float64"
+            )
+        if not np.isfinite(self.samples).all():
+            raise InputError(f"channel {self.name}: samples must be finite; fill or cut what is missing")
+        if not 0 < self.sampling_rate < np.inf:
+            raise InputError(f"channel {self.name}: sampling_rate = {self.sampling_rate} must be positive, in Hz")
+
+    @property
+    def duration(self) -> float:
+        """Number of samples over the sampling rate, s."""
+        return self.samples.size / self.sampling_rate
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Recording:
+    """Channels of one measurement, and what is known of the shaft.
+
+    Attributes
+    ----------
+    source
+        The file, or what else it came from.
+    channels
+        In the order of the file; all begin at the same instant.
+    tacho
+        Name of the channel with the tacho, if there is one.
+    pulses_per_rev
+        Pulses of the tacho in one revolution of its shaft.
+    ratio
+        Revolutions of the shaft of interest in one of the tacho's shaft.
+    teeth, speed_rpm, torque
+        Tooth count of the gear of interest, mean speed of its shaft (rev/min) and torque on it (N m), where stated.
+    notes
+        What was handled on reading, one sentence each.
+
+    Raises
+    ------
+    InputError
+        If there is no channel, two have the same name, or the tacho is none of them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> a1 = Channel(name="a1", samples=np.zeros(100), sampling_rate=1000.0)
+    >>> recording = Recording(source="made here", channels=(a1,))
+    >>> recording.channel("a1").sampling_rate
+    1000.0
+    """
+
+    source: str
+    channels: tuple[Channel, ...]
+    tacho: str | None = None
+    pulses_per_rev: float = 1.0
+    ratio: float = 1.0
+    teeth: int | None = None
+    speed_rpm: float | None = None
+    torque: float | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        names = [channel.name for channel in self.channels]
+        if not names:
+            raise InputError(f"{self.source}: a recording has at least one channel")
+        if len(set(names)) < len(names):
+            raise InputError(f"{self.source}: channels must have different names, not {', '.join(names)}")
+        if self.tacho is not None:
+            self.channel(self.tacho)
+
+    def channel(self, name: str) -> Channel:
+        """The channel of that name.
+
+        Raises
+        ------
+        InputError
+            If there is none; it names those there are.
+        """
+        found = {channel.name: channel for channel in self.channels}
+        if name not in found:
+            raise InputError(f"{self.source}: no channel {name!r}{suggestion(name, found)}")
+        return found[name]
+
+    @property
+    def signals(self) -> tuple[Channel, ...]:
+        """All channels but the tacho."""
+        return tuple(channel for channel in self.channels if channel.name != self.tacho)

@@ -1,0 +1,1 @@
+"""Synthetic raw recordings of a rig."""

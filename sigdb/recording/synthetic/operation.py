@@ -1,0 +1,58 @@
+"""An operating point that is not held: speed and torque that are off, and that wander within a record."""
+
+from typing import Self
+
+import numpy as np
+from pydantic import model_validator
+
+from sigdb.core import InputError, Section, quantity
+from sigdb.dynamics import TimeProfile
+
+_POINTS_A_PERIOD = 64
+"""Straight lines a period: a sine is met within 0.12 % of its amplitude."""
+
+
+class Drift(Section):
+    """How a speed or a torque differs from the operating point: ``1 + offset + depth sin(2 pi t / period + phase)``.
+
+    The sine stands for what a drive's controller or a load does slowly; the form is assumed. For its size: in the
+    tests that the built-in spiral bevel rig is modelled after, speed was held within 6 % and load within 18 %
+    (published: Choy et al., Tribology International 29(1), 1996, doi:10.1016/0301-679X(95)00037-2).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> drift = Drift(offset=0.01, depth=0.02, period=0.5)
+    >>> drift.profile(1000.0, duration=1.0)(np.array([0.0, 0.125])).round(6).tolist()
+    [1010.0, 1030.0]
+    """
+
+    offset: float = quantity("-", "Constant difference, as a fraction of the operating point's value.", default=0.0)
+    depth: float = quantity("-", "Amplitude of the slow sine, as the same fraction.", ge=0, default=0.0)
+    period: float = quantity("s", "Period of the slow sine.", gt=0, default=1.0)
+
+    @model_validator(mode="after")
+    def _stays_above_zero(self) -> Self:
+        if not self.offset - self.depth > -1:
+            raise InputError(
+                f"offset = {self.offset:g} and depth = {self.depth:g} let the value fall to zero or below; keep offset "
+                "- depth above -1"
+            )
+        return self
+
+    def profile(self, nominal: float, *, duration: float, phase: float = 0.0) -> TimeProfile:
+        """The value over time.
+
+        Parameters
+        ----------
+        nominal
+            The operating point's value, in any unit.
+        duration
+            How long it is to last, s; constant after that.
+        phase
+            Of the sine at time 0, rad.
+        """
+        periods = np.ceil(duration / self.period) if self.depth else 0.0
+        t = np.linspace(0.0, periods * self.period, int(periods) * _POINTS_A_PERIOD + 1)
+        share = 1 + self.offset + self.depth * np.sin(2 * np.pi * t / self.period + phase)
+        return TimeProfile(t.tolist(), (nominal * share).tolist())

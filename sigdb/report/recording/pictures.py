@@ -1,0 +1,179 @@
+"""Pictures of a recording's signature: speed, average, spectrum over the angle, Wigner-Ville distribution, history."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
+
+from sigdb.core import FloatArray
+from sigdb.report.evaluation.style import drawing, lay_grid
+from sigdb.report.panels import DAMAGE, HEALTHY, INK, draw_distribution, draw_signal
+from sigdb.signature import wigner_ville
+
+_KINDS = {"mesh": DAMAGE, "sideband": "#3c8d7a", "shaft": "#8a6bbd", "unnamed": "#8c8c8c"}
+_HIGHEST = 4
+"""Mesh orders shown of the distribution."""
+_ABOUT = 2.6
+"""Orders to either side of a mesh harmonic that are shown at large."""
+
+Picture = tuple[str, str, Figure]
+"""Heading, caption, figure."""
+
+
+def recorded_figures(facts: Mapping[str, Any]) -> Iterator[Picture]:
+    """Heading, caption and figure of what a recording's signature holds.
+
+    Parameters
+    ----------
+    facts
+        What :meth:`sigdb.pipeline.RecordedSignature.as_json` returns.
+    """
+    yield _speed(facts)
+    yield _average(facts)
+    yield _spectrum(facts)
+    yield _sidebands(facts)
+    yield _distribution(facts)
+
+
+def history_figure(history: Sequence[Mapping[str, Any]]) -> Picture:
+    """The indicators with a history over the recordings, oldest first."""
+    shown = [name for name in ("na4", "nb4", "na4_star", "nb4_star") if name in history[0]]
+    with drawing(width=8.0) as figure:
+        axes = figure.subplots()
+        for name, colour in zip(shown, (INK, DAMAGE, "#3c8d7a", "#8a6bbd"), strict=False):
+            values = [np.nan if row[name] is None else row[name] for row in history]
+            label = name.upper().replace("_STAR", "*")
+            axes.plot(np.arange(1, len(history) + 1), values, "o-", color=colour, label=label)
+        axes.set(xlabel="recording", ylabel="quotient", yscale="log", xticks=np.arange(1, len(history) + 1))
+        axes.legend(frameon=False)
+        lay_grid(axes)
+    said = "NA4 and NB4 against the mean of the recordings up to each; with a star against the first, healthy ones."
+    return "History", f"{said} A change of load or speed changes them as damage does.", figure
+
+
+def _speed(facts: Mapping[str, Any]) -> Picture:
+    track = facts["speed_track"]
+    with drawing(width=8.0, height=2.4) as figure:
+        axes = figure.subplots()
+        axes.plot(track["time"], track["speed_rpm"], color=INK, linewidth=1)
+        axes.set(xlabel="time, s", ylabel="speed, rpm")
+        axes.ticklabel_format(axis="y", useOffset=False)
+        lay_grid(axes)
+    return "Speed", f"Of each revolution, from the {facts['angle']}.", figure
+
+
+def _average(facts: Mapping[str, Any]) -> Picture:
+    with drawing(width=8.0, height=3.0) as figure:
+        axes = figure.subplots()
+        draw_signal(axes, np.array(facts["tsa"]), facts["teeth"], ())
+        axes.set(xlabel="angle, deg (tooth passes numbered)", ylabel=_with_unit(facts))
+    counted = (
+        "tooth 1 is the first after the tacho mark"
+        if facts["absolute"]
+        else "numbers are relative: tooth 1 is arbitrary"
+    )
+    return "Synchronous average", f"{facts['averages']} revolutions; {counted}.", figure
+
+
+def _spectrum(facts: Mapping[str, Any]) -> Picture:
+    spectrum = facts["record_spectrum"]
+    with drawing(width=8.0, height=3.4) as figure:
+        axes = figure.subplots()
+        _draw_spectrum(axes, spectrum, np.array(spectrum["order"]) > 0)
+        _mark(axes, facts, ("shaft", "mesh", "sideband", "unnamed"), names=False)
+        axes.set(xlim=(0, spectrum["order"][-1]), xlabel="order, 1/rev", ylabel=f"peak amplitude, {_unit(facts)}")
+        axes.legend(frameon=False, ncols=5, fontsize=8, loc="upper left", bbox_to_anchor=(0, 1.12))
+    return (
+        "Order spectrum over the angle",
+        "Of the record sampled in equal steps of angle, not averaged, so that orders of other shafts show. Dots are "
+        "lines that stand out of the level about them.",
+        figure,
+    )
+
+
+def _sidebands(facts: Mapping[str, Any]) -> Picture:
+    spectrum, teeth = facts["record_spectrum"], facts["teeth"]
+    order = np.array(spectrum["order"])
+    centres = [h * teeth for h in (1, 2, 3) if h * teeth + _ABOUT <= order[-1]] or [teeth]
+    with drawing(width=8.0, height=1.0 + 2.1 * len(centres)) as figure:
+        for axes, centre in zip(figure.subplots(len(centres), 1, squeeze=False)[:, 0], centres, strict=True):
+            _draw_spectrum(axes, spectrum, np.abs(order - centre) <= _ABOUT)
+            axes.set(xlim=(centre - _ABOUT, centre + _ABOUT), ylabel=_unit(facts))
+            axes.set_ylim(top=axes.get_ylim()[1] * 12)  # room for the names
+            _mark(axes, facts, ("mesh", "sideband", "unnamed"), names=True)
+        axes.set_xlabel("order, 1/rev")
+    return "Mesh harmonics and sidebands", "The same spectrum about the first mesh harmonics, lines named.", figure
+
+
+def _distribution(facts: Mapping[str, Any]) -> Picture:
+    teeth = facts["teeth"]
+    x = _below(np.array(facts["tsa"]), 2 * _HIGHEST * teeth)
+    with drawing(width=8.0, height=4.2) as figure:
+        axes = figure.subplots()
+        image = draw_distribution(axes, wigner_ville(x - x.mean()), teeth, _HIGHEST * teeth, ())
+        axes.set(xlabel="angle, deg (tooth passes numbered)", ylabel="order, 1/rev")
+        figure.colorbar(image, ax=axes, extend="both", pad=0.01, format="%.1e", label=f"({_unit(facts)})$^2$ per bin")
+    said = f"Of the average's orders up to {2 * _HIGHEST} mesh orders; half-window 60 deg of rotation."
+    return "Wigner-Ville distribution", said, figure
+
+
+def _below(tsa: FloatArray, highest: int) -> FloatArray:
+    """The average without its orders from a highest one on, in as few samples as it needs."""
+    if len(tsa) <= 2 * highest:
+        return tsa
+    X = np.fft.rfft(tsa)[: highest + 1]
+    X[-1] = 0
+    return np.fft.irfft(X, 2 * highest) * (2 * highest / len(tsa))
+
+
+def _draw_spectrum(axes: Axes, spectrum: Mapping[str, Any], shown: Any) -> None:
+    order, amplitude, level = (np.array(spectrum[name])[shown] for name in ("order", "amplitude", "level"))
+    least = max(float(level.min()), 1e-6 * float(amplitude.max()), np.finfo(float).tiny) / 10
+    axes.plot(order, np.maximum(amplitude, least), color=HEALTHY, linewidth=0.7)
+    axes.plot(order, np.maximum(level, least), color=INK, linewidth=1, label="level")
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.set_ylim(bottom=least)
+    lay_grid(axes)
+
+
+def _mark(axes: Axes, facts: Mapping[str, Any], kinds: Sequence[str], *, names: bool) -> None:
+    """Dots at the lines that were found; what they are beside them."""
+    columns = facts["lines"]
+    low, high = axes.get_xlim() if names else (0, np.inf)
+    for kind in kinds:
+        at = [
+            i for i, one in enumerate(columns["kind"])
+            if one == kind and columns["found"][i] and low <= columns["order"][i] <= high
+        ]  # fmt: skip
+        x, y = ([columns[name][i] for i in at] for name in ("order", "amplitude"))
+        axes.plot(x, y, "o", color=_KINDS[kind], markersize=3.5, label=kind)
+        for i in at if names else ():
+            axes.annotate(
+                _last_words(columns["name"][i]),
+                (columns["order"][i], columns["amplitude"][i]),
+                xytext=(0, 7),
+                textcoords="offset points",
+                rotation=90,
+                ha="center",
+                va="bottom",
+                fontsize=6.5,
+                color=_KINDS[kind],
+            )
+
+
+def _last_words(name: str) -> str:
+    """Of a sideband what is beside its mesh harmonic."""
+    return name[max(name.rfind(sign) for sign in (" + ", " - ", " +", " -")) + 1 :]
+
+
+def _unit(facts: Mapping[str, Any]) -> str:
+    return facts["unit"] or "unit not stated"
+
+
+def _with_unit(facts: Mapping[str, Any]) -> str:
+    return f"{facts['channel']}, {_unit(facts)}"

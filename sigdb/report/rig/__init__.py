@@ -1,0 +1,1 @@
+"""Drawing, Campbell diagram and text of a rig."""

@@ -1,0 +1,91 @@
+"""The picture of a signature: averaged signal, order spectrum, Wigner-Ville distribution, as in the paper's figures."""
+
+from pathlib import Path
+
+import matplotlib
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from sigdb.core import FloatArray, InputError
+from sigdb.report.panels import draw_distribution, draw_signal, draw_spectrum
+from sigdb.report.settings import Report
+from sigdb.signature import wigner_ville
+
+
+def signature_figure(
+    tsa: FloatArray,
+    *,
+    teeth: int,
+    sensor: str,
+    unit: str,
+    title: str,
+    damaged: tuple[int, ...] = (),
+    settings: Report | None = None,
+) -> Figure:
+    """Three panels: signal against angle with the tooth passes, order spectrum, Wigner-Ville distribution.
+
+    Parameters
+    ----------
+    tsa
+        (n,) average of one revolution, from the tacho mark.
+    teeth
+        Tooth count.
+    sensor, unit
+        Name and unit of the signal.
+    title
+        What is shown.
+    damaged
+        Damaged teeth, marked in the panels over angle.
+    settings
+        Highest order shown.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    settings = settings or Report()
+    highest = min(settings.mesh_orders * teeth, len(tsa) / 2)
+    with matplotlib.rc_context({"font.size": 9, "axes.titlesize": 10, "axes.titlelocation": "left"}):
+        figure = Figure(figsize=(8.0, 8.6), layout="constrained")
+        FigureCanvasAgg(figure)
+        figure.suptitle(title, fontsize=11)
+        signal, spectrum, distribution = figure.subplots(3, 1, height_ratios=(1.0, 0.8, 1.3))
+        draw_signal(signal, tsa, teeth, damaged)
+        signal.set(title="Synchronous average", ylabel=f"{sensor}, {unit}")
+        draw_spectrum(spectrum, tsa, teeth, highest)
+        spectrum.set(
+            title="Order spectrum (peak amplitude)", xlabel="order, 1/rev (ticks at mesh harmonics)", ylabel=unit
+        )
+        image = draw_distribution(distribution, wigner_ville(tsa - tsa.mean()), teeth, highest, damaged)
+        distribution.set(
+            title="Wigner-Ville distribution (half-window 60 deg of rotation)",
+            xlabel="angle, deg (tooth passes numbered)",
+            ylabel="order, 1/rev",
+        )
+        figure.colorbar(image, ax=distribution, extend="both", pad=0.01, format="%.1e", label="unit$^2$ per bin")
+    return figure
+
+
+def save_figure(figure: Figure, path: Path, settings: Report | None = None) -> None:
+    """Write a figure; the format follows the file's suffix.
+
+    Raises
+    ------
+    InputError
+        If the suffix names no format of pictures.
+    """
+    check_picture(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=(settings or Report()).dots_per_inch)
+
+
+def check_picture(path: Path) -> None:
+    """Refuse a file whose suffix names no format of pictures.
+
+    Raises
+    ------
+    InputError
+        Says what to do.
+    """
+    if path.suffix.lstrip(".").lower() not in FigureCanvasAgg.get_supported_filetypes():
+        raise InputError(f"{path}: not a picture's name; end it in .png, .svg or .pdf")

@@ -1,0 +1,1 @@
+"""Time-synchronous averaging, with and without a tacho."""

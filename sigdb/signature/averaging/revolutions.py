@@ -1,0 +1,54 @@
+"""The kernel of the synchronous average. Importing this module imports numba."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigdb.core import kernel
+
+
+@kernel
+def add_revolutions(
+    x: Any,
+    start: float,
+    fs: float,
+    spline: Any,
+    first_pulse: float,
+    pulses: float,
+    table: Any,
+    count: int,
+    revolutions: int,
+    mean: NDArray[np.float64],
+    squares: NDArray[np.float64],
+) -> None:
+    """Add revolutions count, count + 1, ... to the running mean and sum of squared deviations, ``(channels, n)``.
+
+    Sample i of x, ``(channels, samples)``, is at the time (start + i) / fs. The time at the place p of the pulses'
+    count is ``spline``, ``(4, intervals)``, cubics of p - first_pulse; a revolution has ``pulses`` of them.
+    """
+    n = mean.shape[1]
+    cells, _, taps = table.shape
+    before = taps // 2 - 1
+    last = spline.shape[1] - 1
+    for r in range(count, count + revolutions):
+        weight = 1.0 / (r + 1)
+        for j in range(n):
+            p = (r + j / n) * pulses - first_pulse
+            i = min(int(p), last)
+            w = p - i
+            place = (((spline[0, i] * w + spline[1, i]) * w + spline[2, i]) * w + spline[3, i]) * fs - start
+            k = int(place)
+            f = (place - k) * cells
+            q = int(f)
+            f -= q
+            h0, h1, h2, h3 = table[q, 0], table[q, 1], table[q, 2], table[q, 3]
+            for c in range(x.shape[0]):
+                # A slice, so that the loop is vectorised.
+                v = x[c, k - before : k - before + taps]
+                y = 0.0
+                for t in range(taps):
+                    y += v[t] * (h0[t] + f * (h1[t] + f * (h2[t] + f * h3[t])))
+                d = y - mean[c, j]
+                mean[c, j] += weight * d
+                squares[c, j] += d * (y - mean[c, j])

@@ -1,0 +1,1 @@
+"""The Wigner-Ville distribution and its pooled features."""

@@ -1,0 +1,15 @@
+from .check.verify import Repair as Repair
+from .check.verify import repair as repair
+from .check.verify import verify as verify
+from .density.coverage import Coverage as Coverage
+from .density.coverage import coverage as coverage
+from .density.refine import Refinement as Refinement
+from .density.refine import refine as refine
+from .design.design import Design as Design
+from .design.design import Grid as Grid
+from .plan.make_plan import make_plan as make_plan
+from .plan.make_plan import plan_from as plan_from
+from .plan.plan import Plan as Plan
+from .work.estimate import estimate as estimate
+from .work.run import Summary as Summary
+from .work.run import run as run

@@ -1,0 +1,150 @@
+"""Whether a part holds what its plan says: parameters, results where the status is ``ok``, nulls where it is not."""
+
+from collections.abc import Iterable, Iterator, Mapping
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from sigdb.core import BoolArray, IntArray
+from sigdb.database import Receipt
+from sigdb.signature import mesh_bands
+from sigdb.sweep.plan.plan import Plan
+
+_OF_FAILURES = ("min_compression", "contact_loss")
+"""What is known of some rows without a result, too."""
+
+_NULL = -1
+
+
+def wrong_rows(plan: Plan, receipt: Receipt, files: Mapping[str, pq.ParquetFile]) -> Iterator[tuple[str, str]]:
+    """What is wrong with a part of rows: the table, and a sentence."""
+    features = files["features"].read()
+    cases = plan.table(receipt.first, receipt.first + receipt.rows)
+    ids, ok = cases["id"].to_numpy(), _ok(features)
+    yield from _each("features", _wrong_count(receipt, ok))
+    planned = {str(name): cases[name].to_numpy() for name in cases}
+    # An average of a mesh that loses contact has no index errors in it.
+    lost = ok & pc.fill_null(features["contact_loss"], False).to_numpy()
+    planned["index_error"] = np.where(lost, 0.0, planned["index_error"])
+    yield from _each("features", _wrong_parameters(features, planned, ids))
+    yield from _each("features", _wrong_numbers(features, planned, ids, ok))
+    yield from _each("features", _wrong_lists(features, _row_lengths(plan, cases["teeth"].to_numpy(), ok), ids))
+    at = 0
+    for group in range(files["signals"].num_row_groups):
+        signals = files["signals"].read_row_group(group)
+        here = slice(at, at := at + signals.num_rows)
+        lengths = _row_lengths(plan, cases["teeth"].to_numpy()[here], ok[here])
+        yield from _each("signals", _wrong_parameters(signals, {"id": ids[here]}, ids[here]))
+        yield from _each("signals", _wrong_lists(signals, lengths, ids[here]))
+
+
+def wrong_templates(plan: Plan, receipt: Receipt, files: Mapping[str, pq.ParquetFile]) -> Iterator[tuple[str, str]]:
+    """What is wrong with a part of templates: the table, and a sentence."""
+    table = files["templates"].read()
+    numbers = np.arange(receipt.first, receipt.first + receipt.rows)
+    cases = [
+        {"template": number, "tooth": plan.case(number).damage.tooth, **plan.case_columns(number)}
+        for number in numbers.tolist()
+    ]
+    parameters = {name: np.array([case[name] for case in cases], dtype=object) for name in cases[0]}
+    yield from _each("templates", _wrong_count(receipt, _ok(table)))
+    yield from _each("templates", _wrong_parameters(table, parameters, numbers))
+    yield from _each("templates", _wrong_numbers(table, [*parameters, "least_elsewhere"], numbers, None))
+    yield from _each("templates", _wrong_lists(table, _template_lengths(plan, table, numbers), numbers))
+
+
+def doubtful_rows(features: pq.ParquetFile) -> IntArray:
+    """Places of rows whose result lacks a number, which is right for a quotient without variance, and else wrong."""
+    results = [field.name for field in features.schema_arrow if pa.types.is_float32(field.type)]
+    table = features.read(columns=["status", *results])
+    missing = np.any([table[name].is_null().to_numpy() for name in results], axis=0)
+    return np.flatnonzero(missing & _ok(table))
+
+
+def _each(table: str, sentences: Iterable[str]) -> Iterator[tuple[str, str]]:
+    return ((table, sentence) for sentence in sentences)
+
+
+def _ok(table: pa.Table) -> BoolArray:
+    return np.array([status == "ok" for status in table["status"].to_pylist()], dtype=bool)
+
+
+def _wrong_count(receipt: Receipt, ok: BoolArray) -> Iterator[str]:
+    if receipt.failed != (~ok).sum():
+        yield f"has {(~ok).sum()} rows without a result, its receipt says {receipt.failed}"
+
+
+def _wrong_parameters(table: pa.Table, planned: Mapping[str, np.ndarray], numbers: IntArray) -> Iterator[str]:
+    """Columns that are not those of the plan, each with its first row that differs."""
+    for name, values in planned.items():
+        stored, due = table[name], pa.array(values, table.schema.field(name).type, from_pandas=True)
+        same = pc.fill_null(pc.equal(stored, due), False).to_numpy()
+        same |= stored.is_null().to_numpy() & due.is_null().to_numpy(zero_copy_only=False)
+        if not same.all():
+            row = int(np.argmin(same))
+            yield f"{name} of row {numbers[row]} is {stored[row].as_py()!r}, by the recipe {due[row].as_py()!r}"
+
+
+def _wrong_numbers(table: pa.Table, left_out: Iterable[str], numbers: IntArray, ok: BoolArray | None) -> Iterator[str]:
+    """Results that are nan or infinite, or that a row without a result has."""
+    for field in table.schema:
+        if not pa.types.is_floating(field.type) or field.name in left_out:
+            continue
+        missing = table[field.name].is_null().to_numpy()
+        wrong = ~missing & ~np.isfinite(table[field.name].to_numpy())
+        if ok is not None and field.name not in _OF_FAILURES:
+            wrong |= ~missing & ~ok
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            yield f"{field.name} of row {numbers[row]} is {table[field.name][row].as_py()!r}"
+
+
+def _wrong_lists(table: pa.Table, lengths: Mapping[str, IntArray], numbers: IntArray) -> Iterator[str]:
+    """Lists that are missing, too many, of another length, or hold a value that is no finite number."""
+    for name, due in lengths.items():
+        for column in (one for one in table.schema.names if one.partition("__")[0] == name):
+            found = pc.fill_null(pc.list_value_length(table[column]), _NULL).to_numpy()
+            if (found != due).any():
+                row = int(np.argmax(found != due))
+                yield f"{column} of row {numbers[row]} {_length(found[row])}, by the recipe it {_length(due[row])}"
+                continue
+            values = pc.list_flatten(table[column])
+            wrong = ~np.isfinite(values.to_numpy())  # a null becomes nan
+            if wrong.any():
+                row = int(pc.list_parent_indices(table[column])[int(np.argmax(wrong))].as_py())
+                yield f"{column} of row {numbers[row]} holds a value that is no finite number"
+
+
+def _length(values: int) -> str:
+    return "is null" if values == _NULL else f"has {values} values"
+
+
+def _row_lengths(plan: Plan, teeth: IntArray, ok: BoolArray) -> dict[str, IntArray]:
+    """Number of values that each list of a row must have."""
+    n = teeth * plan.signature.samples_per_tooth
+    cells = {count: count * (len(mesh_bands(int(count))) - 1) for count in np.unique(teeth)}
+    due = {"tsa": n, "spectrum": n // 2 + 1, "wigner_ville": np.array([cells[count] for count in teeth])}
+    return {name: np.where(ok, values, _NULL) for name, values in due.items()}
+
+
+def _template_lengths(plan: Plan, table: pa.Table, numbers: IntArray) -> dict[str, IntArray]:
+    """Number of values that each list of a template must have; without contact there are no responses."""
+    points = [plan.rig_points[plan.case(number).rig_point] for number in numbers.tolist()]
+    teeth = np.array([point.teeth for point in points])
+    n = teeth * plan.signature.samples_per_tooth
+    period = n * np.array([point.revolutions for point in points])
+    orders = pc.fill_null(pc.list_value_length(table["orders"]), 0).to_numpy()
+    ok = _ok(table)
+    linear = ok & ~pc.fill_null(table["contact_loss"], False).to_numpy()
+    whole = {"tsa": n, "compression": period, "mesh_force": period, "orders": orders}
+    responses = {
+        "compression_response": period * teeth,
+        "compression_harmonic": period * orders * 2,
+        "specimen_response": n * teeth,
+        "harmonic_response": n * orders * 2,
+    }
+    return {name: np.where(ok, values, _NULL) for name, values in whole.items()} | {
+        name: np.where(linear, values, _NULL) for name, values in responses.items()
+    }

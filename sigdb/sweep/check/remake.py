@@ -1,0 +1,102 @@
+"""Whether parts hold what making them again gives, bit for bit: a sample of templates and of noise blocks."""
+
+from collections.abc import Iterable, Iterator, Mapping
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from threadpoolctl import threadpool_limits
+
+from sigdb.core import NOISE_BLOCK, DatabaseError
+from sigdb.database import ROW_GROUP, Finding, PartKey, Receipt, Store, damaged_part, open_checked
+from sigdb.sweep.plan.plan import Plan
+from sigdb.sweep.work.rows import row_pieces
+from sigdb.sweep.work.templates import template_table
+
+
+def differing_parts(
+    store: Store,
+    parts: Mapping[PartKey, tuple[Plan, Receipt]],
+    sample: int,
+    doubtful: Iterable[tuple[PartKey, int]],
+) -> Iterator[Finding]:
+    """Parts of a database of which a template or a block of rows is not what making it again gives.
+
+    Parameters
+    ----------
+    store
+        Where the database lies.
+    parts
+        Parts whose files are as they were written.
+    sample
+        Templates, and blocks of 256 rows, to make again; they are spread evenly over the database.
+    doubtful
+        Rows, by part and id, whose blocks are made again besides.
+    """
+    blocks = [(key, row - row % NOISE_BLOCK) for key, row in doubtful if key in parts]
+    chosen = [(place, _differing_template) for place in _spread(parts, "templates", 1, sample)] + [
+        (place, _differing_block) for place in dict.fromkeys([*_spread(parts, "rows", NOISE_BLOCK, sample), *blocks])
+    ]
+    found: set[PartKey] = set()
+    for (key, first), differing in chosen:
+        plan, receipt = parts[key]
+        if key not in found and (what := differing(store, plan, receipt, first)):
+            found.add(key)
+            yield damaged_part(key, *what)
+
+
+def _spread(
+    parts: Mapping[PartKey, tuple[Plan, Receipt]], stage: str, size: int, sample: int
+) -> list[tuple[PartKey, int]]:
+    """Some templates or blocks, from the first to the last: part, and number or first id."""
+    places = [
+        (key, first)
+        for key, (_, receipt) in parts.items()
+        if key[0] == stage
+        for first in range(receipt.first, receipt.first + receipt.rows, size)
+    ]
+    at = np.linspace(0, len(places) - 1, min(sample, len(places))).round().astype(int)
+    return [places[one] for one in at]
+
+
+Difference = tuple[str, str] | None
+"""The name of a file, and what differs in it."""
+
+
+def _differing_template(store: Store, plan: Plan, receipt: Receipt, number: int) -> Difference:
+    group, row = divmod(number - receipt.first, ROW_GROUP["templates"])
+    with threadpool_limits(1):
+        again = template_table(plan, receipt.part, [number])
+    stored = pq.ParquetFile(open_checked(store, receipt.file("templates"))).read_row_group(group).slice(row, 1)
+    return _difference(receipt, "templates", stored, again, f"template {number}")
+
+
+def _differing_block(store: Store, plan: Plan, receipt: Receipt, first: int) -> Difference:
+    stop = min(first + NOISE_BLOCK, receipt.first + receipt.rows)
+    try:
+        with threadpool_limits(1):
+            (again,) = row_pieces(plan, store, first, stop)
+    except DatabaseError:
+        return None  # its templates are damaged, which is told already
+    for table, content in again.items():
+        group, row = divmod(first - receipt.first, ROW_GROUP[table])
+        file = pq.ParquetFile(open_checked(store, receipt.file(table)))
+        stored = file.read_row_group(group).slice(row, stop - first)
+        if what := _difference(receipt, table, stored, content, f"rows {first} to {stop - 1}"):
+            return what
+    return None
+
+
+def _difference(receipt: Receipt, table: str, stored: pa.Table, again: pa.Table, name: str) -> Difference:
+    columns = [one for one in again.schema.names if _encoded(stored, one) != _encoded(again, one)]
+    if not columns:
+        return None
+    more = f" and {len(columns) - 1} more columns" if len(columns) > 1 else ""
+    return receipt.file(table).path, f"{name}: {columns[0]}{more} are not what making them again gives"
+
+
+def _encoded(table: pa.Table, column: str) -> bytes:
+    """A column as bytes: the same for the same values, bit for bit, however they lie in memory."""
+    sink = pa.BufferOutputStream()
+    pq.write_table(table.select([column]), sink, compression="none", use_dictionary=False, write_statistics=False)
+    return bytes(sink.getvalue())

@@ -1,0 +1,1 @@
+"""How densely a grid covers its axes, and how to refine it."""

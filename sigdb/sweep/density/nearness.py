@@ -1,0 +1,102 @@
+"""How near cases off the grid, and measured rows of them, are to a database's templates."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+
+from sigdb.core import FloatArray, Progress
+from sigdb.database import (
+    Database,
+    Distance,
+    Nearest,
+    misfit,
+    mismatch,
+    nearest,
+    root_mean_square,
+    suffixed,
+    template_bank,
+    unit_residuals,
+)
+
+OnProgress = Callable[[Progress], Any]
+
+
+class Nearness:
+    """A database's templates, of one sensor, and what is compared with them."""
+
+    def __init__(self, database: Database, sensor: str) -> None:
+        self._database, self._sensor = database, sensor
+        self._step = int(database.manifest.resolved["signature"]["samples_per_tooth"])
+        self._bank = cache(lambda n: template_bank(database, sensor, n))
+
+    def clean(
+        self, off_grid: Database, columns: Sequence[str], noise: float, on_progress: OnProgress
+    ) -> tuple[pd.DataFrame, list[FloatArray]]:
+        """The cases of a database off the grid against the templates, one row a case, and their clean averages.
+
+        Parameters
+        ----------
+        off_grid
+            Cases off the grid, with the same sensors.
+        columns
+            Parameters of a case to tell beside ``off_grid`` (its template there), ``match``, ``template``, ``misfit``
+            and ``separation``.
+        noise
+            Standard deviation of an average's noise, in those of the undamaged clean average.
+        """
+        tsa, variance = (suffixed(name, off_grid.sensors, self._sensor) for name in ("tsa", "reference_variance"))
+        names = dict.fromkeys(["template", "tooth", "status", *columns, tsa, variance])
+        templates = pa.Table.from_batches(off_grid.scan("templates", list(names))).to_pandas()
+        templates = templates[(templates["tooth"] > 0) & (templates["status"] == "ok")]
+        signals = [y.astype(float) for y in templates[tsa]]
+        deviation = noise * np.sqrt(templates[variance])
+        found = [
+            self._case(y, one)
+            for y, one in counted(zip(signals, deviation, strict=True), len(signals), "off-grid cases", on_progress)
+        ]
+        compared = pd.DataFrame(found, columns=["match", "template", "misfit", "separation"])
+        cases = templates[list(columns)].assign(off_grid=templates["template"]).reset_index(drop=True)
+        return pd.concat([cases, compared], axis=1), signals
+
+    def _case(self, y: FloatArray, deviation: float) -> dict[str, float]:
+        near = self._nearest(y, misfit)
+        least = float(near.misfit[0])
+        return {
+            "match": self._match(y),
+            "template": self._bank(len(y)).cases["template"][int(near.place[0])].as_py(),
+            "misfit": least,
+            "separation": least * float(y.std()) * np.sqrt(len(y)) / deviation,
+        }
+
+    def _match(self, y: FloatArray) -> float:
+        """Greatest overlap; 1 where there is no residual, as of the undamaged gear, whose template has none either."""
+        if not root_mean_square(unit_residuals(y, len(y) // self._step)):
+            return 1.0
+        return float(self._nearest(y, mismatch).match[0])
+
+    def measured(self, off_grid: Database, on_progress: OnProgress) -> pd.DataFrame:
+        """Tooth and misfit of the measured rows of a database off the grid."""
+        column, done = suffixed("tsa", off_grid.sensors, self._sensor), "status = 'ok'"
+        tooth = off_grid.cases(done)["tooth"].to_numpy()
+        batches = off_grid.batches(done, table="signals", columns=[column])
+        rows = (tsa.values.to_numpy().astype(float) for batch in batches for tsa in batch[column])
+        each = counted(rows, len(tooth), "measured rows", on_progress)
+        return pd.DataFrame({"tooth": tooth, "misfit": [float(self._nearest(x, misfit).misfit[0]) for x in each]})
+
+    def _nearest(self, x: FloatArray, distance: Distance) -> Nearest:
+        """The nearest template, over all turns."""
+        bank, n = self._bank(len(x)), len(x)
+        every = np.ones(bank.cases.num_rows, dtype=bool)
+        return nearest(bank, x, teeth=n // self._step, k=1, shifts=np.arange(n), among=every, distance=distance)
+
+
+def counted(rows: Iterable[Any], total: int, stage: str, on_progress: OnProgress) -> Iterator[Any]:
+    """The same rows; what was worked on is told when the next one is asked for."""
+    on_progress(Progress(stage=stage, done=0, total=total, before=0))
+    for done, row in enumerate(rows, start=1):
+        yield row
+        on_progress(Progress(stage=stage, done=done, total=total, before=0))

@@ -1,0 +1,113 @@
+"""Designs of cases that lie between those of a plan."""
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from sigdb.core import InputError, validated
+from sigdb.sweep.design.axes import DAMAGE_AXES, MEASUREMENT_AXES, OWN_AXES, WHOLE_AXES, Range
+from sigdb.sweep.design.design import Design, Grid
+from sigdb.sweep.plan.plan import Plan
+from sigdb.sweep.plan.rig_points import is_whole
+
+Spans = dict[str, tuple[float, float]]
+"""Least and greatest value of axes, by name."""
+
+
+def off_grid(base: Plan, *, cases: int, seed: int, specimens: int) -> Design:
+    """A design of about that many random cases between those of a plan.
+
+    Numbers that are not whole (sizes of damage, operating points, other parameters of the rig) are drawn evenly between
+    the least and the greatest value that a grid names; so are measurements that a grid samples or takes from a table.
+    Whole numbers and listed measurements stay as they are. The damage is at tooth 1 where other teeth are turns of it.
+    Grids of patterns, and of a single value on every axis, have nothing between.
+
+    Raises
+    ------
+    InputError
+        If no grid has anything between its cases.
+    """
+    every = [(grid, _spans(base, grid)) for grid in base.design.grid if not grid.patterns]
+    spread = [(grid, spans) for grid, spans in every if any(low < high for low, high in spans.values())]
+    if not spread:
+        raise InputError(
+            "nothing lies between the cases: no grid has an axis with several values that are not whole numbers or "
+            "names of patterns"
+        )
+    grids = [_random(base, grid, spans, math.ceil(cases / len(spread))) for grid, spans in spread]
+    alike = all(axis in DAMAGE_AXES for grid in grids for axis in grid["ranges"])
+    return validated(
+        Design,
+        {
+            "rig": base.design.rig,
+            "gear": base.gear,
+            "seed": seed,
+            "specimens": specimens,
+            # Where the rig or the measurement is drawn too, each case has undamaged rows of its own.
+            "healthy": max(1, cases // specimens) if alike else 1,
+            "grid": grids,
+        },
+        owner="off-grid design",
+    )
+
+
+def whole_axes(base: Plan, axes: Iterable[str]) -> frozenset[str]:
+    """Those of some axes that are whole numbers."""
+    return frozenset(axis for axis in axes if axis in WHOLE_AXES or (axis not in OWN_AXES and is_whole(base.rig, axis)))
+
+
+def _axes(base: Plan, grid: Grid) -> dict[str, Any]:
+    """Values of each axis of a grid, or its range; its teeth and the measurements that it lists aside."""
+    swept = {base.rig.path(axis): axis for axis in base.rig_points.swept}
+    axes = {axis: getattr(grid, axis) for axis in grid.listed_damage} | grid.rig | grid.ranges | (grid.table or {})
+    # One parameter of the rig may be written in several ways: the plan's is that of its columns.
+    return {
+        axis if axis in OWN_AXES else swept[base.rig.path(axis)]: some for axis, some in axes.items() if axis != "tooth"
+    }
+
+
+def _ends(values: Any) -> tuple[float, float]:
+    if isinstance(values, Range):
+        return values.min, values.max
+    return float(min(values)), float(max(values))
+
+
+def _wholes(values: Any) -> list[int]:
+    """Whole numbers, each once; all of a range."""
+    if isinstance(values, Range):
+        return list(range(int(values.min), int(values.max) + 1))
+    return sorted({int(value) for value in values})
+
+
+def _spans(base: Plan, grid: Grid) -> Spans:
+    """Ends of each axis of numbers that are not whole, measurements aside."""
+    axes = _axes(base, grid)
+    aside = {*whole_axes(base, axes), *MEASUREMENT_AXES}
+    return {axis: _ends(values) for axis, values in axes.items() if axis not in aside}
+
+
+def _random(base: Plan, grid: Grid, spans: Spans, cases: int) -> dict[str, Any]:
+    """A grid of random points within the spans, crossed with the whole numbers of another grid."""
+    axes, teeth = _axes(base, grid), _teeth(base, grid)
+    drawn = spans | {axis: _ends(axes[axis]) for axis in MEASUREMENT_AXES if axis in axes}
+    whole = {axis: _wholes(axes[axis]) for axis in sorted(whole_axes(base, axes)) if axis not in drawn}
+    of_gear = base.rig.gears[base.gear].teeth if teeth == "all" else len(teeth)
+    several = math.prod(map(len, whole.values())) * of_gear
+    unnamed = {axis: [base.rig.value(axis)] for axis in base.rig_points.swept if axis not in axes}
+    return {
+        **unnamed,
+        **whole,
+        **{axis: getattr(grid, axis) for axis in MEASUREMENT_AXES if getattr(grid, axis)},
+        **{axis: [low] for axis, (low, high) in drawn.items() if low == high},
+        "tooth": teeth,
+        "ranges": {axis: {"min": low, "max": high} for axis, (low, high) in drawn.items() if low < high},
+        "points": max(1, cases // several),
+        "method": "random",
+    }
+
+
+def _teeth(base: Plan, grid: Grid) -> Any:
+    if base.rig.turns_exactly(base.gear):
+        return [1]
+    joint = grid.ranges.get("tooth") or (grid.table or {}).get("tooth")
+    return _wholes(joint) if joint else grid.tooth

@@ -1,0 +1,126 @@
+"""Refining: cases are appended to a database where its templates stand badly for what lies between them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+
+from sigdb.core import InputError, Progress
+from sigdb.database import Database, Store, read_manifest, write_coverage
+from sigdb.sweep.density.coverage import USUAL_MATCH, Coverage, summary
+from sigdb.sweep.density.extension import extension
+from sigdb.sweep.density.study import study
+from sigdb.sweep.plan.make_plan import plan_from
+from sigdb.sweep.work.describe_database import check_version
+from sigdb.sweep.work.engines import Cluster, Engine, Processes
+from sigdb.sweep.work.ownership import owned
+from sigdb.sweep.work.run import append, carry_out
+
+
+@dataclass(frozen=True, kw_only=True)
+class Refinement:
+    """What refining did.
+
+    Attributes
+    ----------
+    reached
+        Whether every case of the last study matched as asked.
+    rounds
+        How often cases were appended.
+    cases, rows
+        Damaged cases that were simulated, and rows, that were appended.
+    coverage
+        The last study, of the database as it is now; its threshold is stored.
+    """
+
+    reached: bool
+    rounds: int
+    cases: int
+    rows: int
+    coverage: Coverage
+
+
+def refine(
+    location: str | PathLike[str],
+    *,
+    match: float = USUAL_MATCH,
+    cases: int = 200,
+    rounds: int = 10,
+    sensor: str | None = None,
+    jobs: int = -1,
+    scheduler: str | None = None,
+    on_progress: Callable[[Progress], Any] = lambda progress: None,
+) -> Refinement:
+    """Append cases to a database until random cases between those that it has match its templates.
+
+    In each round as many cases as ``cases`` says are drawn between those that the database was begun with. Of those
+    that match no template as asked the worst is appended, then the worst of those that do not match that one either,
+    and so on; each with its measurements, and with every tooth, specimen and noise draw of the database. When all cases
+    of a round match, nothing more is appended. What is there stays as it is: an extension begins with the next part,
+    so that ids have a gap before it, and its specimens are the same gear pairs.
+
+    Stopped at any instant, the same call goes on, and so does the sweep that began the database: what was begun is
+    finished first. A call may ask for another match, or other cases, than the one before.
+
+    Cases are random, so the match is reached for most others too, not for all: where n cases all match, fewer than
+    3 in n others do not, at 95 % confidence [1]_.
+
+    Parameters
+    ----------
+    location
+        A database. If its own sweep is not finished, that is done first.
+    match
+        Least normalised overlap, between 0 and 1.
+    cases
+        Cases of a round, about.
+    rounds
+        Greatest number of times that cases are appended in this call.
+    sensor
+        Name of the stored sensor whose signatures are compared; the first one if left out.
+    jobs, scheduler, on_progress
+        As of :func:`sigdb.sweep.run`. Cases of a round are simulated on this machine and not kept.
+
+    Raises
+    ------
+    InputError
+        If ``match`` is not between 0 and 1, there is no database, or nothing lies between its cases.
+    DatabaseError
+        If another sweep is running on it, it is damaged, or none of its templates has a result.
+
+    References
+    ----------
+    .. [1] J. A. Hanley, A. Lippman-Hand, "If nothing goes wrong, is everything all right? Interpreting zero
+           numerators", JAMA 249 (1983) 1743-1745, doi:10.1001/jama.1983.03330370053031.
+    """
+    if not 0 < match < 1:
+        raise InputError(f"match = {match:g} must lie between 0 and 1; {USUAL_MATCH} is usual")
+    if rounds < 1:
+        raise InputError(f"rounds = {rounds} must be 1 or more: it is how often cases are appended at most")
+    store, engine = Store.at(location), Cluster(scheduler) if scheduler else Processes(jobs)
+    read_manifest(store)  # a place without a database is left untouched
+    with owned(store):
+        store.clear_temporary()
+        check_version(store, read_manifest(store).sigdb_version)
+        _finish(store, engine, on_progress)
+        done = new_cases = new_rows = 0
+        while True:
+            database = Database(store)
+            # The seed moves on with each extension, so that a round that is done again draws the same cases.
+            looked = study(database, cases=cases, sensor=sensor, seed=None, jobs=jobs, on_progress=on_progress)
+            reached = bool((looked.cases["match"] >= match).all())
+            if reached or done == rounds:
+                break
+            plan = extension(database.manifest, looked, match)
+            append(plan, store)
+            _finish(store, engine, on_progress)
+            done, new_rows = done + 1, new_rows + plan.rows
+            new_cases += plan.n_templates - len(plan.rig_points)
+        found = summary(looked)
+        write_coverage(store, found.record)
+    return Refinement(reached=reached, rounds=done, cases=new_cases, rows=new_rows, coverage=found)
+
+
+def _finish(store: Store, engine: Engine, on_progress: Callable[[Progress], Any]) -> None:
+    """Make what is missing of the database and its extensions."""
+    plans = [plan_from(plan.resolved) for plan in read_manifest(store).plans]
+    carry_out(plans, store, engine, on_progress)

@@ -1,0 +1,1 @@
+"""The design of a sweep: grids and their axes, as a recipe declares them."""

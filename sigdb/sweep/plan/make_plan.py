@@ -1,0 +1,319 @@
+"""Making a plan: the design's grids, checked against the rig, as templates and segments."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from sigdb.core import DatabaseError, FloatArray, InputError, IntArray, validated
+from sigdb.dynamics import damaged_gear
+from sigdb.measurement import Measurement
+from sigdb.signature import Signature
+from sigdb.sweep.design.design import Design
+from sigdb.sweep.plan.crossing import Crossing, joint_points
+from sigdb.sweep.plan.damages import Damages, Pattern, default_of
+from sigdb.sweep.plan.layout import Blocks, consecutive, distinct, laid_out
+from sigdb.sweep.plan.plan import Plan, rows_of_a_part
+from sigdb.sweep.plan.resolved import counted, same_content
+from sigdb.sweep.plan.rig_points import RigPoints, rig_points
+from sigdb.transmission import PRESETS, ToothDamage, Transmission, damaged_profile, preset_teeth
+
+_MOST_CASES = 20_000_000
+"""Cases of damage in a grid, which a plan holds in memory; more could not be simulated."""
+
+
+def make_plan(
+    design: Design,
+    measurement: Measurement,
+    signature: Signature,
+    rig: Transmission,
+    *,
+    first_row_part: int = 0,
+    first_template_part: int = 0,
+    part_rows: int | None = None,
+    base_fields: Sequence[str] = (),
+) -> Plan:
+    """Plan a sweep.
+
+    Parameters
+    ----------
+    design, measurement, signature
+        Sections of a recipe.
+    rig
+        The rig that the design is for.
+    first_row_part, first_template_part, part_rows
+        Of an extension of a database: numbers of its first parts, and the rows in a part of the database.
+    base_fields
+        Of an extension: the fields of damage that the database has columns for.
+
+    Raises
+    ------
+    InputError
+        If the design does not fit the rig: the message names the key, the value and what to do.
+    """
+    gear = damaged_gear(rig, design.gear)
+    sensors = signature.sensors or tuple(rig.sensors)
+    for sensor in sensors:
+        if sensor not in rig.sensors:
+            raise InputError(f"signature.sensors: rig {rig.name!r} has no {sensor!r}; known: {', '.join(rig.sensors)}")
+    crossings = [_crossing(design, number, rig) for number in range(len(design.grid))]
+    points, numbers = rig_points(rig, gear, [(one.owner, one.rig_values, one.places) for one in crossings])
+    gathered = _Gathered(design, measurement, points, gear)
+    for crossing, rigs in zip(crossings, numbers, strict=True):
+        gathered.add(crossing, rigs)
+    blocks, damages, teeth = gathered.blocks()
+    _fits(damages, blocks, points, gear)
+    measurements, measured = gathered.measurements()
+    rig_measured = _rig_measured(gathered, measured)
+    _whole_cycles(measurements["averages"].astype(np.int64), rig_measured, points)
+    templates, segments = laid_out(
+        blocks,
+        teeth,
+        measured,
+        healthy=rig_measured,
+        rigs=len(points),
+        turns=rig.turns_exactly(gear),
+        specimens=design.specimens,
+        draws=design.draws,
+        healthy_draws=design.healthy,
+    )
+    if not segments.rows:
+        raise InputError(
+            "the sweep has no rows: no grid damages anything and healthy = 0; give a loss, a shift or healthy"
+        )
+    return Plan(
+        design=design,
+        measurement=measurement,
+        signature=signature,
+        rig=rig,
+        gear=gear,
+        sensors=sensors,
+        rig_points=points,
+        templates=templates,
+        damages=damages,
+        segments=segments,
+        measurements=measurements,
+        part_rows=part_rows or rows_of_a_part(segments.rows),
+        first_row_part=first_row_part,
+        first_template_part=first_template_part,
+        base_fields=tuple(base_fields),
+    )
+
+
+def _crossing(design: Design, number: int, rig: Transmission) -> Crossing:
+    owner, grid = f"sweep.grid.{number}", design.grid[number]
+    joint = joint_points(grid, rig, owner=owner, number=number, seed=design.seed)
+    crossing = Crossing(owner=owner, grid=grid, joint=joint)
+    if crossing.cases > _MOST_CASES:
+        raise InputError(
+            f"{owner} has {crossing.cases} cases of damage, and a plan holds {_MOST_CASES}; give fewer, or a sample"
+        )
+    return crossing
+
+
+def _own_patterns(design: Design, teeth: int) -> dict[str, tuple[ToothDamage, ...]]:
+    """Patterns of the design but those that are a preset of their name: they follow the tooth count as it does."""
+    return {
+        name: each for name, each in design.patterns.items() if name not in PRESETS or each != preset_teeth(name, teeth)
+    }
+
+
+class _Gathered:
+    """The cases of all grids, grid after grid."""
+
+    def __init__(self, design: Design, measurement: Measurement, points: RigPoints, gear: str) -> None:
+        self.measurement, self.points = measurement, points
+        self.own = _own_patterns(design, points.base.gears[gear].teeth)
+        self.patterns: dict[Pattern, int] = {}
+        self.pieces: list[dict[str, Any]] = []
+        # Each tooth stands at its own number, then come the grids' lists.
+        self.teeth: list[IntArray] = [np.arange(points.teeth.max() + 1)]
+        self.measured: list[dict[str, FloatArray]] = []
+        self.places: list[tuple[IntArray, IntArray, IntArray]] = []
+
+    def add(self, crossing: Crossing, rigs: IntArray) -> None:
+        """Add a grid whose places have those rigs."""
+        of_gear, cycles = self.points.teeth[rigs], self.points.cycles[rigs]
+        measured, start, count = crossing.measurements(self.measurement, cycles)
+        start = start + sum(len(one["averages"]) for one in self.measured)
+        self.measured.append(measured)
+        self.places.append((rigs, start, count))
+        columns, names, n = crossing.damages()
+        tooth_start, tooth_count, listed = crossing.teeth(of_gear)
+        tooth_start = tooth_start + (sum(map(len, self.teeth)) if len(listed) else 0)
+        place = np.repeat(np.arange(len(rigs)), n)
+        pattern, alike = self._numbered(names, of_gear[place])
+        piece = {
+            "grid": np.full(len(place), len(self.pieces)),
+            "rig": rigs[place],
+            "tooth_start": tooth_start[place],
+            # Damage of all teeth alike is one case wherever it begins.
+            "tooth_count": np.where(alike, 1, tooth_count[place]),
+            "measured_start": start[place],
+            "measured_count": count[place],
+        }
+        self.teeth.append(listed)
+        kept = Damages(columns=columns, pattern=pattern, patterns=tuple(self.patterns)).is_damage
+        self.pieces.append(
+            {
+                "blocks": {name: values[kept] for name, values in piece.items()},
+                "columns": {axis: values[kept] for axis, values in columns.items()},
+                "pattern": pattern[kept],
+            }
+        )
+
+    def _numbered(self, names: Any, teeth: IntArray) -> tuple[IntArray, Any]:
+        """Number of each case's pattern, 0 for none, and whether it damages all teeth of the gear alike."""
+        if names is None:
+            return np.zeros(len(teeth), np.int64), False
+        pairs, first = distinct(names, teeth)
+        each = [self._pattern(str(names[at]), int(teeth[at])) for at in first]
+        numbers = [self.patterns.setdefault(one, len(self.patterns) + 1) for one in each]
+        alike = [len(one[1]) == teeth[at] and len(set(one[1])) == 1 for one, at in zip(each, first, strict=True)]
+        return np.array(numbers)[pairs], np.array(alike)[pairs]
+
+    def _pattern(self, name: str, teeth: int) -> Pattern:
+        """A pattern on a gear of that many teeth; own ones go before presets."""
+        each = self.own.get(name)
+        return name, each if each is not None else preset_teeth(name, teeth)
+
+    def blocks(self) -> tuple[Blocks, Damages, IntArray]:
+        """All cases, the kinds of damage that they have, and the list of teeth."""
+        axes = dict.fromkeys(axis for piece in self.pieces for axis in piece["columns"])
+        pattern = np.concatenate([piece["pattern"] for piece in self.pieces])
+        columns = {
+            axis: np.concatenate(
+                [piece["columns"].get(axis, np.full(len(piece["pattern"]), default_of(axis))) for piece in self.pieces]
+            )
+            for axis in axes
+        }
+        damage, first = distinct(pattern, *columns.values())
+        damages = Damages(
+            columns={axis: column[first] for axis, column in columns.items()},
+            pattern=pattern[first],
+            patterns=tuple(self.patterns),
+        )
+        whole = {
+            name: np.concatenate([piece["blocks"][name] for piece in self.pieces]) for name in self.pieces[0]["blocks"]
+        }
+        return Blocks(damage=damage, **whole), damages, np.concatenate(self.teeth)
+
+    def measurements(self) -> tuple[dict[str, FloatArray], IntArray]:
+        """Columns of the distinct measurements, and the number of each in the list."""
+        columns = {name: np.concatenate([one[name] for one in self.measured]) for name in Measurement.model_fields}
+        codes, first = distinct(*columns.values())
+        found = {name: column[first] for name, column in columns.items()}
+        return found | {"averages": found["averages"].astype(np.int64)}, codes
+
+
+def _rig_measured(gathered: _Gathered, measured: IntArray) -> tuple[IntArray, IntArray]:
+    """Each rig with each measurement that a grid has for it, once."""
+    rigs, start, count = (np.concatenate(column) for column in zip(*gathered.places, strict=True))
+    _, once = distinct(rigs, start, count)
+    rig = np.repeat(rigs[once], count[once])
+    one = measured[consecutive(start[once], count[once])]
+    _, first = distinct(rig, one)
+    return rig[first], one[first]
+
+
+def _whole_cycles(averages: IntArray, rig_measured: tuple[IntArray, IntArray], points: RigPoints) -> None:
+    rig, measured = rig_measured
+    cycles = points.cycles[rig]
+    for at in np.flatnonzero(averages[measured] % cycles)[:1]:
+        value, cycle, point = averages[measured[at]], cycles[at], points[rig[at]]
+        raise InputError(
+            f"measurement.averages = {value} is not a whole number of tooth cycles: the same teeth of "
+            f"{point.teeth} and {point.mate_teeth} meet every {cycle} revolutions; use for example "
+            f"{max(1, round(value / cycle)) * cycle}"
+        )
+
+
+def _fits(damages: Damages, blocks: Blocks, points: RigPoints, gear: str) -> None:
+    """Refuse damage that does not fit the gear that it is on; of each kind and tooth count one is asked."""
+    teeth = points.teeth[blocks.rig]
+    _, first = distinct(blocks.damage, teeth)
+    damage, count = blocks.damage[first], teeth[first]
+    shift = np.abs(damages.column("phase_shift_deg")) * (damages.pattern == 0)
+    # A shift at the limit is asked too.
+    wide = shift[damage] * count > 180 * (1 - 1e-9)
+    for at in np.flatnonzero((damages.damaged_teeth[damage] > count) | wide | (damages.pattern[damage] > 0)):
+        with _of_grid(blocks.grid[first[at]]):
+            damages.damage(int(damage[at]), gear, 1).on_teeth(int(count[at]))
+    if damages.has_geometry.any():
+        _fits_geometry(damages, blocks.at(damages.has_geometry[blocks.damage]), points, gear)
+
+
+def _fits_geometry(damages: Damages, blocks: Blocks, points: RigPoints, gear: str) -> None:
+    build = points.builds[blocks.rig]
+    _, first = distinct(blocks.damage, build)
+    known: dict[int, tuple[Any, bool]] = {}
+    for at in first:
+        point = points[int(blocks.rig[at])]
+        if build[at] not in known:
+            mesh = point.rig.meshes[point.rig.meshes_of(gear)[0]]
+            known[build[at]] = mesh.profile, gear == mesh.driving
+        profile, driving = known[build[at]]
+        with _of_grid(blocks.grid[at]):
+            for of_tooth in damages.teeth(int(blocks.damage[at])):
+                damaged_profile(profile, of_tooth, point.teeth, driving=driving)
+
+
+@contextmanager
+def _of_grid(number: int) -> Iterator[None]:
+    """Name the grid in what is wrong with its damage."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"sweep.grid.{number}: {error}") from None
+
+
+_OTHER_VERSION = "it was made by another version of sigdb; use that version, or make the database again"
+
+
+def plan_from(resolved: dict[str, Any]) -> Plan:
+    """The plan of a database from its resolved recipe, as ``sigdb.toml`` holds it.
+
+    Parameters
+    ----------
+    resolved
+        What :attr:`Plan.resolved` was, or the same without the keys that hold None.
+
+    Raises
+    ------
+    DatabaseError
+        If the plan would not be the same: another version of sigdb resolved the recipe.
+
+    Examples
+    --------
+    >>> import sigdb
+    >>> from sigdb.measurement import Measurement
+    >>> from sigdb.signature.settings import Signature
+    >>> from sigdb.sweep import Design, make_plan, plan_from
+    >>> design = Design(rig="nasa-spiral-bevel", grid=[{"stiffness_loss": [0.2, 0.4]}])
+    >>> plan = make_plan(design, Measurement(), Signature(), sigdb.load_transmission(design.rig))
+    >>> plan_from(plan.resolved).hash == plan.hash
+    True
+    """
+    try:
+        plan = _rebuilt(resolved)
+    except (InputError, KeyError, TypeError) as error:
+        raise DatabaseError(
+            f"the plan cannot be made again from the resolved recipe ({error}); {_OTHER_VERSION}"
+        ) from None
+    if not same_content(counted(plan.resolved), counted(resolved)):
+        raise DatabaseError(f"the plan made again from the resolved recipe is another one; {_OTHER_VERSION}")
+    return plan
+
+
+def _rebuilt(resolved: dict[str, Any]) -> Plan:
+    owner = "resolved recipe"
+    rig = validated(Transmission, resolved["rig"], owner=owner)
+    sweep = resolved["sweep"] | {"rig": rig.name}
+    return make_plan(
+        validated(Design, sweep, owner=owner),
+        validated(Measurement, resolved["measurement"], owner=owner),
+        validated(Signature, resolved["signature"], owner=owner),
+        rig,
+        **resolved.get("parts", {}),
+    )

@@ -1,0 +1,310 @@
+"""The plan of a sweep: a pure function of the recipe, and arithmetic from a row's id to its case.
+
+Templates are the distinct cases, with the damage at tooth 1 where a turn is exact. A segment is one template with the
+teeth, measurements, specimens and noise draws that it is stored for; rows are numbered through the segments in order.
+Ids and template numbers are those of the database: an extension has its parts from the next free ones.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+
+from sigdb.core import NOISE_BLOCK, FloatArray, IntArray, Section, unit_of
+from sigdb.database import Column, Schema, database_schema
+from sigdb.measurement import Measurement
+from sigdb.signature import INDICATORS, Signature
+from sigdb.sweep.design.design import Design
+from sigdb.sweep.plan.damages import WHOLE, Damages
+from sigdb.sweep.plan.layout import Segments, Templates
+from sigdb.sweep.plan.resolved import hash_of, resolved_content
+from sigdb.sweep.plan.rig_points import RigPoint, RigPoints, declared
+from sigdb.transmission import Damage, Gear, Operating, ToothDamage, Transmission
+
+__all__ = ["PART_TEMPLATES", "Plan", "RigPoint", "TemplateCase", "rows_of_a_part"]
+
+PART_TEMPLATES = 64
+_LEAST_PART, _GREATEST_PART, _PARTS_WANTED = 2048, 32768, 16
+assert _LEAST_PART % NOISE_BLOCK == 0
+
+
+def rows_of_a_part(rows: int) -> int:
+    """Rows in a part: fixed by the number of rows alone, whole noise blocks, some parts for every worker."""
+    wanted = 1 << max(0, (rows // _PARTS_WANTED - 1)).bit_length()
+    return min(max(wanted, _LEAST_PART), _GREATEST_PART)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TemplateCase:
+    """A distinct case: a rig point and a damage, or none."""
+
+    rig_point: int
+    damage: Damage
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """All that a sweep will do, before it does it; made by :func:`make_plan`.
+
+    Attributes
+    ----------
+    design, measurement, signature, rig
+        What it was made from.
+    gear, sensors
+        The damaged gear, and the stored sensors.
+    rig_points
+        The rigs of the sweep.
+    templates, damages
+        The distinct cases, and the kinds of damage that they have.
+    segments, measurements
+        The rows, and the values of the measurements that they have.
+    part_rows
+        Rows in a part.
+    first_row_part, first_template_part
+        Number of the first part of rows and of templates; 0 but for an extension of a database.
+    base_fields
+        Of an extension: the fields of damage that the database has columns for.
+    """
+
+    design: Design
+    measurement: Measurement
+    signature: Signature
+    rig: Transmission
+    gear: str
+    sensors: tuple[str, ...]
+    rig_points: RigPoints
+    templates: Templates
+    damages: Damages
+    segments: Segments
+    measurements: dict[str, FloatArray]
+    part_rows: int
+    first_row_part: int = 0
+    first_template_part: int = 0
+    base_fields: tuple[str, ...] = ()
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return self.segments.rows
+
+    @property
+    def n_templates(self) -> int:
+        """Number of templates."""
+        return len(self.templates)
+
+    @property
+    def row_parts(self) -> int:
+        """Number of parts of rows."""
+        return -(-self.rows // self.part_rows)
+
+    @property
+    def template_parts(self) -> int:
+        """Number of parts of templates."""
+        return -(-self.n_templates // PART_TEMPLATES)
+
+    @property
+    def row_part_numbers(self) -> range:
+        """Numbers of the parts of rows in the database."""
+        return range(self.first_row_part, self.first_row_part + self.row_parts)
+
+    @property
+    def template_part_numbers(self) -> range:
+        """Numbers of the parts of templates in the database."""
+        return range(self.first_template_part, self.first_template_part + self.template_parts)
+
+    @property
+    def own_parts(self) -> dict[str, Any]:
+        """What of its parts does not follow from its rows, as in an extension: their numbers, and columns."""
+        if self.first_row_part == self.first_template_part == 0 and self.part_rows == rows_of_a_part(self.rows):
+            return {}
+        return {
+            "first_row_part": self.first_row_part,
+            "first_template_part": self.first_template_part,
+            "part_rows": self.part_rows,
+            "base_fields": list(self.base_fields),
+        }
+
+    @property
+    def first_row(self) -> int:
+        """The first id."""
+        return self.first_row_part * self.part_rows
+
+    @property
+    def first_template(self) -> int:
+        """The first template's number."""
+        return self.first_template_part * PART_TEMPLATES
+
+    def row_range(self, part: int) -> tuple[int, int]:
+        """First id of a part, and the one after its last."""
+        start = part * self.part_rows
+        return start, min(start + self.part_rows, self.first_row + self.rows)
+
+    def template_range(self, part: int) -> range:
+        """Numbers of the templates of a part."""
+        start = part * PART_TEMPLATES
+        return range(start, min(start + PART_TEMPLATES, self.first_template + self.n_templates))
+
+    @property
+    def template_numbers(self) -> range:
+        """Numbers of all templates."""
+        return range(self.first_template, self.first_template + self.n_templates)
+
+    def templates_at(self, rig_point: int) -> range:
+        """Numbers of the templates of a rig point, the undamaged one first."""
+        start, stop = np.searchsorted(self.templates.rig, [rig_point, rig_point + 1])
+        return range(self.first_template + int(start), self.first_template + int(stop))
+
+    def case(self, number: int) -> TemplateCase:
+        """The case of a template."""
+        at = number - self.first_template
+        damage, tooth = int(self.templates.damage[at]), int(self.templates.tooth[at])
+        return TemplateCase(
+            rig_point=int(self.templates.rig[at]),
+            damage=self.damages.damage(damage, self.gear, tooth) if tooth else Damage(gear=self.gear),
+        )
+
+    def cases(self) -> Iterator[TemplateCase]:
+        """The cases of all templates, in order."""
+        return map(self.case, self.template_numbers)
+
+    @property
+    def swept(self) -> tuple[str, ...]:
+        """Dotted paths of the rig's swept parameters that have no column of their own."""
+        own = {("operating", "speed_rpm"), ("operating", "torque"), ("gears", self.gear, "teeth")}
+        return tuple(path for path in self.rig_points.swept if self.rig.path(path) not in own)
+
+    @cached_property
+    def damage_fields(self) -> tuple[str, ...]:
+        """Fields of a tooth's damage that have a column: those of its geometry only where a case has such damage."""
+        return tuple(dict.fromkeys((*self.base_fields, *self.damages.fields)))
+
+    @property
+    def seed(self) -> int:
+        """Seed of samples, specimens and noise."""
+        return self.design.seed
+
+    @cached_property
+    def resolved(self) -> dict[str, Any]:
+        """All that determines the rows, with every default filled in."""
+        return resolved_content(self)
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of :attr:`resolved`, sources of the rig's numbers and descriptions aside."""
+        return hash_of(self.resolved)
+
+    def case_columns(self, number: int) -> dict[str, Any]:
+        """Parameters that a template and its rows share."""
+        columns = self._case_columns(np.array([number - self.first_template]))
+        found = {name: one.tolist()[0] if isinstance(one, np.ndarray) else one for name, one in columns.items()}
+        if found["pattern"]:
+            return found | dict.fromkeys(self.damage_fields)
+        return found | {name: int(found[name]) for name in WHOLE if name in found}
+
+    def _case_columns(self, at: IntArray) -> dict[str, Any]:
+        """Columns of templates, counted from this plan's first; one value where it is the same for all."""
+        rig, damage = self.templates.rig[at], self.templates.damage[at]
+        of_damage = self._damage_table
+        return {
+            "gear": self.gear,
+            "shaft": self.rig.gears[self.gear].shaft,
+            "teeth": self.rig_points.teeth[rig],
+            **{name: values[rig] for name, values in self._rig_table.items() if name in ("speed_rpm", "torque")},
+            **{name: of_damage[name][damage] for name in ("damaged_teeth", *self.damage_fields, "pattern")},
+            **{name: self._rig_table[name][rig] for name in self.swept},
+        }
+
+    @cached_property
+    def _rig_table(self) -> dict[str, FloatArray]:
+        """Columns of the rig points."""
+        operating = {name: self.rig_points.parameter(f"operating.{name}") for name in ("speed_rpm", "torque")}
+        return operating | {path: self.rig_points.parameter(path) for path in self.swept}
+
+    @cached_property
+    def _damage_table(self) -> dict[str, Any]:
+        """Columns of the kinds of damage; the last row, which -1 names too, is that of none."""
+        none = Damage(gear=self.gear)
+        patterned = self.damages.pattern > 0
+        names = np.array(["", *(name for name, _ in self.damages.patterns)], dtype=object)
+        table: dict[str, Any] = {
+            "damaged_teeth": np.append(self.damages.damaged_teeth, 0),
+            "pattern": np.append(names[self.damages.pattern], ""),
+        }
+        for name in self.damage_fields:
+            column = np.append(self.damages.column(name), float(getattr(none, name)))
+            column[:-1][patterned] = np.nan
+            table[name] = column.astype(np.int64) if name in WHOLE and not patterned.any() else column
+        return table
+
+    def table(self, start: int, stop: int) -> pd.DataFrame:
+        """Rows ``start`` to ``stop - 1`` of the plan: id, template, parameters and labels."""
+        return self.table_of(np.arange(start, stop))
+
+    def table_of(self, ids: IntArray) -> pd.DataFrame:
+        """Rows of the plan by their ids: the columns of :meth:`table`."""
+        found = self.segments.located(ids - self.first_row)
+        columns: dict[str, Any] = {"id": ids, "template": found["template"] + self.first_template}
+        for name, values in self._case_columns(found["template"]).items():
+            columns[name] = pd.Series(values, dtype="str") if name == "pattern" else values
+        columns |= {name: found[name] for name in ("tooth", "specimen", "draw")}
+        return pd.DataFrame(columns | {name: values[found["measured"]] for name, values in self.measurements.items()})
+
+    def sample_ids(self, rows: int, damaged: int) -> IntArray:
+        """The first ids, and those of the first damaged rows."""
+        template = self.segments.template
+        segment = np.flatnonzero(self.templates.tooth[template] > 0)[:1]
+        first = self.segments.first[segment]
+        found = [np.arange(min(rows, self.rows)), *(np.arange(at, min(at + damaged, self.rows)) for at in first)]
+        return np.unique(np.concatenate(found)) + self.first_row
+
+
+_TYPES = {int: pa.int32(), float: pa.float64(), str: pa.string()}
+
+
+def plan_schema(plan: Plan) -> Schema:
+    """The schema of the database that a plan makes."""
+    return database_schema(
+        cases=[
+            Column(name="gear", type=pa.string(), help="The damaged gear, by its name in the rig."),
+            Column(name="shaft", type=pa.string(), help="The shaft over whose revolution is averaged."),
+            _declared(Gear, "teeth", "Tooth count of the damaged gear."),
+            _declared(Operating, "speed_rpm"),
+            _declared(Operating, "torque"),
+            _declared(Damage, "damaged_teeth"),
+            *(_declared(ToothDamage, name) for name in plan.damage_fields),
+            _declared(Damage, "pattern"),
+            *(_of_rig(plan.rig, path) for path in plan.swept),
+        ],
+        rows=[
+            _declared(Damage, "tooth"),
+            Column(name="specimen", type=pa.int32(), help="Number of the pair of gears with its own index errors."),
+            Column(name="draw", type=pa.int32(), help="Number of the noise draw."),
+            *(_declared(Measurement, name) for name in Measurement.model_fields),
+        ],
+        sensors={name: plan.rig.sensors[name].unit for name in plan.sensors},
+        indicators=INDICATORS.values(),
+    )
+
+
+def _of_rig(rig: Transmission, path: str) -> Column:
+    """The column of a swept parameter, with the unit and the help of the rig's field."""
+    field = declared(rig, path)
+    if field is None:
+        return Column(name=path, type=pa.float64(), help="Swept parameter of the rig.")
+    return Column(
+        name=path, type=pa.float64(), unit=unit_of(field), help=f"Swept parameter of the rig. {field.description}"
+    )
+
+
+def _declared(section: type[Section], name: str, help: str | None = None) -> Column:
+    field = section.model_fields[name]
+    return Column(
+        name=name,
+        type=_TYPES[field.annotation],  # type: ignore[index]
+        unit=unit_of(field),
+        help=help or str(field.description),
+    )

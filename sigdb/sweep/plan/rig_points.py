@@ -1,0 +1,183 @@
+"""The rigs of a sweep: the recipe's rig at each combination of swept values, built when it is asked for."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, overload
+
+import numpy as np
+from pydantic.fields import FieldInfo
+
+from sigdb.core import FloatArray, InputError, IntArray, Section
+from sigdb.dynamics import common_period
+from sigdb.measurement import tooth_cycle
+from sigdb.sweep.plan.layout import distinct
+from sigdb.transmission import Transmission
+
+_OPERATING = (("operating", "speed_rpm"), ("operating", "torque"))
+"""Paths whose values change no other part of a rig: of these the extremes are checked, not every combination."""
+
+FullPath = tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigPoint:
+    """A rig at one combination of swept values, and the revolutions after which all its meshes repeat."""
+
+    base: Transmission
+    values: dict[str, float]
+    teeth: int
+    mate_teeth: int
+    revolutions: int
+
+    @cached_property
+    def rig(self) -> Transmission:
+        """The rig itself, built when it is first asked for."""
+        return self.base.replace(self.values)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigPoints(Sequence[RigPoint]):
+    """All rigs of a sweep, distinct, in the order in which the grids name them.
+
+    Attributes
+    ----------
+    base
+        The recipe's rig.
+    swept
+        Dotted paths of the swept parameters, as the first grid writes each.
+    values
+        (points, swept) their values.
+    teeth, mate_teeth, revolutions
+        (points,) tooth counts of the damaged gear and its mate, and the common period of all meshes.
+    builds
+        (points,) number of the build: points of one differ in their operating point only.
+    """
+
+    base: Transmission
+    swept: tuple[str, ...]
+    values: FloatArray
+    teeth: IntArray
+    mate_teeth: IntArray
+    revolutions: IntArray
+    builds: IntArray
+
+    def __len__(self) -> int:
+        return len(self.teeth)
+
+    @overload
+    def __getitem__(self, number: int) -> RigPoint: ...
+    @overload
+    def __getitem__(self, number: slice) -> tuple[RigPoint, ...]: ...
+    def __getitem__(self, number: int | slice) -> RigPoint | tuple[RigPoint, ...]:
+        if isinstance(number, slice):
+            return tuple(self[i] for i in range(*number.indices(len(self))))
+        return RigPoint(
+            base=self.base,
+            values=_changed(self.base, dict(zip(self.swept, self.values[number].tolist(), strict=True))),
+            teeth=int(self.teeth[number]),
+            mate_teeth=int(self.mate_teeth[number]),
+            revolutions=int(self.revolutions[number]),
+        )
+
+    @property
+    def cycles(self) -> IntArray:
+        """(points,) revolutions after which the same teeth meet again and all meshes repeat."""
+        pairs, first = distinct(self.teeth, self.mate_teeth, self.revolutions)
+        each = [
+            math.lcm(tooth_cycle(int(self.teeth[i]), int(self.mate_teeth[i])), int(self.revolutions[i])) for i in first
+        ]
+        return np.array(each, np.int64)[pairs]
+
+    def parameter(self, dotted: str) -> FloatArray:
+        """(points,) value of any numeric parameter of the rig."""
+        path = self.base.path(dotted)
+        for i, name in enumerate(self.swept):
+            if self.base.path(name) == path:
+                return self.values[:, i]
+        return np.full(len(self), self.base.value(dotted))
+
+
+def rig_points(
+    rig: Transmission, gear: str, grids: Sequence[tuple[str, Mapping[str, FloatArray], int]]
+) -> tuple[RigPoints, list[IntArray]]:
+    """The distinct rigs of grids, checked, and the number of the rig of each of a grid's points.
+
+    Parameters
+    ----------
+    rig, gear
+        The recipe's rig, and its damaged gear.
+    grids
+        Name of each grid for messages, (n,) values of the parameters that it sweeps by dotted path, and n.
+
+    Raises
+    ------
+    InputError
+        If a path names no number of the rig, or a value does not fit it.
+    """
+    swept: dict[FullPath, str] = {}
+    for owner, values, _ in grids:
+        _named_once(rig, owner, values)
+        for dotted in values:
+            swept.setdefault(rig.path(dotted), dotted)
+    columns = [np.concatenate([_column(rig, path, values, n) for _, values, n in grids]) for path in swept]
+    total = sum(n for *_, n in grids)
+    codes, first = distinct(np.zeros(total), *columns)
+    table = np.stack([column[first] for column in columns], axis=1) if columns else np.empty((1, 0))
+    counts = _checked(rig, gear, swept, table)
+    points = RigPoints(base=rig, swept=tuple(swept.values()), values=table, **counts)
+    return points, np.split(codes, np.cumsum([n for *_, n in grids])[:-1])
+
+
+def declared(rig: Transmission, dotted: str) -> FieldInfo | None:
+    """The field of the rig that a dotted path names, with its unit and help; None inside a vector or a table."""
+    here: Any = rig
+    *parents, name = rig.path(dotted)
+    for part in parents:
+        here = getattr(here, part) if isinstance(here, Section) else here[int(part) if part.isdigit() else part]
+    return type(here).model_fields.get(name) if isinstance(here, Section) else None
+
+
+def is_whole(rig: Transmission, dotted: str) -> bool:
+    """Whether a parameter of the rig is a whole number, as a tooth count is."""
+    field = declared(rig, dotted)
+    return field is not None and field.annotation is int
+
+
+def _named_once(rig: Transmission, owner: str, values: Mapping[str, Any]) -> None:
+    known: dict[FullPath, str] = {}
+    for dotted in values:
+        other = known.setdefault(rig.path(dotted), dotted)
+        if other != dotted:
+            raise InputError(f"{owner}: {other} and {dotted} are the same parameter of the rig; name it once")
+
+
+def _column(rig: Transmission, path: FullPath, values: Mapping[str, FloatArray], n: int) -> FloatArray:
+    """(n,) values of a parameter in one grid; the rig's own where the grid does not sweep it."""
+    for dotted, column in values.items():
+        if rig.path(dotted) == path:
+            return np.asarray(column, float) + 0.0
+    return np.full(n, rig.value(".".join(path)))
+
+
+def _changed(rig: Transmission, values: dict[str, float]) -> dict[str, float]:
+    return {dotted: value for dotted, value in values.items() if value != rig.value(dotted)}
+
+
+def _checked(rig: Transmission, gear: str, swept: Mapping[FullPath, str], table: FloatArray) -> dict[str, IntArray]:
+    """Build each rig once that differs in more than its operating point; its tooth counts and common period."""
+    names = list(swept.values())
+    apart = [i for i, path in enumerate(swept) if path not in _OPERATING]
+    build, first = distinct(np.zeros(len(table)), *(table[:, i] for i in apart))
+    found = []
+    for at in first:
+        built = rig.replace(_changed(rig, dict(zip(names, table[at].tolist(), strict=True))))
+        teeth, mate = (built.gears[one].teeth for one in (gear, built.mate(gear)))
+        found.append((teeth, mate, common_period(built, gear)[0]))
+    for i, path in enumerate(swept):
+        if path in _OPERATING:
+            for extreme in (table[:, i].min(), table[:, i].max()):
+                rig.replace({names[i]: float(extreme)})
+    teeth, mates, revolutions = np.array(found, np.int64)[build].T
+    return {"teeth": teeth, "mate_teeth": mates, "revolutions": revolutions, "builds": build}

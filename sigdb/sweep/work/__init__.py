@@ -1,0 +1,1 @@
+"""The work of a sweep: templates first, then rows, in parallel."""

@@ -1,0 +1,112 @@
+"""A database's description: written when a sweep begins, and what is refused when one goes on."""
+
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+from sigdb.core import CorruptionError, InputError, __version__
+from sigdb.database import (
+    KINDS,
+    MANIFEST_FILE,
+    Manifest,
+    PlanRecord,
+    Store,
+    finished_parts,
+    read_manifest,
+    read_receipt,
+    sealed_json,
+)
+from sigdb.sweep.plan.plan import PART_TEMPLATES, Plan, plan_schema
+
+SCHEMA = "schema.json"
+
+
+def plan_record(plan: Plan) -> PlanRecord:
+    """What a database keeps of a plan."""
+    return PlanRecord(
+        hash=plan.hash,
+        seed=plan.seed,
+        rows=plan.rows,
+        templates=plan.n_templates,
+        first_row_part=plan.first_row_part,
+        first_template_part=plan.first_template_part,
+        resolved=plan.resolved,
+    )
+
+
+def begin(plan: Plan, store: Store, recipe: str) -> Manifest:
+    """The database's description: written now, or checked to be this plan's, its recipe the newest."""
+    manifest = Manifest(
+        plan=plan_record(plan),
+        part_rows=plan.part_rows,
+        part_templates=PART_TEMPLATES,
+        sensors=plan.sensors,
+        recipe=recipe,
+        sigdb_version=__version__,
+    )
+    try:
+        known = read_manifest(store)
+    except (InputError, CorruptionError):
+        _check_orphans(plan, store)
+        write_schema(plan, store)
+        manifest.write(store)
+        return manifest
+    if known.hash != plan.hash:
+        raise InputError(
+            f"{store} was made from another recipe: {_first_difference(known.resolved, plan.resolved)}; "
+            "give another directory with --out, or go back to the old recipe"
+        )
+    check_version(store, known.sigdb_version)
+    if recipe and known.recipe != recipe:
+        # The same rows, but perhaps other settings of recognition or report.
+        known = replace(known, recipe=recipe)
+        known.write(store)
+    return known
+
+
+def check_version(store: Store, version: str) -> None:
+    """Refuse to go on with what another version of sigdb has begun."""
+    if version != __version__:
+        raise InputError(
+            f"{store} was begun with sigdb {version}, this is {__version__}, whose rows may differ; go on with that "
+            "version, or give another directory with --out"
+        )
+
+
+def write_schema(plan: Plan, store: Store) -> None:
+    """Publish ``schema.json``."""
+    store.put(SCHEMA, sealed_json(plan_schema(plan).as_json()))
+
+
+def _check_orphans(plan: Plan, store: Store) -> None:
+    """Refuse parts without a readable description, unless they are this plan's."""
+    found = [(name, part) for name in KINDS for part in finished_parts(store, name)]
+    readable = []
+    for name, part in found:
+        with suppress(CorruptionError):
+            readable.append(read_receipt(store, name, part))
+    if (found and not readable) or any(receipt.plan != plan.hash for receipt in readable):
+        raise InputError(
+            f"{store} holds parts but no readable {MANIFEST_FILE}, and they are not all of this recipe; give the "
+            f"recipe that they were made with, put {MANIFEST_FILE} back from a copy, or give another "
+            "directory with --out"
+        )
+    for receipt in readable:
+        check_version(store, receipt.versions["sigdb"])
+
+
+def _first_difference(old: Any, new: Any, path: str = "") -> str:
+    if isinstance(old, dict) and isinstance(new, dict):
+        # A key that holds None is not in TOML.
+        for key in sorted({*old, *new}):
+            if old.get(key) != new.get(key) and not (path.startswith("rig") and key in ("sources", "title")):
+                found = _first_difference(old.get(key), new.get(key), f"{path}.{key}" if path else key)
+                if found:
+                    return found
+        return ""
+    if isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+        return next(
+            (_first_difference(a, b, f"{path}.{i}") for i, (a, b) in enumerate(zip(old, new, strict=True)) if a != b),
+            "",
+        )
+    return f"{path} was {old!r} and is now {new!r}"

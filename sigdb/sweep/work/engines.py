@@ -1,0 +1,124 @@
+"""What carries out the parts of a plan: processes here, or a Dask cluster. Receipts come back, never arrays."""
+
+import multiprocessing
+import signal
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import joblib
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+from threadpoolctl import threadpool_limits
+
+from sigdb.core import DatabaseError, InputError
+from sigdb.database import Receipt, Store
+from sigdb.sweep.plan.plan import Plan
+
+Make = Callable[[Plan, Store, int], Receipt]
+
+
+class WorkerDiedError(Exception):
+    """A worker died; what it was making is not made."""
+
+
+class Engine(Protocol):
+    """Makes parts in parallel."""
+
+    def receipts(self, make: Make, plan: Plan, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
+        """Receipts as parts are finished.
+
+        Raises
+        ------
+        WorkerDiedError
+            If a worker died; the caller asks for the missing parts again.
+        """
+
+
+@dataclass(frozen=True)
+class Processes:
+    """Worker processes on this machine; ``jobs`` of them, -1 for one on each core."""
+
+    jobs: int = -1
+
+    def receipts(self, make: Make, plan: Plan, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
+        """Receipts as parts are finished."""
+        pool = joblib.Parallel(n_jobs=self.jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
+        with joblib.parallel_config("loky", inner_max_num_threads=1), warnings.catch_warnings():
+            # A worker that has grown is replaced between two parts; nothing is lost, and there is nothing to do.
+            warnings.filterwarnings("ignore", message="A worker stopped while some jobs were given")
+            try:
+                yield from pool(joblib.delayed(_make_in_process)(make, plan, store, part) for part in parts)
+            except TerminatedWorkerError:
+                raise WorkerDiedError from None
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """The workers of a Dask cluster whose scheduler has this address; they must see the database's place too."""
+
+    scheduler: str
+
+    def receipts(self, make: Make, plan: Plan, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
+        """Receipts as parts are finished; the scheduler gives a dead worker's parts to others."""
+        distributed = _distributed()
+        with self._client() as client:
+            workers = client.nthreads()
+            if not workers:
+                raise DatabaseError(
+                    f"scheduler {self.scheduler} has no workers; start some: dask worker {self.scheduler}"
+                )
+            # A task, not scattered data: it is computed again when the worker that holds it dies.
+            waiting, shared = list(reversed(parts)), client.submit(_itself, plan, pure=False)
+
+            def submit() -> Any:
+                return client.submit(_make, make, shared, store, waiting.pop(), pure=False)
+
+            # A bounded number of parts is handed out, so that neither side holds the whole sweep.
+            begun = [submit() for _ in range(min(len(waiting), 2 * sum(workers.values())))]
+            running = distributed.as_completed(begun)
+            try:
+                for future in running:
+                    yield future.result()
+                    if waiting:
+                        running.add(submit())
+            except distributed.KilledWorker:
+                raise WorkerDiedError from None
+            except (distributed.CancelledError, distributed.comm.CommClosedError, OSError) as error:
+                raise DatabaseError(
+                    f"scheduler {self.scheduler} went away ({error}); run the same command again"
+                ) from None
+
+    def _client(self) -> Any:
+        try:
+            return _distributed().Client(self.scheduler, timeout=5)
+        except (OSError, ValueError) as error:
+            raise InputError(
+                f"--scheduler {self.scheduler}: no Dask scheduler answers there ({error}); start one with: "
+                "dask scheduler"
+            ) from None
+
+
+def _itself(plan: Plan) -> Plan:
+    return plan
+
+
+def _make_in_process(make: Make, plan: Plan, store: Store, part: int) -> Receipt:
+    """Ctrl-C reaches the whole group, but the parent alone answers it: it ends its workers."""
+    if multiprocessing.current_process().name != "MainProcess":
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return _make(make, plan, store, part)
+
+
+def _make(make: Make, plan: Plan, store: Store, part: int) -> Receipt:
+    """One thread in linear algebra wherever it runs: the same sums in the same order, bit for bit."""
+    with threadpool_limits(1):
+        return make(plan, store, part)
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ImportError:
+        raise InputError("--scheduler needs dask.distributed; install it with: pip install 'sigdb[dask]'") from None
+    return distributed

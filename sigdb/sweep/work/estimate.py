@@ -1,0 +1,86 @@
+"""What a sweep will cost, measured on a sample of it."""
+
+import tempfile
+import time
+from dataclasses import dataclass
+
+import joblib
+import numpy as np
+
+from sigdb.core import NOISE_BLOCK
+from sigdb.database import Receipt, Store, write_part
+from sigdb.sweep.plan.plan import PART_TEMPLATES, Plan
+from sigdb.sweep.work.rows import row_pieces
+from sigdb.sweep.work.templates import make_template_part
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """Size and duration of a sweep, scaled up from a sample.
+
+    Attributes
+    ----------
+    bytes
+        Of all parts.
+    seconds
+        With that many jobs, if they share the work evenly.
+    jobs
+        Worker processes.
+    """
+
+    bytes: float
+    seconds: float
+    jobs: int
+
+
+_PARTS_OF_A_SAMPLE = 2
+"""Most parts of templates that are made for a sample of rows."""
+
+
+def estimate(plan: Plan, jobs: int = -1) -> Estimate:
+    """Make some rows of the first and of the middle of the plan, with their templates, and scale them up."""
+    with tempfile.TemporaryDirectory() as folder:
+        store = Store.at(folder)
+        samples = [_sample(plan, start) for start in dict.fromkeys((0, plan.rows // 2 // NOISE_BLOCK * NOISE_BLOCK))]
+        parts = sorted({part for _, _, needed in samples for part in needed})
+        if plan.template_parts > 1:
+            make_template_part(plan, store, parts[0])  # loads and compiles what a worker loads once
+        started = time.perf_counter()
+        templates = [make_template_part(plan, store, part) for part in parts]
+        template_seconds = time.perf_counter() - started
+        list(row_pieces(plan, store, *samples[0][:2]))
+        started = time.perf_counter()
+        rows = [
+            write_part(
+                store,
+                "rows",
+                i,
+                row_pieces(plan, store, start, stop),
+                plan=plan.hash,
+                first=start,
+                started=time.perf_counter(),
+            )
+            for i, (start, stop, _) in enumerate(samples)
+        ]
+        row_seconds = time.perf_counter() - started
+    scale_templates = plan.n_templates / sum(one.rows for one in templates)
+    scale_rows = plan.rows / sum(one.rows for one in rows)
+    workers = min(joblib.effective_n_jobs(jobs), max(plan.row_parts, plan.template_parts))
+    return Estimate(
+        bytes=scale_templates * sum(map(_size, templates)) + scale_rows * sum(map(_size, rows)),
+        seconds=(scale_templates * template_seconds + scale_rows * row_seconds) / workers,
+        jobs=workers,
+    )
+
+
+def _sample(plan: Plan, start: int) -> tuple[int, int, list[int]]:
+    """Ids of rows of a noise block whose templates are in few parts, and these parts."""
+    first = plan.first_row + start
+    needed = plan.table(first, min(first + NOISE_BLOCK, plan.first_row + plan.rows))["template"] // PART_TEMPLATES
+    parts = needed.unique()[:_PARTS_OF_A_SAMPLE]
+    rows = int(np.argmin(np.append(needed.isin(parts), False)))
+    return first, first + rows, parts.tolist()
+
+
+def _size(receipt: Receipt) -> int:
+    return sum(file.bytes for file in receipt.files)

@@ -1,0 +1,103 @@
+"""One sweep at a time on a database."""
+
+import json
+import os
+import secrets
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+
+from sigdb.core import DatabaseError
+from sigdb.database import Store
+
+OWNER, LOCK = ".owner", ".lock"
+_BEAT, _STALE = 20.0, 90.0
+"""Seconds between signs of life in an object store, and without one until an owner counts as dead."""
+
+
+@contextmanager
+def owned(store: Store) -> Iterator[None]:
+    """Own a database's place while a sweep runs on it.
+
+    A directory is locked by the operating system, which releases the lock when its owner dies. An object store knows
+    no locks: there the owner leaves a sign of life, which is old when it has died. Should two sweeps begin at the same
+    instant there, they write the same bytes.
+
+    Raises
+    ------
+    DatabaseError
+        If another sweep is running on it, or it cannot be written.
+    """
+    with _locked(store, store.folder) if store.folder is not None else _signed(store):
+        yield
+
+
+@contextmanager
+def _locked(store: Store, folder: Path) -> Iterator[None]:
+    lock = FileLock(folder / LOCK)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise _busy(store, _owner(store)) from None
+    except OSError as error:
+        raise DatabaseError(
+            f"{store}: cannot be written ({error.strerror or error}); nothing that is finished is lost"
+        ) from None
+    try:
+        store.put(OWNER, _signature())
+        yield
+    finally:
+        (folder / OWNER).unlink(missing_ok=True)
+        lock.release()
+
+
+@contextmanager
+def _signed(store: Store) -> Iterator[None]:
+    owner = _owner(store)
+    if owner and time.time() - owner["alive"] < _STALE:
+        raise _busy(store, owner)
+    ended, mine = threading.Event(), secrets.token_hex(8)
+
+    def sign() -> None:
+        while not ended.wait(_BEAT):
+            with suppress(DatabaseError):  # the next beat may come through; parts tell of lasting trouble
+                store.put(OWNER, _signature(mine))
+
+    store.put(OWNER, _signature(mine))
+    if (_owner(store) or {}).get("token") != mine:
+        raise _busy(store, _owner(store))
+    beat = threading.Thread(target=sign, daemon=True)
+    beat.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        beat.join()
+        store.delete(OWNER)
+
+
+def _signature(token: str = "") -> bytes:
+    return json.dumps(
+        {"process": os.getpid(), "host": socket.gethostname(), "alive": time.time(), "token": token}
+    ).encode()
+
+
+def _owner(store: Store) -> dict[str, Any] | None:
+    """Who owns a place; None where nobody says so."""
+    try:
+        owner = json.loads(store.get(OWNER)) if store.size(OWNER) else None
+    except (DatabaseError, ValueError):
+        return None
+    return owner if isinstance(owner, dict) and {"process", "host", "alive"} <= owner.keys() else None
+
+
+def _busy(store: Store, owner: dict[str, Any] | None) -> DatabaseError:
+    name = f"process {owner['process']} on {owner['host']}" if owner else "another process"
+    return DatabaseError(f"{store}: a sweep is already running on it ({name}); wait until it ends, or stop it")

@@ -1,0 +1,126 @@
+"""Rows: averages made from the stored templates, analysed, as columns."""
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pyarrow as pa
+
+from sigdb.core import NOISE_BLOCK, BoolArray, FloatArray, noise_stream
+from sigdb.database import Receipt, Store, suffixed, write_part
+from sigdb.signature import indicators, mesh_bands, order_spectrum, pooled_wigner_ville
+from sigdb.sweep.plan.plan import Plan, plan_schema
+from sigdb.sweep.work.averages import CASE, Averages, Cases
+from sigdb.sweep.work.template_reader import TemplateBank
+
+_ROWS_AT_ONCE = 32
+"""Rows analysed together: their arrays stay in the cache, and in memory that the process has already."""
+
+
+def make_row_part(plan: Plan, store: Store, part: int) -> Receipt:
+    """Make the rows of a part from the stored templates and write their features and signals."""
+    started = time.perf_counter()
+    start, stop = plan.row_range(part)
+    pieces = row_pieces(plan, store, start, stop)
+    return write_part(store, "rows", part, pieces, plan=plan.hash, first=start, started=started)
+
+
+def row_pieces(plan: Plan, store: Store, start: int, stop: int) -> Iterator[dict[str, pa.Table]]:
+    """The tables ``features`` and ``signals`` of rows ``start`` to ``stop - 1``, one noise block after another.
+
+    ``start`` begins a noise block.
+    """
+    bank, planned = TemplateBank(store, plan.sensors), plan.table(start, stop)
+    schemas = {table: plan_schema(plan).arrow(table) for table in ("features", "signals")}
+    columns = {
+        field.name: pa.array(planned[field.name], field.type, from_pandas=True)
+        for field in schemas["features"]
+        if field.name in planned
+    }
+    cases = {name: planned[name].to_numpy() for name in CASE}
+    for first in range(start, stop, NOISE_BLOCK):
+        some = slice(first - start, first - start + NOISE_BLOCK)
+        stream = noise_stream(plan.seed, plan.hash, first // NOISE_BLOCK)
+        made = _block(plan, bank, {name: values[some] for name, values in cases.items()}, stream)
+        known = dict(zip(made.column_names, made, strict=True))
+        known |= {name: values[some] for name, values in columns.items() if name not in known}
+        # A block without any result has no columns of a signature.
+        yield {
+            table: pa.table(
+                [known.get(field.name, pa.nulls(made.num_rows, field.type)) for field in schema], schema=schema
+            )
+            for table, schema in schemas.items()
+        }
+
+
+def _block(plan: Plan, bank: TemplateBank, cases: Cases, stream: np.random.Generator) -> pa.Table:
+    """What is made of the rows of one noise block; noise is drawn by tooth count, each one's rows in order."""
+    places = [np.flatnonzero(cases["teeth"] == teeth) for teeth in np.unique(cases["teeth"])]
+    tables = [
+        _columns(plan, Averages(plan, bank, {name: values[rows] for name, values in cases.items()}, stream))
+        for rows in places
+    ]
+    if len(tables) == 1:
+        return tables[0]
+    return pa.concat_tables(tables, promote_options="default").take(np.argsort(np.concatenate(places))).combine_chunks()
+
+
+def _columns(plan: Plan, averages: Averages) -> pa.Table:
+    """Status and signature of averages."""
+    done = averages.done
+    columns = {
+        "status": pa.array(averages.status, pa.string()),
+        "index_error": pa.array(averages.index_error),
+        "min_compression": _numbers(averages.least, np.full(len(done), True)),
+        "contact_loss": pa.array(averages.contact_loss, pa.bool_()),
+    }
+    tsa = averages.tsa[done]
+    found = {"scatter": averages.scatter[done], "tsa": tsa}
+    signatures = [
+        _signature(plan, tsa[first : first + _ROWS_AT_ONCE], averages.teeth)
+        for first in range(0, len(tsa), _ROWS_AT_ONCE)
+    ]
+    if signatures:
+        found |= {name: np.concatenate([one[name] for one in signatures]) for name in signatures[0]}
+    for i, sensor in enumerate(plan.sensors):
+        for name, values in found.items():
+            column = _lists if values.ndim == 3 else _numbers
+            columns[suffixed(name, plan.sensors, sensor)] = column(values[:, i], done)
+    return pa.table(columns)
+
+
+def _signature(plan: Plan, tsa: FloatArray, teeth: int) -> dict[str, FloatArray]:
+    """Spectrum, indicators and pooled Wigner-Ville features of averages (rows, sensors, n) of one tooth count.
+
+    Pooled features have three bins to a band and a lag window of two tooth passes, so that a feature means the same for
+    any tooth count.
+    """
+    step = plan.signature.samples_per_tooth
+    n_bins = 6 * step
+    cells = pooled_wigner_ville(tsa, teeth=teeth, bands=mesh_bands(teeth), lag_window=2 * step, n_bins=n_bins)
+    return {
+        "spectrum": np.abs(order_spectrum(tsa)[1]),
+        **indicators(tsa, teeth=teeth),
+        "wigner_ville": cells.reshape(*tsa.shape[:2], -1) / (n_bins * step),
+    }
+
+
+def _numbers(values: FloatArray, done: BoolArray) -> pa.Array:
+    """A column of the numbers of the rows that are done; null in others, and where a number is nan."""
+    column = np.full(len(done), np.nan, dtype=np.float32)
+    column[done] = values
+    return pa.array(column, from_pandas=True)
+
+
+def _lists(values: FloatArray, done: BoolArray) -> pa.Array:
+    """A column of the lists (rows that are done, length); null in others."""
+    offsets = np.concatenate([[0], np.cumsum(done)]) * values.shape[1]
+    return pa.ListArray.from_arrays(
+        pa.array(offsets, pa.int32()),
+        pa.array(np.ascontiguousarray(values, dtype=np.float32).ravel()),
+        type=_LIST,
+        mask=pa.array(~done),
+    )
+
+
+_LIST = pa.list_(pa.field("element", pa.float32()))

@@ -1,0 +1,156 @@
+"""Running a plan: what is planned minus what has a receipt, in parallel, until nothing is left."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from os import PathLike
+from typing import Any
+
+from sigdb.core import DatabaseError, Progress
+from sigdb.database import KINDS, Manifest, Store, read_manifest, read_receipts
+from sigdb.sweep.plan.make_plan import plan_from
+from sigdb.sweep.plan.plan import Plan
+from sigdb.sweep.work.describe_database import begin, plan_record
+from sigdb.sweep.work.engines import Cluster, Engine, Processes, WorkerDiedError
+from sigdb.sweep.work.ownership import owned
+from sigdb.sweep.work.rows import make_row_part
+from sigdb.sweep.work.templates import make_template_part
+
+_WORKER_DEATHS = 3
+"""How often in a row a worker may die without any part being finished before the sweep gives up."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Summary:
+    """What a run did.
+
+    Attributes
+    ----------
+    made
+        Rows made by this run; 0 means that there was nothing to do.
+    rows, templates
+        Rows and templates in the database.
+    failed
+        Rows without a result; their status says why.
+    bytes
+        Size of all parts.
+    """
+
+    made: int
+    rows: int
+    templates: int
+    failed: int
+    bytes: int
+
+
+def run(
+    plan: Plan,
+    out: str | PathLike[str],
+    *,
+    recipe: str = "",
+    jobs: int = -1,
+    scheduler: str | None = None,
+    retry_failed: bool = False,
+    on_progress: Callable[[Progress], Any] = lambda progress: None,
+) -> Summary:
+    """Make a database, or go on making it.
+
+    Stopped at any instant, the same call goes on; rows are the same bit for bit for any number of jobs, on one machine
+    or many.
+
+    Parameters
+    ----------
+    plan
+        From :func:`sigdb.sweep.make_plan`.
+    out
+        Directory of the database, or its place in an object store: ``s3://bucket/prefix``.
+    recipe
+        Text of the recipe, kept as given.
+    jobs
+        Worker processes; -1 for one on each core.
+    scheduler
+        Address of a Dask scheduler whose workers do the work in place of processes of this machine.
+    retry_failed
+        Make parts again that hold templates or rows without a result.
+    on_progress
+        Called with what is finished whenever that changes.
+
+    Raises
+    ------
+    InputError
+        If the place holds the database of another recipe, or no scheduler answers.
+    DatabaseError
+        If another sweep is running on it, or it cannot be written.
+    """
+    store = Store.at(out)
+    with owned(store):
+        store.clear_temporary()
+        manifest = begin(plan, store, recipe)
+        if retry_failed:
+            _forget_failed(store, manifest)
+        plans = [plan, *(plan_from(extension.resolved) for extension in manifest.extensions)]
+        return carry_out(plans, store, Cluster(scheduler) if scheduler else Processes(jobs), on_progress)
+
+
+def append(plan: Plan, store: Store) -> None:
+    """Add an extension to a database's description; :func:`carry_out` makes its parts. The caller owns the place."""
+    known = read_manifest(store)
+    replace(known, extensions=(*known.extensions, plan_record(plan))).write(store)
+
+
+def _forget_failed(store: Store, manifest: Manifest) -> None:
+    """Delete the receipts of parts with failures, so that these parts are missing.
+
+    Rows go before templates: stopped in between, no row is left of a template that will be made again.
+    """
+    for name in reversed(KINDS):
+        for receipt in read_receipts(store, name, {plan.hash for plan in manifest.plans}):
+            if receipt.failed:
+                store.delete(receipt.path)
+
+
+_MAKERS = {"templates": make_template_part, "rows": make_row_part}
+
+
+def carry_out(
+    plans: Sequence[Plan], store: Store, engine: Engine, on_progress: Callable[[Progress], Any] = lambda progress: None
+) -> Summary:
+    """Make what is missing of a database's plans: all templates, then all rows. The caller owns the place."""
+    made = [_stage(stage, plans, store, engine, on_progress) for stage in KINDS][1]
+    receipts = {name: read_receipts(store, name, {plan.hash for plan in plans}) for name in KINDS}
+    return Summary(
+        made=made,
+        rows=sum(plan.rows for plan in plans),
+        templates=sum(plan.n_templates for plan in plans),
+        failed=sum(receipt.failed for receipt in receipts["rows"]),
+        bytes=sum(file.bytes for both in receipts.values() for receipt in both for file in receipt.files),
+    )
+
+
+def _stage(
+    stage: str, plans: Sequence[Plan], store: Store, engine: Engine, on_progress: Callable[[Progress], Any]
+) -> int:
+    """Make the missing parts of a stage; how many rows or templates were made."""
+    hashes = {plan.hash for plan in plans}
+    total = sum(plan.n_templates if stage == "templates" else plan.rows for plan in plans)
+    finished = {receipt.part: receipt.rows for receipt in read_receipts(store, stage, hashes)}
+    before = done = sum(finished.values())
+    on_progress(Progress(stage=stage, done=before, total=total, before=before))
+    for plan in plans:
+        deaths, numbers = 0, plan.template_part_numbers if stage == "templates" else plan.row_part_numbers
+        while missing := [part for part in numbers if part not in finished]:
+            try:
+                for receipt in engine.receipts(_MAKERS[stage], plan, store, missing):
+                    finished[receipt.part] = receipt.rows
+                    done += receipt.rows
+                    deaths = 0
+                    on_progress(Progress(stage=stage, done=done, total=total, before=before))
+            except WorkerDiedError:
+                deaths += 1
+                finished = {receipt.part: receipt.rows for receipt in read_receipts(store, stage, hashes)}
+                done = sum(finished.values())
+                if deaths >= _WORKER_DEATHS:
+                    raise DatabaseError(
+                        f"{store}: worker processes keep dying (out of memory?); {done} of {total} {stage} are kept; "
+                        "run the same command with fewer --jobs"
+                    ) from None
+    return total - before

@@ -1,0 +1,1 @@
+"""Gear meshes: geometry, and stiffness over the rotation."""

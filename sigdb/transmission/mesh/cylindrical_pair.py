@@ -1,0 +1,149 @@
+"""Geometry of a pair of cylindrical gears: radii, and the path of contact on the line of action."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from sigdb.core import InputError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rack:
+    """Basic rack, lengths in normal modules; the defaults are profile A of ISO 53.
+
+    Attributes
+    ----------
+    addendum, dedendum
+        Height of the gear's teeth above and below the reference line.
+    fillet_radius
+        Radius of the rack's rounded tip, which cuts the root fillet.
+    """
+
+    addendum: float = 1.0
+    dedendum: float = 1.25
+    fillet_radius: float = 0.38
+
+
+@dataclass(frozen=True, kw_only=True)
+class CylindricalPair:
+    """A pair of external spur or helical gears, in the transverse section; the driving gear comes first.
+
+    Attributes
+    ----------
+    teeth
+        Tooth counts.
+    normal_module, face_width
+        In m.
+    pressure_angle_deg, helix_angle_deg
+        Of the rack, in the normal section.
+    profile_shifts
+        In normal modules.
+    centre_distance
+        In m; the reference distance if left out. The tips are shortened so that the rack's clearance stays.
+    rack
+        The basic rack of both gears.
+
+    Examples
+    --------
+    >>> pair = CylindricalPair(teeth=(19, 48), normal_module=3.175e-3, face_width=0.016, pressure_angle_deg=20.0)
+    >>> round(pair.contact_ratio, 5)
+    1.64563
+    """
+
+    teeth: tuple[int, int]
+    normal_module: float
+    face_width: float
+    pressure_angle_deg: float
+    helix_angle_deg: float = 0.0
+    profile_shifts: tuple[float, float] = (0.0, 0.0)
+    centre_distance: float | None = None
+    rack: Rack = field(default_factory=Rack)
+
+    @cached_property
+    def _helix(self) -> float:
+        return float(np.deg2rad(self.helix_angle_deg))
+
+    @cached_property
+    def pressure_angle(self) -> float:
+        """Transverse pressure angle of the rack, rad."""
+        return float(np.arctan(np.tan(np.deg2rad(self.pressure_angle_deg)) / np.cos(self._helix)))
+
+    @cached_property
+    def base_helix(self) -> float:
+        """Helix angle on the base cylinder, rad."""
+        return float(np.arcsin(np.sin(self._helix) * np.cos(np.deg2rad(self.pressure_angle_deg))))
+
+    @cached_property
+    def pitch_radii(self) -> tuple[float, float]:
+        """Reference radii, m."""
+        z1, z2 = self.teeth
+        transverse = self.normal_module / float(np.cos(self._helix))
+        return transverse * z1 / 2, transverse * z2 / 2
+
+    @cached_property
+    def base_radii(self) -> tuple[float, float]:
+        """Base radii, m."""
+        r1, r2 = self.pitch_radii
+        cosine = float(np.cos(self.pressure_angle))
+        return r1 * cosine, r2 * cosine
+
+    @cached_property
+    def _distance(self) -> float:
+        return sum(self.pitch_radii) if self.centre_distance is None else self.centre_distance
+
+    @cached_property
+    def tip_radii(self) -> tuple[float, float]:
+        """Tip radii, m."""
+        m, shifts = self.normal_module, self.profile_shifts
+        shortening = sum(shifts) * m - (self._distance - sum(self.pitch_radii))
+        r1, r2 = (r + (self.rack.addendum + x) * m - shortening for r, x in zip(self.pitch_radii, shifts, strict=True))
+        return r1, r2
+
+    @cached_property
+    def line_of_action(self) -> float:
+        """Length of the line of action between the base circles, m."""
+        return float(np.sqrt(self._distance**2 - sum(self.base_radii) ** 2))
+
+    @cached_property
+    def base_pitch(self) -> float:
+        """Transverse base pitch, m."""
+        return 2 * np.pi * self.base_radii[0] / self.teeth[0]
+
+    @cached_property
+    def first_contact(self) -> float:
+        """Radius of curvature of the driving tooth where contact begins, at the driven gear's tip, m."""
+        return self.line_of_action - _tip_curvature(self.tip_radii[1], self.base_radii[1])
+
+    @cached_property
+    def contact_ratio(self) -> float:
+        """Transverse contact ratio.
+
+        Raises
+        ------
+        InputError
+            If it is less than 1.
+        """
+        last = _tip_curvature(self.tip_radii[0], self.base_radii[0])
+        ratio = (last - self.first_contact) / self.base_pitch
+        if ratio < 1:
+            raise InputError(
+                f"the contact ratio of {self.teeth[0]} and {self.teeth[1]} teeth is {ratio:.3f}, less than 1; "
+                "raise the addendum or the tooth counts, or lower the pressure angle"
+            )
+        return ratio
+
+    @cached_property
+    def overlap_ratio(self) -> float:
+        """Overlap ratio of helical teeth."""
+        return self.face_width * float(np.sin(self._helix)) / (np.pi * self.normal_module)
+
+    @cached_property
+    def pitch_point(self) -> float:
+        """Place of the pitch point, in passes after first contact."""
+        z1, z2 = self.teeth
+        return (self.line_of_action * z1 / (z1 + z2) - self.first_contact) / self.base_pitch
+
+
+def _tip_curvature(tip_radius: float, base_radius: float) -> float:
+    return float(np.sqrt(tip_radius**2 - base_radius**2))

@@ -1,0 +1,196 @@
+"""Profiles that follow from the geometry of a pair of cylindrical gears, and with them the mean mesh stiffness."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import Field, PrivateAttr
+
+from sigdb.core import FloatArray, InputError, quantity
+from sigdb.transmission.damage import ToothDamage
+from sigdb.transmission.mesh.cylindrical_pair import CylindricalPair, Rack
+from sigdb.transmission.mesh.energy_method import POINTS, SOUND, ElasticPair, pair_curve
+from sigdb.transmission.mesh.iso_6336 import iso_mesh_stiffness
+from sigdb.transmission.mesh.profiles import Profile, area, check_contact, smooth_ends, trapezoid
+
+
+class GeometryProfile(Profile):
+    """A profile that learns the geometry of its pair from the rig that it is part of."""
+
+    flank: float = quantity(
+        "pass", "Length over which a pair takes up and gives up its load, half of it outside the ideal contact.",
+        gt=0, default=0.1,
+    )  # fmt: skip
+    addendum: float = quantity("-", "Addendum of the teeth, in normal modules.", gt=0, default=1.0)
+    dedendum: float = quantity("-", "Dedendum of the teeth, in normal modules.", gt=0, default=1.25)
+    profile_shift: float = quantity(
+        "-",
+        "Profile shift of the driving gear in normal modules; the driven gear has the opposite, "
+        "since pairs run at their reference distance.",
+        default=0.0,
+    )
+    material: str | None = Field(default=None, description="Name of the teeth's material; the gears' own if left out.")
+
+    _elastic: ElasticPair | None = PrivateAttr(None)
+
+    def fitted(self, pair: ElasticPair) -> Self:
+        """The profile of a pair, whose rack and shifts are those of the profile.
+
+        Raises
+        ------
+        ValueError
+            If it does not hold for that pair.
+        """
+        shifts = (self.profile_shift, -self.profile_shift)
+        known = self.model_copy()
+        known._elastic = replace(pair, geometry=replace(pair.geometry, profile_shifts=shifts, rack=self.rack))
+        check_contact(known.ideal_contact, self.flank)
+        return known
+
+    @property
+    def elastic(self) -> ElasticPair:
+        """The pair with its materials."""
+        if self._elastic is None:
+            raise InputError("this profile follows from the geometry of its gears; make the mesh part of a rig first")
+        return self._elastic
+
+    @property
+    def pair(self) -> CylindricalPair:
+        """Geometry of the pair."""
+        return self.elastic.geometry
+
+    @property
+    def rack(self) -> Rack:
+        """The basic rack of both gears."""
+        return Rack(addendum=self.addendum, dedendum=self.dedendum)
+
+    @property
+    def ideal_contact(self) -> float:
+        """Length of a pair's contact without its flanks, in passes."""
+        return self.pair.contact_ratio
+
+    @property
+    def contact_ratio(self) -> float:
+        """Length of a pair's contact, in passes: the ideal one and half a flank at each end."""
+        return self.ideal_contact + self.flank
+
+    @property
+    def pitch_point(self) -> float:
+        """Place of the pitch point, in passes after first contact."""
+        return self.pair.pitch_point + self.flank / 2
+
+
+class EnergyMethod(GeometryProfile):
+    """Stiffness of a pair of spur teeth by the energy method: bending, shear, compression, foundation and contact.
+
+    The contact begins and ends within a flank whose middle is at the ends of the ideal contact. The mesh's
+    ``stiffness`` may be left out: its mean is then the method's. Damage may be given by its geometry.
+    """
+
+    kind: Literal["energy-method"] = quantity("-", "Kind of profile.", default="energy-method")
+    fillet_radius: float = quantity(
+        "-", "Radius of the rack's rounded tip, which cuts the root fillet, in modules.", gt=0, default=0.38
+    )
+
+    _damage: ToothDamage = PrivateAttr(SOUND)
+    _member: int = PrivateAttr(0)
+
+    @property
+    def rack(self) -> Rack:
+        """The basic rack of both gears."""
+        return Rack(addendum=self.addendum, dedendum=self.dedendum, fillet_radius=self.fillet_radius)
+
+    def fitted(self, pair: ElasticPair) -> Self:
+        """The profile of a pair, whose rack and shifts are those of the profile.
+
+        Raises
+        ------
+        ValueError
+            If the method does not hold for that pair.
+        """
+        known = super().fitted(pair)
+        known.elastic.check()
+        return known
+
+    @property
+    def mean_stiffness(self) -> float:
+        """Mean mesh stiffness, N/m."""
+        return _mean(self.elastic, self.flank)
+
+    def damaged(self, damage: ToothDamage, teeth: int, driving: bool | None) -> Self:
+        """The profile of a pair of which a tooth's geometry is damaged, on the gear of that many teeth.
+
+        Raises
+        ------
+        InputError
+            If the damage does not fit the tooth, or it is not clear whose tooth is meant.
+        """
+        both = self.pair.teeth
+        if driving is None and both[0] == both[1]:
+            raise InputError(f"both gears have {teeth} teeth; say with driving which of them is damaged")
+        width = self.pair.face_width
+        if damage.pits * damage.pit_diameter > width:
+            raise InputError(
+                f"pits = {damage.pits} of pit_diameter = {damage.pit_diameter} do not fit in a row on the face width, "
+                f"{width} m; give fewer or smaller ones"
+            )
+        known = self.model_copy()
+        known._damage = damage.geometry
+        known._member = both.index(teeth) if driving is None else int(not driving)
+        return known
+
+    def pair_stiffness(self, x: FloatArray) -> FloatArray:
+        """Stiffness of a pair at x passes after first contact."""
+        curve = _curve(self.elastic, self._damage, self._member)
+        return smooth_ends(curve, x, self.contact_ratio, self.flank) / self.mean_stiffness
+
+
+class Iso6336(GeometryProfile):
+    """Mean mesh stiffness c_gamma_alpha by ISO 6336-1, with a trapezoid over the pair's contact as its shape.
+
+    The trapezoid has the length of the contact from the pair's transverse and overlap ratios. The stiffness is along
+    the normal: ``c_gamma_alpha b / cos(beta_b)^2``, since the standard's is in the transverse plane.
+    """
+
+    kind: Literal["iso-6336"] = quantity("-", "Kind of profile.", default="iso-6336")
+    blank_factor: float = quantity(
+        "-", "C_R of the standard: 1 for solid disks, less for gears with a thin web.", gt=0, le=1, default=1.0
+    )
+    line_load: float | None = quantity(
+        "N/m",
+        "Tangential load for a face width of 1, application factor included; below 1e5 N/m stiffness falls with it.",
+        gt=0, default=None,
+    )  # fmt: skip
+
+    @property
+    def ideal_contact(self) -> float:
+        """Length of a pair's contact without its flanks, in passes."""
+        return self.pair.contact_ratio + self.pair.overlap_ratio
+
+    @property
+    def mean_stiffness(self) -> float:
+        """Mean mesh stiffness along the normal, N/m."""
+        pair = self.pair
+        one, two = (material.young_modulus for material in self.elastic.materials)
+        stiffness = iso_mesh_stiffness(
+            pair, young_moduli=(one, two), blank_factor=self.blank_factor, line_load=self.line_load
+        )
+        return stiffness.mean * pair.face_width / float(np.cos(pair.base_helix)) ** 2
+
+    def pair_stiffness(self, x: FloatArray) -> FloatArray:
+        """Stiffness of a pair at x passes after first contact."""
+        pair = self.pair
+        return trapezoid(x, self.contact_ratio, min(pair.contact_ratio, pair.overlap_ratio + self.flank))
+
+
+def _curve(pair: ElasticPair, damage: ToothDamage, member: int) -> Callable[[FloatArray], FloatArray]:
+    stiffness = pair_curve(pair, damage, member)
+    places = np.linspace(0, pair.geometry.contact_ratio, POINTS)
+    return lambda place: np.interp(place, places, stiffness)
+
+
+@lru_cache(maxsize=64)
+def _mean(pair: ElasticPair, flank: float) -> float:
+    return area(_curve(pair, SOUND, 0), pair.geometry.contact_ratio + flank, flank)

@@ -1,0 +1,1 @@
+"""Parts of a rig: shafts, bodies, gears, supports, sensors."""

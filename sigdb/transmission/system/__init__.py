@@ -1,0 +1,1 @@
+"""From parts to one modal system: beam elements, assembly, modes."""

@@ -1,0 +1,286 @@
+"""Modal synthesis: from the assembled rig to one ``ModalSystem`` of poles, inputs, outputs and direct terms.
+
+Component modes of each rotor and of the casing come first, equations (5) and (6); the coupled equations (8), (9)
+in those coordinates, with the mean mesh stiffness and gyroscopics, give one complex eigenproblem.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag, eigh, null_space
+
+from sigdb.core import ComplexArray, FloatArray, InputError
+from sigdb.transmission.rig import Transmission
+from sigdb.transmission.system.assembly import Assembly, assemble
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModalSystem:
+    """A rig as a linear system with m poles; the one form in which the dynamics knows it.
+
+    Transfer function: ``H(w) = outputs diag(1 / (i w - poles)) inputs + direct``.
+    Inputs are a force along each mesh vector h (positive compresses the mesh), the mean torque through the train and
+    the load's torque alone, each as a multiple of itself, the unbalance of each shaft that has one, in phase with the
+    cosine and the sine of its angle, and each mesh's two friction vectors (those of its geometry). Outputs are each
+    mesh's compression and each sensor.
+
+    Attributes
+    ----------
+    poles
+        (m,) complex, 1/s; of a conjugate pair the one with positive imaginary part comes first, its partner next.
+    inputs
+        (m, meshes + 2 + 2 unbalanced + 2 meshes).
+    outputs
+        (meshes + sensors, m), with the time derivative that each sensor takes folded in.
+    direct
+        (meshes + sensors, inputs) real: residual flexibility of truncated modes for displacements, and
+        ``sum c lambda b`` for accelerations.
+    meshes, sensors, unbalanced
+        Names, in order: meshes, sensors, and shafts with an unbalance.
+    mesh_stiffness
+        (meshes,) mean mesh stiffness contained in the system, N/m.
+    """
+
+    poles: ComplexArray
+    inputs: ComplexArray
+    outputs: ComplexArray
+    direct: FloatArray
+    meshes: tuple[str, ...]
+    sensors: tuple[str, ...]
+    mesh_stiffness: FloatArray
+    unbalanced: tuple[str, ...] = ()
+
+    def transfer(self, omega: FloatArray) -> ComplexArray:
+        """Transfer function at angular frequencies (k,), rad/s: (k, outputs, inputs)."""
+        resolvent = 1 / (1j * np.asarray(omega)[:, None] - self.poles)
+        return np.einsum("om,km,mi->koi", self.outputs, resolvent, self.inputs) + self.direct
+
+    def truncated(self, modes: int) -> "ModalSystem":
+        """The system with the conjugate pairs that take part most in the meshes' and sensors' response.
+
+        Never the lowest modes: they are ranked by their greatest share in any output's response to any input but
+        friction, and the static response of displacements is kept exact by residual flexibility.
+
+        Parameters
+        ----------
+        modes
+            Number of pairs to keep; real poles count as one.
+        """
+        ranking = self.inputs[:, : self.inputs.shape[1] - 2 * len(self.meshes)]
+        static = np.abs(self.outputs[:, None, :] * ranking.T[None] / self.poles)
+        share = (static / static.sum(axis=2, keepdims=True).clip(min=1e-300)).max(axis=(0, 1))
+        upper = np.flatnonzero(self.poles.imag >= 0)
+        chosen = upper[np.argsort(-share[upper], kind="stable")[:modes]]
+        keep = np.zeros(len(self.poles), bool)
+        keep[chosen] = True
+        keep[chosen[self.poles[chosen].imag > 0] + 1] = True
+        lost = self.outputs[:, ~keep] @ (self.inputs[~keep] / -self.poles[~keep, None])
+        # In an acceleration the static share of a mode cancels its direct term, so both go.
+        return ModalSystem(
+            poles=self.poles[keep],
+            inputs=self.inputs[keep],
+            outputs=self.outputs[:, keep],
+            direct=self.direct + lost.real,
+            meshes=self.meshes,
+            sensors=self.sensors,
+            mesh_stiffness=self.mesh_stiffness,
+            unbalanced=self.unbalanced,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoupledModes:
+    """Modes of a rig at its operating point, one of each conjugate pair, by rising frequency.
+
+    Attributes
+    ----------
+    frequency_hz
+        (m,) damped natural frequency ``Im(lambda) / 2 pi``; 0 for an overdamped mode.
+    damping_ratio
+        (m,) ``-Re(lambda) / |lambda|``.
+    moves
+        For each mode the share of kinetic energy in each motion of the rig, greatest first, adding up to 1.
+    """
+
+    frequency_hz: FloatArray
+    damping_ratio: FloatArray
+    moves: tuple[dict[str, float], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Synthesis:
+    """The coupled eigenproblem, solved: ``shapes`` (n, m) and ``participation`` (m, n) in the rig's coordinates."""
+
+    parts: Assembly
+    poles: ComplexArray
+    shapes: ComplexArray
+    participation: ComplexArray
+
+
+def modal_system(rig: Transmission, *, component_modes: int | None = None) -> ModalSystem:
+    """Modal synthesis of a rig at its operating point.
+
+    Parameters
+    ----------
+    rig
+        The transmission.
+    component_modes
+        Modes kept of each rotor, by participation at meshes, bearings and sensors; the static response to every
+        interface force is added to them, so that static compliance stays exact. None keeps all.
+
+    Returns
+    -------
+    ModalSystem
+
+    Raises
+    ------
+    InputError
+        If a part of the rig can move freely apart from the train's rotation.
+
+    Examples
+    --------
+    >>> import numpy as np, sigdb
+    >>> from sigdb.transmission import modal_system
+    >>> system = modal_system(sigdb.load_transmission("nasa-spiral-bevel"))
+    >>> compliance = system.transfer(np.array([0.0]))[0, 0, 0].real
+    >>> bool(np.isclose(compliance, 1 / system.mesh_stiffness[0]))
+    True
+    """
+    found = _synthesise(rig, component_modes)
+    parts, poles = found.parts, found.poles
+    inputs = found.participation @ np.column_stack(
+        [parts.meshes, parts.torque, parts.load, parts.unbalance, parts.friction]
+    )
+    displacement = np.vstack([parts.meshes.T, parts.sensors]) @ found.shapes
+    order = np.array([0] * len(rig.meshes) + [sensor.derivative for sensor in rig.sensors.values()])
+    first_moment = ((displacement * poles) @ inputs).real
+    return ModalSystem(
+        poles=poles,
+        inputs=inputs,
+        outputs=displacement * poles ** order[:, None],
+        direct=np.where(order[:, None] == 2, first_moment, 0.0),
+        meshes=tuple(rig.meshes),
+        sensors=tuple(rig.sensors),
+        mesh_stiffness=parts.mesh_stiffness,
+        unbalanced=rig.unbalanced,
+    )
+
+
+def coupled_modes(rig: Transmission, *, component_modes: int | None = None) -> CoupledModes:
+    """Natural frequencies, damping, and what moves in each mode, of the coupled rig at its operating point."""
+    found = _synthesise(rig, component_modes)
+    upper = np.flatnonzero(found.poles.imag >= 0)
+    upper = upper[np.argsort(np.abs(found.poles[upper]), kind="stable")]
+    poles = found.poles[upper]
+    return CoupledModes(
+        frequency_hz=poles.imag / (2 * np.pi),
+        damping_ratio=-poles.real / np.abs(poles),
+        moves=tuple(_energy_shares(found.parts, found.shapes[:, i]) for i in upper),
+    )
+
+
+def _energy_shares(parts: Assembly, shape: ComplexArray | FloatArray) -> dict[str, float]:
+    energy = (shape.conj() * (parts.mass @ shape)).real
+    shares = {name: float(max(energy[dofs].sum(), 0.0)) for name, dofs in parts.motions.items()}
+    total = sum(shares.values())
+    return {name: share / total for name, share in sorted(shares.items(), key=lambda item: -item[1])}
+
+
+def _synthesise(rig: Transmission, component_modes: int | None) -> _Synthesis:
+    parts = assemble(rig)
+    basis = _component_basis(parts, component_modes)
+    mass, stiffness = basis.T @ parts.mass @ basis, basis.T @ parts.stiffness @ basis
+    h = basis.T @ parts.meshes
+    full = stiffness + h @ np.diag(parts.mesh_stiffness) @ h.T
+    stiffness = (full + full.T) / 2
+    damping = basis.T @ (parts.damping + parts.gyroscopic) @ basis
+    damping = damping + _rotor_damping(rig, parts, basis, mass, stiffness)
+
+    # The train's free rotation compresses nothing; kept, it would be a defective double pole at zero.
+    turning = np.linalg.lstsq(basis, parts.free_rotation, rcond=None)[0]
+    elastic = null_space((mass @ turning)[None])
+    squares, modes = eigh(elastic.T @ stiffness @ elastic, elastic.T @ mass @ elastic)
+    _check_supported(rig, parts, basis @ elastic, squares, modes)
+    phi = elastic @ modes
+
+    n = len(squares)
+    # Cross terms of bearings may make stiffness unsymmetric: they couple the symmetric part's modes.
+    crossed = phi.T @ (full - stiffness) @ phi
+    state = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(squares) - crossed, -phi.T @ damping @ phi]])
+    poles, right = np.linalg.eig(state)
+    left = np.linalg.inv(right)
+    return _Synthesis(
+        parts=parts,
+        poles=poles,
+        shapes=basis @ phi @ right[:n],
+        participation=left[:, n:] @ (basis @ phi).T,
+    )
+
+
+def _component_basis(parts: Assembly, count: int | None) -> FloatArray:
+    """(n, r) columns: each rotor's component modes and attachment modes, and the casing's modes."""
+    if count is None:
+        return np.eye(len(parts.mass))
+    forces = [parts.meshes, parts.friction, parts.bearings, parts.torque, parts.load, parts.unbalance]
+    interfaces = np.column_stack([*forces, parts.sensors.T])
+    blocks, order = [], []
+    for dofs in parts.rotors.values():
+        take = np.ix_(dofs, dofs)
+        blocks.append(_rotor_basis(parts.mass[take], parts.stiffness[take], interfaces[dofs], count))
+        order += dofs
+    blocks.append(np.eye(len(parts.casing)))
+    basis = np.zeros((len(parts.mass), sum(block.shape[1] for block in blocks)))
+    basis[order + parts.casing] = block_diag(*blocks)
+    return basis
+
+
+def _rotor_basis(mass: FloatArray, stiffness: FloatArray, forces: FloatArray, count: int) -> FloatArray:
+    """Free rotation, the modes that take part most, and the static response to every interface force."""
+    squares, modes = eigh((stiffness + stiffness.T) / 2, mass)
+    rigid = modes[:, squares < 1e-12 * squares[-1]]
+    squares, elastic = squares[rigid.shape[1] :], modes[:, rigid.shape[1] :]
+    share = (elastic.T @ forces) ** 2 / squares[:, None]
+    share /= share.sum(axis=0).clip(min=1e-300)
+    kept = np.sort(np.argsort(-share.max(axis=1), kind="stable")[:count])
+    attachment = elastic @ ((elastic.T @ forces) / squares[:, None])
+    columns = np.column_stack([elastic[:, kept], attachment])
+    scale = np.linalg.norm(columns, axis=0)
+    left, singular, _ = np.linalg.svd(columns[:, scale > 0] / scale[scale > 0], full_matrices=False)
+    return np.column_stack([rigid, left[:, singular > 1e-10 * singular[0]]])
+
+
+def _rotor_damping(
+    rig: Transmission, parts: Assembly, basis: FloatArray, mass: FloatArray, stiffness: FloatArray
+) -> FloatArray:
+    """Damping matrix that gives every mode of the rotors, on a fixed casing, the rig's damping ratio."""
+    rotor = slice(0, basis.shape[1] - len(parts.casing))
+    m, k = mass[rotor, rotor], stiffness[rotor, rotor]
+    squares, modes = eigh(k, m)
+    weighted = m @ modes
+    damping = np.zeros_like(mass)
+    damping[rotor, rotor] = weighted * (2 * rig.damping_ratio * np.sqrt(squares.clip(min=0))) @ weighted.T
+    return damping
+
+
+def _check_supported(
+    rig: Transmission, parts: Assembly, basis: FloatArray, squares: FloatArray, modes: FloatArray
+) -> None:
+    if squares[0] < 1e-12 * squares[-1]:
+        moving = next(iter(_energy_shares(parts, basis @ modes[:, 0])))
+        raise InputError(
+            f"rig {rig.name!r}: {moving} can move freely; hold it with a bearing that has stiffness in that direction"
+        )
+
+
+def undamped_frequencies(rig: Transmission) -> FloatArray:
+    """Natural frequencies, Hz, rising, of the rig at rest without damping and without the train's free rotation.
+
+    ``det(K + sum h kbar h' - w^2 M) = 0``, with the symmetric part of the bearings' stiffness.
+    """
+    parts = assemble(rig)
+    stiffness = parts.stiffness + parts.meshes @ np.diag(parts.mesh_stiffness) @ parts.meshes.T
+    elastic = null_space((parts.mass @ parts.free_rotation)[None])
+    squares = eigh(
+        elastic.T @ (stiffness + stiffness.T) @ elastic / 2, elastic.T @ parts.mass @ elastic, eigvals_only=True
+    )
+    return np.sqrt(squares.clip(min=0)) / (2 * np.pi)

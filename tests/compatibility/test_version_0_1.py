@@ -1,0 +1,54 @@
+"""A database and a model of version 0.1.0, as it stood before its modules moved, stay readable."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import sigdb
+from sigdb.cli.main import cli
+from sigdb.pipeline import load_recipe
+from sigdb.sweep import run, verify
+
+MADE = Path(__file__).with_name("version_0_1")
+COUNT = "select count(*) from features"
+
+
+@pytest.fixture
+def signatures(tmp_path):
+    return Path(shutil.copytree(MADE / "signatures", tmp_path / "signatures"))
+
+
+def test_the_database_opens_and_answers(signatures):
+    db = sigdb.open(signatures)
+    cases = db.cases()
+    assert (len(cases), sorted(cases["tooth"].unique())) == (9, [0, 3])
+    assert db.signals(cases["id"])["tsa"].shape == (9, 12 * 32)
+    assert len(db.sql("select id, fm4 from features")) == 9
+
+
+def test_nothing_is_wrong_with_the_database(signatures):
+    assert verify(signatures, deep=True) == ()
+
+
+def test_its_recipe_gives_the_same_hash_and_the_same_rows(signatures, tmp_path):
+    recipe = load_recipe(MADE / "recipe.toml")
+    run(recipe.plan(), tmp_path / "again", recipe=recipe.text, jobs=1)
+    old, new = sigdb.open(signatures), sigdb.open(tmp_path / "again")
+    assert new.manifest.hash == old.manifest.hash
+    ids = old.cases()["id"]
+    np.testing.assert_allclose(new.signals(ids)["tsa"], old.signals(ids)["tsa"], rtol=1e-5, atol=1e-12)
+
+
+def test_the_model_loads_and_answers_as_when_it_was_saved(signatures):
+    model = sigdb.load_model(MADE / "location")
+    assert (model.target, model.learner) == ("location", "lda")
+    assert {"lda", "templates", "nearest_template", "fm4", "majority"} <= set(model.estimators)
+
+
+@pytest.mark.parametrize("command", [["card"], ["verify", "--deep"], ["match", "--id", "3"], ["query", COUNT]])
+def test_commands_take_the_database(signatures, command):
+    result = CliRunner().invoke(cli, [command[0], str(signatures), *command[1:]])
+    assert (result.exit_code, result.exception) == (0, None), result.output

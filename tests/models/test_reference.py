@@ -1,0 +1,156 @@
+"""Models: each reference model loads by its name, answers as when it was saved, and is as good as its card says."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import norm, t
+
+import sigdb
+from sigdb.core.errors import InputError
+from sigdb.recognition import built_in_models, evaluate
+from sigdb.recognition.metrics.estimate import Figure
+
+from .conftest import operating_points
+
+MODELS = Path(__file__).parents[2] / "models"
+NAMES = sorted(path.parent.name for path in MODELS.glob("*/model.json"))
+MOST_BYTES = 5_000_000
+JUDGED = {
+    "location": ("accuracy", "p_exact", "p_detected", "none_on_healthy", "log_loss", "brier", "set_coverage"),
+    "severity": tuple(
+        f"{figure}_{target}"
+        for figure in ("mae", "rmse", "coverage")
+        for target in ("stiffness_loss", "phase_shift_deg", "damaged_teeth")
+    ),
+}
+
+OVERVIEW = {
+    "location": ("accuracy", "p_exact", "pd_at_1e-3"),
+    "severity": ("mae_stiffness_loss", "mae_phase_shift_deg", "mae_damaged_teeth"),
+}
+
+
+def described(name):
+    return json.loads((MODELS / name / "model.json").read_text(encoding="utf-8"))
+
+
+def figures_of_the_card(name):
+    facts = described(name)
+    return {
+        figure: Figure(**ends)
+        for figure, ends in facts["evaluation"]["figures"][facts["learner"]].items()
+        if None not in ends.values()
+    }
+
+
+def student(figure, specimens):
+    """The interval for few specimens: a bootstrap over K has the normal law and (K - 1) / K of the variance."""
+    wider = t.ppf(0.975, specimens - 1) / norm.ppf(0.975) * np.sqrt(specimens / (specimens - 1))
+    low, high = (figure.value + wider * (end - figure.value) for end in (figure.low, figure.high))
+    return Figure(value=figure.value, low=low, high=high)
+
+
+def disagreements(name, card, evaluation, judged):
+    """Figures outside the card's interval, widened by their own."""
+    of_card = described(name)["evaluation"]["specimens"]
+    found = evaluation.figures[evaluation.learner]
+    pairs = {key: (student(card[key], of_card), student(found[key], evaluation.specimens)) for key in judged}
+    return [
+        f"{key}: card {one}, found {other}"
+        for key, (one, other) in pairs.items()
+        if other.high < one.low or other.low > one.high
+    ]
+
+
+def test_location_and_severity_of_the_nasa_rig_are_there():
+    assert {"nasa-location", "nasa-severity"} <= set(NAMES)
+    assert built_in_models() == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_loads_by_name_and_is_small(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    model = sigdb.load_model(name)
+    assert name.endswith(model.target)
+    assert sum(path.stat().st_size for path in (MODELS / name).iterdir()) < MOST_BYTES
+    assert (MODELS / name / "README.md").read_text(encoding="utf-8").startswith("# ")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_overview_tells_the_cards_figures(name):
+    overview = (MODELS / "README.md").read_text(encoding="utf-8")
+    evaluation = described(name)["evaluation"]
+    for figure in OVERVIEW[described(name)["target"]]:
+        model, best = (facts[figure]["value"] for facts in (evaluation["figures"]["templates"], evaluation["bound"]))
+        assert f"| {model:.3g} | {best:.3g} |" in overview
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_answers_its_probe_as_when_it_was_saved(name):
+    estimator = (model := sigdb.load_model(name)).estimators[model.learner]
+    with np.load(MODELS / name / "probe.npz") as probe:
+        expected = probe["expected"]
+        columns = {key: list(probe[key]) for key in probe.files if key != "expected"}
+    rows = pd.DataFrame(columns)
+    assert len(rows) == 8
+    found = estimator.predict(rows) if model.target == "severity" else estimator.decision_function(rows)
+    np.testing.assert_allclose(np.asarray(found), expected, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_its_templates_are_at_the_points_of_the_reference_recipe(name):
+    bank = sigdb.load_model(name).estimators["templates"].bank
+    expected = operating_points()[["speed_rpm", "torque"]].to_numpy()
+    found = np.array([(one.speed_rpm, one.torque) for one in bank.points])
+    np.testing.assert_allclose(found[np.lexsort(found.T)], expected[np.lexsort(expected.T)], rtol=1e-12)
+
+
+@pytest.fixture(scope="module")
+def fresh_evaluation(fresh):
+    made = {}
+
+    def evaluation(name):
+        if name not in made:
+            model = sigdb.load_model(name)
+            alone = replace(model, estimators={model.learner: model.estimators[model.learner]})
+            made[name] = evaluate(alone, fresh)
+        return made[name]
+
+    return evaluation
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_is_as_good_as_its_card_says(name, fresh_evaluation):
+    judged = JUDGED[described(name)["target"]]
+    assert disagreements(name, figures_of_the_card(name), fresh_evaluation(name), judged) == []
+
+
+def test_a_card_that_says_too_much_is_found_out(fresh_evaluation):
+    """Accuracy six hundredths above, and errors a fifth below, what is found."""
+    card = figures_of_the_card("nasa-location")
+    better = card["accuracy"]
+    boast = {"accuracy": Figure(value=better.value + 0.06, low=better.low + 0.06, high=better.high + 0.06)}
+    assert disagreements("nasa-location", card | boast, fresh_evaluation("nasa-location"), ["accuracy"])
+    card = figures_of_the_card("nasa-severity")
+    least = card["mae_stiffness_loss"]
+    boast = {"mae_stiffness_loss": Figure(value=0.8 * least.value, low=0.8 * least.low, high=0.8 * least.high)}
+    assert disagreements("nasa-severity", card | boast, fresh_evaluation("nasa-severity"), ["mae_stiffness_loss"])
+
+
+def test_an_unknown_name_lists_those_there_are(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"nasa-locaton is not a model folder, nor .* nasa-location, nasa-severity"):
+        sigdb.load_model("nasa-locaton")
+    with pytest.raises(InputError, match=r"is not a model folder: model\.json is missing"):
+        sigdb.load_model("./nasa-location")
+
+
+def test_a_folder_here_goes_before_a_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "nasa-location").mkdir()
+    with pytest.raises(InputError, match=r"is not a model folder: model\.json is missing"):
+        sigdb.load_model("nasa-location")

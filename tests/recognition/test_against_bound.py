@@ -1,0 +1,348 @@
+"""Unit: how far a model is from the Bayes rule, against closed forms and rules with a known loss."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.testing import assert_allclose
+from scipy.stats import norm
+
+from sigdb.database.templates import StoredTemplate
+from sigdb.measurement import index_error_covariance
+from sigdb.recognition import (
+    ErrorCurve,
+    Hypotheses,
+    OperatingPoint,
+    Recognition,
+    TemplateBank,
+    above_bound,
+    asked_rows,
+    bound,
+    evaluate_beside_bound,
+    train,
+)
+from sigdb.recognition.answers import Answers
+from sigdb.recognition.bound.bayes_bound import Bound
+from sigdb.recognition.bound.bayes_rule import LOSSES, judge
+from sigdb.recognition.bound.efficiency import against_bound, noise_bands, of_detection, posterior_answers
+from sigdb.recognition.bound.expected_losses import error_curve_around, expected_error
+from sigdb.recognition.criteria import aims, causes
+from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.templates.posterior import Posterior
+
+STEP, NOISE = 6, 0.5
+
+
+def law(signals, tooth, rows, *, teeth):
+    """An operating point of templates with these clean averages, nominal gears, and rows (place, tooth)."""
+    stored = [
+        StoredTemplate(
+            case={"template": i, "tooth": one, "stiffness_loss": 0.1 * i, "phase_shift_deg": 0.0, "damaged_teeth": one},
+            signal=np.asarray(signal, float),
+            response=np.zeros((len(signal), teeth)),
+            harmonic=np.zeros((len(signal), 0)),
+            orders=np.zeros(0),
+            reference_variance=1.0,
+            covariance=index_error_covariance(teeth, 3 * teeth),
+        )
+        for i, (signal, one) in enumerate(zip(signals, tooth, strict=True))
+    ]
+    hypotheses = Hypotheses.made_of(stored, teeth)
+    place, first = np.transpose(rows)
+    frame = pd.DataFrame({"place": place, "tooth": first, "teeth": teeth, "judged": True, "noise": NOISE})
+    cases = {name: hypotheses.cases[name].to_numpy()[place] for name in TARGETS}
+    order = np.arange(len(frame))
+    frame = frame.assign(index_error=0.0, specimen=order % 20, snr_db=np.where(order % 2, -1.0, -8.0), **cases)
+    return OperatingPoint(hypotheses=hypotheses, rows=frame)
+
+
+def orthogonal(distance, *, teeth=8, count=16_000):
+    """Damage at any of 8 teeth, seen in its own tooth pass only."""
+    signal = np.zeros(teeth * STEP)
+    signal[2] = distance * NOISE
+    return law([signal], [1], [(0, 1 + i // 2 % teeth) for i in range(count)], teeth=teeth)
+
+
+def bound_of(point, x, target):
+    judged = judge(point, [(point.rows, x)], target)
+    losses = list(LOSSES[target])
+    return Bound(
+        target=target, rows=judged.drop(columns=losses), losses=judged[losses], scores=None, outside={}, expected=None,
+        entropy=math.nan,
+    )  # fmt: skip
+
+
+def drawn(point, seed=1):
+    place, tooth = (point.rows[name].to_numpy() for name in ("place", "tooth"))
+    return point.hypotheses.draw(np.random.default_rng(seed), place, tooth, noise=NOISE, index_error=0.0)
+
+
+def location_answers(point, x, decibels=0.0):
+    """The Bayes rule on averages with so much more noise."""
+    known = point.posterior(x, point.rows.assign(noise=NOISE * 10 ** (decibels / 20)))
+    return Answers(found=known.tooth, scores=known.location, probabilities=np.exp(known.location))
+
+
+@pytest.fixture(scope="module")
+def located():
+    point = orthogonal(2.5)
+    x = drawn(point)
+    return point, x, bound_of(point, x, "location")
+
+
+def test_bands_are_of_equal_width_and_hold_every_row_once():
+    snr_db = pd.Series(np.random.default_rng(0).uniform(-29.6, -10.2, 500))
+    *bands, every = noise_bands(snr_db)
+    assert every.inside.all()
+    assert (np.sum([band.inside for band in bands], axis=0) == 1).all()
+    assert [(band.low, band.high) for band in bands] == [(-30 + 4 * i, -26 + 4 * i) for i in range(5)]
+    for band in bands:
+        assert snr_db[band.inside].between(band.low, band.high).all()
+    (only,) = noise_bands(pd.Series([3.0, 3.0]))
+    assert (only.name, only.low, only.high) == ("all", 3.0, 3.0)
+
+
+def test_an_excess_is_read_off_the_curve_from_the_error_at_the_rows_own_noise():
+    decibels = np.arange(-2.0, 6.1, 0.25)
+
+    def error(level):
+        return norm.cdf(-1.5 * 10 ** (-np.asarray(level) / 20))
+
+    curve = ErrorCurve(decibels=decibels, error=error(decibels), standard_error=0 * decibels, chance=0.5)
+    assert_allclose(curve.excess_db(error([0.1, 3.0, -1.0]) - error(0.0)), [0.1, 3.0, -1.0], atol=2e-3)
+    assert curve.excess_db([0.5, -0.5]).tolist() == [math.inf, -math.inf]
+    assert np.isnan(replace(curve, chance=4.0).excess_db(0.01))  # the rule errs too seldom
+
+
+def test_the_expected_error_is_that_of_the_rows_asked_for():
+    """Healthy in three of four rows, and only damaged ones asked about: the shifted threshold misses more of them."""
+    d, stream = 2.0, np.random.default_rng(1)
+    healthy, difference = stream.standard_normal((2, 3 * STEP))
+    damaged = healthy + d * NOISE * difference / np.linalg.norm(difference)
+    point = law([healthy, damaged], [0, 1], [(0, 0), (0, 0), (0, 0), (1, 1)], teeth=3)
+    point = point.asking(point.rows.index[point.rows["tooth"] > 0])
+    value, error = expected_error([point], draws=20_000)
+    assert abs(value - norm.cdf(math.log(3) / d - d / 2)) < 5 * error
+
+
+def test_a_curve_goes_as_far_as_is_asked_and_resolves_a_quarter_of_a_decibel():
+    point = orthogonal(2.5)
+    curve = error_curve_around([point], (-0.001, 0.001), draws=2000)
+    assert curve.decibels.tolist() == [-0.25, 0.0, 0.25]
+    # Common draws: the differences are known far better than the errors.
+    fine = error_curve_around([point], (-0.001, 0.001), draws=20_000, seed=3)
+    slope, exact = (np.ptp(one.error) for one in (curve, fine))
+    assert slope == pytest.approx(exact, rel=0.15)
+    assert exact > curve.standard_error[0]
+
+
+def test_a_rule_that_sees_more_noise_loses_so_many_decibels_in_each_band(located):
+    point, x, best = located
+    more = NOISE * math.sqrt(10**0.2 - 1)
+    worse = location_answers(point, x + more * np.random.default_rng(2).standard_normal(x.shape), 2.0)
+    table = against_bound("location", worse, point.rows, best, [point], draws=8000)
+    assert table["band"].tolist() == ["-8 to -4.5 dB", "-4.5 to -1 dB", "all"]
+    for row in table.to_dict("records"):
+        assert row["loss_db_low"] < 2.0 < row["loss_db_high"]
+        assert row["loss_db_high"] - row["loss_db_low"] < 0.6
+        assert row["eta_info_low"] < row["eta_info"] < row["eta_info_high"] < 1
+    every = table[table["band"] == "all"].iloc[0]
+    wrong = worse.found != point.rows["tooth"].to_numpy()
+    assert every["error"] == pytest.approx(wrong.mean())
+    H, ce = math.log(8), -worse.scores[np.arange(len(wrong)), point.rows["tooth"]].mean()
+    assert every["eta_info"] == pytest.approx((H - ce) / (H - best.losses["log_loss"].mean()), rel=1e-9)
+
+
+def test_the_rule_itself_loses_nothing(located):
+    point, x, best = located
+    row = against_bound("location", location_answers(point, x), point.rows, best, [point], draws=500).iloc[-1]
+    assert [row["loss_db"], row["loss_db_low"], row["loss_db_high"]] == pytest.approx([0.0] * 3, abs=1e-9)
+    assert [row["eta_info"], row["eta_info_low"], row["eta_info_high"]] == pytest.approx([1.0] * 3)
+
+
+def test_rows_outside_of_the_law_do_not_count(located):
+    point, x, best = located
+    answers, some = location_answers(point, x), best.rows.index[:8000]
+    inside = replace(best, rows=best.rows.loc[some], losses=best.losses.loc[some])
+    table = against_bound("location", answers, point.rows, inside, [point], draws=100)
+    assert table.iloc[-1]["rows"] == 8000
+
+
+def test_quantiles_of_a_posterior():
+    known = Posterior(location=np.zeros((1, 2)), damage=np.log([[0.2, 0.5, 0.3]]))
+    level = np.array([3.0, 1.0, 2.0])
+    assert [float(known.quantile(level, p)[0]) for p in (0.1, 0.5, 0.6, 0.81, 1.0)] == [1.0, 1.0, 2.0, 3.0, 3.0]
+    assert known.median(level).tolist() == known.quantile(level, 0.5).tolist()
+
+
+def test_severity_is_set_against_median_quantiles_and_mean_of_the_posterior():
+    stream = np.random.default_rng(4)
+    signals = np.cumsum(0.5 * stream.standard_normal((4, 3 * STEP)), axis=0)
+    point = law(signals, [1] * 4, [(i % 4, 1 + i % 3) for i in range(2400)], teeth=3)
+    best = bound_of(point, drawn(point), "severity")
+    exact = posterior_answers(best.rows)
+    row = against_bound("severity", Answers(found=exact), point.rows, best).iloc[-1]
+    assert row["target"] == "stiffness_loss"  # the others do not vary
+    assert row["mae_ratio"] == row["crps_ratio"] == 1
+    true = point.rows["stiffness_loss"].to_numpy()
+    shifted = exact.assign(stiffness_loss=best.rows["mean_stiffness_loss"] + 0.05)
+    row = against_bound("severity", Answers(found=shifted), point.rows, best).iloc[-1]
+    error = np.abs(shifted["stiffness_loss"] - true)
+    assert row["mae_ratio"] == pytest.approx(error.mean() / np.abs(exact["stiffness_loss"] - true).mean())
+    assert row["mae_ratio_low"] < row["mae_ratio"] < row["mae_ratio_high"]
+    square = ((best.rows["mean_stiffness_loss"] - true) ** 2).mean()
+    assert row["rmse_ratio"] == pytest.approx(math.sqrt((error**2).mean() / square))
+
+
+def scored_rows():
+    loss = np.tile([0.0, 0.1, 0.2, 0.3, 0.4], 4000)
+    return pd.DataFrame(
+        {
+            "tooth": (loss > 0) * 1,
+            "teeth": 1,
+            "stiffness_loss": loss,
+            "phase_shift_deg": 0.0,
+            "snr_db": 0.0,
+            "specimen": np.arange(len(loss)) // 5 % 40,
+        }
+    )
+
+
+def of_scores(slope, best_slope):
+    """a90 of detection by ``slope * loss + noise``, beside that of another slope and the same noise."""
+    rows = scored_rows()
+    noise = np.random.default_rng(5).logistic(size=len(rows))
+    score, log_odds = (one * rows["stiffness_loss"].to_numpy() + noise for one in (slope, best_slope))
+    blank = pd.DataFrame({"log_odds": log_odds}, rows.index)
+    best = Bound(
+        target="location", rows=blank, losses=pd.DataFrame(index=rows.index), scores=None, outside={}, expected=None,
+        entropy=math.nan,
+    )  # fmt: skip
+    zeros = np.zeros(len(rows))
+    return of_detection(Answers(found=zeros.astype(int), scores=np.column_stack([zeros, score])), rows, best)
+
+
+def test_a90_goes_as_the_inverse_of_the_slope_of_the_score():
+    same, flatter = of_scores(40.0, 40.0), of_scores(32.0, 40.0)
+    assert [same["a90_ratio"], same["a90_ratio_low"], same["a90_ratio_high"]] == [1, 1, 1]
+    # The threshold at 1e-3, logit(0.999), plus logit(0.9), over the slope.
+    assert same["a90"] == pytest.approx((math.log(999) + math.log(9)) / 40, rel=0.05)
+    assert flatter["a90_ratio"] == pytest.approx(40 / 32, rel=0.02)
+    assert flatter["a90_ratio_low"] < flatter["a90_ratio"] < flatter["a90_ratio_high"]
+    assert of_scores(5.0, 40.0)["a90_ratio"] == math.inf  # no loss of the rows is found so often
+
+
+def a_table(**columns):
+    """Two bands and all rows."""
+    bands = {"band": ["-8 to -4 dB", "-4 to 0 dB", "all"], "rows": 100, "bound_error": 0.3, "chance": 0.9}
+    ends = {f"{name}_{end}": value for name, value in columns.items() for end in ("low", "high")}
+    return pd.DataFrame(bands | columns | ends)
+
+
+def test_aims_are_judged_in_the_worst_band():
+    table = a_table(
+        loss_db=[0.1, 0.4, 0.9], a90_ratio=[1.0, np.nan, 1.2], a90=0.1, ece=np.nan, confidence=0.5, error_of_answers=0.5
+    )
+    location, a90, ece, sets = aims("location", table, None, ["Because."]).to_dict("records")
+    assert (location["met"], location["found"], location["where"]) == (False, 0.4, "-4 to 0 dB")
+    assert location["why"] == "Missed in 1 of 2 noise bands: 0.4 at -4 to 0 dB. Because."
+    assert (a90["met"], a90["found"], a90["why"]) == (True, 1.0, "")
+    assert ece["met"] is None
+    assert "100 rows at most, and needs 20000" in ece["why"]
+    assert sets["met"] is None
+    over = a_table(ece=[0.004, 0.03, 0.01], confidence=0.6, error_of_answers=0.43)
+    said = aims("location", over.assign(loss_db=np.nan), None).to_dict("records")
+    assert said[0]["why"] == "the bound's error is 0.33 to 0.33 of that by chance, and the aim is for 0.02 to 0.8"
+    assert said[2]["why"].endswith("There the answers are given 0.600 on average, and 0.570 of them are right.")
+
+
+def test_aims_of_severity_are_judged_where_the_bound_is_not_saturated():
+    table = a_table(mae_ratio=[1.2, 1.01, 1.3]).assign(target="stiffness_loss", bound_error=[0.001, 0.3, 0.3])
+    (mae, _) = aims("severity", table, pd.DataFrame()).to_dict("records")
+    assert (mae["met"], mae["found"], mae["where"]) == (True, 1.01, "-4 to 0 dB")
+    nothing = aims("severity", table.assign(bound_error=0.0), pd.DataFrame()).to_dict("records")
+    assert nothing[0]["met"] is None
+    unknown = aims("severity", pd.DataFrame(), None, bounded=False)
+    assert unknown["met"].tolist() == [None, None]
+
+
+def test_few_cells_may_cover_too_little():
+    cell = {
+        "stiffness_loss": 0.1,
+        "damaged_teeth": 1.0,
+        "snr_db": -8.0,
+        "speed_rpm": 1.0,
+        "torque": 2.0,
+        "rows": 3000,
+        "target": "tooth",
+    }
+    cells = pd.DataFrame([cell | {"coverage": 0.9, "below": False}] * 99 + [cell | {"coverage": 0.8, "below": True}])
+    one = aims("location", a_table(loss_db=0.1), cells).iloc[-1]
+    assert (one["found"], one["met"]) == (0.01, True)
+    two = aims("location", a_table(loss_db=0.1), pd.concat([cells, cells[-1:]])).iloc[-1]
+    assert not two["met"]
+    assert two["why"].startswith(
+        "2 of 101 cells; the least coverage is 0.800, of 3000 rows (tooth; loss 0.1, 1 damaged teeth, -8 dB"
+    )
+
+
+@pytest.fixture(scope="module")
+def bank(database):
+    return TemplateBank.of(database)
+
+
+def test_causes_are_told_by_numbers(database, location_model, bank):
+    rows = database.features()
+    model = replace(location_model, learner="bank", estimators={"bank": type("Holder", (), {"bank": bank})()})
+    plain = "S1, by specimen: specimens held out of training, the same cases"
+    assert causes(model, rows, plain, 1e-6) == []
+    away = rows.assign(speed_rpm=rows["speed_rpm"] * np.where(rows["tooth"] > 0, 1.02, 1.0))
+    (said,) = causes(model, away, plain)
+    share = (rows["tooth"] > 0).mean()
+    assert said.startswith(f"{100 * share:.0f} % of the rows are at operating points that the bank has no templates of")
+    assert "2 % in speed and 0 % in torque" in said
+    other = rows.assign(stiffness_loss=rows["stiffness_loss"].replace(0.2, 0.3), teeth=12)
+    assert causes(model, other, plain) == ["Of the 8 severities asked about the bank has no templates of 4."]
+    assert causes(model, rows.assign(teeth=13), plain) == ["The bank has no templates of 13 teeth; it has 12."]
+    assert causes(model, rows, plain, 2e-6) == ["The index errors of the rows are 2 um, those of the bank 1 um."]
+    changed = "S5, another model form: db, which differs in rig.bearings, solver; other specimens, the cases"
+    (said,) = causes(model, rows, changed)
+    assert said.endswith("training rows: rig.bearings, solver differ.")
+    scored = type("Detector", (), {"scorer": type("Holder", (), {"bank": bank})()})()
+    assert causes(replace(model, estimators={"bank": scored}), rows, plain, 1e-6) == []
+    pooled = replace(location_model, learner="lda", estimators={"lda": object()})
+    assert "reads pooled features" in causes(pooled, rows, plain)[0]
+
+
+def test_an_evaluation_beside_the_bound_holds_both_tables_as_json(location_model, severity_model, database):
+    found = [evaluate_beside_bound(model, database) for model in (location_model, severity_model)]
+    for evaluation in found:
+        read = json.loads(json.dumps(evaluation.as_json(), allow_nan=False))
+        assert len(read["aims"]) == len(evaluation.aims) >= 4
+        assert read["efficiency"][-1]["rows"] == evaluation.rows
+        assert all(one["why"] for one in read["aims"] if one["met"] is not True)
+    assert "a90" in found[0].bound
+    assert set(found[0].tables["roc"]["estimator"]) > {"bound"}
+
+
+def test_the_bound_of_a_split_is_of_the_cases_that_it_asks_about(make_database, monkeypatch):
+    """Much noise, and asked about the middle loss only: who always says it makes no error, and neither does the bound.
+
+    A rule that expects all three losses would be bettered by it.
+    """
+    grid = 'tooth = "all"\nstiffness_loss = [0.1, 0.2, 0.3]'
+    noisy = make_database(specimens=6, healthy=12, grid=grid, snr_db=-28.0)
+    monkeypatch.setattr("sigdb.recognition.estimators.registry.POOLED", ("lda",))
+    model = train(noisy, "severity", Recognition(folds=3, learner="lda"), split="S2")
+    middle = replace(model, learner="majority")
+    found = evaluate_beside_bound(middle, noisy)
+    assert found.figures["majority"]["mae_stiffness_loss"].value == pytest.approx(0, abs=1e-9)
+    assert found.bound["mae_stiffness_loss"].value == 0
+    assert found.above == ()
+    assert "all rows have the same severity" in found.aims["why"][0]
+    rows = asked_rows(middle, noisy)
+    of_all = bound(noisy, rows.index, target="severity")
+    assert above_bound(np.zeros(len(rows)), of_all.losses["absolute_stiffness_loss"], rows["specimen"]).value > 0

@@ -1,0 +1,141 @@
+"""Unit: detection as a target: its rate of false alarms, its figures, its bound, its folder."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sigdb.core.errors import InputError
+from sigdb.pipeline import train_model
+from sigdb.recognition import EvaluationError, Recognition, evaluate, evaluate_beside_bound, load_model, train
+from sigdb.recognition.answers import Answers
+from sigdb.recognition.bound.bayes_bound import detection_bound
+
+RATE = 0.2
+
+
+@pytest.fixture(scope="module")
+def detector(many_specimens):
+    return train(many_specimens, "detection", Recognition(folds=3, learner="templates", false_alarm_rate=RATE))
+
+
+def test_figures_are_those_of_a_detector(many_specimens, detector):
+    figures = evaluate(detector, many_specimens).figures
+    assert list(figures) == ["lda", "boosting", "templates", "nearest_template", "envelope_peak", "na4_star", "fm4"]
+    for one in figures.values():
+        assert {"false_alarm_rate", "p_detected", "pd_at_1e-2", "a90"} <= set(one)
+        assert "accuracy" not in one
+    for learner in ("lda", "boosting", "templates"):
+        assert figures[learner]["p_detected"].value > 0.9
+        # 160 healthy rows of eight specimens; the rate is held with a confidence of 0.95.
+        assert figures[learner]["false_alarm_rate"].value <= RATE
+
+
+def test_the_bound_detects_no_less_at_its_rate(many_specimens, detector):
+    evaluation = evaluate_beside_bound(detector, many_specimens)
+    assert evaluation.bound["false_alarm_rate"].value <= RATE
+    assert evaluation.bound["p_detected"].value >= evaluation.figures["templates"]["p_detected"].value - 0.01
+    assert evaluation.above == ()
+    assert "accuracy" not in evaluation.bound
+
+
+def test_the_bound_s_threshold_is_passed_by_the_set_share_of_healthy_rows():
+    stream = np.random.default_rng(0)
+    rows = pd.DataFrame({"tooth": np.repeat([0, 3], 500), "specimen": np.arange(1000) % 10, "stiffness_loss": 0.2})
+    score = pd.Series(np.concatenate([stream.normal(0, 1, 500), stream.normal(1, 1, 500)]))
+    figures = detection_bound(score, rows.assign(phase_shift_deg=0.0), 0.1)
+    assert figures["false_alarm_rate"].value == 0.1
+    threshold = np.sort(score[:500])[-51]
+    assert figures["p_detected"].value == (score[500:] > threshold).mean()
+
+
+def test_a_folder_of_a_detector_gives_its_answers_again(many_specimens, detector, tmp_path, monkeypatch):
+    asked = []
+
+    def trained(database, target, settings, **options):
+        asked.append((target, settings.learner, settings.false_alarm_rate))
+        return replace(detector, learner=settings.learner)
+
+    monkeypatch.setattr("sigdb.pipeline.models.train", trained)
+    seen = []
+    evaluation = train_model(
+        many_specimens,
+        "detection",
+        tmp_path / "detector",
+        learner="lda",
+        false_alarm_rate=RATE,
+        command="train",
+        on_evaluation=seen.append,
+    )
+    assert seen == [evaluation]
+    assert asked == [("detection", "lda", RATE)]
+    loaded = load_model(tmp_path / "detector")
+    assert (loaded.target, loaded.false_alarm_rate) == ("detection", RATE)
+    assert "false-alarm rate of 0.2" in (tmp_path / "detector" / "README.md").read_text(encoding="utf-8")
+    assert evaluate(loaded, many_specimens).figures["lda"] == evaluation.figures["lda"]
+
+
+def test_training_refuses_a_model_above_the_bound_once_it_is_written(many_specimens, detector, tmp_path, monkeypatch):
+    def too_good(model, database):
+        found = evaluate(model, database)
+        return type(found)(**{**vars(found), "bound": found.figures[model.learner], "above": ("p_detected",)})
+
+    monkeypatch.setattr("sigdb.pipeline.models.train", lambda *given, **options: detector)
+    monkeypatch.setattr("sigdb.pipeline.models.evaluate_beside_bound", too_good)
+    given = {"learner": "lda", "false_alarm_rate": RATE, "command": "train"}
+    with pytest.raises(EvaluationError, match="better than the best possible answer"):
+        train_model(many_specimens, "detection", tmp_path / "leaking", **given)
+    assert (tmp_path / "leaking" / "README.md").exists()
+    assert train_model(many_specimens, "detection", tmp_path / "told", **given, check=False).above == ("p_detected",)
+
+
+def test_detectors_whose_rows_do_not_support_the_rate_are_left_out(many_specimens, monkeypatch):
+    """All but the templates learn from a part of the rows, which may hold too few healthy ones."""
+
+    def too_few(estimator, *given):
+        raise InputError("too few healthy rows")
+
+    monkeypatch.setattr("sigdb.recognition.estimators.registry.POOLED", ("lda",))
+    monkeypatch.setattr("sigdb.recognition.estimators.baselines.threshold.IndicatorScore.fit", too_few)
+    steps, settings = [], Recognition(folds=3, learner="templates", false_alarm_rate=RATE)
+    model = train(many_specimens, "detection", settings, on_step=steps.append)
+    assert list(model.estimators) == ["lda", "templates"]
+    assert "fm4 is left out: too few healthy rows" in steps
+    monkeypatch.setattr("sigdb.recognition.estimators.pooled_location.LocationClassifier.fit", too_few)
+    with pytest.raises(InputError, match="too few healthy rows"):
+        train(many_specimens, "detection", Recognition(folds=3, learner="lda", false_alarm_rate=RATE))
+
+
+class Told:
+    """Scores of rows as they are given; it counts how often they are computed."""
+
+    def __init__(self, scores):
+        self.scores, self.asked = scores, 0
+
+    def decision_function(self, X):
+        self.asked += 1
+        return self.scores[X.index]
+
+    def predict_proba(self, X):
+        raise AssertionError("computed twice")
+
+    def sets_of_scores(self, scores, X):
+        return scores > 0
+
+
+def test_scores_are_computed_once():
+    scores = np.log([[0.2, 0.5, 0.3], [0.6, 0.1, 0.3]])
+    estimator = Told(scores)
+    answers = Answers.of(estimator, pd.DataFrame(index=[0, 1]))
+    assert estimator.asked == 1
+    assert answers.found.tolist() == [1, 0]
+    np.testing.assert_allclose(answers.probabilities, np.exp(scores))
+    np.testing.assert_allclose(answers.detection, np.log([0.8 / 0.2, 0.4 / 0.6]))
+
+
+def test_answers_of_gears_with_other_tooth_counts_are_joined():
+    parts = [Answers.of(Told(np.zeros((2, width))), pd.DataFrame(index=[0, 1])) for width in (3, 4)]
+    joined = Answers.joined(parts)
+    assert joined.scores[0].tolist() == [0, 0, 0, -np.inf]
+    np.testing.assert_allclose(joined.probabilities.sum(axis=1), 1)

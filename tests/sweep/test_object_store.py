@@ -1,0 +1,111 @@
+"""Unit: a database in an object store, a local server that speaks S3, is the same as one in a directory."""
+
+import json
+import os
+import time
+import urllib.request
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+from moto.server import ThreadedMotoServer
+
+import sigdb
+from sigdb.cli.main import cli
+from sigdb.core.errors import DatabaseError, InputError
+from sigdb.database.store.store import Store
+from sigdb.sweep import run
+
+
+@pytest.fixture(scope="module")
+def endpoint():
+    os.environ |= {"AWS_ACCESS_KEY_ID": "test", "AWS_SECRET_ACCESS_KEY": "test", "AWS_EC2_METADATA_DISABLED": "true"}
+    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
+    server.start()
+    yield "{}:{}".format(*server.get_host_and_port())
+    server.stop()
+
+
+@pytest.fixture
+def place(endpoint, request):
+    """A place in a new bucket."""
+    bucket = f"bucket{abs(hash(request.node.name))}"
+    urllib.request.urlopen(urllib.request.Request(f"http://{endpoint}/{bucket}", method="PUT"))
+    return f"s3://{bucket}/some/prefix?scheme=http&endpoint_override={endpoint}&region=us-east-1"
+
+
+def parquet(store):
+    return {name: store.get(name) for name in store.sizes() if name.endswith(".parquet")}
+
+
+@pytest.fixture
+def made(place, small_plan):
+    run(small_plan, place, recipe="# a recipe", jobs=2)
+    return place
+
+
+def test_the_same_files_as_in_a_directory(made, small_run):
+    here, there = Store.at(small_run[0]), Store.at(made)
+    assert parquet(there) == parquet(here)
+    assert set(there.sizes()) == set(here.sizes()) - {".lock"}
+
+
+def test_it_is_read_like_a_directory(made, small):
+    there = sigdb.open(made)
+    assert len(there) == len(small)
+    pd.testing.assert_frame_equal(there.cases("tooth = 6"), small.cases("tooth = 6"))
+    pd.testing.assert_frame_equal(there.templates(), small.templates())
+    ids = small.cases("teeth = 12")["id"].to_numpy()[[5, 0, 17]]
+    np.testing.assert_array_equal(there.signals(ids)["tsa"], small.signals(ids)["tsa"])
+
+
+def test_a_sweep_goes_on_there(made, small_plan):
+    store = Store.at(made)
+    before = parquet(store)
+    store.delete("receipts/rows-00000.json")
+    assert run(small_plan, made, jobs=1).made == small_plan.rows
+    assert run(small_plan, made, jobs=1).made == 0
+    assert parquet(store) == before
+
+
+def test_another_recipe_is_refused_there(made, parts_plan):
+    with pytest.raises(InputError, match=r"s3://bucket.* was made from another recipe"):
+        run(parts_plan, made, jobs=1)
+
+
+def test_damage_is_found_there(made):
+    store = Store.at(made)
+    content = bytearray(store.get("features/part-00000.parquet"))
+    content[len(content) // 2] ^= 4
+    store.put("features/part-00000.parquet", bytes(content))
+    with pytest.raises(DatabaseError, match=r"s3://bucket\d+/some/prefix/features/part-00000\.parquet is damaged"):
+        sigdb.open(made).features()
+
+
+def test_a_second_sweep_is_refused_while_the_first_gives_signs_of_life(place, small_plan):
+    store = Store.at(place)
+    owner = {"process": 17, "host": "elsewhere", "token": "x"}
+    store.put(".owner", json.dumps(owner | {"alive": time.time() - 10}).encode())
+    with pytest.raises(DatabaseError, match=r"already running on it \(process 17 on elsewhere\)"):
+        run(small_plan, place, jobs=1)
+    store.put(".owner", json.dumps(owner | {"alive": time.time() - 1000}).encode())
+    assert run(small_plan, place, jobs=1).made == small_plan.rows
+    assert store.size(".owner") is None
+
+
+def test_the_command_line_takes_it(made):
+    result = CliRunner().invoke(cli, ["query", made, "select count(*) as rows from features", "--format", "json"])
+    assert json.loads(result.stdout) == [{"rows": len(sigdb.open(made))}]
+
+
+def test_places_that_do_not_exist(endpoint, place, small_plan):
+    with pytest.raises(InputError, match=r"is not a sigdb database"):
+        sigdb.open(place)
+    nowhere = place.replace("s3://bucket", "s3://other")
+    with pytest.raises(DatabaseError, match=r"s3://other.*: cannot be written \(.*NO_SUCH_BUCKET"):
+        run(small_plan, nowhere, jobs=1)
+    with pytest.raises(InputError, match=r"ftp://x/y: not a place for a database .*; give a directory or s3://"):
+        sigdb.open("ftp://x/y")
+    with pytest.raises(InputError, match=r"s3://: "):
+        sigdb.open("s3://")
