@@ -36,7 +36,7 @@ from sigdb.recognition import ErrorCurve, OperatingPoint, above_bound, error_cur
 from sigdb.recording import Surroundings
 from sigdb.recording.synthetic.motion import Motion, motion
 from sigdb.recording.synthetic.noise import relative_density
-from sigdb.recording.synthetic.recording import recorded
+from sigdb.recording.synthetic.recording import record
 from sigdb.signature import difference_signal, fm4, mesh_bands, pooled_wigner_ville, synchronous_average, tacho_pulses
 from sigdb.sweep import run
 from sigdb.transmission import Transmission
@@ -217,7 +217,7 @@ class Recorder:
                 if key not in motions:
                     motions[key] = self._motion(i, case, surroundings, cause.rate)
                 for seed in range(NOISE + i * repeats, NOISE + (i + 1) * repeats):
-                    recording = recorded(motions[key], surroundings, seed=seed)
+                    recording = record(motions[key], surroundings, seed=seed)
                     found[name].append({"case": i} | dict(case) | averaged(recording, case))
         types = {"tooth": int, "teeth": int, "averages": int}
         return {name: _with_features(pd.DataFrame(rows).astype(types)) for name, rows in found.items()}

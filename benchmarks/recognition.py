@@ -34,7 +34,7 @@ from sigdb.recognition import (
     OperatingPoint,
     TemplateBank,
     TemplateLocation,
-    bound,
+    bayes_bound,
     detection_table,
     error_curve,
     expected_losses,
@@ -152,8 +152,8 @@ def bounds(database: Database, point: OperatingPoint) -> Rows:
         return result
 
     rows = len(database)
-    add("location, stored rows", rows, lambda: bound(database))
-    add("severity, stored rows", rows, lambda: bound(database, target="severity"))
+    add("location, stored rows", rows, lambda: bayes_bound(database))
+    add("severity, stored rows", rows, lambda: bayes_bound(database, target="severity"))
     add("Bayes error, with specimens", ROWS, lambda: expected_losses([point], "location", draws=ROWS))
     add("Bayes error, nominal", ROWS, lambda: expected_losses([point], "location", draws=ROWS, specimens=False))
     curve = add("error against noise", 0, lambda: error_curve([point]))

@@ -44,7 +44,7 @@ from sigdb.dynamics import Periodic
 from sigdb.measurement import index_errors, noise_deviation
 from sigdb.pipeline import load_recipe
 from sigdb.signature import indicators, mesh_bands, order_spectrum, pooled_wigner_ville
-from sigdb.sweep import Plan, Summary, make_plan, run
+from sigdb.sweep import Plan, SweepSummary, make_plan, run
 from sigdb.sweep.work.rows import make_row_part
 from sigdb.sweep.work.templates import make_template_part
 
@@ -116,7 +116,7 @@ def planned(rows: int) -> Plan:
     return of(max(1, round(rows / of(1).rows)))
 
 
-Sweep = Callable[[Plan, str], Summary]
+Sweep = Callable[[Plan, str], SweepSummary]
 
 
 @contextmanager

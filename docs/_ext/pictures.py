@@ -5,7 +5,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 import sigdb
-from sigdb.report import Report, save_figure, signature_figure
+from sigdb.report import ReportSettings, save_figure, signature_figure
 
 RIG, SENSOR = "nasa-spiral-bevel", "pinion-vertical"
 CASES = {
@@ -27,7 +27,7 @@ def draw(folder: Path) -> None:
             title=title,
             damaged=(damage.tooth,) if damage else (),
         )
-        save_figure(figure, folder / f"{name}.png", Report(dots_per_inch=110))
+        save_figure(figure, folder / f"{name}.png", ReportSettings(dots_per_inch=110))
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -10,10 +10,10 @@ from typing import IO, TYPE_CHECKING, Any
 
 import click
 
-from sigdb.recognition import Evaluation, aim_rows, bound_said, efficiency_rows, figure_rows
-
 if TYPE_CHECKING:
     import pyarrow as pa
+
+    from sigdb.recognition import Evaluation
 
 
 FORMATS = ("table", "csv", "json", "parquet")
@@ -81,8 +81,10 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def print_figures(evaluation: Evaluation) -> None:
+def print_figures(evaluation: "Evaluation") -> None:
     """Print an evaluation as aligned text."""
+    from sigdb.recognition import aim_rows, bound_said, efficiency_rows, figure_rows
+
     click.echo(f"{evaluation.target}: {evaluation.rows} rows of {evaluation.specimens} specimens. {evaluation.split}.")
     _print_table(figure_rows(evaluation))
     click.echo(f"In brackets: 95 % interval, bootstrap over specimens. {bound_said(evaluation)}")

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from sigdb.core import DatabaseError, FloatArray, InputError, IntArray
 from sigdb.database.export.export import Export, export_database
-from sigdb.database.matching.index import MatchBank
+from sigdb.database.matching.index import MatchIndex
 from sigdb.database.matching.match import Match, match_average
 from sigdb.database.query import (
     check_rows,
@@ -20,17 +20,17 @@ from sigdb.database.query import (
     choose,
     choose_batches,
     chosen_columns,
-    described,
+    describe_columns,
     select,
     signal_batches,
     stream,
 )
 from sigdb.database.signals import row_matrices
 from sigdb.database.store.schema import suffixed
-from sigdb.database.stored_tables import Parts
+from sigdb.database.stored_tables import StoredTables
 
 
-class Database(Parts):
+class Database(StoredTables):
     """A database that is read; see :func:`sigdb.open`.
 
     Readers follow receipts, so a sweep may go on writing meanwhile: what was finished when the database was opened
@@ -160,7 +160,7 @@ class Database(Parts):
         names = chosen_columns(schema, table, columns)
         with self._reading():
             if table != "signals":
-                return described(choose_batches(self._connect(), table, where, names, rows), schema)
+                return describe_columns(choose_batches(self._connect(), table, where, names, rows), schema)
             ids = choose_batches(self._connect(), "features", where, ["id"], rows)
             return signal_batches(ids, lambda some: self._signal_rows(some, names), names, schema)
 
@@ -273,7 +273,7 @@ class Database(Parts):
         return match_average(self, tsa, k=k, sensor=sensor, turns=turns, where=where)
 
     @cached_property
-    def banks(self) -> dict[str, MatchBank]:
+    def banks(self) -> dict[str, MatchIndex]:
         """Templates as match reads them, those that were needed; memory-mapped."""
         return {}
 

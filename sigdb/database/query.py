@@ -190,7 +190,7 @@ def check_rows(rows: int) -> None:
         raise InputError(f"rows = {rows} must be 1 or more: it is the greatest number of rows in a batch")
 
 
-def described(reader: pa.RecordBatchReader, schema: pa.Schema) -> pa.RecordBatchReader:
+def describe_columns(reader: pa.RecordBatchReader, schema: pa.Schema) -> pa.RecordBatchReader:
     """Batches whose columns carry unit, description and formula, which SQL forgets."""
     wanted = pa.schema([schema.field(name) for name in reader.schema.names])
     return pa.RecordBatchReader.from_batches(wanted, (batch.cast(wanted) for batch in reader))

@@ -22,7 +22,7 @@ _PARQUET = ds.ParquetFileFormat()
 _PART_KIND = {"templates": "templates", "features": "rows", "signals": "rows"}
 
 
-class Parts:
+class StoredTables:
     """What of a database was finished when it was opened."""
 
     def __init__(self, location: str | PathLike[str] | Store) -> None:

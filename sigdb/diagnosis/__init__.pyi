@@ -1,2 +1,2 @@
-from .diagnose import diagnose as diagnose
+from .diagnose_recording import diagnose as diagnose
 from .diagnosis import Diagnosis as Diagnosis

@@ -9,11 +9,11 @@ import pandas as pd
 
 from sigdb.core import FloatArray, InputError
 from sigdb.database import open as open_database
-from sigdb.diagnosis.transfer_path import SensorPath
-from sigdb.measurement import Measurement, tooth_cycle
+from sigdb.diagnosis.transfer_path import TransferPath
+from sigdb.measurement import MeasurementSettings, tooth_cycle
 from sigdb.recognition import TARGETS, Hypotheses, PointTemplates, TemplateBank, TemplateLocation, TemplateSeverity
-from sigdb.signature import Signature
-from sigdb.sweep import Design, Grid, make_plan, run
+from sigdb.signature import SignatureSettings
+from sigdb.sweep import Grid, SweepSettings, make_plan, run
 from sigdb.transmission import Transmission
 
 LOSSES = (0.0, 0.1, 0.2, 0.4, 0.6, 0.8)
@@ -59,11 +59,11 @@ def rig_bank(
     """
     at = rig.replace({"operating.speed_rpm": speed_rpm, "operating.torque": torque})
     grid = Grid(tooth=(1,), damaged_teeth=DAMAGED_TEETH, phase_shift_deg=SHIFTS_DEG, stiffness_loss=LOSSES)
-    design = Design(rig=rig.name, gear=gear, healthy=1, grid=(grid,))
+    design = SweepSettings(rig=rig.name, gear=gear, healthy=1, grid=(grid,))
     # A row of each template is all that a bank needs, of nominal gears, so that none of them loses contact.
     cycle = tooth_cycle(rig.gears[gear].teeth, rig.gears[rig.mate(gear)].teeth)
-    measured = Measurement(averages=2 * cycle, index_error=0.0)
-    plan = make_plan(design, measured, Signature(samples_per_tooth=samples_per_tooth, sensors=(sensor,)), at)
+    measured = MeasurementSettings(averages=2 * cycle, index_error=0.0)
+    plan = make_plan(design, measured, SignatureSettings(samples_per_tooth=samples_per_tooth, sensors=(sensor,)), at)
     with TemporaryDirectory() as folder:
         run(plan, Path(folder), jobs=1)
         return TemplateBank.of(open_database(folder), index_error=index_error)
@@ -75,7 +75,7 @@ def at_point(bank: TemplateBank, *, speed_rpm: float, torque: float, teeth: int)
     return replace(bank, points=(bank.points[place],))
 
 
-def through(bank: TemplateBank, path: SensorPath) -> TemplateBank:
+def through(bank: TemplateBank, path: TransferPath) -> TemplateBank:
     """A bank as a sensor behind a path would give its averages.
 
     Between mesh harmonics the gain is interpolated. Its relative error there is taken as normal, independent in real
@@ -87,7 +87,7 @@ def through(bank: TemplateBank, path: SensorPath) -> TemplateBank:
     return replace(bank, points=points, index_error=1.0)
 
 
-def _through(point: PointTemplates, path: SensorPath, index_error: float) -> PointTemplates:
+def _through(point: PointTemplates, path: TransferPath, index_error: float) -> PointTemplates:
     laws = point.hypotheses
     if laws.signal.shape[1] != path.samples:
         raise InputError(
@@ -113,7 +113,7 @@ def _through(point: PointTemplates, path: SensorPath, index_error: float) -> Poi
     return found
 
 
-def _uncertain(change: FloatArray, path: SensorPath, teeth: int) -> FloatArray:
+def _uncertain(change: FloatArray, path: TransferPath, teeth: int) -> FloatArray:
     """(templates, n, modes) what an error of the gain in each part of the path's band does to each template."""
     n, orders = path.samples, np.arange(len(path.gain))
     part = np.where(path.known & (orders % teeth > 0), orders * _PARTS // teeth, -1)
@@ -127,7 +127,7 @@ def _uncertain(change: FloatArray, path: SensorPath, teeth: int) -> FloatArray:
     return modes
 
 
-def draws(bank: TemplateBank, path: SensorPath, *, noise: float, averages: int, seed: int = 0) -> pd.DataFrame:
+def draws(bank: TemplateBank, path: TransferPath, *, noise: float, averages: int, seed: int = 0) -> pd.DataFrame:
     """Averages drawn from the law of a bank of one point, half of them healthy, each of a specimen of its own.
 
     Parameters
@@ -172,7 +172,7 @@ def averages_frame(point: PointTemplates, x: FloatArray, *, noise: float, averag
     )
 
 
-def calibrated(bank: TemplateBank, drawn: pd.DataFrame) -> tuple[TemplateLocation, TemplateSeverity]:
+def calibrate(bank: TemplateBank, drawn: pd.DataFrame) -> tuple[TemplateLocation, TemplateSeverity]:
     """Location and severity by a bank, calibrated on draws of its law: at the recording's own level of noise."""
     groups = np.arange(len(drawn))
     location = TemplateLocation(bank).fit(drawn, drawn["tooth"], groups)

@@ -7,9 +7,9 @@ import pandas as pd
 from scipy.special import softmax
 
 from sigdb.core import FloatArray
-from sigdb.diagnosis.bank import averages_frame, calibrated, draws, through
+from sigdb.diagnosis.bank import averages_frame, calibrate, draws, through
 from sigdb.diagnosis.healthy_reference import Reference
-from sigdb.diagnosis.transfer_path import SensorPath, filtered
+from sigdb.diagnosis.transfer_path import TransferPath, filtered
 from sigdb.recognition import TARGETS, PointTemplates, TemplateBank
 
 _NEAREST = 5
@@ -60,7 +60,7 @@ class Compared:
 def compare(
     bank: TemplateBank,
     x: FloatArray,
-    path: SensorPath,
+    path: TransferPath,
     *,
     noise: FloatArray,
     averages: int,
@@ -90,7 +90,7 @@ def compare(
     whitening = np.where(path.known, mean / noise, 0.0)
     bank = through(bank, replace(path, gain=path.gain * whitening))
     (point,), white = bank.points, filtered(x, whitening)
-    location, severity = calibrated(bank, draws(bank, path, noise=mean, averages=averages))
+    location, severity = calibrate(bank, draws(bank, path, noise=mean, averages=averages))
     row = averages_frame(point, white[None], noise=mean, averages=averages)
     said = location.judge(row).iloc[0]
     share = 2 * path.known.sum() / len(x)

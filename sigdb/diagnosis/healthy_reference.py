@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sigdb.core import ComplexArray, FloatArray
-from sigdb.diagnosis.transfer_path import SensorPath, filtered, sensor_path
+from sigdb.diagnosis.transfer_path import TransferPath, filtered, sensor_path
 
 _MODEL_ERROR = 0.1
 """What a template may be wrong by, as a share of what has changed about each order; assumed."""
@@ -31,7 +31,7 @@ class Reference:
         Teeth by which the healthy average was turned to lie on the other.
     """
 
-    path: SensorPath
+    path: TransferPath
     x: FloatArray
     noise: FloatArray
     changed: bool
@@ -114,7 +114,7 @@ def references(
     )
 
 
-def _with_model_error(noise: FloatArray, differs: FloatArray, path: SensorPath, teeth: int) -> FloatArray:
+def _with_model_error(noise: FloatArray, differs: FloatArray, path: TransferPath, teeth: int) -> FloatArray:
     """Noise and model error, as standard deviations of white noise of the density at each order."""
     near = np.ones(teeth)
     power = np.convolve(np.abs(np.fft.rfft(differs)) ** 2 / len(differs), near, mode="same")

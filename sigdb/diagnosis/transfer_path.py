@@ -18,7 +18,7 @@ _OF_GREATEST = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SensorPath:
+class TransferPath:
     """Gain from a simulated average to a measured one, order by order.
 
     Attributes
@@ -53,13 +53,13 @@ class SensorPath:
         return filtered(x, self.known, axis)
 
 
-def direct_path(samples: int, *, highest: float) -> SensorPath:
+def direct_path(samples: int, *, highest: float) -> TransferPath:
     """No path at all, for averages (samples,) of records that reach to this order."""
     order = np.arange(samples // 2 + 1)
-    return SensorPath(gain=((order > 0) & (order <= highest)) + 0j, harmonics=order[:0], samples=samples, error=0.0)
+    return TransferPath(gain=((order > 0) & (order <= highest)) + 0j, harmonics=order[:0], samples=samples, error=0.0)
 
 
-def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise: ArrayLike) -> SensorPath:
+def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise: ArrayLike) -> TransferPath:
     """The path from a simulated average of a healthy gear to a measured one.
 
     At the mesh harmonics both are known, and their quotient is the gain. Between two neighbouring harmonics the
@@ -114,7 +114,7 @@ def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise:
         orders = np.arange(row[0] * teeth - teeth // 2, row[-1] * teeth + (teeth + 1) // 2)
         phase = _continued(orders, row * teeth, np.unwrap(np.angle(at)))
         gain[orders] = np.exp(np.interp(orders, row * teeth, np.log(np.abs(at))) + 1j * phase)
-    return SensorPath(gain=gain, harmonics=used, samples=n)
+    return TransferPath(gain=gain, harmonics=used, samples=n)
 
 
 def _continued(x: IntArray, xp: IntArray, fp: FloatArray) -> FloatArray:

@@ -19,7 +19,7 @@ SAMPLES_OF_A_PASS = 1024
 
 
 @dataclass(frozen=True, kw_only=True)
-class Harmonic:
+class HarmonicExcitation:
     """Excitations of one order of the averaged shaft: ``Re(force exp(i order theta))``.
 
     Attributes
@@ -49,7 +49,7 @@ class Turning:
         Whether its force grows with the square of the speed.
     """
 
-    harmonic: Harmonic
+    harmonic: HarmonicExcitation
     inertial: bool
 
 
@@ -57,8 +57,8 @@ def turning(rig: Transmission, system: ModalSystem, shaft: str) -> tuple[Turning
     """All excitations that turn with some shaft, by their order of one of them."""
     found = []
 
-    def add(speed: float, cycles: int = 1, inertial: bool = False) -> Harmonic:
-        one = Harmonic(
+    def add(speed: float, cycles: int = 1, inertial: bool = False) -> HarmonicExcitation:
+        one = HarmonicExcitation(
             order=float(cycles * abs(speed / rig.speed(shaft))),
             force=np.zeros(system.inputs.shape[1], complex),
             error=np.zeros(len(rig.meshes), complex),
@@ -81,14 +81,16 @@ def turning(rig: Transmission, system: ModalSystem, shaft: str) -> tuple[Turning
     return tuple(found)
 
 
-def harmonics(rig: Transmission, system: ModalSystem, shaft: str, revolutions: int = 1) -> tuple[Harmonic, ...]:
+def harmonics(
+    rig: Transmission, system: ModalSystem, shaft: str, revolutions: int = 1
+) -> tuple[HarmonicExcitation, ...]:
     """The excitations that turn, by order of a shaft: those of whole cycles in some revolutions, merged."""
-    merged: dict[int, Harmonic] = {}
+    merged: dict[int, HarmonicExcitation] = {}
     for one in turning(rig, system, shaft):
         cycles: float = revolutions * one.harmonic.order
         if bool(np.isclose(cycles, round(cycles))) and round(cycles) != 0:
             other = merged.get(round(cycles))
-            merged[round(cycles)] = Harmonic(
+            merged[round(cycles)] = HarmonicExcitation(
                 order=round(cycles) / revolutions,
                 force=one.harmonic.force + (other.force if other else 0),
                 error=one.harmonic.error + (other.error if other else 0),
@@ -128,7 +130,7 @@ def over_a_pass(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
 
 
 def excitation(
-    period: Period, meshes: Sequence[Mesh], teeth: int, found: Sequence[Harmonic], transfer: ComplexArray
+    period: Period, meshes: Sequence[Mesh], teeth: int, found: Sequence[HarmonicExcitation], transfer: ComplexArray
 ) -> tuple[ComplexArray, ComplexArray]:
     """Spectra of all that excites a healthy rig, as columns: torque and profile errors, each tooth's index error along
     the first mesh, each order's two phases.

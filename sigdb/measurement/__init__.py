@@ -5,7 +5,7 @@ import lazy_loader
 __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
-    "Measurement",
+    "MeasurementSettings",
     "index_error_covariance",
     "index_errors",
     "noise_deviation",

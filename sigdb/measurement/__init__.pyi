@@ -1,4 +1,4 @@
-from .settings import Measurement as Measurement
+from .settings import MeasurementSettings as MeasurementSettings
 from .specimen import index_error_covariance as index_error_covariance
 from .specimen import index_errors as index_errors
 from .specimen import noise_deviation as noise_deviation

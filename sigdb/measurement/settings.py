@@ -3,7 +3,7 @@
 from sigdb.core import Section, quantity
 
 
-class Measurement(Section):
+class MeasurementSettings(Section):
     """What a measurement adds to a clean signal."""
 
     averages: int = quantity(

@@ -34,7 +34,7 @@ VANISHES = 0.25
 
 
 @dataclass(frozen=True, kw_only=True)
-class Finding:
+class ClaimResult:
     """What a claim comes to on a rig.
 
     Attributes
@@ -78,10 +78,10 @@ class Claim:
     shows: str
     leading: str
     rule: str
-    find: Callable[[PaperSignals], Finding]
+    find: Callable[[PaperSignals], ClaimResult]
 
 
-def modulation_rises(s: PaperSignals) -> Finding:
+def modulation_rises(s: PaperSignals) -> ClaimResult:
     """P1."""
     amplitude, phase = np.transpose([measures.rises(s.shifts[shift], s.teeth, TOOTH) for shift in SHIFTS])
     seen = amplitude[-1] >= SEEN_MODULATION[0] and phase[-1] >= SEEN_MODULATION[1]
@@ -92,10 +92,10 @@ def modulation_rises(s: PaperSignals) -> Finding:
         f"highest amplitude in pass 6, {shift} deg": measures.highest(s.shifts[shift], s.teeth, TOOTH)
         for shift in SHIFTS
     }
-    return Finding(value=float(amplitude[-1]), holds=bool(seen and grows), numbers=numbers)
+    return ClaimResult(value=float(amplitude[-1]), holds=bool(seen and grows), numbers=numbers)
 
 
-def sidebands_grow(s: PaperSignals) -> Finding:
+def sidebands_grow(s: PaperSignals) -> ClaimResult:
     """P2."""
     mesh = measures.line(s.healthy, s.teeth)
     sums = [measures.sidebands(tsa, s.teeth) / mesh for tsa in (s.healthy, *s.shifts.values())]
@@ -103,7 +103,7 @@ def sidebands_grow(s: PaperSignals) -> Finding:
     blind = float(np.abs(here - there)[1:].max() / here[1:].max())
     numbers = {f"sidebands / mesh, {shift} deg": one for shift, one in zip((0.0, *SHIFTS), sums, strict=True)}
     numbers["difference of the spectra at teeth 6 and 9"] = blind
-    return Finding(value=sums[-1], holds=bool(np.all(np.diff(sums) > 0) and blind < 1e-3), numbers=numbers)
+    return ClaimResult(value=sums[-1], holds=bool(np.all(np.diff(sums) > 0) and blind < 1e-3), numbers=numbers)
 
 
 def _low_orders(s: PaperSignals, orders: tuple[int, ...]) -> tuple[dict[str, float], bool]:
@@ -118,23 +118,23 @@ def _low_orders(s: PaperSignals, orders: tuple[int, ...]) -> tuple[dict[str, flo
     return numbers, there
 
 
-def mesh_order_and_low_orders(s: PaperSignals) -> Finding:
+def mesh_order_and_low_orders(s: PaperSignals) -> ClaimResult:
     """P3, orders 8 and 4."""
     unbroken = measures.continuity(measures.distribution(s.shifts[SHIFTS[-1]]), s.teeth)
     numbers, there = _low_orders(s, (8, 4))
     value = min(one for name, one in numbers.items() if name.endswith("7"))
-    return Finding(
+    return ClaimResult(
         value=value, holds=bool(there and unbroken >= UNBROKEN), numbers={"least of the ridge": unbroken} | numbers
     )
 
 
-def order_one(s: PaperSignals) -> Finding:
+def order_one(s: PaperSignals) -> ClaimResult:
     """P3, order 1."""
     numbers, there = _low_orders(s, (1,))
-    return Finding(value=numbers["order 1, passes 6 and 7"], holds=bool(there), numbers=numbers)
+    return ClaimResult(value=numbers["order 1, passes 6 and 7"], holds=bool(there), numbers=numbers)
 
 
-def marked_change(s: PaperSignals) -> Finding:
+def marked_change(s: PaperSignals) -> ClaimResult:
     """P4."""
     found = {loss: measures.changes(s.losses[loss], s.healthy, s.teeth) for loss in LOSSES}
     at = [float(found[loss][TOOTH - 1]) for loss in LOSSES]
@@ -142,14 +142,14 @@ def marked_change(s: PaperSignals) -> Finding:
     begins = all(one >= STANDS_OUT * other for one, other in zip(at, before, strict=True))
     numbers = {f"pass 6, loss {loss:g}": one for loss, one in zip(LOSSES, at, strict=True)}
     numbers |= {f"pass 5, loss {loss:g}": one for loss, one in zip(LOSSES, before, strict=True)}
-    return Finding(value=at[-1], holds=bool(at[1] > at[0] >= SEEN_SIGNAL and begins), numbers=numbers)
+    return ClaimResult(value=at[-1], holds=bool(at[1] > at[0] >= SEEN_SIGNAL and begins), numbers=numbers)
 
 
 def _relative_amplitudes(s: PaperSignals) -> np.ndarray:
     return measures.amplitudes(s.losses[0.5], s.teeth) / measures.amplitudes(s.healthy, s.teeth)
 
 
-def pass_seven_largest(s: PaperSignals) -> Finding:
+def pass_seven_largest(s: PaperSignals) -> ClaimResult:
     """P5, pass 7."""
     relative = _relative_amplitudes(s)
     numbers = {
@@ -158,10 +158,10 @@ def pass_seven_largest(s: PaperSignals) -> Finding:
         "pass 7": float(relative[6]),
     }
     holds = relative.argmax() == 6 and relative[6] >= MUCH_LARGER
-    return Finding(value=float(relative[6]), holds=bool(holds), numbers=numbers)
+    return ClaimResult(value=float(relative[6]), holds=bool(holds), numbers=numbers)
 
 
-def vanishing_and_reduced(s: PaperSignals) -> Finding:
+def vanishing_and_reduced(s: PaperSignals) -> ClaimResult:
     """P5, the rest."""
     relative = _relative_amplitudes(s)
     healthy = float(np.ptp(s.healthy) / 2)
@@ -176,7 +176,7 @@ def vanishing_and_reduced(s: PaperSignals) -> Finding:
         "pass 9": float(relative[8]),
     }
     holds = about / healthy <= VANISHES and relative[7] < 1 and relative[8] < 1
-    return Finding(value=about / healthy, holds=bool(holds), numbers=numbers)
+    return ClaimResult(value=about / healthy, holds=bool(holds), numbers=numbers)
 
 
 def _cross(W: np.ndarray, teeth: int) -> dict[str, float]:
@@ -194,7 +194,7 @@ def _is_cross(numbers: dict[str, float]) -> bool:
     return numbers["arms in pass 6"] >= SEEN_DISTRIBUTION and numbers["arms in pass 6 / median"] >= STANDS_OUT
 
 
-def cross_of_the_loss(s: PaperSignals) -> Finding:
+def cross_of_the_loss(s: PaperSignals) -> ClaimResult:
     """P6."""
     mesh = measures.line(s.healthy, s.teeth)
     below = [measures.below_mesh(s.losses[loss], s.teeth) / mesh for loss in LOSSES]
@@ -202,32 +202,32 @@ def cross_of_the_loss(s: PaperSignals) -> Finding:
     numbers |= _cross(measures.distribution(s.losses[0.5]), s.teeth)
     higher = below[1] >= max(SEEN_LINE, MORE_THAN_BEFORE * below[0])
     holds = higher and _is_cross(numbers) and numbers["least of the ridge"] >= UNBROKEN
-    return Finding(value=numbers["arms in pass 6 / median"], holds=bool(holds), numbers=numbers)
+    return ClaimResult(value=numbers["arms in pass 6 / median"], holds=bool(holds), numbers=numbers)
 
 
-def single_pitted_tooth(s: PaperSignals) -> Finding:
+def single_pitted_tooth(s: PaperSignals) -> ClaimResult:
     """P7."""
     numbers = {
         "sidebands / mesh": measures.sidebands(s.pitted, s.teeth) / measures.line(s.pitted, s.teeth),
         "below mesh order": measures.below_mesh(s.pitted, s.teeth) / measures.line(s.pitted, s.teeth),
         "change in pass 6": float(measures.changes(s.pitted, s.healthy, s.teeth)[TOOTH - 1]),
     } | _cross(measures.distribution(s.pitted), s.teeth)
-    return Finding(value=numbers["sidebands / mesh"], holds=None, numbers=numbers)
+    return ClaimResult(value=numbers["sidebands / mesh"], holds=None, numbers=numbers)
 
 
-def large_cross(s: PaperSignals) -> Finding:
+def large_cross(s: PaperSignals) -> ClaimResult:
     """P8."""
     numbers = _cross(measures.distribution(s.broken), s.teeth)
     pitted = _cross(measures.distribution(s.pitted), s.teeth)["arms in pass 6"]
     holds = _is_cross(numbers) and numbers["arms in pass 6"] >= STANDS_OUT * pitted
-    return Finding(
+    return ClaimResult(
         value=numbers["arms in pass 6 / median"],
         holds=bool(holds),
         numbers=numbers | {"arms in pass 6, single pitted tooth": pitted},
     )
 
 
-def no_order_fourteen(s: PaperSignals) -> Finding:
+def no_order_fourteen(s: PaperSignals) -> ClaimResult:
     """P9."""
     lines = {order: measures.line(s.broken, order) for order in (13, 14, 15)}
     alone = lines[14] / max(lines[13], lines[15])
@@ -238,7 +238,7 @@ def no_order_fourteen(s: PaperSignals) -> Finding:
         "change in pass 5": float(change[4]),
     }
     holds = alone <= 1 and max(change[3], change[4]) < SEEN_SIGNAL
-    return Finding(value=alone, holds=bool(holds), numbers=numbers)
+    return ClaimResult(value=alone, holds=bool(holds), numbers=numbers)
 
 
 CLAIMS = (

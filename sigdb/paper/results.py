@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_limits
 
 from sigdb.core import SigdbError
 from sigdb.paper import sensitivity as truncation
-from sigdb.paper.claims import CLAIMS, Finding
+from sigdb.paper.claims import CLAIMS, ClaimResult
 from sigdb.paper.sensitivity import variations
 from sigdb.paper.signals import PaperSignals, check_subject, paper_signals
 from sigdb.transmission import Transmission
@@ -92,7 +92,7 @@ def paper_claims(
     }
 
 
-def _told(claim: dict[str, Any], finding: Finding) -> dict[str, Any]:
+def _told(claim: dict[str, Any], finding: ClaimResult) -> dict[str, Any]:
     return {name: value for name, value in claim.items() if name != "find"} | asdict(finding)
 
 
@@ -113,5 +113,5 @@ def _varied(rig: Transmission, gear: str, sensor: str) -> dict[str, Any]:
     }
 
 
-def _findings(signals: PaperSignals) -> dict[str, Finding]:
+def _findings(signals: PaperSignals) -> dict[str, ClaimResult]:
     return {claim.id: claim.find(signals) for claim in CLAIMS}

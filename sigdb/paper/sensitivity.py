@@ -9,7 +9,7 @@ import numpy as np
 
 from sigdb.core import FloatArray, validated
 from sigdb.dynamics import PeriodicRig, prepare
-from sigdb.paper.claims import Finding
+from sigdb.paper.claims import ClaimResult
 from sigdb.paper.signals import TOOTH
 from sigdb.transmission import ModalSystem, ToothDamage, Transmission, modal_system
 
@@ -84,7 +84,7 @@ RULE = (
 )
 
 
-def truncated_against_full(rig: Transmission, *, gear: str, sensor: str, repeats: int = 3) -> Finding:
+def truncated_against_full(rig: Transmission, *, gear: str, sensor: str, repeats: int = 3) -> ClaimResult:
     """Error of signals and ratio of times, truncated against full; the times are the best of some runs."""
     row = list(rig.sensors).index(sensor)
     full, full_s = _timed(lambda: modal_system(rig), repeats)
@@ -101,7 +101,7 @@ def truncated_against_full(rig: Transmission, *, gear: str, sensor: str, repeats
         "poles of the full model": float(len(full.poles)),
         "poles of the truncated model": float(len(few.poles)),
     }
-    return Finding(value=error, holds=error <= ACCURATE and ratio <= QUICKER, numbers=numbers)
+    return ClaimResult(value=error, holds=error <= ACCURATE and ratio <= QUICKER, numbers=numbers)
 
 
 def _answers(rig: Transmission, gear: str, system: ModalSystem, row: int) -> list[FloatArray]:

@@ -5,9 +5,9 @@ import lazy_loader
 __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
-    "Made",
+    "ModelResult",
     "Recipe",
-    "Result",
+    "RecipeRun",
     "draw_coverage",
     "draw_rig",
     "draw_signature",

@@ -5,6 +5,6 @@ from .pictures import draw_signature as draw_signature
 from .pictures import write_diagnosis as write_diagnosis
 from .recipe import Recipe as Recipe
 from .recipe import load_recipe as load_recipe
-from .recipe_models import Result as Result
-from .run import Made as Made
+from .recipe_models import ModelResult as ModelResult
+from .run import RecipeRun as RecipeRun
 from .run import run_recipe as run_recipe

@@ -7,7 +7,15 @@ from typing import Any, TypeVar
 
 from sigdb.core import Section, validated
 from sigdb.database import Database
-from sigdb.recognition import Evaluation, Recognition, asked_rows, evaluate_beside_bound, probe_rows, save_model, train
+from sigdb.recognition import (
+    Evaluation,
+    RecognitionSettings,
+    evaluate_with_bound,
+    probe_rows,
+    requested_rows,
+    save_model,
+    train,
+)
 
 S = TypeVar("S", bound=Section)
 
@@ -61,18 +69,18 @@ def train_model(
     EvaluationError
         If the model is better than is possible.
     """
-    settings = recipe_section(database, Recognition, "recognition")
+    settings = recipe_section(database, RecognitionSettings, "recognition")
     given = {"learner": learner, "false_alarm_rate": false_alarm_rate}
     given = {name: value for name, value in given.items() if value is not None}
-    settings = validated(Recognition, settings.model_dump() | given, owner="train_model")
+    settings = validated(RecognitionSettings, settings.model_dump() | given, owner="train_model")
     Path(folder).mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is told before the work
     model = train(database, target, settings, split=split, on_step=on_step)
-    evaluation = evaluate_beside_bound(model, database)
+    evaluation = evaluate_with_bound(model, database)
     save_model(
         model,
         folder,
         evaluation=evaluation,
-        probe=probe_rows(model, database, asked_rows(model, database)),
+        probe=probe_rows(model, database, requested_rows(model, database)),
         command=command,
     )
     on_evaluation(evaluation)

@@ -10,7 +10,7 @@ from sigdb.database import Database
 from sigdb.diagnosis import Diagnosis
 from sigdb.pipeline.models import recipe_section
 from sigdb.report import (
-    Report,
+    ReportSettings,
     campbell_figure,
     coverage_figure,
     rig_figure,
@@ -47,7 +47,7 @@ def draw_signature(database: Database, id: int, path: str | Path, *, sensor: str
         raise InputError(f"row {id} of {database.store} has no signal: {case['status']}")
     sensor = sensor or database.sensors[0]
     teeth, tooth = int(case["teeth"]), int(case["tooth"])
-    settings = recipe_section(database, Report, "report")
+    settings = recipe_section(database, ReportSettings, "report")
     figure = signature_figure(
         tsa,
         teeth=teeth,

@@ -7,22 +7,22 @@ from typing import Any
 from pydantic import Field
 
 from sigdb.core import InputError, Section, read_toml, validated
-from sigdb.measurement import Measurement
-from sigdb.recognition import Recognition
-from sigdb.report import Report
-from sigdb.signature import Signature
-from sigdb.sweep import Design, Plan, make_plan
+from sigdb.measurement import MeasurementSettings
+from sigdb.recognition import RecognitionSettings
+from sigdb.report import ReportSettings
+from sigdb.signature import SignatureSettings
+from sigdb.sweep import Plan, SweepSettings, make_plan
 from sigdb.transmission import Transmission, load_transmission
 
 
-class Sections(Section):
+class RecipeSections(Section):
     """The sections of a recipe file."""
 
-    sweep: Design = Field(description="Which cases are simulated.")
-    measurement: Measurement = Field(default=Measurement(), description="What a measurement adds.")
-    signature: Signature = Field(default=Signature(), description="What is stored of each average.")
-    recognition: Recognition = Field(default=Recognition(), description="How damage is learnt.")
-    report: Report = Field(default=Report(), description="How pictures look.")
+    sweep: SweepSettings = Field(description="Which cases are simulated.")
+    measurement: MeasurementSettings = Field(default=MeasurementSettings(), description="What a measurement adds.")
+    signature: SignatureSettings = Field(default=SignatureSettings(), description="What is stored of each average.")
+    recognition: RecognitionSettings = Field(default=RecognitionSettings(), description="How damage is learnt.")
+    report: ReportSettings = Field(default=ReportSettings(), description="How pictures look.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +31,7 @@ class Recipe:
 
     path: Path
     text: str
-    sections: Sections
+    sections: RecipeSections
     rig: Transmission
 
     def plan(self) -> Plan:
@@ -76,7 +76,7 @@ def load_recipe(path: str | Path) -> Recipe:
         Names file, key, value and remedy.
     """
     path = Path(path)
-    sections = validated(Sections, _with_tables(read_toml(path), path.parent), owner=str(path))
+    sections = validated(RecipeSections, _with_tables(read_toml(path), path.parent), owner=str(path))
     return Recipe(
         path=path, text=path.read_text(encoding="utf-8"), sections=sections, rig=_rig(sections.sweep.rig, path)
     )

@@ -7,13 +7,13 @@ import numpy as np
 
 from sigdb.core import FloatArray, InputError
 from sigdb.database import Database, suffixed
-from sigdb.measurement import Measurement
+from sigdb.measurement import MeasurementSettings
 from sigdb.pipeline.recipe import Recipe
 from sigdb.report import Picture
 from sigdb.sweep import Plan
 from sigdb.transmission import Damage, tooth_stiffness
 
-_CASE = ["template", "tooth", *Measurement.model_fields]
+_CASE = ["template", "tooth", *MeasurementSettings.model_fields]
 """Columns that tell cases apart; specimens and noise draws of one case do not count."""
 
 
@@ -25,9 +25,9 @@ def draw_figure(recipe: Recipe, plan: Plan, database: Database, picture: Picture
     InputError
         If a condition is no SQL condition, selects nothing, several different cases, or a row without a result.
     """
-    from sigdb.report import Report, comparison_figure, save_figure
+    from sigdb.report import ReportSettings, comparison_figure, save_figure
 
-    report: Report = recipe.sections.report
+    report: ReportSettings = recipe.sections.report
     sensor = picture.sensor or database.sensors[0]
     figure = comparison_figure(
         [_shown(recipe, plan, database, picture, sensor, condition) for condition in picture.rows],

@@ -13,8 +13,8 @@ from sigdb.core import InputError
 from sigdb.database import Database
 from sigdb.pipeline.models import train_model
 from sigdb.pipeline.recipe import Recipe
-from sigdb.pipeline.stages import Stage, carry_out, content_of
-from sigdb.recognition import Evaluation, Figure, evaluate_beside_bound, load_model
+from sigdb.pipeline.stages import Stage, content_of, run_stage
+from sigdb.recognition import Estimate, Evaluation, evaluate_with_bound, load_model
 from sigdb.sweep import Plan
 
 MERIT = {"location": "accuracy", "severity": "mae_stiffness_loss", "detection": "pd_at_1e-2"}
@@ -25,7 +25,7 @@ _OF_A_RUN = {"targets", "splits", "evaluate_on"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Result:
+class ModelResult:
     """What a model is worth on a database.
 
     Attributes
@@ -49,8 +49,8 @@ class Result:
     model: Path
     page: Path
     merit: str
-    figure: Figure | None
-    bound: Figure | None
+    figure: Estimate | None
+    bound: Estimate | None
     above: tuple[str, ...]
 
 
@@ -91,7 +91,7 @@ def make_models(
     others: Mapping[str, Database],
     out: Path,
     on_stage: Callable[[str], Any],
-) -> Iterator[Result]:
+) -> Iterator[ModelResult]:
     """Train and evaluate the models of a recipe, those of the first split on other databases too.
 
     A model of S1 is in ``models/TARGET``, of another split in ``models/TARGET-SPLIT``; reports are in ``reports``,
@@ -150,7 +150,7 @@ def _trained(recipe: Recipe, database: Database, stage: Stage, on_stage: Callabl
         found.append(evaluation)
         return _files(stage.path)
 
-    carry_out(stage, make, on_stage, "trained")
+    run_stage(stage, make, on_stage, "trained")
     return found[0] if found else None
 
 
@@ -162,7 +162,7 @@ def _reported(
     content: Mapping[str, Any],
     evaluation: Evaluation | None,
     on_stage: Callable[[str], Any],
-) -> Result:
+) -> ModelResult:
     from sigdb.report import NUMBERS, PAGE, write_evaluation_report
 
     stage = Stage(out=model.out, name=f"reports/{name}", inputs={"model": model.files, "database": content})
@@ -170,17 +170,17 @@ def _reported(
     def make() -> list[Path]:
         if evaluation is None:
             on_stage(f"{stage.path}: evaluating on {database.store}")
-        found = evaluation or evaluate_beside_bound(load_model(model.path), database)
+        found = evaluation or evaluate_with_bound(load_model(model.path), database)
         write_evaluation_report(found, stage.path, title=title)
         return _files(stage.path)
 
-    carry_out(stage, make, on_stage, "written")
+    run_stage(stage, make, on_stage, "written")
     return _result(model.path, stage.path / PAGE, json.loads((stage.path / NUMBERS).read_text(encoding="utf-8")))
 
 
-def _result(model: Path, page: Path, facts: Mapping[str, Any]) -> Result:
+def _result(model: Path, page: Path, facts: Mapping[str, Any]) -> ModelResult:
     merit = MERIT[facts["target"]]
-    return Result(
+    return ModelResult(
         target=facts["target"],
         split=facts["split"].partition(",")[0],
         model=model,
@@ -192,10 +192,10 @@ def _result(model: Path, page: Path, facts: Mapping[str, Any]) -> Result:
     )
 
 
-def _figure(ends: Mapping[str, float | None] | None) -> Figure | None:
+def _figure(ends: Mapping[str, float | None] | None) -> Estimate | None:
     if ends is None or ends["value"] is None:
         return None
-    return Figure(**{name: np.nan if value is None else value for name, value in ends.items()})
+    return Estimate(**{name: np.nan if value is None else value for name, value in ends.items()})
 
 
 def _files(folder: Path) -> list[Path]:

@@ -11,15 +11,15 @@ from sigdb.database import open as open_database
 from sigdb.paper import check_subject, paper_claims
 from sigdb.pipeline.recipe import Recipe
 from sigdb.pipeline.recipe_figures import check_figures, draw_figure
-from sigdb.pipeline.recipe_models import Result, check_models, make_models
-from sigdb.pipeline.stages import Stage, carry_out, content_of
+from sigdb.pipeline.recipe_models import ModelResult, check_models, make_models
+from sigdb.pipeline.stages import Stage, content_of, run_stage
 from sigdb.report import Picture
-from sigdb.sweep import Plan, Summary
+from sigdb.sweep import Plan, SweepSummary
 from sigdb.sweep import run as run_sweep
 
 
 @dataclass(frozen=True, kw_only=True)
-class Made:
+class RecipeRun:
     """What a run of a recipe has made, or has found to be there.
 
     Attributes
@@ -31,7 +31,7 @@ class Made:
     others
         Directories of the databases of other recipes on which the models were evaluated.
     results
-        What the models are worth, a :class:`Result` for each report.
+        What the models are worth, a :class:`ModelResult` for each report.
     figures
         Picture files.
     claims
@@ -39,9 +39,9 @@ class Made:
     """
 
     database: Path
-    summary: Summary
+    summary: SweepSummary
     others: tuple[Path, ...]
-    results: tuple[Result, ...]
+    results: tuple[ModelResult, ...]
     figures: tuple[Path, ...]
     claims: dict[str, Any] | None
 
@@ -53,7 +53,7 @@ def run_recipe(
     jobs: int = -1,
     on_stage: Callable[[str], Any] = lambda sentence: None,
     on_progress: Callable[[Progress], Any] = lambda progress: None,
-) -> Made:
+) -> RecipeRun:
     """Make all that a recipe asks for: its database, models, reports and figures.
 
     What is there already, whole and of the same inputs, is kept. Inputs are told apart by their content: databases by
@@ -93,7 +93,7 @@ def run_recipe(
     summary = run.sweep(recipe, run.plan, run.folder)
     for name, other in run.others.items():
         run.sweep(other, run.other_plans[name], run.other_folder(name))
-    return Made(
+    return RecipeRun(
         database=run.folder,
         summary=summary,
         others=tuple(run.other_folder(name) for name in run.others),
@@ -130,13 +130,13 @@ class _Run:
         if self.recipe.sections.report.paper:
             check_subject(self.recipe.rig, self.plan.gear, self.plan.sensors[0])
 
-    def sweep(self, recipe: Recipe, plan: Plan, folder: Path) -> Summary:
+    def sweep(self, recipe: Recipe, plan: Plan, folder: Path) -> SweepSummary:
         self.on_stage(f"{folder}: {plan.rows} rows from {plan.n_templates} templates of rig {plan.rig.name}")
         summary = run_sweep(plan, folder, recipe=recipe.text, jobs=self.jobs, on_progress=self.on_progress)
         self.on_stage(_said(folder, summary))
         return summary
 
-    def models(self) -> tuple[Result, ...]:
+    def models(self) -> tuple[ModelResult, ...]:
         if not self.recipe.sections.recognition.targets:
             return ()
         others = {name: open_database(self.other_folder(name)) for name in self.others}
@@ -161,7 +161,7 @@ class _Run:
             draw_figure(self.recipe, self.plan, database, picture, stage.path)
             return [stage.path]
 
-        carry_out(stage, make, self.on_stage, "drawn")
+        run_stage(stage, make, self.on_stage, "drawn")
         return stage.path
 
     def claims(self) -> dict[str, Any] | None:
@@ -181,12 +181,12 @@ class _Run:
             stage.path.write_text(claims_markdown(facts), encoding="utf-8")
             return [stage.path, numbers]
 
-        carry_out(stage, make, self.on_stage, "written")
+        run_stage(stage, make, self.on_stage, "written")
         facts: dict[str, Any] = json.loads(numbers.read_text(encoding="utf-8"))
         return facts
 
 
-def _said(folder: Path, summary: Summary) -> str:
+def _said(folder: Path, summary: SweepSummary) -> str:
     if summary.made == 0:
         said = f"{folder}: unchanged, all {summary.rows} rows are there"
     else:

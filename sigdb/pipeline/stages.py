@@ -77,7 +77,7 @@ class Stage:
         return {name: _sha256(path) for name, path in paths.items() if path.is_file()}
 
 
-def carry_out(stage: Stage, make: Callable[[], Iterable[Path]], on_stage: Callable[[str], Any], did: str) -> None:
+def run_stage(stage: Stage, make: Callable[[], Iterable[Path]], on_stage: Callable[[str], Any], did: str) -> None:
     """Have a stage made, unless it is unchanged, and say which.
 
     Parameters

@@ -1,5 +1,5 @@
 from .bound.bayes_bound import Bound as Bound
-from .bound.bayes_bound import bound as bound
+from .bound.bayes_bound import bayes_bound as bayes_bound
 from .bound.efficiency import ALL as ALL
 from .bound.error_curve import ErrorCurve as ErrorCurve
 from .bound.error_curve import eta_info as eta_info
@@ -32,11 +32,11 @@ from .estimators.template_location import TemplateLocation as TemplateLocation
 from .estimators.template_severity import TemplateSeverity as TemplateSeverity
 from .evaluation import Evaluation as Evaluation
 from .evaluation import EvaluationError as EvaluationError
-from .evaluation import asked_rows as asked_rows
 from .evaluation import evaluate as evaluate
-from .evaluation import evaluate_beside_bound as evaluate_beside_bound
+from .evaluation import evaluate_with_bound as evaluate_with_bound
+from .evaluation import requested_rows as requested_rows
 from .metrics.coverage import ENOUGH as ENOUGH
-from .metrics.estimate import Figure as Figure
+from .metrics.estimate import Estimate as Estimate
 from .metrics.significance import Excess as Excess
 from .metrics.significance import above_bound as above_bound
 from .model_card import EFFICIENCY_SAID as EFFICIENCY_SAID
@@ -50,7 +50,7 @@ from .model_folder import load_model as load_model
 from .model_folder import save_model as save_model
 from .rows.signature_transformer import SignatureTransformer as SignatureTransformer
 from .rows.tooth_views import ToothViews as ToothViews
-from .settings import Recognition as Recognition
+from .settings import RecognitionSettings as RecognitionSettings
 from .splits.kinds import changed_parts as changed_parts
 from .splits.kinds import make_split as make_split
 from .splits.kinds import model_form as model_form

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from sigdb.core import BoolArray, FloatArray, InputError, SigdbError
 from sigdb.database import Database
 from sigdb.recognition.answers import Answers
-from sigdb.recognition.bound.bayes_bound import Bound, bound, detection_bound
+from sigdb.recognition.bound.bayes_bound import Bound, bayes_bound, detection_bound
 from sigdb.recognition.bound.efficiency import against_bound, posterior_answers
 from sigdb.recognition.bound.operating_points import OperatingPoint, operating_points
 from sigdb.recognition.criteria import aims, causes
@@ -20,7 +20,7 @@ from sigdb.recognition.evaluation_tables import evaluation_tables, records
 from sigdb.recognition.metrics.calibration import calibration_figures, calibration_values
 from sigdb.recognition.metrics.coverage import set_figures, set_values
 from sigdb.recognition.metrics.detection import detection_figures, roc
-from sigdb.recognition.metrics.estimate import Figure, Specimens
+from sigdb.recognition.metrics.estimate import Estimate, Specimens
 from sigdb.recognition.metrics.location_and_severity import FIGURES, VALUES, severity_values
 from sigdb.recognition.metrics.probability_of_detection import pod_figures
 from sigdb.recognition.metrics.significance import figures_above_bound
@@ -74,9 +74,9 @@ class Evaluation:
     split_hash: str
     rows: int
     specimens: int
-    figures: dict[str, dict[str, Figure]]
-    differences: dict[str, dict[str, Figure]] = field(default_factory=dict)
-    bound: Mapping[str, Figure] | None = None
+    figures: dict[str, dict[str, Estimate]]
+    differences: dict[str, dict[str, Estimate]] = field(default_factory=dict)
+    bound: Mapping[str, Estimate] | None = None
     bound_rows: int | None = None
     above: tuple[str, ...] = ()
     tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
@@ -118,7 +118,7 @@ def evaluate(
     model: Model,
     database: Database,
     *,
-    bound: Mapping[str, Figure] | None = None,
+    bound: Mapping[str, Estimate] | None = None,
     bound_values: Mapping[str, pd.Series] | None = None,
     bound_rows: ArrayLike | None = None,
     beside: Callable[[Evaluation, Answers, pd.DataFrame], Evaluation] = lambda evaluation, answers, rows: evaluation,
@@ -136,7 +136,7 @@ def evaluate(
     database
         A finished database with the model's sensor first.
     bound
-        Figures of the best possible answer to the same rows (:func:`asked_rows`), by name.
+        Figures of the best possible answer to the same rows (:func:`requested_rows`), by name.
     bound_values
         By id of these rows, what a bound's figure is the mean of: with it the model is compared row by row.
     bound_rows
@@ -174,12 +174,12 @@ def evaluate(
     return beside(evaluation, answers[model.learner], rows)
 
 
-def asked_rows(model: Model, database: Database) -> pd.DataFrame:
+def requested_rows(model: Model, database: Database) -> pd.DataFrame:
     """The rows, by id, that :func:`evaluate` asks a model about."""
     return _asked(model, database)[0]
 
 
-def answer_figures(answers: Answers, rows: pd.DataFrame, target: str) -> dict[str, Figure]:
+def answer_figures(answers: Answers, rows: pd.DataFrame, target: str) -> dict[str, Estimate]:
     """All figures that answers allow."""
     figures = FIGURES[target](answers.found, rows)
     if answers.detection is not None:
@@ -205,7 +205,7 @@ def _above(
     answers: Answers,
     rows: pd.DataFrame,
     target: str,
-    bound: Mapping[str, Figure],
+    bound: Mapping[str, Estimate],
     bound_values: Mapping[str, FloatArray],
     inside: BoolArray,
 ) -> tuple[str, ...]:
@@ -223,7 +223,7 @@ def _has_seen(model: Model, database: Database, rows: pd.DataFrame) -> bool:
 
 def _differences(
     values: Mapping[str, Mapping[str, FloatArray]], learner: str, rows: pd.DataFrame
-) -> dict[str, dict[str, Figure]]:
+) -> dict[str, dict[str, Estimate]]:
     """The model minus each other estimator, of the figures that both have."""
     specimens, ours = Specimens(rows["specimen"]), values[learner]
     return {
@@ -295,14 +295,14 @@ def _of_others(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd
     return rows, f"S1, by specimen: {held_out}, {same_cases}"
 
 
-def _plain(figures: Mapping[str, Figure]) -> dict[str, dict[str, float | None]]:
+def _plain(figures: Mapping[str, Estimate]) -> dict[str, dict[str, float | None]]:
     return {
         name: {end: None if np.isnan(value := getattr(one, end)) else value for end in ("value", "low", "high")}
         for name, one in figures.items()
     }
 
 
-def evaluate_beside_bound(model: Model, database: Database) -> Evaluation:
+def evaluate_with_bound(model: Model, database: Database) -> Evaluation:
     """Evaluate a model with the Bayes bound beside it, where the law of the rows allows to compute one.
 
     Parameters
@@ -323,7 +323,7 @@ def evaluate_beside_bound(model: Model, database: Database) -> Evaluation:
     InputError
         As :func:`evaluate`.
     """
-    rows = asked_rows(model, database)
+    rows = requested_rows(model, database)
     try:
         best = _Best.of(model, database, rows)
     except InputError:
@@ -366,7 +366,7 @@ class _Best:
     def of(cls, model: Model, database: Database, rows: pd.DataFrame) -> "_Best":
         severity = model.target == "severity"
         target = "severity" if severity else "location"
-        best = bound(database, rows.index, among=rows.index, target=target, sensor=model.sensor)
+        best = bayes_bound(database, rows.index, among=rows.index, target=target, sensor=model.sensor)
         ids = best.rows.index
         points, _ = operating_points(database, ids, among=ids, sensor=model.sensor, damaged=severity)
         rate = model.false_alarm_rate if model.target == "detection" else None
@@ -386,7 +386,7 @@ class _Best:
         return values
 
     @cached_property
-    def figures(self) -> dict[str, Figure]:
+    def figures(self) -> dict[str, Estimate]:
         """The bound's figures, those of detection too."""
         if self.false_alarm_rate is not None:
             return detection_bound(self.bound.rows.loc[self.rows.index, "log_odds"], self.rows, self.false_alarm_rate)

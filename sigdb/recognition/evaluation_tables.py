@@ -10,9 +10,9 @@ from sigdb.core import FloatArray, IntArray
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.metrics.calibration import reliability
-from sigdb.recognition.metrics.coverage import banded, coverage_cells, set_values
+from sigdb.recognition.metrics.coverage import coverage_cells, set_values, value_bands
 from sigdb.recognition.metrics.detection import RATES, called_values, is_resolved, roc
-from sigdb.recognition.metrics.estimate import Figure, Specimens
+from sigdb.recognition.metrics.estimate import Estimate, Specimens
 from sigdb.recognition.metrics.location_and_severity import covered, location_values, severity_errors, severity_values
 from sigdb.recognition.metrics.probability_of_detection import RATE, Pod, detection_by_loss
 
@@ -112,7 +112,7 @@ def _of_severity(found: Mapping[str, pd.DataFrame], rows: pd.DataFrame, learner:
 def _levels(estimator: str, found: pd.DataFrame, rows: pd.DataFrame) -> Iterator[dict[str, Any]]:
     specimens = Specimens(rows["specimen"])
     for target in TARGETS:
-        error, level = severity_errors(found, rows, target), banded(rows[target], most=12).to_numpy()
+        error, level = severity_errors(found, rows, target), value_bands(rows[target], most=12).to_numpy()
         for one in np.unique(level):
             own = np.where(level == one, error, np.nan)
             for figure, values in (("bias", own), ("mae", np.abs(own))):
@@ -142,7 +142,7 @@ def _against(
     values = {name: _values(one, rows, detects) for name, one in answers.items()}
     if bound_values:
         values["bound"] = dict(bound_values)
-    at, specimens = banded(rows[axis], most=12).to_numpy(), Specimens(rows["specimen"])
+    at, specimens = value_bands(rows[axis], most=12).to_numpy(), Specimens(rows["specimen"])
     return pd.DataFrame(
         [
             {"estimator": name, "at": one, "rows": int((at == one).sum()), "figure": figure}
@@ -167,7 +167,7 @@ def _each(frames: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     return pd.concat(named, ignore_index=True) if named else pd.DataFrame()
 
 
-def _ends(figure: Figure) -> dict[str, float]:
+def _ends(figure: Estimate) -> dict[str, float]:
     return {"value": figure.value, "low": figure.low, "high": figure.high}
 
 

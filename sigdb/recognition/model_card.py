@@ -10,7 +10,7 @@ from sigdb.recognition.bound.efficiency import ALL
 from sigdb.recognition.estimators.pooled_location import LEARNERS
 from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.evaluation import Evaluation
-from sigdb.recognition.metrics.estimate import Figure
+from sigdb.recognition.metrics.estimate import Estimate
 from sigdb.recognition.training import Model
 
 _COLUMNS = {
@@ -53,7 +53,7 @@ def noise_said(row: Mapping[Hashable, Any]) -> str:
 def _said(name: str, row: Mapping[Hashable, Any]) -> str:
     if name in _PLAIN:
         return f"{row[name]:.3f}"
-    one = Figure(**{end: row[f"{name}{column}"] for end, column in _ENDS.items()})
+    one = Estimate(**{end: row[f"{name}{column}"] for end, column in _ENDS.items()})
     return "beyond" if np.isinf(one.value) else str(one)
 
 
@@ -70,7 +70,7 @@ def aim_rows(evaluation: Evaluation) -> list[list[str]]:
 def _found(row: Mapping[Hashable, Any]) -> str:
     if np.isnan(row["found"]):
         return "-"
-    value = "beyond" if np.isinf(row["found"]) else str(Figure(value=row["found"], low=row["low"], high=row["high"]))
+    value = "beyond" if np.isinf(row["found"]) else str(Estimate(value=row["found"], low=row["low"], high=row["high"]))
     return f"{value} ({row['where']})" if row["where"] not in ("", ALL) else value
 
 

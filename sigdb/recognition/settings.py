@@ -10,7 +10,7 @@ Target = Literal["location", "severity", "detection"]
 SplitName = Literal["S0", "S1", "S2", "S3", "S4"]
 
 
-class Recognition(Section):
+class RecognitionSettings(Section):
     """How damage is learnt, and which models a run of the recipe makes."""
 
     learner: Literal["lda", "boosting", "templates"] = Field(
@@ -51,7 +51,7 @@ class Recognition(Section):
         return paths
 
     @model_validator(mode="after")
-    def _has_models(self) -> "Recognition":
+    def _has_models(self) -> "RecognitionSettings":
         if self.evaluate_on and not self.targets:
             raise ValueError("evaluate_on is given without targets; name what to train models for, or leave it out")
         return self

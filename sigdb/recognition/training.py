@@ -12,7 +12,7 @@ from sigdb.database import Database, check_complete
 from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.estimators.registry import CONTENDERS
 from sigdb.recognition.rows.streamed import Reducer, reducers_of, with_averages, with_features, with_reduced
-from sigdb.recognition.settings import Recognition
+from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.splits.kinds import make_split, model_form
 from sigdb.recognition.splits.split import TRAINING
 from sigdb.recognition.templates.bank import TemplateBank
@@ -147,7 +147,7 @@ class Model:
 def train(
     database: Database,
     target: str,
-    settings: Recognition | None = None,
+    settings: RecognitionSettings | None = None,
     *,
     split: str = "S1",
     on_step: Callable[[str], Any] = lambda step: None,
@@ -179,7 +179,7 @@ def train(
     DatabaseError
         If the sweep is not finished.
     """
-    settings = settings or Recognition()
+    settings = settings or RecognitionSettings()
     if target not in CONTENDERS:
         raise InputError(f"target = {target!r} is not known; choose one of {', '.join(CONTENDERS)}")
     rows = usable_rows(database, target)

@@ -1,11 +1,11 @@
 from .files.read import read_recording as read_recording
 from .files.settings import RecordingSettings as RecordingSettings
+from .gear_signature import recorded_signature as recorded_signature
 from .history import recorded_history as recorded_history
-from .recorded_signature import RecordedSignature as RecordedSignature
-from .recorded_signature import in_unit as in_unit
 from .recording import Channel as Channel
 from .recording import Recording as Recording
 from .shaft_angle import SPEED_DOUBT as SPEED_DOUBT
-from .signature import recorded_signature as recorded_signature
+from .signature import RecordedSignature as RecordedSignature
+from .signature import in_unit as in_unit
 from .synthetic.recording import synthetic_recording as synthetic_recording
 from .synthetic.surroundings import Surroundings as Surroundings

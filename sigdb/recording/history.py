@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import InputError
-from sigdb.recording.recorded_signature import RecordedSignature
+from sigdb.recording.signature import RecordedSignature
 from sigdb.signature import na4, na4_star, nb4, nb4_star, residual_signal
 
 _SHOWN = ("rms", "fm4", "energy_ratio")

@@ -7,7 +7,7 @@ __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 __all__ = [
     "Case",
     "Picture",
-    "Report",
+    "ReportSettings",
     "campbell_figure",
     "check_picture",
     "claims_markdown",

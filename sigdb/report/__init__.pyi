@@ -20,7 +20,7 @@ from .rig.campbell import campbell_figure as campbell_figure
 from .rig.drawing import rig_figure as rig_figure
 from .rig.text import rig_text as rig_text
 from .settings import Picture as Picture
-from .settings import Report as Report
+from .settings import ReportSettings as ReportSettings
 from .signature import check_picture as check_picture
 from .signature import save_figure as save_figure
 from .signature import signature_figure as signature_figure

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from sigdb.core import FloatArray
 from sigdb.report.panels import colour_limit, draw_distribution, draw_signal, draw_spectrum
-from sigdb.report.settings import Panel, Report
+from sigdb.report.settings import Panel, ReportSettings
 from sigdb.signature import wigner_ville
 
 _WIDTH, _MARGIN = 4.1, 1.1
@@ -57,7 +57,7 @@ def comparison_figure(
     panels: Sequence[Panel] = ("signal", "spectrum", "distribution"),
     title: str = "",
     caption: str = "",
-    settings: Report | None = None,
+    settings: ReportSettings | None = None,
 ) -> Figure:
     """Cases side by side, on the same scales.
 
@@ -78,7 +78,7 @@ def comparison_figure(
     -------
     matplotlib.figure.Figure
     """
-    settings = settings or Report()
+    settings = settings or ReportSettings()
     heights = [_HEIGHTS[panel] for panel in panels]
     width = _MARGIN + _WIDTH * max(len(cases), 2)
     lines = textwrap.wrap(caption, int(15 * width))
@@ -109,11 +109,11 @@ _LABELS: dict[Panel, str] = {
 _ANGLE = "angle, deg (tooth passes numbered)"
 
 
-def _highest(case: Case, settings: Report) -> float:
+def _highest(case: Case, settings: ReportSettings) -> float:
     return min(settings.mesh_orders * case.teeth, len(case.tsa) / 2)
 
 
-def _stiffnesses(row: list[Axes], cases: Sequence[Case], settings: Report) -> None:
+def _stiffnesses(row: list[Axes], cases: Sequence[Case], settings: ReportSettings) -> None:
     for axes, case in zip(row, cases, strict=True):
         assert case.stiffness is not None
         draw_signal(axes, case.stiffness, case.teeth, case.damaged, case.healthy_stiffness)
@@ -121,19 +121,19 @@ def _stiffnesses(row: list[Axes], cases: Sequence[Case], settings: Report) -> No
         axes.set_ylim(0, 1.2 * max(float(np.max(one.stiffness)) for one in cases if one.stiffness is not None))
 
 
-def _signals(row: list[Axes], cases: Sequence[Case], settings: Report) -> None:
+def _signals(row: list[Axes], cases: Sequence[Case], settings: ReportSettings) -> None:
     for axes, case in zip(row, cases, strict=True):
         draw_signal(axes, case.tsa, case.teeth, case.damaged, case.healthy)
         axes.set(xlabel=_ANGLE)
 
 
-def _spectra(row: list[Axes], cases: Sequence[Case], settings: Report) -> None:
+def _spectra(row: list[Axes], cases: Sequence[Case], settings: ReportSettings) -> None:
     for axes, case in zip(row, cases, strict=True):
         draw_spectrum(axes, case.tsa, case.teeth, _highest(case, settings), case.healthy)
         axes.set(xlabel="order, 1/rev (ticks at mesh harmonics)")
 
 
-def _distributions(row: list[Axes], cases: Sequence[Case], settings: Report) -> None:
+def _distributions(row: list[Axes], cases: Sequence[Case], settings: ReportSettings) -> None:
     """On one scale of colours, with one bar for it."""
     found = [wigner_ville(case.tsa - np.mean(case.tsa)) for case in cases]
     limit = max(colour_limit(w, _highest(case, settings)) for w, case in zip(found, cases, strict=True))

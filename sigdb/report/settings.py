@@ -29,7 +29,7 @@ class Picture(Section):
     )
 
 
-class Report(Section):
+class ReportSettings(Section):
     """How pictures look, and which a run of the recipe makes."""
 
     mesh_orders: float = quantity("-", "Highest order shown, as a multiple of the tooth count.", ge=1, default=4.0)
@@ -40,7 +40,7 @@ class Report(Section):
     )
 
     @model_validator(mode="after")
-    def _names_differ(self) -> "Report":
+    def _names_differ(self) -> "ReportSettings":
         names = [one.name for one in self.figures]
         for name in names:
             if names.count(name) > 1:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from sigdb.core import FloatArray, InputError
 from sigdb.report.panels import draw_distribution, draw_signal, draw_spectrum
-from sigdb.report.settings import Report
+from sigdb.report.settings import ReportSettings
 from sigdb.signature import wigner_ville
 
 
@@ -20,7 +20,7 @@ def signature_figure(
     unit: str,
     title: str,
     damaged: tuple[int, ...] = (),
-    settings: Report | None = None,
+    settings: ReportSettings | None = None,
 ) -> Figure:
     """Three panels: signal against angle with the tooth passes, order spectrum, Wigner-Ville distribution.
 
@@ -43,7 +43,7 @@ def signature_figure(
     -------
     matplotlib.figure.Figure
     """
-    settings = settings or Report()
+    settings = settings or ReportSettings()
     highest = min(settings.mesh_orders * teeth, len(tsa) / 2)
     with matplotlib.rc_context({"font.size": 9, "axes.titlesize": 10, "axes.titlelocation": "left"}):
         figure = Figure(figsize=(8.0, 8.6), layout="constrained")
@@ -66,7 +66,7 @@ def signature_figure(
     return figure
 
 
-def save_figure(figure: Figure, path: Path, settings: Report | None = None) -> None:
+def save_figure(figure: Figure, path: Path, settings: ReportSettings | None = None) -> None:
     """Write a figure; the format follows the file's suffix.
 
     Raises
@@ -76,7 +76,7 @@ def save_figure(figure: Figure, path: Path, settings: Report | None = None) -> N
     """
     check_picture(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=(settings or Report()).dots_per_inch)
+    figure.savefig(path, dpi=(settings or ReportSettings()).dots_per_inch)
 
 
 def check_picture(path: Path) -> None:

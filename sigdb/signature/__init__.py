@@ -16,7 +16,7 @@ from sigdb.signature.indicators.difference import energy_ratio, fm4, m6a, m8a
 from sigdb.signature.indicators.histories import na4, na4_star, nb4, nb4_star
 from sigdb.signature.indicators.sidebands import fm0, sideband_energy_ratio, sideband_index, sideband_level_factor
 from sigdb.signature.separation import difference_signal, regular_signal, residual_signal
-from sigdb.signature.settings import Signature as Signature
+from sigdb.signature.settings import SignatureSettings as SignatureSettings
 from sigdb.signature.spectrum import order_spectrum
 from sigdb.signature.wigner_ville.distribution import wigner_ville
 from sigdb.signature.wigner_ville.pooled import mesh_bands, pooled_wigner_ville

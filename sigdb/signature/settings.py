@@ -7,7 +7,7 @@ from pydantic import Field, Strict, model_validator
 from sigdb.core import Section, quantity
 
 
-class Signature(Section):
+class SignatureSettings(Section):
     """What is stored of each averaged signal."""
 
     samples_per_tooth: int = quantity(

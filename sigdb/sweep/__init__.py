@@ -10,12 +10,12 @@ __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
     "Coverage",
-    "Design",
     "Grid",
     "Plan",
     "Refinement",
     "Repair",
-    "Summary",
+    "SweepSettings",
+    "SweepSummary",
     "coverage",
     "make_plan",
     "plan_from",

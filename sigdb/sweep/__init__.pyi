@@ -5,11 +5,11 @@ from .density.coverage import Coverage as Coverage
 from .density.coverage import coverage as coverage
 from .density.refine import Refinement as Refinement
 from .density.refine import refine as refine
-from .design.design import Design as Design
 from .design.design import Grid as Grid
+from .design.design import SweepSettings as SweepSettings
 from .plan.make_plan import make_plan as make_plan
 from .plan.make_plan import plan_from as plan_from
 from .plan.plan import Plan as Plan
 from .work.estimate import estimate as estimate
-from .work.run import Summary as Summary
+from .work.run import SweepSummary as SweepSummary
 from .work.run import run as run

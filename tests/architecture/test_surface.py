@@ -34,8 +34,8 @@ NAMES = {
     "load_transmission": "sigdb.transmission",
     "march": "sigdb.dynamics",
     "open": "sigdb.database",
-    "diagnose": "sigdb.pipeline",
-    "read_recording": "sigdb.measurement",
+    "diagnose": "sigdb.diagnosis",
+    "read_recording": "sigdb.recording",
     "simulate": "sigdb.dynamics",
 }
 
@@ -92,7 +92,7 @@ def test_dir_lists_all_public_names_before_they_are_used():
 
 
 def test_an_unknown_name_is_an_attribute_error():
-    with pytest.raises(AttributeError, match="module 'sigdb' has no attribute 'nothing'"):
+    with pytest.raises(AttributeError, match="No sigdb attribute nothing"):
         sigdb.nothing  # noqa: B018
     with pytest.raises(ImportError, match=r"cannot import name 'nothing' from 'sigdb\.recognition'"):
         from sigdb.recognition import nothing  # noqa: F401

@@ -16,7 +16,7 @@ from scipy.io import loadmat
 import sigdb
 from sigdb.cli.main import cli
 from sigdb.core.errors import InputError
-from sigdb.recognition import Figure, evaluate, evaluate_beside_bound, load_model
+from sigdb.recognition import Estimate, evaluate, evaluate_with_bound, load_model
 from sigdb.transmission import coupled_modes
 
 SCALARS = "select id, tooth, snr_db, index_error, fm4, status, contact_loss from cases order by id limit 70"
@@ -249,7 +249,7 @@ def test_evaluate_writes_a_report(invoke, folder, tmp_path):
 
 
 def test_evaluate_leaves_with_1_when_a_model_is_above_the_bound(folder, monkeypatch, capsys):
-    best = {"accuracy": Figure(value=0.01, low=0.0, high=0.02)}
+    best = {"accuracy": Estimate(value=0.01, low=0.0, high=0.02)}
 
     def beside(model, database):
         """On all three specimens; one of them would tell nothing."""
@@ -264,7 +264,7 @@ def test_evaluate_leaves_with_1_when_a_model_is_above_the_bound(folder, monkeypa
 
 def test_evaluate_as_json(invoke, folder, database):
     rows = json.loads(invoke("evaluate", folder / "location", folder / "signatures", "--format", "json").stdout)
-    evaluation = evaluate_beside_bound(load_model(folder / "location"), database)
+    evaluation = evaluate_with_bound(load_model(folder / "location"), database)
     figures = evaluation.figures | {"bound": evaluation.bound}
     assert {tuple(row) for row in rows} == {("estimator", "figure", "value", "low", "high")}
     assert len(rows) == sum(len(some) for some in figures.values())

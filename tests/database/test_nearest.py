@@ -5,7 +5,7 @@ import pyarrow as pa
 import pytest
 from numpy.testing import assert_allclose
 
-from sigdb.database.matching.index import RMS, MatchBank, bank_batches
+from sigdb.database.matching.index import RMS, MatchIndex, bank_batches
 from sigdb.database.matching.nearest import nearest
 
 TEETH, STEP = 8, 16
@@ -34,7 +34,7 @@ def bank(templates):
     )
     assert whole["template"].to_pylist() == list(range(3000))
     assert len(spectra) > 3
-    return MatchBank(cases=whole.drop_columns(["spectrum"]), spectra=spectra)
+    return MatchIndex(cases=whole.drop_columns(["spectrum"]), spectra=spectra)
 
 
 def without_regular(x):

@@ -11,7 +11,7 @@ from sigdb.core.errors import InputError
 from sigdb.diagnosis.bank import rig_bank
 from sigdb.diagnosis.diagnosis import diagnose_signature
 from sigdb.diagnosis.transfer_path import sensor_path
-from sigdb.recording.recorded_signature import RecordedSignature, in_unit
+from sigdb.recording.signature import RecordedSignature, in_unit
 
 SENSOR, N, TEETH, REVOLUTIONS = "pinion-vertical", 768, 12, 102
 ORDERS = np.arange(N // 2 + 1)

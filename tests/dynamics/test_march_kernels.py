@@ -89,7 +89,7 @@ def test_what_is_not_a_number_goes_through_and_ends(rig):
 
 COMPILES = """
 import numpy as np
-from sigdb.dynamics._march_steps import march_steps
+from sigdb.dynamics.march.kernel import march_steps
 one, x = np.zeros((1, 1)), np.zeros((2, 1))
 march_steps(
     x, np.zeros(1), x, np.zeros((1, 2, 1)), np.zeros((1, 2, 1)), one, np.ones(1), np.ones(1), np.ones(1),

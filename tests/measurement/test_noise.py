@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from sigdb.core.errors import InputError
-from sigdb.measurement import Measurement, noise_deviation, revolution_scatter
+from sigdb.measurement import MeasurementSettings, noise_deviation, revolution_scatter
 
 SIGMAS = 5
 
@@ -73,4 +73,4 @@ def test_the_scatter_is_proportional_to_the_deviation_and_shaped_like_it():
 )
 def test_settings_refuse(values, says):
     with pytest.raises(InputError, match=says):
-        Measurement(**values)
+        MeasurementSettings(**values)

@@ -12,7 +12,7 @@ from scipy.stats import norm, t
 import sigdb
 from sigdb.core.errors import InputError
 from sigdb.recognition import built_in_models, evaluate
-from sigdb.recognition.metrics.estimate import Figure
+from sigdb.recognition.metrics.estimate import Estimate
 
 from .conftest import operating_points
 
@@ -41,7 +41,7 @@ def described(name):
 def figures_of_the_card(name):
     facts = described(name)
     return {
-        figure: Figure(**ends)
+        figure: Estimate(**ends)
         for figure, ends in facts["evaluation"]["figures"][facts["learner"]].items()
         if None not in ends.values()
     }
@@ -51,7 +51,7 @@ def student(figure, specimens):
     """The interval for few specimens: a bootstrap over K has the normal law and (K - 1) / K of the variance."""
     wider = t.ppf(0.975, specimens - 1) / norm.ppf(0.975) * np.sqrt(specimens / (specimens - 1))
     low, high = (figure.value + wider * (end - figure.value) for end in (figure.low, figure.high))
-    return Figure(value=figure.value, low=low, high=high)
+    return Estimate(value=figure.value, low=low, high=high)
 
 
 def disagreements(name, card, evaluation, judged):
@@ -133,11 +133,11 @@ def test_a_card_that_says_too_much_is_found_out(fresh_evaluation):
     """Accuracy six hundredths above, and errors a fifth below, what is found."""
     card = figures_of_the_card("nasa-location")
     better = card["accuracy"]
-    boast = {"accuracy": Figure(value=better.value + 0.06, low=better.low + 0.06, high=better.high + 0.06)}
+    boast = {"accuracy": Estimate(value=better.value + 0.06, low=better.low + 0.06, high=better.high + 0.06)}
     assert disagreements("nasa-location", card | boast, fresh_evaluation("nasa-location"), ["accuracy"])
     card = figures_of_the_card("nasa-severity")
     least = card["mae_stiffness_loss"]
-    boast = {"mae_stiffness_loss": Figure(value=0.8 * least.value, low=0.8 * least.low, high=0.8 * least.high)}
+    boast = {"mae_stiffness_loss": Estimate(value=0.8 * least.value, low=0.8 * least.low, high=0.8 * least.high)}
     assert disagreements("nasa-severity", card | boast, fresh_evaluation("nasa-severity"), ["mae_stiffness_loss"])
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from sigdb.pipeline import stages
-from sigdb.pipeline.stages import Stage, carry_out
+from sigdb.pipeline.stages import Stage, run_stage
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def carried_out(tmp_path):
             return files
 
         words = []
-        carry_out(stage, make, words.append, "made")
+        run_stage(stage, make, words.append, "made")
         assert words[0].startswith(f"{tmp_path / 'things'}: ")
         return words[0].split(": ")[1], len(made)
 
@@ -72,7 +72,7 @@ def test_a_stage_that_is_stopped_while_it_is_made_again_is_not_taken_for_what_wa
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        carry_out(stage, stopped, lambda said: None, "made")
+        run_stage(stage, stopped, lambda said: None, "made")
     assert carried_out() == ("made", 2)
 
 

@@ -6,7 +6,7 @@ from threadpoolctl import threadpool_limits
 
 import sigdb
 from sigdb.pipeline import load_recipe
-from sigdb.recognition import Recognition, train
+from sigdb.recognition import RecognitionSettings, train
 from sigdb.sweep import run
 
 EASY = """
@@ -83,12 +83,12 @@ def rows(database):
 
 @pytest.fixture(scope="session")
 def location_model(database):
-    return train(database, "location", Recognition(folds=3))
+    return train(database, "location", RecognitionSettings(folds=3))
 
 
 @pytest.fixture(scope="session")
 def severity_model(database):
-    return train(database, "severity", Recognition(folds=3, learner="lda"))
+    return train(database, "severity", RecognitionSettings(folds=3, learner="lda"))
 
 
 @pytest.fixture(scope="session")

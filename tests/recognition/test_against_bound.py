@@ -16,18 +16,18 @@ from sigdb.recognition import (
     ErrorCurve,
     Hypotheses,
     OperatingPoint,
-    Recognition,
+    RecognitionSettings,
     TemplateBank,
     above_bound,
-    asked_rows,
-    bound,
-    evaluate_beside_bound,
+    bayes_bound,
+    evaluate_with_bound,
+    requested_rows,
     train,
 )
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.bound.bayes_bound import Bound
 from sigdb.recognition.bound.bayes_rule import LOSSES, judge
-from sigdb.recognition.bound.efficiency import against_bound, noise_bands, of_detection, posterior_answers
+from sigdb.recognition.bound.efficiency import against_bound, detection_efficiency, noise_bands, posterior_answers
 from sigdb.recognition.bound.expected_losses import error_curve_around, expected_error
 from sigdb.recognition.criteria import aims, causes
 from sigdb.recognition.estimators.pooled_severity import TARGETS
@@ -222,7 +222,7 @@ def of_scores(slope, best_slope):
         entropy=math.nan,
     )  # fmt: skip
     zeros = np.zeros(len(rows))
-    return of_detection(Answers(found=zeros.astype(int), scores=np.column_stack([zeros, score])), rows, best)
+    return detection_efficiency(Answers(found=zeros.astype(int), scores=np.column_stack([zeros, score])), rows, best)
 
 
 def test_a90_goes_as_the_inverse_of_the_slope_of_the_score():
@@ -318,7 +318,7 @@ def test_causes_are_told_by_numbers(database, location_model, bank):
 
 
 def test_an_evaluation_beside_the_bound_holds_both_tables_as_json(location_model, severity_model, database):
-    found = [evaluate_beside_bound(model, database) for model in (location_model, severity_model)]
+    found = [evaluate_with_bound(model, database) for model in (location_model, severity_model)]
     for evaluation in found:
         read = json.loads(json.dumps(evaluation.as_json(), allow_nan=False))
         assert len(read["aims"]) == len(evaluation.aims) >= 4
@@ -336,13 +336,13 @@ def test_the_bound_of_a_split_is_of_the_cases_that_it_asks_about(make_database, 
     grid = 'tooth = "all"\nstiffness_loss = [0.1, 0.2, 0.3]'
     noisy = make_database(specimens=6, healthy=12, grid=grid, snr_db=-28.0)
     monkeypatch.setattr("sigdb.recognition.estimators.registry.POOLED", ("lda",))
-    model = train(noisy, "severity", Recognition(folds=3, learner="lda"), split="S2")
+    model = train(noisy, "severity", RecognitionSettings(folds=3, learner="lda"), split="S2")
     middle = replace(model, learner="majority")
-    found = evaluate_beside_bound(middle, noisy)
+    found = evaluate_with_bound(middle, noisy)
     assert found.figures["majority"]["mae_stiffness_loss"].value == pytest.approx(0, abs=1e-9)
     assert found.bound["mae_stiffness_loss"].value == 0
     assert found.above == ()
     assert "all rows have the same severity" in found.aims["why"][0]
-    rows = asked_rows(middle, noisy)
-    of_all = bound(noisy, rows.index, target="severity")
+    rows = requested_rows(middle, noisy)
+    of_all = bayes_bound(noisy, rows.index, target="severity")
     assert above_bound(np.zeros(len(rows)), of_all.losses["absolute_stiffness_loss"], rows["specimen"]).value > 0

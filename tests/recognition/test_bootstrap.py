@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sigdb.recognition.metrics.estimate import UNKNOWN, Figure, Specimens, interval, paired_difference
+from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, interval, paired_difference
 
 
 def resampled(specimens, k):
@@ -74,6 +74,6 @@ def test_rows_that_one_side_does_not_know_do_not_count():
 def test_what_is_not_known_has_no_interval():
     assert interval(np.array([np.nan, 1.0, 2.0])) is UNKNOWN
     assert str(UNKNOWN) == "-"
-    assert str(Figure(value=0.5, low=np.nan, high=np.nan)) == "0.500"
+    assert str(Estimate(value=0.5, low=np.nan, high=np.nan)) == "0.500"
     # Resamples without a value do not count.
-    assert interval(np.array([1.0, np.nan, 1.0, 3.0])) == Figure(value=1.0, low=1.05, high=2.95)
+    assert interval(np.array([1.0, np.nan, 1.0, 3.0])) == Estimate(value=1.0, low=1.05, high=2.95)

@@ -18,7 +18,7 @@ from sigdb.recognition import (
     Hypotheses,
     OperatingPoint,
     above_bound,
-    bound,
+    bayes_bound,
     error_curve,
     eta_info,
     expected_losses,
@@ -285,7 +285,7 @@ def test_nothing_is_found_where_no_loss_is_great_enough():
 
 
 def test_the_bound_on_the_rows_of_a_database(database):
-    found = bound(database, draws=2000)
+    found = bayes_bound(database, draws=2000)
     assert found.outside == {}
     assert len(found.rows) == len(database)
     assert list(found.losses) == ["error", "log_loss"]
@@ -306,7 +306,7 @@ def test_the_bound_on_the_rows_of_a_database(database):
 
 def test_the_bound_on_severity_is_judged_on_damaged_rows(database):
     ids = np.arange(0, len(database), 3)
-    found = bound(database, ids, target="severity")
+    found = bayes_bound(database, ids, target="severity")
     damaged = database.cases("tooth > 0")["id"]
     assert found.rows.index.tolist() == sorted(set(ids) & set(damaged))
     assert set(found.figures) == {
@@ -327,7 +327,7 @@ def test_the_share_of_templates_is_that_of_all_rows_whichever_are_asked_for(data
 
 
 def test_figures_are_means_of_values_and_scores_are_the_posterior(mixed_teeth):
-    found = bound(mixed_teeth)
+    found = bayes_bound(mixed_teeth)
     assert found.scores.shape == (len(mixed_teeth), 14)
     assert np.array_equal(found.scores.to_numpy().argmax(axis=1), found.rows["found"])
     assert_allclose(np.exp(found.scores).sum(axis=1), 1)
@@ -351,7 +351,7 @@ def test_noise_of_a_row_is_that_of_its_average(mixed_teeth):
 def test_each_tooth_count_has_its_own_hypotheses(mixed_teeth):
     points, _ = operating_points(mixed_teeth)
     assert sorted(one.hypotheses.teeth for one in points) == [12, 13]
-    found = bound(mixed_teeth)
+    found = bayes_bound(mixed_teeth)
     assert set(found.rows["teeth"]) == {12, 13}
     assert found.figures["accuracy"].value == 1
 
@@ -360,7 +360,7 @@ def test_errors_on_stored_rows_are_as_many_as_the_rule_expects(make_database):
     """Much noise; rows of a specimen are not independent, so the interval is that over specimens."""
     grid = 'tooth = "all"\nstiffness_loss = [0.1, 0.2]'
     noisy = make_database(seed=11, specimens=30, healthy=5, grid=grid, snr_db=-25.0)
-    found = bound(noisy, draws=4000)
+    found = bayes_bound(noisy, draws=4000)
     surplus = found.losses["error"] - found.rows["risk"]
     assert 0.1 < found.rows["risk"].mean() < 0.8
     assert abs(surplus.mean()) < 5 * error_over_specimens(surplus, found)
@@ -383,19 +383,19 @@ def test_rows_outside_the_law_are_counted(database, monkeypatch):
     rows.loc[damaged[5:8], "done"] = False
     rows.loc[damaged[8:10], "patterned"] = True
     monkeypatch.setattr(rows_by_point, "_rows", lambda database: rows)
-    found = bound(database, damaged[3:])
+    found = bayes_bound(database, damaged[3:])
     assert found.outside == {"without a result": 3, "with loss of contact": 2}
     assert found.rows.index.tolist() == damaged[8:].tolist()
-    found = bound(database, target="severity")
+    found = bayes_bound(database, target="severity")
     assert found.outside == {"without a result": 3, "with loss of contact": 5, "with a pattern of damage": 2}
     assert found.rows.index.tolist() == damaged[10:].tolist()
     with pytest.raises(InputError, match=r"no row is inside the law .*'with loss of contact': 4"):
-        bound(database, damaged[:4])
+        bayes_bound(database, damaged[:4])
 
 
 def test_an_unknown_target_is_refused(database):
     with pytest.raises(InputError, match="target = 'colour' is not known; choose one of location, severity"):
-        bound(database, target="colour")
+        bayes_bound(database, target="colour")
 
 
 def test_detection_needs_both_kinds_of_rows():

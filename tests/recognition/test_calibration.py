@@ -9,7 +9,7 @@ from sklearn.metrics import log_loss
 
 from sigdb.recognition.metrics import calibration as metrics_calibration
 from sigdb.recognition.metrics.calibration import calibration_figures, reliability
-from sigdb.recognition.metrics.coverage import banded, coverage_cells, set_figures
+from sigdb.recognition.metrics.coverage import coverage_cells, set_figures, value_bands
 from sigdb.recognition.metrics.location_and_severity import crps_quantiles, crps_sample
 
 
@@ -125,11 +125,11 @@ def test_cells_are_as_fine_as_the_rows_allow_and_healthy_rows_have_their_own():
 
 def test_many_values_are_taken_in_bands_of_like_size():
     values = pd.Series(np.random.default_rng(3).uniform(-20, 0, 6000))
-    bands = banded(values)
+    bands = value_bands(values)
     assert bands.nunique() == 6
     assert bands.value_counts().tolist() == [1000] * 6
     assert (values.groupby(bands).median() - bands.unique()[np.argsort(bands.unique())]).abs().max() < 1e-12
-    assert banded(values.round(-1)).equals(values.round(-1))
+    assert value_bands(values.round(-1)).equals(values.round(-1))
 
 
 def test_sets_by_hand():

@@ -11,7 +11,7 @@ from sklearn.preprocessing import FunctionTransformer
 from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core.errors import InputError
-from sigdb.recognition import LocationClassifier, Recognition, SeverityRegressor
+from sigdb.recognition import LocationClassifier, RecognitionSettings, SeverityRegressor
 from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.rows.tooth_views import COLUMNS, ToothViews
 
@@ -137,8 +137,8 @@ def test_a_view_holds_the_cells_from_one_before_to_four_after(held_out):
 
 def test_settings_have_bounds():
     trained = {"learner": "boosting", "folds": 5, "seed": 0, "false_alarm_rate": 0.01}
-    assert Recognition().model_dump() == trained | {"targets": (), "splits": ("S1",), "evaluate_on": ()}
+    assert RecognitionSettings().model_dump() == trained | {"targets": (), "splits": ("S1",), "evaluate_on": ()}
     wrong_ones = ({"folds": 2}, {"learner": "forest"}, {"seed": -1}, {"depth": 3}, {"false_alarm_rate": 1.0})
     for wrong in wrong_ones:
         with pytest.raises(ValueError, match=next(iter(wrong))):
-            Recognition(**wrong)
+            RecognitionSettings(**wrong)

@@ -8,7 +8,7 @@ from scipy.stats import norm
 from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import roc_curve
 
-from sigdb.recognition.metrics.detection import detected, detection_figures, is_resolved, roc, thresholds
+from sigdb.recognition.metrics.detection import detected_rows, detection_figures, is_resolved, roc, thresholds
 from sigdb.recognition.metrics.estimate import Specimens
 from sigdb.recognition.metrics.probability_of_detection import PodCurve, detection_by_loss, pod_curve, pod_figures
 
@@ -31,7 +31,7 @@ def test_thresholds_and_detection_are_those_of_resampled_rows(decimals):
     healthy, rates = (rows["tooth"] == 0).to_numpy(), [0.01, 0.05, 0.5]
     specimens = Specimens(rows["specimen"])
     threshold = thresholds(score, healthy, specimens, rates)
-    found = detected(score, healthy, specimens, threshold, ~healthy)
+    found = detected_rows(score, healthy, specimens, threshold, ~healthy)
     for k in range(12):
         times = specimens.weights[k].astype(int)[specimens.index]
         at = np.repeat(np.arange(380), times)

@@ -8,7 +8,7 @@ import pytest
 
 from sigdb.core.errors import InputError
 from sigdb.pipeline import train_model
-from sigdb.recognition import EvaluationError, Recognition, evaluate, evaluate_beside_bound, load_model, train
+from sigdb.recognition import EvaluationError, RecognitionSettings, evaluate, evaluate_with_bound, load_model, train
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.bound.bayes_bound import detection_bound
 
@@ -17,7 +17,7 @@ RATE = 0.2
 
 @pytest.fixture(scope="module")
 def detector(many_specimens):
-    return train(many_specimens, "detection", Recognition(folds=3, learner="templates", false_alarm_rate=RATE))
+    return train(many_specimens, "detection", RecognitionSettings(folds=3, learner="templates", false_alarm_rate=RATE))
 
 
 def test_figures_are_those_of_a_detector(many_specimens, detector):
@@ -33,7 +33,7 @@ def test_figures_are_those_of_a_detector(many_specimens, detector):
 
 
 def test_the_bound_detects_no_less_at_its_rate(many_specimens, detector):
-    evaluation = evaluate_beside_bound(detector, many_specimens)
+    evaluation = evaluate_with_bound(detector, many_specimens)
     assert evaluation.bound["false_alarm_rate"].value <= RATE
     assert evaluation.bound["p_detected"].value >= evaluation.figures["templates"]["p_detected"].value - 0.01
     assert evaluation.above == ()
@@ -98,13 +98,13 @@ def test_detectors_whose_rows_do_not_support_the_rate_are_left_out(many_specimen
 
     monkeypatch.setattr("sigdb.recognition.estimators.registry.POOLED", ("lda",))
     monkeypatch.setattr("sigdb.recognition.estimators.baselines.threshold.IndicatorScore.fit", too_few)
-    steps, settings = [], Recognition(folds=3, learner="templates", false_alarm_rate=RATE)
+    steps, settings = [], RecognitionSettings(folds=3, learner="templates", false_alarm_rate=RATE)
     model = train(many_specimens, "detection", settings, on_step=steps.append)
     assert list(model.estimators) == ["lda", "templates"]
     assert "fm4 is left out: too few healthy rows" in steps
     monkeypatch.setattr("sigdb.recognition.estimators.pooled_location.LocationClassifier.fit", too_few)
     with pytest.raises(InputError, match="too few healthy rows"):
-        train(many_specimens, "detection", Recognition(folds=3, learner="lda", false_alarm_rate=RATE))
+        train(many_specimens, "detection", RecognitionSettings(folds=3, learner="lda", false_alarm_rate=RATE))
 
 
 class Told:

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from scipy.special import expit
 
-from sigdb.recognition import EvaluationError, Figure, asked_rows, evaluate
+from sigdb.recognition import Estimate, EvaluationError, evaluate, requested_rows
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.metrics.estimate import Specimens
 from sigdb.recognition.metrics.significance import figures_above_bound
@@ -83,7 +83,7 @@ def test_differences_are_those_of_the_figures(location, severity):
 
 
 def test_tables_of_location(location, location_model, database):
-    rows = asked_rows(location_model, database)
+    rows = requested_rows(location_model, database)
     confusion = location.tables["confusion"]
     assert confusion["rows"].sum() == len(rows)
     right = confusion[confusion["tooth"] == confusion["found"]]["rows"].sum() / len(rows)
@@ -131,7 +131,7 @@ def bound_of(rows, share):
 
 @pytest.mark.parametrize("paired", [False, True])
 def test_a_model_above_the_bound_fails_loudly(location_model, database, paired):
-    bound, values = bound_of(asked_rows(location_model, database), 0.5)
+    bound, values = bound_of(requested_rows(location_model, database), 0.5)
     options = {"bound": bound} | ({"bound_values": values} if paired else {})
     evaluation = asked(location_model, database, Oracle(), **options)
     assert evaluation.above == ("accuracy",)
@@ -153,7 +153,7 @@ def test_who_has_seen_the_specimens_may_better_the_bound(location_model, databas
 
 @pytest.mark.parametrize("paired", [False, True])
 def test_a_model_at_or_below_the_bound_passes(location_model, database, paired):
-    bound, values = bound_of(asked_rows(location_model, database), 1.0)
+    bound, values = bound_of(requested_rows(location_model, database), 1.0)
     options = {"bound": bound} | ({"bound_values": values} if paired else {})
     for wrong in (0.0, 0.5):
         evaluation = asked(location_model, database, Oracle(wrong), **options)
@@ -162,7 +162,7 @@ def test_a_model_at_or_below_the_bound_passes(location_model, database, paired):
 
 
 def test_the_bound_stands_in_the_table_against_noise(location_model, database):
-    rows = asked_rows(location_model, database)
+    rows = requested_rows(location_model, database)
     bound, values = bound_of(rows, 0.5)
     # A bound that does not cover all rows is compared on those that it covers.
     values = {"accuracy": values["accuracy"].iloc[10:]}
@@ -172,8 +172,8 @@ def test_the_bound_stands_in_the_table_against_noise(location_model, database):
 
 def test_figures_that_can_be_traded_are_no_bound(location_model, database):
     # Whoever always says 'none' raises no false alarm: that is no sign of a leak.
-    certain = {name: Figure(value=0.5, low=0.5, high=0.5) for name in ("none_on_healthy", "p_detected", "p_exact")}
-    rows = asked_rows(location_model, database)
+    certain = {name: Estimate(value=0.5, low=0.5, high=0.5) for name in ("none_on_healthy", "p_detected", "p_exact")}
+    rows = requested_rows(location_model, database)
     for best in (0.0, 1.0):
         values = {name: pd.Series(best, rows.index) for name in certain}
         assert asked(location_model, database, Oracle(0.5), bound=certain, bound_values=values).above == ()
@@ -182,8 +182,8 @@ def test_figures_that_can_be_traded_are_no_bound(location_model, database):
 
 def test_less_is_better_for_losses():
     rows = pd.DataFrame({"specimen": np.arange(10)})
-    ours = {name: Figure(value=1.0, low=0.9, high=1.1) for name in ("log_loss", "mae_stiffness_loss", "accuracy")}
-    less = {name: Figure(value=0.5, low=0.4, high=0.6) for name in ours}
+    ours = {name: Estimate(value=1.0, low=0.9, high=1.1) for name in ("log_loss", "mae_stiffness_loss", "accuracy")}
+    less = {name: Estimate(value=0.5, low=0.4, high=0.6) for name in ours}
     assert figures_above_bound(ours, less, {}, {}, rows) == ("accuracy",)
     assert figures_above_bound(less, ours, {}, {}, rows) == ("log_loss", "mae_stiffness_loss")
 
@@ -195,7 +195,7 @@ def test_equals_are_taken_for_better_once_in_a_hundred(specimens):
     tries = 2000
     for _ in range(tries):
         ours, best = stream.random((2, 300))
-        figures = {"accuracy": Figure(value=0.5, low=0.0, high=1.0)}
+        figures = {"accuracy": Estimate(value=0.5, low=0.0, high=1.0)}
         found += bool(figures_above_bound(figures, figures, {"accuracy": ours}, {"accuracy": best}, rows))
     assert found / tries == pytest.approx(0.01, abs=4 * np.sqrt(0.01 * 0.99 / tries))
 
@@ -206,7 +206,7 @@ def test_rules_that_differ_in_single_rows_are_not_taken_for_better(specimens, di
     """Equally good ones: of each specimen's 100 rows so many, on average, are judged otherwise, for better or worse."""
     stream, found = np.random.default_rng(8), 0
     rows = pd.DataFrame({"specimen": np.repeat(np.arange(specimens), 100), "tooth": 1})
-    figures = {"accuracy": Figure(value=0.5, low=0.0, high=1.0)}
+    figures = {"accuracy": Estimate(value=0.5, low=0.0, high=1.0)}
     tries = 1000
     for _ in range(tries):
         gain = (stream.random(len(rows)) < differing / 100) * stream.choice([-1.0, 1.0], len(rows))
@@ -218,7 +218,7 @@ def test_all_figures_together_are_taken_for_better_once_in_a_hundred():
     stream, found, tries = np.random.default_rng(9), 0, 1000
     rows = pd.DataFrame({"specimen": np.repeat(np.arange(20), 15), "tooth": 1})
     names = [f"{kind}_{i}" for kind in ("mae", "crps") for i in range(3)]
-    figures = dict.fromkeys(names, Figure(value=0.5, low=0.0, high=1.0))
+    figures = dict.fromkeys(names, Estimate(value=0.5, low=0.0, high=1.0))
     for _ in range(tries):
         ours, best = ({name: stream.random(300) for name in names} for _ in range(2))
         found += bool(figures_above_bound(figures, figures, ours, best, rows))
@@ -227,7 +227,7 @@ def test_all_figures_together_are_taken_for_better_once_in_a_hundred():
 
 def test_figures_without_values_tell_nothing_by_one_specimen_or_by_a_row():
     """A bootstrap over one specimen has no width, and over few hardly any."""
-    ours, best = ({"pd_at_1e-2": Figure(value=one, low=one, high=one)} for one in (0.51, 0.5))
+    ours, best = ({"pd_at_1e-2": Estimate(value=one, low=one, high=one)} for one in (0.51, 0.5))
     one, few, many = (
         pd.DataFrame({"specimen": np.arange(n) % count, "tooth": 1}) for n, count in ((200, 1), (200, 4), (10**6, 40))
     )
@@ -239,7 +239,7 @@ def test_figures_without_values_tell_nothing_by_one_specimen_or_by_a_row():
 def test_rows_that_the_bound_does_not_hold_do_not_count(location_model, database):
     """Right on all that is outside of the law, and as the bound on what is inside; of all six specimens."""
     model = replace(location_model, trained_on=())
-    rows = asked_rows(model, database)
+    rows = requested_rows(model, database)
     inside = rows[rows["tooth"] % 2 == 0]
     estimator = Oracle(0.5)
     wrong = estimator.decision_function(rows).argmax(axis=1) != rows["tooth"]

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from sklearn.ensemble import HistGradientBoostingClassifier
 from sklearn.metrics import roc_auc_score
 
-from sigdb.recognition import LocationClassifier, Recognition, SeverityRegressor, evaluate, make_split, train
+from sigdb.recognition import LocationClassifier, RecognitionSettings, SeverityRegressor, evaluate, make_split, train
 from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.rows.tooth_views import COLUMNS
 from sigdb.recognition.splits.split import TEST, TRAINING
@@ -45,7 +45,7 @@ class Shuffled:
 def guesses(database):
     """Evaluations of what was trained on shuffled labels, by target: every learner and every baseline."""
     shuffled = Shuffled(database)
-    return {target: evaluate(train(shuffled, target, Recognition(folds=3)), shuffled) for target in DIFFERENCES}
+    return {target: evaluate(train(shuffled, target, RecognitionSettings(folds=3)), shuffled) for target in DIFFERENCES}
 
 
 DIFFERENCES = {"location": {}, "severity": {"stiffness_loss": 0.2, "phase_shift_deg": 2.0, "damaged_teeth": 1.0}}

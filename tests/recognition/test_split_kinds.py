@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sigdb.core.errors import InputError
-from sigdb.recognition import Recognition, asked_rows, evaluate, train
+from sigdb.recognition import RecognitionSettings, evaluate, requested_rows, train
 from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.splits.kinds import between, beyond, changed_parts, make_split, model_form
 from sigdb.recognition.splits.split import ASIDE, TEST, TRAINING, Split
@@ -211,10 +211,10 @@ def three_losses(make_database):
 
 
 def test_a_model_is_asked_about_what_its_split_holds_out(three_losses):
-    model = train(three_losses, "location", Recognition(folds=3, learner="lda"), split="S2")
+    model = train(three_losses, "location", RecognitionSettings(folds=3, learner="lda"), split="S2")
     (unseen,) = {0, 1, 2} - set(model.trained_on)
     assert model.rows == 2 * (4 + 2 * 2)
-    rows = asked_rows(model, three_losses)
+    rows = requested_rows(model, three_losses)
     assert set(rows["specimen"]) == {unseen}
     assert set(rows.loc[rows["tooth"] > 0, "stiffness_loss"]) == {0.3}
     assert len(rows) == 4 + 2
@@ -226,8 +226,8 @@ def test_a_model_is_asked_about_what_its_split_holds_out(three_losses):
 
 
 def test_a_model_of_one_tooth_count_is_asked_about_the_other(mixed_teeth):
-    model = train(mixed_teeth, "location", Recognition(folds=3, learner="lda"), split="S4")
-    assert set(asked_rows(model, mixed_teeth)["teeth"]) == {13}
+    model = train(mixed_teeth, "location", RecognitionSettings(folds=3, learner="lda"), split="S4")
+    assert set(requested_rows(model, mixed_teeth)["teeth"]) == {13}
     assert model.rows == 2 * (6 + 12 * 2)
 
 

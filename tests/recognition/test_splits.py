@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sigdb.core.errors import DatabaseError, InputError
-from sigdb.recognition import Recognition, evaluate, train
+from sigdb.recognition import RecognitionSettings, evaluate, train
 from sigdb.recognition.splits.kinds import make_split
 from sigdb.recognition.splits.split import check_classes, specimen_folds
 from sigdb.recognition.training import usable_rows
@@ -84,7 +84,7 @@ def test_training_refuses_a_fold_without_a_class(database, only):
     # Tooth 7 is in one specimen only: whichever fold has it, the other one lacks it.
     lacking = WithoutRows(database, lambda rows: (rows["tooth"] == 7) & (rows["specimen"] != only))
     with pytest.raises(InputError, match=r"the (held-out|training) specimens have no rows of the classes \[7\]"):
-        train(lacking, "location", Recognition(folds=3))
+        train(lacking, "location", RecognitionSettings(folds=3))
 
 
 def test_training_and_held_out_specimens_are_disjoint(database, location_model):

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from numpy.testing import assert_array_equal
 
-from sigdb.recognition import Recognition, evaluate, train
+from sigdb.recognition import RecognitionSettings, evaluate, train
 from sigdb.recognition.rows.row_matrix import as_matrix, matrix_column
 from sigdb.recognition.rows.streamed import with_reduced
 from sigdb.recognition.training import evenly_drawn, usable_rows
@@ -49,7 +49,7 @@ def test_arrays_are_read_in_bounded_batches(many_specimens, monkeypatch, target,
     monkeypatch.setattr("sigdb.recognition.rows.streamed.ROWS_AT_ONCE", 50)
     monkeypatch.setattr("sigdb.recognition.training.DRAWN_ROWS", 400)
     monkeypatch.setattr("sigdb.recognition.estimators.registry.POOLED", ("lda",))  # boosting reads what lda reads
-    model = train(watched, target, Recognition(folds=3, learner="templates", false_alarm_rate=0.2))
+    model = train(watched, target, RecognitionSettings(folds=3, learner="templates", false_alarm_rate=0.2))
     assert (model.rows, model.drawn_rows) == (512, 400)
     assert evaluate(model, watched).rows == asked
     assert set(watched.batch_rows) == {50}

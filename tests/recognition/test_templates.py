@@ -16,7 +16,7 @@ from sigdb.database.templates import StoredTemplate
 from sigdb.measurement import index_error_covariance
 from sigdb.recognition import (
     Detector,
-    Recognition,
+    RecognitionSettings,
     TemplateBank,
     TemplateLocation,
     TemplateScores,
@@ -441,9 +441,11 @@ class Retold:
 def test_training_without_a_bank_says_so_or_refuses(database, monkeypatch):
     monkeypatch.setattr("sigdb.recognition.estimators.registry.POOLED", ("lda",))
     steps = []
-    model = train(OneRevolution(database), "location", Recognition(folds=3, learner="lda"), on_step=steps.append)
+    model = train(
+        OneRevolution(database), "location", RecognitionSettings(folds=3, learner="lda"), on_step=steps.append
+    )
     assert "templates" not in model.estimators
     assert list(model.reducers) == ["envelope_peak", "residual_moments"]
     assert steps[0].startswith("templates are left out: ")
     with pytest.raises(InputError, match="averages of 1 revolution"):
-        train(OneRevolution(database), "location", Recognition(folds=3, learner="templates"))
+        train(OneRevolution(database), "location", RecognitionSettings(folds=3, learner="templates"))

@@ -8,7 +8,7 @@ from sigdb.core.errors import InputError
 from sigdb.recording import Surroundings, synthetic_recording
 from sigdb.recording.synthetic.noise import coloured_noise, relative_density
 from sigdb.recording.synthetic.operation import Drift
-from sigdb.recording.synthetic.sensor_resonance import SensorPath, through_path
+from sigdb.recording.synthetic.sensor_resonance import SensorResonance, through_path
 from sigdb.recording.synthetic.tacho import jittered, pulse_waveform
 from sigdb.recording.synthetic.tones import BearingTones, RollingBearing, tones
 from sigdb.signature import synchronous_average, tacho_pulses
@@ -71,7 +71,7 @@ def test_harmonics_of_a_bearing_fall_with_their_number():
 
 @pytest.mark.parametrize(("frequency", "damping"), [(3000.0, 0.05), (12e3, 0.2)])
 def test_a_path_has_its_gain_at_rest_and_at_resonance(frequency, damping):
-    path = SensorPath(frequency=frequency, damping_ratio=damping, gain=-1.5)
+    path = SensorResonance(frequency=frequency, damping_ratio=damping, gain=-1.5)
     t = np.arange(40_960) / RATE
     still = through_path(np.full(1000, 2.0), RATE, path)
     np.testing.assert_allclose(still, -3.0, rtol=1e-9)
@@ -83,7 +83,7 @@ def test_a_path_has_its_gain_at_rest_and_at_resonance(frequency, damping):
 
 
 def test_a_path_far_below_its_resonance_is_that_of_one_degree_of_freedom():
-    path, f = SensorPath(frequency=8000.0, damping_ratio=0.1), 2000.0
+    path, f = SensorResonance(frequency=8000.0, damping_ratio=0.1), 2000.0
     t = np.arange(51_200) / 204.8e3
     x = through_path(np.cos(2 * np.pi * f * t), 204.8e3, path)[25_600:]
     response = 2 * np.mean(x * np.exp(-2j * np.pi * f * t[25_600:]))

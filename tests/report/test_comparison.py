@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from sigdb.report import Case, Report, comparison_figure
+from sigdb.report import Case, ReportSettings, comparison_figure
 
 N = 12 * 32
 ANGLE = 2 * np.pi * np.arange(N) / N
@@ -72,7 +72,7 @@ def test_mesh_stiffness_is_drawn_from_zero_with_room_above():
 
 
 def test_settings_and_order_of_panels():
-    figure = drawn(case(1.0), panels=["distribution", "spectrum"], settings=Report(mesh_orders=2.0))
+    figure = drawn(case(1.0), panels=["distribution", "spectrum"], settings=ReportSettings(mesh_orders=2.0))
     assert figure.axes[0].get_ylim() == (0, 24)
     assert figure.axes[1].get_xlim() == (0, 24)
 

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from sigdb.cli.rows import print_figures
-from sigdb.recognition import Evaluation, Figure
+from sigdb.recognition import Estimate, Evaluation
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.criteria import aims
 from sigdb.recognition.evaluation import answer_figures
@@ -151,7 +151,7 @@ def test_what_the_circular_picture_shows_adds_up(location):
 
 
 def test_the_bound_and_an_alarm_are_shown(location, pages):
-    bound = {"accuracy": Figure(value=0.1, low=0.05, high=0.15), "pd_at_1e-2": Figure(value=0.2, low=0.1, high=0.3)}
+    bound = {"accuracy": Estimate(value=0.1, low=0.05, high=0.15), "pd_at_1e-2": Estimate(value=0.2, low=0.1, high=0.3)}
     tables = {"roc": location.tables["roc"]}
     page = evaluation_html(replace(location, bound=bound, above=("accuracy",), tables=tables), title="t")
     assert '<p class="alarm">The model is better than the best possible answer (P(correct), healthy too)' in page

@@ -7,7 +7,7 @@ from matplotlib.patches import Rectangle
 from numpy.testing import assert_allclose
 
 from sigdb.core.errors import InputError
-from sigdb.report import Report, save_figure, signature_figure
+from sigdb.report import ReportSettings, save_figure, signature_figure
 
 
 def tones(teeth, *, samples_per_tooth=34, amplitudes):
@@ -75,9 +75,9 @@ def test_spectrum_heights_are_the_amplitudes_of_the_tones(teeth):
 
 
 def test_the_highest_order_is_a_setting_and_at_most_half_the_samples():
-    assert drawn(settings=Report(mesh_orders=2.5)).axes[1].get_xlim() == (0, 30)
-    assert drawn(settings=Report(mesh_orders=100.0)).axes[1].get_xlim() == (0, 12 * 34 / 2)
-    assert drawn(settings=Report(mesh_orders=2.0)).axes[2].get_ylim() == pytest.approx((0, 24), abs=0.5)
+    assert drawn(settings=ReportSettings(mesh_orders=2.5)).axes[1].get_xlim() == (0, 30)
+    assert drawn(settings=ReportSettings(mesh_orders=100.0)).axes[1].get_xlim() == (0, 12 * 34 / 2)
+    assert drawn(settings=ReportSettings(mesh_orders=2.0)).axes[2].get_ylim() == pytest.approx((0, 24), abs=0.5)
 
 
 def test_the_distribution_shows_a_tone_at_its_order():
@@ -150,7 +150,7 @@ def test_the_suffix_is_the_format(tmp_path, name, begins):
 def test_the_resolution_is_a_setting(tmp_path):
     sizes = []
     for dots in (50, 100):
-        save_figure(drawn(), tmp_path / "a.png", Report(dots_per_inch=dots))
+        save_figure(drawn(), tmp_path / "a.png", ReportSettings(dots_per_inch=dots))
         header = (tmp_path / "a.png").read_bytes()[16:24]
         sizes.append((int.from_bytes(header[:4], "big"), int.from_bytes(header[4:], "big")))
     assert sizes == [(400, 430), (800, 860)]

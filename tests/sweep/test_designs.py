@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose
 
 import sigdb
 from sigdb.core.errors import InputError
-from sigdb.measurement import Measurement
-from sigdb.signature.settings import Signature
-from sigdb.sweep import Design, Grid, make_plan, run
+from sigdb.measurement import MeasurementSettings
+from sigdb.signature.settings import SignatureSettings
+from sigdb.sweep import Grid, SweepSettings, make_plan, run
 from sigdb.sweep.plan.plan import plan_schema
 from sigdb.transmission import Transmission
 
@@ -181,7 +181,7 @@ def test_patterns_in_a_table(plan_of):
 def test_tables_and_arrays_in_python():
     rig = sigdb.load_transmission("nasa-spiral-bevel")
     grid = Grid(table={"stiffness_loss": np.array([0.1, 0.2]), "tooth": np.array([1, 2])})
-    plan = make_plan(Design(rig=rig.name, grid=[grid]), Measurement(), Signature(), rig)
+    plan = make_plan(SweepSettings(rig=rig.name, grid=[grid]), MeasurementSettings(), SignatureSettings(), rig)
     assert rows_of(plan)["stiffness_loss"].tolist() == [0.1, 0.2]
 
 
@@ -221,7 +221,9 @@ def test_planning_a_hundred_thousand_cases_builds_no_object_for_each(monkeypatch
         "stiffness_loss": {"min": 0.05, "max": 0.5},
         "points": 100_000,
     }
-    plan = make_plan(Design(rig=rig.name, specimens=10, grid=[grid]), Measurement(), Signature(), rig)
+    plan = make_plan(
+        SweepSettings(rig=rig.name, specimens=10, grid=[grid]), MeasurementSettings(), SignatureSettings(), rig
+    )
     assert (plan.n_templates, plan.rows, len(plan.rig_points)) == (200_000, 12_000_000, 100_000)
     assert built["rigs"] < 10
     arrays = [plan.templates, plan.segments, plan.damages, plan.rig_points]

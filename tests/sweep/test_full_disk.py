@@ -13,7 +13,7 @@ from sigdb.sweep import run, verify
 LIMITED = """
 import resource, sys
 from sigdb.cli.main import main
-from sigdb.cli.sweep import sweep
+from sigdb.cli.commands.sweep import sweep
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
 sys.argv = ["sigdb.sweep", *sys.argv[2:]]
 main(sweep, "python -m sigdb.sweep")

@@ -11,7 +11,7 @@ from pyarrow import fs
 from sigdb.core.errors import DatabaseError
 from sigdb.database.store.store import Store
 from sigdb.sweep.work import ownership
-from sigdb.sweep.work.ownership import OWNER, owned
+from sigdb.sweep.work.ownership import OWNER, ownership_of
 
 ME = f"process {os.getpid()} on {socket.gethostname()}"
 
@@ -37,25 +37,25 @@ def owner_of(store):
 @pytest.mark.parametrize("kind", ["directory", "remote"])
 def test_a_second_owner_is_refused_with_the_first_ones_name(kind, request):
     store = request.getfixturevalue(kind)
-    with owned(store):
+    with ownership_of(store):
         for _ in range(2):
             with (
                 pytest.raises(DatabaseError, match=rf"a sweep is already running on it \({ME}\); wait until it ends"),
-                owned(store),
+                ownership_of(store),
             ):
                 pass
         assert owner_of(store)["process"] == os.getpid()
     assert store.size(OWNER) is None
-    with owned(store):
+    with ownership_of(store):
         pass
 
 
 @pytest.mark.parametrize("kind", ["directory", "remote"])
 def test_a_place_is_free_again_after_an_error(kind, request):
     store = request.getfixturevalue(kind)
-    with pytest.raises(KeyboardInterrupt), owned(store):
+    with pytest.raises(KeyboardInterrupt), ownership_of(store):
         raise KeyboardInterrupt
-    with owned(store):
+    with ownership_of(store):
         pass
     assert store.size(OWNER) is None
 
@@ -68,11 +68,11 @@ def left_by(store, age, **other):
 
 def test_a_sign_of_life_that_is_old_is_a_dead_owners(remote):
     left_by(remote, age=60)
-    with pytest.raises(DatabaseError, match=r"already running on it \(process 12 on far\)"), owned(remote):
+    with pytest.raises(DatabaseError, match=r"already running on it \(process 12 on far\)"), ownership_of(remote):
         pass
     assert owner_of(remote)["token"] == "x"
     left_by(remote, age=120)
-    with owned(remote):
+    with ownership_of(remote):
         assert owner_of(remote)["process"] == os.getpid()
 
 
@@ -82,13 +82,13 @@ def test_an_owner_that_cannot_be_read_does_not_block(kind, left, request, tmp_pa
     store = request.getfixturevalue(kind)
     (tmp_path / "db").mkdir()
     store.put(OWNER, left)
-    with owned(store):
+    with ownership_of(store):
         assert owner_of(store)["process"] == os.getpid()
 
 
 def test_the_sign_of_life_is_renewed(remote, monkeypatch):
     monkeypatch.setattr(ownership, "_BEAT", 0.01)
-    with owned(remote):
+    with ownership_of(remote):
         first = owner_of(remote)
         deadline = time.monotonic() + 10
         # This file system does not write at once, as an object store does: what is half there is no owner.
@@ -110,7 +110,7 @@ def test_of_two_that_begin_at_once_the_last_to_sign_goes_on(remote, monkeypatch)
         left_by(self, age=0)
 
     monkeypatch.setattr(Store, "put", put_then_another)
-    with pytest.raises(DatabaseError, match=r"already running on it \(process 12 on far\)"), owned(remote):
+    with pytest.raises(DatabaseError, match=r"already running on it \(process 12 on far\)"), ownership_of(remote):
         pass
     assert owner_of(remote)["token"] == "x"
 
@@ -122,6 +122,6 @@ def test_a_place_that_cannot_be_owned(tmp_path):
     for place in (tmp_path / "file", tmp_path / "file" / "db", tmp_path / "db"):
         with (
             pytest.raises(DatabaseError, match=r"cannot be written \(.*\); nothing that is finished is lost"),
-            owned(Store.at(place)),
+            ownership_of(Store.at(place)),
         ):
             pass

@@ -10,9 +10,9 @@ import tomli_w
 
 import sigdb
 from sigdb.core.errors import DatabaseError
-from sigdb.measurement import Measurement
-from sigdb.signature.settings import Signature
-from sigdb.sweep import Design, make_plan, plan_from
+from sigdb.measurement import MeasurementSettings
+from sigdb.signature.settings import SignatureSettings
+from sigdb.sweep import SweepSettings, make_plan, plan_from
 from sigdb.transmission import built_in_transmissions
 
 HEAD = '[sweep]\nrig = "nasa-spiral-bevel"\nseed = 4\nspecimens = 2\nhealthy = 3\n'
@@ -64,8 +64,8 @@ GEARED = [name for name in built_in_transmissions() if sigdb.load_transmission(n
 @pytest.mark.parametrize("name", GEARED)
 def test_a_plan_is_made_again_for_every_rig(name):
     rig = sigdb.load_transmission(name)
-    design = Design(rig=name, healthy=1, grid=[{"stiffness_loss": 0.1, "averages": 720 * 23}])
-    plan = make_plan(design, Measurement(), Signature(), rig)
+    design = SweepSettings(rig=name, healthy=1, grid=[{"stiffness_loss": 0.1, "averages": 720 * 23}])
+    plan = make_plan(design, MeasurementSettings(), SignatureSettings(), rig)
     assert_same(plan_from(stored(plan.resolved)), plan)
 
 
@@ -94,10 +94,12 @@ def test_a_recipe_that_another_version_resolved_is_refused(plan_of, change):
 @pytest.fixture
 def extension():
     rig = sigdb.load_transmission("nasa-spiral-bevel")
-    design = Design(rig=rig.name, seed=9, healthy=2, grid=[{"stiffness_loss": {"min": 0.1, "max": 0.5}, "points": 70}])
+    design = SweepSettings(
+        rig=rig.name, seed=9, healthy=2, grid=[{"stiffness_loss": {"min": 0.1, "max": 0.5}, "points": 70}]
+    )
     parts = {"first_row_part": 3, "first_template_part": 2, "part_rows": 512}
-    return make_plan(design, Measurement(), Signature(), rig, **parts), make_plan(
-        design, Measurement(), Signature(), rig
+    return make_plan(design, MeasurementSettings(), SignatureSettings(), rig, **parts), make_plan(
+        design, MeasurementSettings(), SignatureSettings(), rig
     )
 
 

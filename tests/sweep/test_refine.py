@@ -20,7 +20,7 @@ from sigdb.database.store.store import Store
 from sigdb.dynamics import Periodic
 from sigdb.measurement import index_errors
 from sigdb.sweep import coverage, plan_from, refine, run
-from sigdb.sweep.work.ownership import owned
+from sigdb.sweep.work.ownership import ownership_of
 
 SWEEP_RUN = importlib.import_module("sigdb.sweep.work.run")
 HEAD = """
@@ -408,7 +408,7 @@ def test_nothing_between_is_refused(make):
 
 
 def test_a_second_refinement_at_the_same_time_is_refused(copy):
-    with owned(Store.at(copy)), pytest.raises(DatabaseError, match="a sweep is already running on it"):
+    with ownership_of(Store.at(copy)), pytest.raises(DatabaseError, match="a sweep is already running on it"):
         refine(copy, jobs=1)
 
 

@@ -11,7 +11,7 @@ from sigdb.cli.main import cli, main
 from sigdb.core.errors import CorruptionError, DatabaseError, InputError
 from sigdb.database.store.store import Store
 from sigdb.sweep import repair, run, verify
-from sigdb.sweep.work.ownership import owned
+from sigdb.sweep.work.ownership import ownership_of
 
 
 @pytest.fixture
@@ -130,7 +130,10 @@ def test_a_repair_that_is_stopped_goes_on(copy, parts_folder, digests):
 
 def test_a_repair_owns_the_place(copy):
     flipped(copy / "features" / "part-00001.parquet", 1000)
-    with owned(Store.at(copy)), pytest.raises(DatabaseError, match=r"a sweep is already running on it \(process"):
+    with (
+        ownership_of(Store.at(copy)),
+        pytest.raises(DatabaseError, match=r"a sweep is already running on it \(process"),
+    ):
         repair(copy, jobs=1)
 
 
@@ -205,7 +208,7 @@ def test_bad_input_is_exit_code_2(command, arguments, says, tmp_path, monkeypatc
 
 def test_a_repair_that_cannot_be_done_now_is_exit_code_3(command, copy):
     flipped(copy / "features" / "part-00001.parquet", 1000)
-    with owned(Store.at(copy)):
+    with ownership_of(Store.at(copy)):
         code, _, err = command(copy, "--repair", "--jobs", 1)
     assert code == 3
     assert "a sweep is already running on it" in err

@@ -9,7 +9,7 @@ from sigdb.database.store.store import Store
 from sigdb.dynamics import Periodic, PeriodicRig
 from sigdb.sweep import run
 from sigdb.sweep.plan.plan import PART_TEMPLATES
-from sigdb.sweep.work.template_reader import TemplateBank
+from sigdb.sweep.work.template_reader import TemplateReader
 from sigdb.sweep.work.templates import make_template_part
 
 RECIPE = (
@@ -66,7 +66,7 @@ def test_a_part_looks_at_its_own_templates_only(plan, plan_of, tmp_path, monkeyp
 
 
 def test_the_bank_gives_what_is_stored_in_any_order(folder, templates, plan):
-    bank = TemplateBank(Store.at(folder), plan.sensors)
+    bank = TemplateReader(Store.at(folder), plan.sensors)
     for number in np.random.default_rng(0).permutation(np.repeat(templates.index, 2)):
         found, stored = bank[int(number)], templates.loc[number]
         assert (found.status, found.contact_loss, found.tooth) == ("ok", False, 0 if number == 0 else 1)

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import sigdb
-from sigdb.measurement import Measurement
-from sigdb.signature.settings import Signature
-from sigdb.sweep import Design, make_plan
+from sigdb.measurement import MeasurementSettings
+from sigdb.signature.settings import SignatureSettings
+from sigdb.sweep import SweepSettings, make_plan
 
 RIGS = {name: sigdb.load_transmission(name) for name in ("nasa-spiral-bevel", "two-stage-gearbox")}
 AVERAGES = 36
@@ -76,9 +76,9 @@ def test_rows_are_the_union(name, data):
     axes = [axis for axis in LISTS if axis != "pinion.teeth" or gear == "pinion"]
     design = data.draw(st.lists(grids(axes), min_size=1, max_size=3))
     plan = make_plan(
-        Design(rig=name, gear=gear, specimens=2, draws=2, healthy=3, grid=design),
-        Measurement(averages=AVERAGES),
-        Signature(),
+        SweepSettings(rig=name, gear=gear, specimens=2, draws=2, healthy=3, grid=design),
+        MeasurementSettings(averages=AVERAGES),
+        SignatureSettings(),
         rig,
     )
     rows = plan.table(0, plan.rows)

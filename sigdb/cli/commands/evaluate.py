@@ -38,9 +38,9 @@ def evaluate(model: str, database: str, report: str | None, form: str) -> int:
     """
     from sigdb.cli.rows import print_figures
     from sigdb.database import open as open_database
-    from sigdb.recognition import EvaluationError, evaluate_beside_bound, load_model
+    from sigdb.recognition import EvaluationError, evaluate_with_bound, load_model
 
-    evaluation = evaluate_beside_bound(load_model(model), open_database(database))
+    evaluation = evaluate_with_bound(load_model(model), open_database(database))
     if form == "table":
         print_figures(evaluation)
     else:

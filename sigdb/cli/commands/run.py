@@ -9,8 +9,8 @@ import click
 from sigdb.cli.options.recordings import jobs_option
 
 if TYPE_CHECKING:
-    from sigdb.pipeline import Result
-    from sigdb.recognition import Figure
+    from sigdb.pipeline import ModelResult
+    from sigdb.recognition import Estimate
 
 FOUND = 1
 """Exit code where a model is better than is possible."""
@@ -52,7 +52,7 @@ def run(recipe: Path, out: Path | None, jobs: int) -> int:
     return FOUND if above else 0
 
 
-def _table(results: Sequence["Result"]) -> str:
+def _table(results: Sequence["ModelResult"]) -> str:
     from sigdb.recognition import TITLES
     from sigdb.report import table, word
 
@@ -72,7 +72,7 @@ def _table(results: Sequence["Result"]) -> str:
     return table([(head, word(key)) for head, key in columns.items()], rows)
 
 
-def _digits(figure: "Figure | None") -> str | None:
+def _digits(figure: "Estimate | None") -> str | None:
     """A figure to three digits: some are thousandths."""
     if figure is None:
         return None

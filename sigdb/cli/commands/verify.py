@@ -9,7 +9,7 @@ import click
 from sigdb.cli.options.recordings import jobs_option
 
 if TYPE_CHECKING:
-    from sigdb.database import Finding
+    from sigdb.database import IntegrityFinding
 
 FOUND = 1
 """Exit code where something is wrong."""
@@ -60,7 +60,7 @@ def verify(database: str, deep: bool, sample: int, mend: bool, jobs: int, form: 
     return FOUND if left else 0
 
 
-def _print(database: str, found: "tuple[Finding, ...]", left: "tuple[Finding, ...]") -> None:
+def _print(database: str, found: "tuple[IntegrityFinding, ...]", left: "tuple[IntegrityFinding, ...]") -> None:
     for finding in found:
         if finding not in left:
             click.echo(f"{finding.kind}: {finding.file and finding.file + ': '}{finding.what}; repaired")

@@ -29,7 +29,7 @@ _SUM_BYTES = 4
 
 
 @dataclass(frozen=True, kw_only=True)
-class MatchBank:
+class MatchIndex:
     """Templates of one length.
 
     Attributes
@@ -45,7 +45,7 @@ class MatchBank:
     spectra: tuple[NDArray[np.complex64], ...]
 
 
-def cached_bank(key: str, make: Callable[[], Iterable[pa.RecordBatch]]) -> MatchBank:
+def cached_bank(key: str, make: Callable[[], Iterable[pa.RecordBatch]]) -> MatchIndex:
     """The bank with a key, from the cache if it is there and whole, else made and put there.
 
     A cache that cannot be written is no failure: the bank is held in memory then.
@@ -131,9 +131,9 @@ def _sum(body: NDArray[np.uint8], key: str) -> bytes:
     return zlib.crc32(body.data, zlib.crc32(key.encode())).to_bytes(_SUM_BYTES, "little")
 
 
-def _bank(content: pa.Buffer) -> MatchBank:
+def _bank(content: pa.Buffer) -> MatchIndex:
     table = pa.ipc.open_file(content).read_all()
-    return MatchBank(
+    return MatchIndex(
         cases=table.drop_columns([SPECTRUM]),
         spectra=tuple(_complex(chunk) for chunk in table[SPECTRUM].chunks),
     )

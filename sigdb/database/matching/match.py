@@ -11,7 +11,7 @@ import pyarrow as pa
 from numpy.typing import ArrayLike, NDArray
 
 from sigdb.core import InputError
-from sigdb.database.matching.index import RMS, MatchBank, bank_batches, cached_bank
+from sigdb.database.matching.index import RMS, MatchIndex, bank_batches, cached_bank
 from sigdb.database.matching.nearest import Nearest, checked_average, nearest, whole_shifts
 from sigdb.database.matching.outside_threshold import read_coverage
 from sigdb.database.query import choose, connect
@@ -78,7 +78,7 @@ def match_average(
     return Match(table=_table(found, cases, step, threshold), threshold=threshold)
 
 
-def template_bank(database: "Database", sensor: str, n: int) -> MatchBank:
+def template_bank(database: "Database", sensor: str, n: int) -> MatchIndex:
     """The templates of a sensor and of n samples, from the user's cache or the database.
 
     Raises
@@ -128,7 +128,7 @@ def _of_length(database: "Database", column: str, n: int) -> Iterator[pa.RecordB
     yield from batches
 
 
-def _among(bank: MatchBank, where: str | None) -> NDArray[np.bool_]:
+def _among(bank: MatchIndex, where: str | None) -> NDArray[np.bool_]:
     """Which templates of a bank meet a condition."""
     if where is None:
         return np.ones(bank.cases.num_rows, dtype=bool)

@@ -11,7 +11,7 @@ import scipy.fft
 from numpy.typing import ArrayLike, NDArray
 
 from sigdb.core import FloatArray, InputError, IntArray
-from sigdb.database.matching.index import RMS, MatchBank
+from sigdb.database.matching.index import RMS, MatchIndex
 from sigdb.database.matching.residuals import root_mean_square, unit_residuals
 
 _SPARE = 32
@@ -85,7 +85,7 @@ def mismatch(product: FloatArray, own: float, rms: FloatArray) -> FloatArray:
 
 
 def nearest(
-    bank: MatchBank,
+    bank: MatchIndex,
     x: FloatArray,
     *,
     teeth: int,
@@ -147,7 +147,7 @@ def _each(blocks: Sequence[NDArray[np.complex64]], compute: Callable[[Any], Floa
         return list(threads.map(compute, blocks))
 
 
-def _spectra(bank: MatchBank, places: IntArray) -> NDArray[np.complex64]:
+def _spectra(bank: MatchIndex, places: IntArray) -> NDArray[np.complex64]:
     """Spectra of some templates, from blocks of unequal size."""
     ends = np.cumsum([len(block) for block in bank.spectra])
     block = np.searchsorted(ends, places, side="right")

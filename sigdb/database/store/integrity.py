@@ -32,7 +32,7 @@ PartKey = tuple[str, int]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Finding:
+class IntegrityFinding:
     """Something about a database that is not as it should be.
 
     Attributes
@@ -66,14 +66,14 @@ class Finding:
         return f"{self.file and self.file + ': '}{self.what}; {self.remedy}"
 
 
-def damaged_part(key: PartKey, file: str, what: str) -> Finding:
+def damaged_part(key: PartKey, file: str, what: str) -> IntegrityFinding:
     """A finding that a part must be made again for."""
     stage, part = key
     remedy = f"make part {part} of {stage} again with --repair"
-    return Finding(kind="damage", file=file, what=what, remedy=remedy, stage=stage, part=part)
+    return IntegrityFinding(kind="damage", file=file, what=what, remedy=remedy, stage=stage, part=part)
 
 
-def read_all_receipts(store: Store) -> tuple[dict[PartKey, Receipt], list[Finding]]:
+def read_all_receipts(store: Store) -> tuple[dict[PartKey, Receipt], list[IntegrityFinding]]:
     """The receipts that can be read, and what is wrong with the others."""
     receipts, findings = {}, []
     for stage in KINDS:
@@ -116,11 +116,11 @@ def read_file(
     return file, ""
 
 
-def foreign_files(store: Store, parts: Iterable[PartKey]) -> list[Finding]:
+def foreign_files(store: Store, parts: Iterable[PartKey]) -> list[IntegrityFinding]:
     """Files that are neither a description nor those of a part."""
     known = _OWN | {path for stage, part in parts for path in _names(stage, part)}
     strangers = [
-        Finding(
+        IntegrityFinding(
             kind="foreign",
             file=name,
             what="is none of this database's files",
@@ -130,7 +130,7 @@ def foreign_files(store: Store, parts: Iterable[PartKey]) -> list[Finding]:
         if name not in known
     ]
     return strangers + [
-        Finding(
+        IntegrityFinding(
             kind="foreign",
             file=name,
             what="is a temporary file that a stopped sweep has left, or that a running one is writing",

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from sigdb.core import ComplexArray, FloatArray, InputError, SigdbError
-from sigdb.dynamics.excitation import Harmonic, harmonics
+from sigdb.dynamics.excitation import HarmonicExcitation, harmonics
 from sigdb.dynamics.march.marcher import Marcher, MeshTables, mesh_tables, meshes_from
 from sigdb.dynamics.period import Period, common_period
 from sigdb.dynamics.periodic.periodic import SAMPLES_PER_TOOTH
@@ -184,7 +184,7 @@ class _PeriodicMotion:
     system: ModalSystem
     tables: MeshTables
     order: list[int]
-    harmonics: tuple[Harmonic, ...]
+    harmonics: tuple[HarmonicExcitation, ...]
     revolutions: int
     passes: tuple[int, ...]
     solver: Transient

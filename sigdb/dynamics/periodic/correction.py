@@ -8,7 +8,7 @@ import numpy as np
 
 from sigdb.core import ComplexArray, FloatArray, IntArray
 from sigdb.dynamics.damage_forces import Change
-from sigdb.dynamics.excitation import Harmonic
+from sigdb.dynamics.excitation import HarmonicExcitation
 
 Columns = IntArray | slice
 """Those of the excitation that are asked for."""
@@ -47,7 +47,7 @@ class LocalForces:
 
 
 def local_forces(
-    made: Change, teeth: int, revolutions: int, orders: Sequence[Harmonic], columns: Columns
+    made: Change, teeth: int, revolutions: int, orders: Sequence[HarmonicExcitation], columns: Columns
 ) -> LocalForces:
     """The forces of a change over some revolutions, under those columns of the excitation that are asked for."""
     samples = (np.arange(revolutions)[:, None] * made.total + made.samples).ravel()

@@ -18,7 +18,7 @@ import numpy as np
 
 from sigdb.core import ComplexArray, FloatArray, IntArray, SigdbError
 from sigdb.dynamics.damage_forces import Change, change
-from sigdb.dynamics.excitation import Harmonic
+from sigdb.dynamics.excitation import HarmonicExcitation
 from sigdb.dynamics.period import Period
 from sigdb.dynamics.periodic.correction import (
     Columns,
@@ -95,7 +95,7 @@ class PeriodicRig:
     shaft_speed: float
     period: Period
     samples: int
-    harmonics: tuple[Harmonic, ...]
+    harmonics: tuple[HarmonicExcitation, ...]
     static_compression: FloatArray
     healthy: FloatArray
     excitation: tuple[ComplexArray, ComplexArray]

@@ -19,7 +19,7 @@ from sigdb.recognition.bound.expected_losses import expected_losses, judged_shar
 from sigdb.recognition.bound.operating_points import operating_points
 from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.metrics.detection import called_figures, detection_figures
-from sigdb.recognition.metrics.estimate import Figure, Specimens
+from sigdb.recognition.metrics.estimate import Estimate, Specimens
 from sigdb.recognition.metrics.location_and_severity import location_values
 from sigdb.recognition.metrics.probability_of_detection import pod_figures
 
@@ -77,7 +77,7 @@ class Bound:
         return pd.DataFrame(values, index=self.rows.index)
 
     @cached_property
-    def figures(self) -> dict[str, Figure]:
+    def figures(self) -> dict[str, Estimate]:
         """The figures by name, with 95 % intervals of a bootstrap over specimens."""
         specimens = Specimens(self.rows["specimen"].to_numpy())
         columns = {str(name): value.to_numpy() for name, value in self.values.items()}
@@ -87,7 +87,7 @@ class Bound:
         }
 
 
-def bound(
+def bayes_bound(
     database: Database,
     ids: ArrayLike | None = None,
     *,
@@ -131,7 +131,7 @@ def bound(
     --------
     What evaluation does, with a model's answers ``predicted`` for the rows ``ids``::
 
-        best = bound(database, ids, target="location")
+        best = bayes_bound(database, ids, target="location")
         wrong = predicted.loc[best.rows.index] != best.rows["tooth"]
         excess = above_bound(wrong, best.losses["error"], best.rows["specimen"])
     """
@@ -164,7 +164,7 @@ def _estimated(losses: pd.DataFrame) -> dict[str, FloatArray]:
     return means | errors
 
 
-def detection_bound(log_odds: pd.Series, rows: pd.DataFrame, false_alarm_rate: float) -> dict[str, Figure]:
+def detection_bound(log_odds: pd.Series, rows: pd.DataFrame, false_alarm_rate: float) -> dict[str, Estimate]:
     """Figures of the detector by the Bayes rule's log odds of damage, as those of a model.
 
     Its threshold is the least that at most a share ``false_alarm_rate`` of the healthy rows exceeds, those rows

@@ -16,14 +16,14 @@ from sigdb.recognition.bound.expected_losses import error_curve_around
 from sigdb.recognition.bound.operating_points import OperatingPoint
 from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.metrics.calibration import ENOUGH, calibration_error, calibration_values
-from sigdb.recognition.metrics.estimate import UNKNOWN, Figure, Specimens, columns_of, interval
+from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, columns_of, interval
 from sigdb.recognition.metrics.location_and_severity import severity_values
 from sigdb.recognition.metrics.probability_of_detection import Pod, detection_by_loss
 
 _COLUMNS = {"stiffness_loss", "phase_shift_deg"}
 
 
-def of_detection(answers: Answers, rows: pd.DataFrame, best: Bound) -> dict[str, float]:
+def detection_efficiency(answers: Answers, rows: pd.DataFrame, best: Bound) -> dict[str, float]:
     """a90 at a false-alarm rate of 1e-3 of model and bound, by the same fit on the same rows, and their quotients.
 
     Of a model whose a90 is beyond the losses of the rows while the bound's is not, the quotient is infinite.
@@ -39,14 +39,14 @@ def of_detection(answers: Answers, rows: pd.DataFrame, best: Bound) -> dict[str,
     }
 
 
-def _smallest_loss_ratio(model: Pod, bound: Pod) -> Figure:
+def _smallest_loss_ratio(model: Pod, bound: Pod) -> Estimate:
     if np.isnan(model.a90.value) and not np.isnan(bound.a90.value):
         greatest = model.levels["found"].iloc[-1] < 0.9
-        return Figure(value=np.inf, low=np.nan, high=np.nan) if greatest else UNKNOWN
+        return Estimate(value=np.inf, low=np.nan, high=np.nan) if greatest else UNKNOWN
     return interval(model.resampled / bound.resampled)
 
 
-def of_location(
+def location_efficiency(
     answers: Answers, rows: pd.DataFrame, best: Bound, points: Sequence[OperatingPoint], draws: int
 ) -> dict[str, float]:
     """``error``, ``bound_error``, ``chance``, ``eta_info`` and ``loss_db`` of rows; see :func:`against_bound`."""
@@ -61,11 +61,11 @@ def of_location(
         bound_error=specimens.mean(best_wrong),
         excess=excess,
         eta_info=_eta_info(answers, rows, best, points, specimens),
-        loss_db=Figure(value=value, low=low, high=high),
+        loss_db=Estimate(value=value, low=low, high=high),
     )
 
 
-def of_calibration(answers: Answers, rows: pd.DataFrame) -> dict[str, float]:
+def calibration_efficiency(answers: Answers, rows: pd.DataFrame) -> dict[str, float]:
     """``ece`` of rows, mean probability of the answers (``confidence``) and share of them that is wrong."""
     if answers.probabilities is None:
         return columns_of(ece=UNKNOWN)
@@ -81,7 +81,7 @@ def of_calibration(answers: Answers, rows: pd.DataFrame) -> dict[str, float]:
 
 def _eta_info(
     answers: Answers, rows: pd.DataFrame, best: Bound, points: Sequence[OperatingPoint], specimens: Specimens
-) -> Figure:
+) -> Estimate:
     if answers.probabilities is None:
         return UNKNOWN
     prior = _prior_log_loss(points).loc[rows.index].to_numpy()
@@ -102,7 +102,7 @@ def _before(point: OperatingPoint) -> FloatArray:
     return -point.before.location[0, point.asked.rows["tooth"].to_numpy()]
 
 
-def of_severity(found: pd.DataFrame, rows: pd.DataFrame, best: Bound) -> list[dict[str, float | str]]:
+def severity_efficiency(found: pd.DataFrame, rows: pd.DataFrame, best: Bound) -> list[dict[str, float | str]]:
     """A row for each target that varies; see :func:`against_bound`."""
     specimens = Specimens(rows["specimen"])
     known = best.rows.loc[rows.index]
@@ -149,7 +149,7 @@ def _beside(
     )
 
 
-def _ratio(specimens: Specimens, model: FloatArray, bound: FloatArray) -> Figure:
+def _ratio(specimens: Specimens, model: FloatArray, bound: FloatArray) -> Estimate:
     return specimens.figure(np.divide, model, bound)
 
 
@@ -290,11 +290,11 @@ def _of_band(
     draws: int,
 ) -> list[dict[str, Any]]:
     if isinstance(answers.found, pd.DataFrame):
-        return [] if best is None else of_severity(answers.found, rows, best)
-    columns: dict[str, Any] = {} if best is None else dict(of_detection(answers, rows, best))
+        return [] if best is None else severity_efficiency(answers.found, rows, best)
+    columns: dict[str, Any] = {} if best is None else dict(detection_efficiency(answers, rows, best))
     if target == "location":
-        columns |= of_calibration(answers, rows)
-        columns |= {} if best is None else of_location(answers, rows, best, _asked(points, rows), draws)
+        columns |= calibration_efficiency(answers, rows)
+        columns |= {} if best is None else location_efficiency(answers, rows, best, _asked(points, rows), draws)
     return [columns]
 
 

@@ -8,7 +8,7 @@ from scipy.special import log_softmax
 from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.recognition.calibration.cells import band_edges, bands, cells_of, of_bands
 from sigdb.recognition.calibration.conformal import greatest_quantile
-from sigdb.recognition.calibration.probabilities import calibrated, specimen_folds_of, with_none
+from sigdb.recognition.calibration.probabilities import calibrate, specimen_folds_of, with_none
 
 
 class LocationSets:
@@ -72,10 +72,10 @@ class LocationSets:
 
 
 def strangeness(scores: FloatArray, tooth: IntArray, groups: IntArray, offset: ArrayLike = 0.0) -> FloatArray:
-    """(rows,) -log probability of the truth, calibrated on other specimens; arguments as of :func:`calibrated`."""
+    """(rows,) -log probability of the truth, calibrated on other specimens; arguments as of :func:`calibrate`."""
     strange, offset = np.empty(len(tooth)), np.broadcast_to(offset, len(tooth))
     for inner, outer in specimen_folds_of(groups):
-        slope, none = calibrated(scores[inner], tooth[inner], offset[inner])
+        slope, none = calibrate(scores[inner], tooth[inner], offset[inner])
         stacked = with_none(scores[outer], slope, none + offset[outer])
         strange[outer] = -log_softmax(stacked, axis=1)[np.arange(len(outer)), tooth[outer]]
     return strange

@@ -24,7 +24,7 @@ def with_none(scores: FloatArray, slope: ArrayLike, none: ArrayLike) -> FloatArr
     return np.column_stack([np.broadcast_to(none, len(scores)), np.reshape(slope, (-1, 1)) * scores])
 
 
-def calibrated(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tuple[float, float]:
+def calibrate(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tuple[float, float]:
     """Slope of the scores and level of 'none' that make the labels most likely.
 
     Parameters

@@ -20,7 +20,7 @@ from sigdb.core import BoolArray, FloatArray, InputError, IntArray
 from sigdb.recognition.calibration.cells import band_edges, bands, noise_db, points_of
 from sigdb.recognition.calibration.conformal import COVERAGE, rows_by_cell
 from sigdb.recognition.calibration.location_sets import LocationSets, strangeness, tooth_and_severity
-from sigdb.recognition.calibration.probabilities import calibrated, check_labels, specimen_folds_of, with_none
+from sigdb.recognition.calibration.probabilities import calibrate, check_labels, specimen_folds_of, with_none
 from sigdb.recognition.rows.tooth_views import ToothViews, by_teeth, check_columns
 
 LEARNERS = {
@@ -131,7 +131,7 @@ class LocationClassifier(LocationSets, ClassifierMixin, BaseEstimator):
         strange, levels = np.empty(len(X)), []
         for at in (np.arange(len(X)), *own):
             prior = _log_teeth(scores[at])
-            levels.append(calibrated(scores[at], tooth[at], prior))
+            levels.append(calibrate(scores[at], tooth[at], prior))
             strange[at] = strangeness(scores[at], tooth[at], groups[at], prior)
         self.slope_, self.none_ = np.array(levels).T
         self._fit_sets(strange, tooth, severity, point=points_of(X), noise=noise, groups=groups)

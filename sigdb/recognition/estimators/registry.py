@@ -18,11 +18,11 @@ from sigdb.recognition.estimators.pooled_location import POOLED, LocationClassif
 from sigdb.recognition.estimators.pooled_severity import SeverityRegressor
 from sigdb.recognition.estimators.template_location import TemplateLocation
 from sigdb.recognition.estimators.template_severity import TemplateSeverity
-from sigdb.recognition.settings import Recognition
+from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.templates.bank import TemplateBank
 
 
-def location(settings: Recognition, bank: TemplateBank | None) -> dict[str, Any]:
+def location(settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Any]:
     """Unfitted estimators of location by name."""
     learners = {name: LocationClassifier(name, settings.seed) for name in POOLED}
     if bank is None:
@@ -31,14 +31,14 @@ def location(settings: Recognition, bank: TemplateBank | None) -> dict[str, Any]
     return learners | templates | _thresholds(settings, bank) | {"majority": MajorityLocation()}
 
 
-def severity(settings: Recognition, bank: TemplateBank | None) -> dict[str, Any]:
+def severity(settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Any]:
     """Unfitted estimators of severity by name."""
     learners = {name: SeverityRegressor(name, settings.seed) for name in POOLED}
     templates = {} if bank is None else {"templates": TemplateSeverity(bank)}
     return learners | templates | {"fm4": Fm4Severity(), "majority": MajoritySeverity()}
 
 
-def detection(settings: Recognition, bank: TemplateBank | None) -> dict[str, Any]:
+def detection(settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Any]:
     """Unfitted detectors by name, at the false-alarm rate of the settings."""
     rate = settings.false_alarm_rate
     # Two folds: these scorers take long to train.
@@ -48,7 +48,7 @@ def detection(settings: Recognition, bank: TemplateBank | None) -> dict[str, Any
     return learners | templates | baselines
 
 
-def _thresholds(settings: Recognition, bank: TemplateBank | None) -> dict[str, Any]:
+def _thresholds(settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Any]:
     rate = settings.false_alarm_rate
     nearest = {} if bank is None else {"nearest_template": NearestTemplateLocation(bank, rate)}
     return nearest | {
@@ -58,7 +58,7 @@ def _thresholds(settings: Recognition, bank: TemplateBank | None) -> dict[str, A
     }
 
 
-CONTENDERS: dict[str, Callable[[Recognition, TemplateBank | None], dict[str, Any]]] = {
+CONTENDERS: dict[str, Callable[[RecognitionSettings, TemplateBank | None], dict[str, Any]]] = {
     "location": location,
     "severity": severity,
     "detection": detection,

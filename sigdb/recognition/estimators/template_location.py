@@ -12,7 +12,7 @@ from sklearn.utils.validation import check_is_fitted
 from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.recognition.calibration.conformal import COVERAGE, row_quantile
 from sigdb.recognition.calibration.location_sets import LocationSets, strangeness, tooth_and_severity
-from sigdb.recognition.calibration.probabilities import calibrated, check_labels, with_none
+from sigdb.recognition.calibration.probabilities import calibrate, check_labels, with_none
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.templates.scores import TemplateScores, noise_at_point
 
@@ -72,7 +72,7 @@ class TemplateLocation(LocationSets, ClassifierMixin, BaseEstimator):
         check_labels(np.isfinite(ratio).sum(axis=1), y)
         groups = np.arange(len(y)) if groups is None else np.asarray(groups)
         self.classes_ = np.arange(ratio.shape[1] + 1)
-        self.slope_, self.none_ = calibrated(ratio, y)
+        self.slope_, self.none_ = calibrate(ratio, y)
         point, noise = noise_at_point(self.bank, X)
         self._fit_sets(strangeness(ratio, y, groups), y, severity, point=point, noise=noise, groups=groups)
         self.misfit_threshold_ = row_quantile(misfit, COVERED)

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import FloatArray, IntArray
-from sigdb.recognition.metrics.estimate import UNKNOWN, Figure, Specimens
+from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens
 
 BINS = 10
 """Bins of equal width of the probability of the answer."""
@@ -23,7 +23,7 @@ def calibration_values(probabilities: FloatArray, rows: pd.DataFrame) -> dict[st
     }
 
 
-def calibration_figures(probabilities: FloatArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Figure]:
+def calibration_figures(probabilities: FloatArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Estimate]:
     """Log loss, Brier score, and the expected calibration error where there are :data:`ENOUGH` rows.
 
     Parameters
@@ -40,7 +40,7 @@ def calibration_figures(probabilities: FloatArray, rows: pd.DataFrame, *, seed: 
     return figures | {"ece": calibration_error(probabilities, rows, specimens) if len(rows) >= ENOUGH else UNKNOWN}
 
 
-def calibration_error(probabilities: FloatArray, rows: pd.DataFrame, specimens: Specimens) -> Figure:
+def calibration_error(probabilities: FloatArray, rows: pd.DataFrame, specimens: Specimens) -> Estimate:
     """Expected calibration error of the answer: the mean over rows of |share that is right - mean probability| of bins.
 
     References

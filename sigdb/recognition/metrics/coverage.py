@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import BoolArray, FloatArray, IntArray
-from sigdb.recognition.metrics.estimate import Figure, Specimens
+from sigdb.recognition.metrics.estimate import Estimate, Specimens
 from sigdb.recognition.metrics.significance import above_bound
 
 ENOUGH = 2000
@@ -22,15 +22,15 @@ CELL = (*SEVERITY, "snr_db", "speed_rpm", "torque")
 """What a cell is made of: severity, noise, operating point."""
 
 
-def banded(values: pd.Series, *, most: int = 6) -> pd.Series:
+def value_bands(values: pd.Series, *, most: int = 6) -> pd.Series:
     """The values themselves where few are distinct, else the median of the values of each of so many quantile bands.
 
     Examples
     --------
     >>> import pandas as pd
-    >>> banded(pd.Series([1.0, 2.0, 2.0])).tolist()
+    >>> value_bands(pd.Series([1.0, 2.0, 2.0])).tolist()
     [1.0, 2.0, 2.0]
-    >>> banded(pd.Series([1.0, 2.0, 3.0, 4.0]), most=2).tolist()
+    >>> value_bands(pd.Series([1.0, 2.0, 3.0, 4.0]), most=2).tolist()
     [1.5, 1.5, 3.5, 3.5]
     """
     if values.nunique() <= most:
@@ -68,7 +68,7 @@ def coverage_cells(
     """
     known = rows[~np.isnan(inside)].assign(inside=inside[~np.isnan(inside)])
     columns = [name for name in by if name in rows]
-    severity = [banded(known[name]).to_numpy() for name in columns if name in SEVERITY]
+    severity = [value_bands(known[name]).to_numpy() for name in columns if name in SEVERITY]
     halved = known[[name for name in columns if name not in SEVERITY]].to_numpy(float)
     table = [
         known.iloc[at][columns].median().to_dict() | {"rows": len(at)} | _share(known.iloc[at], seed)
@@ -113,7 +113,7 @@ def set_values(sets: BoolArray, rows: pd.DataFrame) -> dict[str, FloatArray]:
     }
 
 
-def set_figures(sets: BoolArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Figure]:
+def set_figures(sets: BoolArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Estimate]:
     """Mean size and coverage of conformal sets, over all rows and by label.
 
     Parameters

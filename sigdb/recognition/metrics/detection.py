@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import BoolArray, FloatArray, IntArray
-from sigdb.recognition.metrics.estimate import UNKNOWN, Figure, Specimens, interval
+from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, interval
 
 RATES = (1e-2, 1e-3, 1e-4)
 """False-alarm rates at which the probability of detection is given."""
@@ -13,7 +13,7 @@ NEEDED = 3.0
 """Healthy rows for each false alarm in so many: a rate is not resolved by fewer than 3 / rate of them."""
 
 
-def detection_figures(score: FloatArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Figure]:
+def detection_figures(score: FloatArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Estimate]:
     """Probability of detection at the false-alarm rates of :data:`RATES`, unknown where healthy rows are too few.
 
     Parameters
@@ -30,7 +30,7 @@ def detection_figures(score: FloatArray, rows: pd.DataFrame, *, seed: int = 0) -
     figures = dict.fromkeys(map(rate_name, RATES), UNKNOWN)
     if resolved and not healthy.all():
         specimens = Specimens(rows["specimen"], seed=seed)
-        found = detected(score, healthy, specimens, thresholds(score, healthy, specimens, resolved), ~healthy)
+        found = detected_rows(score, healthy, specimens, thresholds(score, healthy, specimens, resolved), ~healthy)
         figures |= {rate_name(rate): interval(found[:, i]) for i, rate in enumerate(resolved)}
     return figures
 
@@ -44,7 +44,7 @@ def called_values(found: IntArray, rows: pd.DataFrame) -> dict[str, FloatArray]:
     }
 
 
-def called_figures(found: IntArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Figure]:
+def called_figures(found: IntArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Estimate]:
     """Share of healthy rows that are called damaged, and of damaged ones.
 
     Parameters
@@ -92,7 +92,7 @@ def counts(score: FloatArray, specimens: Specimens, threshold: FloatArray, among
     return found
 
 
-def detected(
+def detected_rows(
     score: FloatArray, healthy: BoolArray, specimens: Specimens, threshold: FloatArray, among: BoolArray
 ) -> FloatArray:
     """(1 + resamples, rates) share of the rows meant whose score is above each threshold."""
@@ -115,7 +115,7 @@ def roc(score: FloatArray, rows: pd.DataFrame, *, points: int = 25, seed: int = 
         return pd.DataFrame(columns=["false_alarm_rate", "detected", "low", "high"], dtype=float)
     rates = np.geomspace(NEEDED / healthy.sum(), 1.0, points)
     specimens = Specimens(rows["specimen"], seed=seed)
-    share = detected(score, healthy, specimens, thresholds(score, healthy, specimens, list(rates)), ~healthy)
+    share = detected_rows(score, healthy, specimens, thresholds(score, healthy, specimens, list(rates)), ~healthy)
     figures = [interval(share[:, i]) for i in range(points)]
     return pd.DataFrame(
         {

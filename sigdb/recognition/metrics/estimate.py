@@ -12,7 +12,7 @@ RESAMPLES = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
-class Figure:
+class Estimate:
     """A figure of merit with the ends of its interval, 95 % unless said otherwise; nan where there is none."""
 
     value: float
@@ -27,11 +27,11 @@ class Figure:
         return f"{self.value:.3f} [{self.low:.3f}, {self.high:.3f}]"
 
 
-UNKNOWN = Figure(value=np.nan, low=np.nan, high=np.nan)
+UNKNOWN = Estimate(value=np.nan, low=np.nan, high=np.nan)
 """A figure for which there are no rows, or too few."""
 
 
-def columns_of(**figures: Figure) -> dict[str, float]:
+def columns_of(**figures: Estimate) -> dict[str, float]:
     """Figures as columns of a row of a table: ``NAME``, ``NAME_low`` and ``NAME_high``."""
     ends = {"": "value", "_low": "low", "_high": "high"}
     return {f"{name}{end}": getattr(one, part) for name, one in figures.items() for end, part in ends.items()}
@@ -66,7 +66,7 @@ class Specimens:
         sums = np.column_stack([np.bincount(self.index, column.astype(float), self.count) for column in flat.T])
         return np.asarray((self.weights @ sums).reshape(len(self.weights), *values.shape[1:]), float)
 
-    def figure(self, statistic: Callable[..., FloatArray], *values: FloatArray, level: float = 0.95) -> Figure:
+    def figure(self, statistic: Callable[..., FloatArray], *values: FloatArray, level: float = 0.95) -> Estimate:
         """A statistic of sums over rows.
 
         Parameters
@@ -81,25 +81,25 @@ class Specimens:
         with np.errstate(divide="ignore", invalid="ignore"):
             return interval(statistic(*(self.totals(np.asarray(one, float)) for one in values)), level=level)
 
-    def mean(self, values: FloatArray, *, level: float = 0.95) -> Figure:
+    def mean(self, values: FloatArray, *, level: float = 0.95) -> Estimate:
         """Mean of the values (rows,) that are not nan."""
         return self.figure(np.divide, np.nan_to_num(values), ~np.isnan(values), level=level)
 
-    def root_mean_square(self, values: FloatArray) -> Figure:
+    def root_mean_square(self, values: FloatArray) -> Estimate:
         """Root mean square of the values (rows,) that are not nan."""
         return self.figure(lambda s, n: np.sqrt(s / n), np.nan_to_num(values) ** 2, ~np.isnan(values))
 
 
-def interval(statistic: FloatArray, *, level: float = 0.95) -> Figure:
+def interval(statistic: FloatArray, *, level: float = 0.95) -> Estimate:
     """The figure of a statistic (1 + resamples,): its first entry, and percentiles of the finite others."""
     value, resampled = float(statistic[0]), statistic[1:][np.isfinite(statistic[1:])]
     if not np.isfinite(value) or resampled.size == 0:
         return UNKNOWN
     low, high = np.quantile(resampled, [(1 - level) / 2, (1 + level) / 2])
-    return Figure(value=value, low=float(low), high=float(high))
+    return Estimate(value=value, low=float(low), high=float(high))
 
 
-def paired_difference(a: FloatArray, b: FloatArray, specimens: IntArray, *, level: float = 0.95) -> Figure:
+def paired_difference(a: FloatArray, b: FloatArray, specimens: IntArray, *, level: float = 0.95) -> Estimate:
     """Mean of a - b over the same rows, those where neither is nan.
 
     Examples

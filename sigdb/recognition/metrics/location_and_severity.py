@@ -10,7 +10,7 @@ from sigdb.core import FloatArray, IntArray
 from sigdb.recognition.calibration.conformal import COVERAGE
 from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.metrics.detection import called_figures, called_values
-from sigdb.recognition.metrics.estimate import Figure, Specimens
+from sigdb.recognition.metrics.estimate import Estimate, Specimens
 
 
 def crps_sample(values: ArrayLike, y: ArrayLike, weights: ArrayLike | None = None) -> FloatArray:
@@ -111,7 +111,7 @@ def location_values(found: IntArray, rows: pd.DataFrame) -> dict[str, FloatArray
     }
 
 
-def location_figures(found: IntArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Figure]:
+def location_figures(found: IntArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Estimate]:
     """P(correct), of damaged rows P(exact), P(within one tooth), P(detected), circular bias; 'none' on healthy ones.
 
     Parameters
@@ -144,7 +144,7 @@ def severity_values(found: pd.DataFrame, rows: pd.DataFrame) -> dict[str, FloatA
     return values
 
 
-def severity_figures(found: pd.DataFrame, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Figure]:
+def severity_figures(found: pd.DataFrame, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Estimate]:
     """Of each target: mean absolute and root-mean-square error, bias, CRPS, and the coverage of its interval.
 
     The CRPS takes an estimate and the ends of its interval as median and quantiles (:func:`crps_quantiles`); of an
@@ -179,7 +179,7 @@ def _crps(found: pd.DataFrame, rows: pd.DataFrame, target: str) -> FloatArray:
     return crps_quantiles(found[names].to_numpy(float), levels, rows[target].to_numpy(float))
 
 
-FIGURES: dict[str, Callable[..., dict[str, Figure]]] = {
+FIGURES: dict[str, Callable[..., dict[str, Estimate]]] = {
     "location": location_figures,
     "severity": severity_figures,
     "detection": called_figures,

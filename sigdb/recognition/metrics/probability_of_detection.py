@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from sigdb.core import FloatArray
 from sigdb.recognition.metrics.detection import counts, is_resolved, thresholds
-from sigdb.recognition.metrics.estimate import UNKNOWN, Figure, Specimens, interval
+from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, interval
 
 RATE = 1e-3
 """False-alarm rate at which a90 is given."""
@@ -131,8 +131,8 @@ class Pod:
     rate: float
     levels: pd.DataFrame
     curve: PodCurve | None
-    a90: Figure
-    a90_95: Figure
+    a90: Estimate
+    a90_95: Estimate
     resampled: FloatArray
 
 
@@ -205,12 +205,12 @@ def _a90(a: FloatArray, hit: FloatArray, of: FloatArray, curve: PodCurve | None)
     return np.where(slope > 0, (logit(0.9) - intercept) / slope, np.nan)
 
 
-def _point(value: float, a: FloatArray) -> Figure:
+def _point(value: float, a: FloatArray) -> Estimate:
     """A bound, which has no interval of its own; unknown outside the levels."""
-    return Figure(value=value, low=np.nan, high=np.nan) if a[0] <= value <= a[-1] else UNKNOWN
+    return Estimate(value=value, low=np.nan, high=np.nan) if a[0] <= value <= a[-1] else UNKNOWN
 
 
-def pod_figures(score: FloatArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Figure]:
+def pod_figures(score: FloatArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Estimate]:
     """``a90`` and ``a90_95`` at a false-alarm rate of 1e-3, unknown where the rows do not tell."""
     pod = detection_by_loss(score, rows, seed=seed)
     return {"a90": pod.a90 if pod else UNKNOWN, "a90_95": pod.a90_95 if pod else UNKNOWN}

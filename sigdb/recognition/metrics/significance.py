@@ -10,7 +10,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from sigdb.core import FloatArray, InputError
-from sigdb.recognition.metrics.estimate import Figure
+from sigdb.recognition.metrics.estimate import Estimate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,8 +118,8 @@ _CHANCE = 0.01
 
 
 def figures_above_bound(
-    figures: Mapping[str, Figure],
-    bound: Mapping[str, Figure],
+    figures: Mapping[str, Estimate],
+    bound: Mapping[str, Estimate],
     values: Mapping[str, FloatArray],
     bound_values: Mapping[str, FloatArray],
     rows: pd.DataFrame,
@@ -161,7 +161,7 @@ def _sign(name: str) -> int:
     return next((sign for start, sign in BOUNDED.items() if name.startswith(start)), 0)
 
 
-def _error(name: str, one: Figure, other: Figure, rows: pd.DataFrame) -> float:
+def _error(name: str, one: Estimate, other: Estimate, rows: pd.DataFrame) -> float:
     """Standard error of the difference of two figures."""
     error = np.hypot(one.high - one.low, other.high - other.low) / (2 * 1.96)
     if not name.startswith("pd_at"):

@@ -7,14 +7,14 @@ from hashlib import blake2b
 import numpy as np
 
 from sigdb.core import FloatArray, InputError, suggestion
-from sigdb.recording.files.formats.contents import Column, Contents
+from sigdb.recording.files.formats.contents import Contents, DataColumn
 from sigdb.recording.files.missing_samples import common_part, ends, filled
 from sigdb.recording.files.sampling_rates import sampling_rates, split_time
 from sigdb.recording.files.settings import RecordingSettings
 from sigdb.recording.recording import Channel, Recording
 
 
-def assembled(contents: Contents, settings: RecordingSettings, *, source: str) -> Recording:
+def assemble(contents: Contents, settings: RecordingSettings, *, source: str) -> Recording:
     """The recording that a file and its settings describe.
 
     Raises
@@ -44,7 +44,7 @@ def assembled(contents: Contents, settings: RecordingSettings, *, source: str) -
     )  # fmt: skip
 
 
-def _named(contents: Contents, settings: RecordingSettings) -> tuple[tuple[Column, ...], list[str]]:
+def _named(contents: Contents, settings: RecordingSettings) -> tuple[tuple[DataColumn, ...], list[str]]:
     """Columns with the names that were given, all different."""
     columns = contents.columns
     if settings.names is not None:
@@ -75,7 +75,7 @@ def _clean(text: str) -> str:
     return "".join(sign for sign in text.strip()[:100] if sign.isprintable())
 
 
-def _chosen(columns: tuple[Column, ...], settings: RecordingSettings) -> tuple[Column, ...]:
+def _chosen(columns: tuple[DataColumn, ...], settings: RecordingSettings) -> tuple[DataColumn, ...]:
     by_name = {column.name: column for column in columns}
     if settings.channels is None:
         return columns
@@ -88,7 +88,7 @@ def _chosen(columns: tuple[Column, ...], settings: RecordingSettings) -> tuple[C
     return tuple(by_name[name] for name in dict.fromkeys(wanted))
 
 
-def _refuse_unknown(columns: tuple[Column, ...], settings: RecordingSettings) -> None:
+def _refuse_unknown(columns: tuple[DataColumn, ...], settings: RecordingSettings) -> None:
     """Units, scales and a tacho of channels that are not there."""
     known = [column.name for column in columns]
     for what, given in (("units", settings.units), ("scale", settings.scale)):
@@ -99,7 +99,7 @@ def _refuse_unknown(columns: tuple[Column, ...], settings: RecordingSettings) ->
         raise InputError(f"tacho names {settings.tacho!r}, which is no channel{suggestion(settings.tacho, known)}")
 
 
-def _number(column: Column) -> FloatArray:
+def _number(column: DataColumn) -> FloatArray:
     if column.values.dtype.kind not in "biuf":
         raise InputError(f"channel {column.name} holds complex numbers or no numbers; choose others by channels")
     x = np.ascontiguousarray(column.values, dtype=np.float64)
@@ -112,7 +112,7 @@ def _number(column: Column) -> FloatArray:
 
 
 def _aligned(
-    series: list[FloatArray], columns: tuple[Column, ...], rates: list[float]
+    series: list[FloatArray], columns: tuple[DataColumn, ...], rates: list[float]
 ) -> tuple[list[FloatArray], list[str]]:
     """Series of one rate cut to the part that they share, so that sample i of all is the same instant."""
     if len(set(rates)) > 1:
@@ -126,7 +126,7 @@ def _aligned(
 
 
 def _channels(
-    series: list[FloatArray], columns: tuple[Column, ...], rates: list[float], settings: RecordingSettings
+    series: list[FloatArray], columns: tuple[DataColumn, ...], rates: list[float], settings: RecordingSettings
 ) -> tuple[tuple[Channel, ...], list[str]]:
     channels: list[Channel] = []
     notes: list[str] = []
@@ -154,7 +154,7 @@ def _scale(name: str, settings: RecordingSettings, *, is_tacho: bool) -> float:
     return 1.0 if settings.scale is None or is_tacho else settings.scale
 
 
-def _unit(column: Column, settings: RecordingSettings, *, is_tacho: bool) -> str:
+def _unit(column: DataColumn, settings: RecordingSettings, *, is_tacho: bool) -> str:
     if isinstance(settings.units, dict):
         return settings.units.get(column.name, column.unit)
     return column.unit if settings.units is None or is_tacho else settings.units

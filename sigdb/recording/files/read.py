@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from sigdb.core import InputError, read_toml, validated
-from sigdb.recording.files.assemble import assembled
+from sigdb.recording.files.assemble import assemble
 from sigdb.recording.files.kinds import file_kind, suffix_of
 from sigdb.recording.files.settings import RecordingSettings
 from sigdb.recording.recording import Recording
@@ -101,7 +101,7 @@ def _read(path: Path, settings: RecordingSettings) -> Recording:
             raise
         except kind.foreign as error:
             raise InputError(f"cannot be read as {kind.name} ({_told(error)})") from None
-        return assembled(contents, settings, source=str(path))
+        return assemble(contents, settings, source=str(path))
     except InputError as error:
         raise InputError(f"{path}: {error}".replace(f"{path}: {path}: ", f"{path}: ")) from None
     except OSError as error:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sigdb.core import FloatArray, InputError, suggestion
-from sigdb.recording.files.formats.contents import Column
+from sigdb.recording.files.formats.contents import DataColumn
 
 SECONDS = {
     "": 1.0, "s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "µs": 1e-6,
@@ -96,7 +96,7 @@ HIGHEST = 1e9
 
 
 def sampling_rates(
-    columns: tuple[Column, ...], *, given: float | None, time: Column | None, stated: float | None, source: str
+    columns: tuple[DataColumn, ...], *, given: float | None, time: DataColumn | None, stated: float | None, source: str
 ) -> tuple[list[float], list[str]]:
     """Rate of each column, Hz, and where they are from.
 
@@ -130,7 +130,7 @@ def sampling_rates(
     return rates, [*notes, *(f"sampling rate {rate:.9g} Hz from the file" for rate in own)]
 
 
-def _from_times(time: Column, columns: tuple[Column, ...]) -> tuple[float, list[str]]:
+def _from_times(time: DataColumn, columns: tuple[DataColumn, ...]) -> tuple[float, list[str]]:
     for column in columns:
         if column.values.size != time.values.size and column.sampling_rate is None:
             raise InputError(
@@ -144,7 +144,9 @@ def _from_times(time: Column, columns: tuple[Column, ...]) -> tuple[float, list[
     return base.sampling_rate, notes
 
 
-def _disagreeing(given: float, columns: tuple[Column, ...], time: Column | None, stated: float | None) -> list[str]:
+def _disagreeing(
+    given: float, columns: tuple[DataColumn, ...], time: DataColumn | None, stated: float | None
+) -> list[str]:
     """What the file says otherwise; times with samples missing are refused also where a rate is given."""
     rates = {column.sampling_rate for column in columns if column.sampling_rate} | ({stated} if stated else set())
     if time is not None:
@@ -156,7 +158,7 @@ def _disagreeing(given: float, columns: tuple[Column, ...], time: Column | None,
     ]
 
 
-def _known(column: Column, rate: float | None) -> float:
+def _known(column: DataColumn, rate: float | None) -> float:
     if rate is None:
         raise InputError(
             f"channel {column.name}: the file does not state the sampling rate; give sampling_rate, in Hz, or the "
@@ -171,8 +173,8 @@ _TIME = re.compile(r"(?:.*[./\s])?(t|time|times|zeit|temps|tiempo|x_value|timest
 
 
 def split_time(
-    columns: tuple[Column, ...], *, time: str | bool | None, named: bool
-) -> tuple[Column | None, tuple[Column, ...], tuple[str, ...]]:
+    columns: tuple[DataColumn, ...], *, time: str | bool | None, named: bool
+) -> tuple[DataColumn | None, tuple[DataColumn, ...], tuple[str, ...]]:
     """The column of times, if there is one, the other columns, and what was handled.
 
     Parameters
@@ -203,7 +205,7 @@ def split_time(
     return _unnamed(columns) if not named else (None, columns, ())
 
 
-def _unnamed(columns: tuple[Column, ...]) -> tuple[Column | None, tuple[Column, ...], tuple[str, ...]]:
+def _unnamed(columns: tuple[DataColumn, ...]) -> tuple[DataColumn | None, tuple[DataColumn, ...], tuple[str, ...]]:
     first = columns[0]
     values = first.values.astype(float)
     if not rises_evenly(values):
@@ -214,11 +216,11 @@ def _unnamed(columns: tuple[Column, ...]) -> tuple[Column | None, tuple[Column, 
     return first, rest, (f"{first.name} rises evenly and was taken as the time in seconds; time=false if it is not",)
 
 
-def _with_unit(column: Column) -> Column:
+def _with_unit(column: DataColumn) -> DataColumn:
     """The column with its unit, which may stand in its name."""
     end = re.split(r"[ _]", column.name.lower())[-1]
     return replace(column, unit=end) if not column.unit and end in SECONDS else column
 
 
-def _without(columns: tuple[Column, ...], one: Column) -> tuple[Column, ...]:
+def _without(columns: tuple[DataColumn, ...], one: DataColumn) -> tuple[DataColumn, ...]:
     return tuple(column for column in columns if column is not one)

@@ -77,7 +77,7 @@ def synthetic_recording(
     Examples
     --------
     >>> import sigdb
-    >>> from sigdb.pipeline import Surroundings, synthetic_recording
+    >>> from sigdb.recording import Surroundings, synthetic_recording
     >>> rig = sigdb.load_transmission("nasa-spiral-bevel")
     >>> damage = sigdb.Damage(tooth=6, stiffness_loss=0.4)
     >>> surroundings = Surroundings(speed={"depth": 0.01, "period": 0.2}, noise={"snr_db": 10.0})
@@ -99,10 +99,10 @@ def synthetic_recording(
         seed=seed,
         steps_per_tooth=steps_per_tooth,
     )
-    return recorded(made, surroundings, seed=seed)
+    return record(made, surroundings, seed=seed)
 
 
-def recorded(made: Motion, surroundings: Surroundings | None = None, *, seed: int = 0) -> Recording:
+def record(made: Motion, surroundings: Surroundings | None = None, *, seed: int = 0) -> Recording:
     """A recording of a motion: several with other noise may be made of one.
 
     Parameters

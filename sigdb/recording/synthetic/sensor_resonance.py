@@ -5,7 +5,7 @@ import numpy as np
 from sigdb.core import FloatArray, Section, quantity
 
 
-class SensorPath(Section):
+class SensorResonance(Section):
     """A path of one degree of freedom, ``H(s) = gain w0^2 / (s^2 + 2 zeta w0 s + w0^2)`` with ``w0 = 2 pi frequency``.
 
     That is an accelerometer on its mounting (published: ISO 5348), or a wall of the housing between gear and sensor.
@@ -17,7 +17,7 @@ class SensorPath(Section):
     gain: float = quantity("-", "Gain far below the resonance; negative for a sensor mounted upside down.", default=1.0)
 
 
-def through_path(x: FloatArray, sampling_rate: float, path: SensorPath) -> FloatArray:
+def through_path(x: FloatArray, sampling_rate: float, path: SensorResonance) -> FloatArray:
     """A signal behind a path that was in rest with the first sample before it.
 
     The bilinear transform with ``s = c (1 - 1/z) / (1 + 1/z)``, ``c = w0 / tan(w0 / (2 sampling_rate))``, is exact at

@@ -3,7 +3,7 @@
 from sigdb.core import Section, quantity
 from sigdb.recording.synthetic.noise import Noise
 from sigdb.recording.synthetic.operation import Drift
-from sigdb.recording.synthetic.sensor_resonance import SensorPath
+from sigdb.recording.synthetic.sensor_resonance import SensorResonance
 from sigdb.recording.synthetic.tacho import Tacho
 from sigdb.recording.synthetic.tones import BearingTones, ShaftTones
 
@@ -25,6 +25,6 @@ class Surroundings(Section):
     torque: Drift | None = quantity("-", "Torque against the operating point's; held if left out.", default=None)
     shafts: tuple[ShaftTones, ...] = quantity("-", "Tones of other shafts.", default=())
     bearings: tuple[BearingTones, ...] = quantity("-", "Tones of damaged bearings.", default=())
-    path: SensorPath | None = quantity("-", "Path to the sensor; direct if left out.", default=None)
+    path: SensorResonance | None = quantity("-", "Path to the sensor; direct if left out.", default=None)
     noise: Noise | None = quantity("-", "Noise of the recording; none if left out.", default=None)
     tacho: Tacho = quantity("-", "The tacho.", default=Tacho())

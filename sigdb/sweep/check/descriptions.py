@@ -5,7 +5,7 @@ from sigdb.database import (
     COVERAGE_FILE,
     KINDS,
     MANIFEST_FILE,
-    Finding,
+    IntegrityFinding,
     Manifest,
     PartKey,
     Store,
@@ -22,7 +22,7 @@ Owners = dict[PartKey, Plan]
 """The parts that a database is to have, each with its plan."""
 
 
-def check_descriptions(store: Store) -> tuple[Owners, list[Finding]]:
+def check_descriptions(store: Store) -> tuple[Owners, list[IntegrityFinding]]:
     """The parts that a database is to have, and what is wrong with the files that describe it.
 
     Without a readable ``sigdb.toml`` nobody knows which parts there are to be: then there are none.
@@ -61,7 +61,9 @@ def check_descriptions(store: Store) -> tuple[Owners, list[Finding]]:
         SCHEMA: "write it again with --repair",
         COVERAGE_FILE: f"measure it again with: sigdb coverage {store}",
     }
-    findings = [Finding(kind="damage", file=name, what=what, remedy=remedies[name]) for name, what in wrong.items()]
+    findings = [
+        IntegrityFinding(kind="damage", file=name, what=what, remedy=remedies[name]) for name, what in wrong.items()
+    ]
     return {(stage, part): plan for plan in plans for stage in KINDS for part in part_numbers(plan, stage)}, findings
 
 

@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
 from sigdb.core import NOISE_BLOCK, DatabaseError
-from sigdb.database import ROW_GROUP, Finding, PartKey, Receipt, Store, damaged_part, open_checked
+from sigdb.database import ROW_GROUP, IntegrityFinding, PartKey, Receipt, Store, damaged_part, open_checked
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.rows import row_pieces
 from sigdb.sweep.work.templates import template_table
@@ -19,7 +19,7 @@ def differing_parts(
     parts: Mapping[PartKey, tuple[Plan, Receipt]],
     sample: int,
     doubtful: Iterable[tuple[PartKey, int]],
-) -> Iterator[Finding]:
+) -> Iterator[IntegrityFinding]:
     """Parts of a database of which a template or a block of rows is not what making it again gives.
 
     Parameters

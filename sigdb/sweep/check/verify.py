@@ -14,7 +14,7 @@ from sigdb.database import (
     KINDS,
     MANIFEST_FILE,
     TABLES_OF,
-    Finding,
+    IntegrityFinding,
     PartKey,
     Receipt,
     Store,
@@ -33,8 +33,8 @@ from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.plan.plan import Plan, plan_schema
 from sigdb.sweep.work.describe_database import SCHEMA, check_version, write_schema
 from sigdb.sweep.work.engines import Processes
-from sigdb.sweep.work.ownership import owned
-from sigdb.sweep.work.run import carry_out
+from sigdb.sweep.work.ownership import ownership_of
+from sigdb.sweep.work.run import run_parts
 
 OnProgress = Callable[[Progress], Any]
 
@@ -45,7 +45,7 @@ def verify(
     deep: bool = False,
     sample: int = 8,
     on_progress: OnProgress = lambda progress: None,
-) -> tuple[Finding, ...]:
+) -> tuple[IntegrityFinding, ...]:
     """Look for anything in a database that is not as it should be; nothing is changed.
 
     Every byte of every file is read: descriptions and receipts are compared with their seals, parts with their
@@ -98,8 +98,8 @@ class Repair:
         Findings after.
     """
 
-    found: tuple[Finding, ...]
-    left: tuple[Finding, ...]
+    found: tuple[IntegrityFinding, ...]
+    left: tuple[IntegrityFinding, ...]
 
 
 def repair(
@@ -134,7 +134,7 @@ def repair(
     found = _found(store, deep, sample, on_progress)
     if not found or any(finding.file == MANIFEST_FILE for finding in found):
         return Repair(found=found, left=found)
-    with owned(store):
+    with ownership_of(store):
         store.clear_temporary()
         manifest = read_manifest(store)
         check_version(store, manifest.sigdb_version)
@@ -143,11 +143,11 @@ def repair(
             write_schema(plans[0], store)
         for key in {finding.key for finding in found if finding.key}:
             store.delete(receipt_name(*key))
-        carry_out(plans, store, Processes(jobs), on_progress)
+        run_parts(plans, store, Processes(jobs), on_progress)
     return Repair(found=found, left=_found(store, deep, sample, on_progress))
 
 
-def _found(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> tuple[Finding, ...]:
+def _found(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> tuple[IntegrityFinding, ...]:
     owners, findings = check_descriptions(store)
     receipts, damaged = read_all_receipts(store)
     if owners:
@@ -213,13 +213,13 @@ def _range(plan: Plan, receipt: Receipt) -> tuple[int, int]:
     return numbers.start, numbers.stop
 
 
-def _unfinished(owners: Owners, begun: set[PartKey]) -> Iterator[Finding]:
+def _unfinished(owners: Owners, begun: set[PartKey]) -> Iterator[IntegrityFinding]:
     """What is not made yet, in a sentence for templates and one for rows."""
     for stage in KINDS:
         planned = [part for name, part in owners if name == stage]
         missing = [part for part in planned if (stage, part) not in begun]
         if missing:
-            yield Finding(
+            yield IntegrityFinding(
                 kind="unfinished",
                 file="",
                 what=f"{len(missing)} of {len(planned)} parts of {stage} are not made yet ({_runs(missing)})",

@@ -8,7 +8,7 @@ from sigdb.core import FloatArray, validated
 from sigdb.database import Manifest, root_mean_square, unit_residuals
 from sigdb.sweep.density.study import Study
 from sigdb.sweep.design.axes import MEASUREMENT_AXES
-from sigdb.sweep.design.design import Design
+from sigdb.sweep.design.design import SweepSettings
 from sigdb.sweep.plan.layout import consecutive
 from sigdb.sweep.plan.make_plan import make_plan, plan_from
 from sigdb.sweep.plan.plan import Plan
@@ -31,7 +31,7 @@ def extension(manifest: Manifest, study: Study, match: float) -> Plan:
     ]
     kept = base.design.model_dump(include={"rig", "gear", "seed", "specimens", "draws"})
     return make_plan(
-        validated(Design, kept | {"grid": grids}, owner="refinement"),
+        validated(SweepSettings, kept | {"grid": grids}, owner="refinement"),
         base.measurement,
         base.signature,
         base.rig,

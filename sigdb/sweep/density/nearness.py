@@ -56,7 +56,9 @@ class Nearness:
         deviation = noise * np.sqrt(templates[variance])
         found = [
             self._case(y, one)
-            for y, one in counted(zip(signals, deviation, strict=True), len(signals), "off-grid cases", on_progress)
+            for y, one in with_progress(
+                zip(signals, deviation, strict=True), len(signals), "off-grid cases", on_progress
+            )
         ]
         compared = pd.DataFrame(found, columns=["match", "template", "misfit", "separation"])
         cases = templates[list(columns)].assign(off_grid=templates["template"]).reset_index(drop=True)
@@ -84,7 +86,7 @@ class Nearness:
         tooth = off_grid.cases(done)["tooth"].to_numpy()
         batches = off_grid.batches(done, table="signals", columns=[column])
         rows = (tsa.values.to_numpy().astype(float) for batch in batches for tsa in batch[column])
-        each = counted(rows, len(tooth), "measured rows", on_progress)
+        each = with_progress(rows, len(tooth), "measured rows", on_progress)
         return pd.DataFrame({"tooth": tooth, "misfit": [float(self._nearest(x, misfit).misfit[0]) for x in each]})
 
     def _nearest(self, x: FloatArray, distance: Distance) -> Nearest:
@@ -94,7 +96,7 @@ class Nearness:
         return nearest(bank, x, teeth=n // self._step, k=1, shifts=np.arange(n), among=every, distance=distance)
 
 
-def counted(rows: Iterable[Any], total: int, stage: str, on_progress: OnProgress) -> Iterator[Any]:
+def with_progress(rows: Iterable[Any], total: int, stage: str, on_progress: OnProgress) -> Iterator[Any]:
     """The same rows; what was worked on is told when the next one is asked for."""
     on_progress(Progress(stage=stage, done=0, total=total, before=0))
     for done, row in enumerate(rows, start=1):

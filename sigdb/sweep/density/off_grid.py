@@ -6,7 +6,7 @@ from typing import Any
 
 from sigdb.core import InputError, validated
 from sigdb.sweep.design.axes import DAMAGE_AXES, MEASUREMENT_AXES, OWN_AXES, WHOLE_AXES, Range
-from sigdb.sweep.design.design import Design, Grid
+from sigdb.sweep.design.design import Grid, SweepSettings
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.plan.rig_points import is_whole
 
@@ -14,7 +14,7 @@ Spans = dict[str, tuple[float, float]]
 """Least and greatest value of axes, by name."""
 
 
-def off_grid(base: Plan, *, cases: int, seed: int, specimens: int) -> Design:
+def off_grid(base: Plan, *, cases: int, seed: int, specimens: int) -> SweepSettings:
     """A design of about that many random cases between those of a plan.
 
     Numbers that are not whole (sizes of damage, operating points, other parameters of the rig) are drawn evenly between
@@ -37,7 +37,7 @@ def off_grid(base: Plan, *, cases: int, seed: int, specimens: int) -> Design:
     grids = [_random(base, grid, spans, math.ceil(cases / len(spread))) for grid, spans in spread]
     alike = all(axis in DAMAGE_AXES for grid in grids for axis in grid["ranges"])
     return validated(
-        Design,
+        SweepSettings,
         {
             "rig": base.design.rig,
             "gear": base.gear,

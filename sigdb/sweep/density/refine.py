@@ -13,8 +13,8 @@ from sigdb.sweep.density.study import study
 from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.work.describe_database import check_version
 from sigdb.sweep.work.engines import Cluster, Engine, Processes
-from sigdb.sweep.work.ownership import owned
-from sigdb.sweep.work.run import append, carry_out
+from sigdb.sweep.work.ownership import ownership_of
+from sigdb.sweep.work.run import append, run_parts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +98,7 @@ def refine(
         raise InputError(f"rounds = {rounds} must be 1 or more: it is how often cases are appended at most")
     store, engine = Store.at(location), Cluster(scheduler) if scheduler else Processes(jobs)
     read_manifest(store)  # a place without a database is left untouched
-    with owned(store):
+    with ownership_of(store):
         store.clear_temporary()
         check_version(store, read_manifest(store).sigdb_version)
         _finish(store, engine, on_progress)
@@ -123,4 +123,4 @@ def refine(
 def _finish(store: Store, engine: Engine, on_progress: Callable[[Progress], Any]) -> None:
     """Make what is missing of the database and its extensions."""
     plans = [plan_from(plan.resolved) for plan in read_manifest(store).plans]
-    carry_out(plans, store, engine, on_progress)
+    run_parts(plans, store, engine, on_progress)

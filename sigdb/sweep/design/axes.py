@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import field_validator, model_validator
 
 from sigdb.core import InputError, Section, quantity, suggestion
-from sigdb.measurement import Measurement
+from sigdb.measurement import MeasurementSettings
 from sigdb.transmission import FLAW_FIELDS, ToothDamage
 
 DAMAGE_AXES = ("damaged_teeth", "phase_shift_deg", "stiffness_loss", "loss_extent", "friction", *FLAW_FIELDS)
@@ -74,7 +74,7 @@ def check_bounds(axis: str, value: float, *, of: str | None = None) -> None:
     if axis in ("tooth", "damaged_teeth") and value < 1:
         told = "undamaged rows come from healthy" if axis == "damaged_teeth" else "teeth are numbered from 1"
         raise ValueError(f"{of} = {value:g} must be 1 or more; {told}")
-    section: Any = ToothDamage if axis in ToothDamage.model_fields else Measurement
+    section: Any = ToothDamage if axis in ToothDamage.model_fields else MeasurementSettings
     if axis in section.model_fields:
         try:
             section(**{axis: int(value) if axis in WHOLE_AXES else value})

@@ -180,7 +180,7 @@ class Grid(Section):
         return tuple(dict.fromkeys((*self.pattern, *(str(one) for one in (self.table or {}).get("pattern", ())))))
 
 
-class Design(Section):
+class SweepSettings(Section):
     """What a sweep simulates."""
 
     rig: str = Field(description="Name of a built-in rig, or the path of a rig file from the recipe's folder.")
@@ -197,7 +197,7 @@ class Design(Section):
     )
 
     @model_validator(mode="after")
-    def _patterns_exist(self) -> "Design":
+    def _patterns_exist(self) -> "SweepSettings":
         for name in self.named_patterns:
             if name not in {*self.patterns, *PRESETS}:
                 known = ", ".join(dict.fromkeys((*self.patterns, *PRESETS)))

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from sigdb.core import FloatArray, InputError, IntArray
-from sigdb.measurement import Measurement
+from sigdb.measurement import MeasurementSettings
 from sigdb.sweep.design.axes import DAMAGE_AXES, MEASUREMENT_AXES, OWN_AXES, WHOLE_AXES, Range
 from sigdb.sweep.design.design import Grid
 from sigdb.sweep.design.sampling import grid_sample, in_range, whole_in_range
@@ -138,7 +138,9 @@ class Crossing:
                 f"name teeth from 1 to {teeth[at]}, or 'all'"
             )
 
-    def measurements(self, default: Measurement, cycles: IntArray) -> tuple[dict[str, FloatArray], IntArray, IntArray]:
+    def measurements(
+        self, default: MeasurementSettings, cycles: IntArray
+    ) -> tuple[dict[str, FloatArray], IntArray, IntArray]:
         """Columns of measurements, and where those of each place begin and how many they are.
 
         Parameters

@@ -54,7 +54,7 @@ def consecutive(start: Any, count: Any) -> IntArray:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Segments:
+class RowRuns:
     """Products of teeth, measurements, specimens and noise draws, the last fastest, each of one template.
 
     Attributes
@@ -144,7 +144,7 @@ class Blocks:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Templates:
+class TemplateTable:
     """Templates by number, ordered by their rig, the undamaged one of each rig first.
 
     Attributes
@@ -165,7 +165,7 @@ class Templates:
         return len(self.rig)
 
 
-def laid_out(
+def lay_out(
     blocks: Blocks,
     teeth: IntArray,
     measured: IntArray,
@@ -176,7 +176,7 @@ def laid_out(
     specimens: int,
     draws: int,
     healthy_draws: int,
-) -> tuple[Templates, Segments]:
+) -> tuple[TemplateTable, RowRuns]:
     """Templates and segments of the cases of grids.
 
     Parameters
@@ -202,14 +202,14 @@ def laid_out(
     # An undamaged template stands before the cases of its rig.
     number[order] = np.arange(len(order)) + blocks.rig[first][order] + 1
     undamaged = np.arange(rigs) + np.searchsorted(blocks.rig[first][order], np.arange(rigs))
-    templates = Templates(
+    templates = TemplateTable(
         rig=_merged(undamaged, number, np.arange(rigs), blocks.rig[first]),
         damage=_merged(undamaged, number, np.full(rigs, -1), blocks.damage[first]),
         tooth=_merged(undamaged, number, np.zeros(rigs, np.int64), tooth[first]),
     )
     kept, case, measured = _shared_once(blocks, case, teeth, measured)
     of_rig, start, count = _runs(healthy[0] if healthy_draws else np.empty(0, np.int64))
-    return templates, Segments(
+    return templates, RowRuns(
         template=_joined(undamaged[of_rig], number[case]),
         tooth_start=_joined(np.zeros_like(of_rig), kept.tooth_start),
         tooth_count=_joined(np.ones_like(of_rig), kept.tooth_count),

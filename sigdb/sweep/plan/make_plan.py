@@ -8,14 +8,14 @@ import numpy as np
 
 from sigdb.core import DatabaseError, FloatArray, InputError, IntArray, validated
 from sigdb.dynamics import damaged_gear
-from sigdb.measurement import Measurement
-from sigdb.signature import Signature
-from sigdb.sweep.design.design import Design
+from sigdb.measurement import MeasurementSettings
+from sigdb.signature import SignatureSettings
+from sigdb.sweep.design.design import SweepSettings
 from sigdb.sweep.plan.crossing import Crossing, joint_points
 from sigdb.sweep.plan.damages import Damages, Pattern, default_of
-from sigdb.sweep.plan.layout import Blocks, consecutive, distinct, laid_out
+from sigdb.sweep.plan.layout import Blocks, consecutive, distinct, lay_out
 from sigdb.sweep.plan.plan import Plan, rows_of_a_part
-from sigdb.sweep.plan.resolved import counted, same_content
+from sigdb.sweep.plan.resolved import same_content, without_uncounted
 from sigdb.sweep.plan.rig_points import RigPoints, rig_points
 from sigdb.transmission import PRESETS, ToothDamage, Transmission, damaged_profile, preset_teeth
 
@@ -24,9 +24,9 @@ _MOST_CASES = 20_000_000
 
 
 def make_plan(
-    design: Design,
-    measurement: Measurement,
-    signature: Signature,
+    design: SweepSettings,
+    measurement: MeasurementSettings,
+    signature: SignatureSettings,
     rig: Transmission,
     *,
     first_row_part: int = 0,
@@ -67,7 +67,7 @@ def make_plan(
     measurements, measured = gathered.measurements()
     rig_measured = _rig_measured(gathered, measured)
     _whole_cycles(measurements["averages"].astype(np.int64), rig_measured, points)
-    templates, segments = laid_out(
+    templates, segments = lay_out(
         blocks,
         teeth,
         measured,
@@ -101,7 +101,7 @@ def make_plan(
     )
 
 
-def _crossing(design: Design, number: int, rig: Transmission) -> Crossing:
+def _crossing(design: SweepSettings, number: int, rig: Transmission) -> Crossing:
     owner, grid = f"sweep.grid.{number}", design.grid[number]
     joint = joint_points(grid, rig, owner=owner, number=number, seed=design.seed)
     crossing = Crossing(owner=owner, grid=grid, joint=joint)
@@ -112,7 +112,7 @@ def _crossing(design: Design, number: int, rig: Transmission) -> Crossing:
     return crossing
 
 
-def _own_patterns(design: Design, teeth: int) -> dict[str, tuple[ToothDamage, ...]]:
+def _own_patterns(design: SweepSettings, teeth: int) -> dict[str, tuple[ToothDamage, ...]]:
     """Patterns of the design but those that are a preset of their name: they follow the tooth count as it does."""
     return {
         name: each for name, each in design.patterns.items() if name not in PRESETS or each != preset_teeth(name, teeth)
@@ -122,7 +122,7 @@ def _own_patterns(design: Design, teeth: int) -> dict[str, tuple[ToothDamage, ..
 class _Gathered:
     """The cases of all grids, grid after grid."""
 
-    def __init__(self, design: Design, measurement: Measurement, points: RigPoints, gear: str) -> None:
+    def __init__(self, design: SweepSettings, measurement: MeasurementSettings, points: RigPoints, gear: str) -> None:
         self.measurement, self.points = measurement, points
         self.own = _own_patterns(design, points.base.gears[gear].teeth)
         self.patterns: dict[Pattern, int] = {}
@@ -201,7 +201,9 @@ class _Gathered:
 
     def measurements(self) -> tuple[dict[str, FloatArray], IntArray]:
         """Columns of the distinct measurements, and the number of each in the list."""
-        columns = {name: np.concatenate([one[name] for one in self.measured]) for name in Measurement.model_fields}
+        columns = {
+            name: np.concatenate([one[name] for one in self.measured]) for name in MeasurementSettings.model_fields
+        }
         codes, first = distinct(*columns.values())
         found = {name: column[first] for name, column in columns.items()}
         return found | {"averages": found["averages"].astype(np.int64)}, codes
@@ -287,11 +289,11 @@ def plan_from(resolved: dict[str, Any]) -> Plan:
     Examples
     --------
     >>> import sigdb
-    >>> from sigdb.measurement import Measurement
-    >>> from sigdb.signature.settings import Signature
-    >>> from sigdb.sweep import Design, make_plan, plan_from
-    >>> design = Design(rig="nasa-spiral-bevel", grid=[{"stiffness_loss": [0.2, 0.4]}])
-    >>> plan = make_plan(design, Measurement(), Signature(), sigdb.load_transmission(design.rig))
+    >>> from sigdb.measurement import MeasurementSettings
+    >>> from sigdb.signature.settings import SignatureSettings
+    >>> from sigdb.sweep import SweepSettings, make_plan, plan_from
+    >>> design = SweepSettings(rig="nasa-spiral-bevel", grid=[{"stiffness_loss": [0.2, 0.4]}])
+    >>> plan = make_plan(design, MeasurementSettings(), SignatureSettings(), sigdb.load_transmission(design.rig))
     >>> plan_from(plan.resolved).hash == plan.hash
     True
     """
@@ -301,7 +303,7 @@ def plan_from(resolved: dict[str, Any]) -> Plan:
         raise DatabaseError(
             f"the plan cannot be made again from the resolved recipe ({error}); {_OTHER_VERSION}"
         ) from None
-    if not same_content(counted(plan.resolved), counted(resolved)):
+    if not same_content(without_uncounted(plan.resolved), without_uncounted(resolved)):
         raise DatabaseError(f"the plan made again from the resolved recipe is another one; {_OTHER_VERSION}")
     return plan
 
@@ -311,9 +313,9 @@ def _rebuilt(resolved: dict[str, Any]) -> Plan:
     rig = validated(Transmission, resolved["rig"], owner=owner)
     sweep = resolved["sweep"] | {"rig": rig.name}
     return make_plan(
-        validated(Design, sweep, owner=owner),
-        validated(Measurement, resolved["measurement"], owner=owner),
-        validated(Signature, resolved["signature"], owner=owner),
+        validated(SweepSettings, sweep, owner=owner),
+        validated(MeasurementSettings, resolved["measurement"], owner=owner),
+        validated(SignatureSettings, resolved["signature"], owner=owner),
         rig,
         **resolved.get("parts", {}),
     )

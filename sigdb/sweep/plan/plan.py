@@ -16,11 +16,11 @@ import pyarrow as pa
 
 from sigdb.core import NOISE_BLOCK, FloatArray, IntArray, Section, unit_of
 from sigdb.database import Column, Schema, database_schema
-from sigdb.measurement import Measurement
-from sigdb.signature import INDICATORS, Signature
-from sigdb.sweep.design.design import Design
+from sigdb.measurement import MeasurementSettings
+from sigdb.signature import INDICATORS, SignatureSettings
+from sigdb.sweep.design.design import SweepSettings
 from sigdb.sweep.plan.damages import WHOLE, Damages
-from sigdb.sweep.plan.layout import Segments, Templates
+from sigdb.sweep.plan.layout import RowRuns, TemplateTable
 from sigdb.sweep.plan.resolved import hash_of, resolved_content
 from sigdb.sweep.plan.rig_points import RigPoint, RigPoints, declared
 from sigdb.transmission import Damage, Gear, Operating, ToothDamage, Transmission
@@ -70,16 +70,16 @@ class Plan:
         Of an extension: the fields of damage that the database has columns for.
     """
 
-    design: Design
-    measurement: Measurement
-    signature: Signature
+    design: SweepSettings
+    measurement: MeasurementSettings
+    signature: SignatureSettings
     rig: Transmission
     gear: str
     sensors: tuple[str, ...]
     rig_points: RigPoints
-    templates: Templates
+    templates: TemplateTable
     damages: Damages
-    segments: Segments
+    segments: RowRuns
     measurements: dict[str, FloatArray]
     part_rows: int
     first_row_part: int = 0
@@ -283,7 +283,7 @@ def plan_schema(plan: Plan) -> Schema:
             _declared(Damage, "tooth"),
             Column(name="specimen", type=pa.int32(), help="Number of the pair of gears with its own index errors."),
             Column(name="draw", type=pa.int32(), help="Number of the noise draw."),
-            *(_declared(Measurement, name) for name in Measurement.model_fields),
+            *(_declared(MeasurementSettings, name) for name in MeasurementSettings.model_fields),
         ],
         sensors={name: plan.rig.sensors[name].unit for name in plan.sensors},
         indicators=INDICATORS.values(),

@@ -28,10 +28,10 @@ def resolved_content(plan: "Plan") -> dict[str, Any]:
 
 def hash_of(resolved: dict[str, Any]) -> str:
     """SHA-256 of a resolved recipe, sources of the rig's numbers and descriptions aside."""
-    return hashlib.sha256(json.dumps(counted(resolved), sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(without_uncounted(resolved), sort_keys=True).encode()).hexdigest()
 
 
-def counted(resolved: dict[str, Any]) -> dict[str, Any]:
+def without_uncounted(resolved: dict[str, Any]) -> dict[str, Any]:
     """What of a resolved recipe determines rows: all but sources of the rig's numbers and descriptions."""
     return resolved | {"rig": _without(resolved["rig"], ("sources", "title"))}
 

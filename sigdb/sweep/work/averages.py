@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sigdb.core import BoolArray, FloatArray, IntArray, specimen_stream
 from sigdb.measurement import index_errors, noise_deviation, revolution_scatter
 from sigdb.sweep.plan.plan import Plan, RigPoint
-from sigdb.sweep.work.template_reader import Template, TemplateBank
+from sigdb.sweep.work.template_reader import Template, TemplateReader
 from sigdb.sweep.work.templates import contact_loss_sentence
 
 Cases = Mapping[str, NDArray[Any]]
@@ -50,7 +50,7 @@ class Averages:
         (rows, sensors) measured standard deviation between revolutions, in the unit of the signal.
     """
 
-    def __init__(self, plan: Plan, bank: TemplateBank, cases: Cases, stream: np.random.Generator) -> None:
+    def __init__(self, plan: Plan, bank: TemplateReader, cases: Cases, stream: np.random.Generator) -> None:
         self._plan, self._cases = plan, cases
         rows, sensors = len(cases["id"]), len(plan.sensors)
         self.teeth = int(cases["teeth"][0])

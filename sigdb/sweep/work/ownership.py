@@ -22,7 +22,7 @@ _BEAT, _STALE = 20.0, 90.0
 
 
 @contextmanager
-def owned(store: Store) -> Iterator[None]:
+def ownership_of(store: Store) -> Iterator[None]:
     """Own a database's place while a sweep runs on it.
 
     A directory is locked by the operating system, which releases the lock when its owner dies. An object store knows

@@ -11,7 +11,7 @@ from sigdb.database import Receipt, Store, suffixed, write_part
 from sigdb.signature import indicators, mesh_bands, order_spectrum, pooled_wigner_ville
 from sigdb.sweep.plan.plan import Plan, plan_schema
 from sigdb.sweep.work.averages import CASE, Averages, Cases
-from sigdb.sweep.work.template_reader import TemplateBank
+from sigdb.sweep.work.template_reader import TemplateReader
 
 _ROWS_AT_ONCE = 32
 """Rows analysed together: their arrays stay in the cache, and in memory that the process has already."""
@@ -30,7 +30,7 @@ def row_pieces(plan: Plan, store: Store, start: int, stop: int) -> Iterator[dict
 
     ``start`` begins a noise block.
     """
-    bank, planned = TemplateBank(store, plan.sensors), plan.table(start, stop)
+    bank, planned = TemplateReader(store, plan.sensors), plan.table(start, stop)
     schemas = {table: plan_schema(plan).arrow(table) for table in ("features", "signals")}
     columns = {
         field.name: pa.array(planned[field.name], field.type, from_pandas=True)
@@ -53,7 +53,7 @@ def row_pieces(plan: Plan, store: Store, start: int, stop: int) -> Iterator[dict
         }
 
 
-def _block(plan: Plan, bank: TemplateBank, cases: Cases, stream: np.random.Generator) -> pa.Table:
+def _block(plan: Plan, bank: TemplateReader, cases: Cases, stream: np.random.Generator) -> pa.Table:
     """What is made of the rows of one noise block; noise is drawn by tooth count, each one's rows in order."""
     places = [np.flatnonzero(cases["teeth"] == teeth) for teeth in np.unique(cases["teeth"])]
     tables = [

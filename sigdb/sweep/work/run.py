@@ -11,7 +11,7 @@ from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.describe_database import begin, plan_record
 from sigdb.sweep.work.engines import Cluster, Engine, Processes, WorkerDiedError
-from sigdb.sweep.work.ownership import owned
+from sigdb.sweep.work.ownership import ownership_of
 from sigdb.sweep.work.rows import make_row_part
 from sigdb.sweep.work.templates import make_template_part
 
@@ -20,7 +20,7 @@ _WORKER_DEATHS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
-class Summary:
+class SweepSummary:
     """What a run did.
 
     Attributes
@@ -51,7 +51,7 @@ def run(
     scheduler: str | None = None,
     retry_failed: bool = False,
     on_progress: Callable[[Progress], Any] = lambda progress: None,
-) -> Summary:
+) -> SweepSummary:
     """Make a database, or go on making it.
 
     Stopped at any instant, the same call goes on; rows are the same bit for bit for any number of jobs, on one machine
@@ -82,17 +82,17 @@ def run(
         If another sweep is running on it, or it cannot be written.
     """
     store = Store.at(out)
-    with owned(store):
+    with ownership_of(store):
         store.clear_temporary()
         manifest = begin(plan, store, recipe)
         if retry_failed:
             _forget_failed(store, manifest)
         plans = [plan, *(plan_from(extension.resolved) for extension in manifest.extensions)]
-        return carry_out(plans, store, Cluster(scheduler) if scheduler else Processes(jobs), on_progress)
+        return run_parts(plans, store, Cluster(scheduler) if scheduler else Processes(jobs), on_progress)
 
 
 def append(plan: Plan, store: Store) -> None:
-    """Add an extension to a database's description; :func:`carry_out` makes its parts. The caller owns the place."""
+    """Add an extension to a database's description; :func:`run_parts` makes its parts. The caller owns the place."""
     known = read_manifest(store)
     replace(known, extensions=(*known.extensions, plan_record(plan))).write(store)
 
@@ -111,13 +111,13 @@ def _forget_failed(store: Store, manifest: Manifest) -> None:
 _MAKERS = {"templates": make_template_part, "rows": make_row_part}
 
 
-def carry_out(
+def run_parts(
     plans: Sequence[Plan], store: Store, engine: Engine, on_progress: Callable[[Progress], Any] = lambda progress: None
-) -> Summary:
+) -> SweepSummary:
     """Make what is missing of a database's plans: all templates, then all rows. The caller owns the place."""
     made = [_stage(stage, plans, store, engine, on_progress) for stage in KINDS][1]
     receipts = {name: read_receipts(store, name, {plan.hash for plan in plans}) for name in KINDS}
-    return Summary(
+    return SweepSummary(
         made=made,
         rows=sum(plan.rows for plan in plans),
         templates=sum(plan.n_templates for plan in plans),

@@ -57,7 +57,7 @@ class Template:
     contact_loss: bool | None
 
 
-class TemplateBank:
+class TemplateReader:
     """Templates by number. Rows ask for them in order, so few are kept, and few of their row groups."""
 
     def __init__(self, store: Store, sensors: Sequence[str]) -> None:

@@ -24,7 +24,7 @@ from sigdb.core import FloatArray, InputError
 from sigdb.transmission.damage import ToothDamage
 from sigdb.transmission.mesh.cylindrical_pair import CylindricalPair
 from sigdb.transmission.mesh.tooth_form import ToothForm
-from sigdb.transmission.mesh.tooth_sections import Sections, broken_off, contact_width, sections
+from sigdb.transmission.mesh.tooth_sections import ToothSections, broken_off, contact_width, sections
 
 POINTS = 1025
 """Points of contact at which a pair's stiffness is computed; between them it is linear, to 4e-7 of its size."""
@@ -185,7 +185,7 @@ def tooth_compliance(
 
 
 def beam_compliances(
-    form: ToothForm, material: Elastic, rho: FloatArray, cut: Sections
+    form: ToothForm, material: Elastic, rho: FloatArray, cut: ToothSections
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Compliances (n,) in bending, shear and compression at ascending radii of curvature rho, m/N."""
     y, x = form.involute(rho)

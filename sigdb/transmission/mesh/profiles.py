@@ -91,7 +91,7 @@ class Trapezoid(Profile):
         return trapezoid(x, self.contact_ratio, self.flank)
 
 
-class Harmonic(Profile):
+class HarmonicProfile(Profile):
     """Mesh stiffness by its harmonics: ``k = kbar (1 + sum_n amplitude_n cos(2 pi n u - phase_n))``, u in passes.
 
     A tooth's share of it is that of its own pass: a window of raised cosines, one pass and one flank long, whose sum

@@ -19,7 +19,7 @@ _LEAST_WIDTH = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sections:
+class ToothSections:
     """Sections at the nodes of Gauss's two-point rule, in panels from the root circle to the last point of contact.
 
     Attributes
@@ -42,7 +42,7 @@ class Sections:
     inertia: FloatArray
 
 
-def sections(form: ToothForm, face_width: float, rho: FloatArray, centre: float, damage: ToothDamage) -> Sections:
+def sections(form: ToothForm, face_width: float, rho: FloatArray, centre: float, damage: ToothDamage) -> ToothSections:
     """Sections of a tooth, with a panel's edge at every point of contact.
 
     Parameters
@@ -78,7 +78,7 @@ def sections(form: ToothForm, face_width: float, rho: FloatArray, centre: float,
         pits = np.zeros_like(y)
         pits[len(gamma) :] = pitted_width(form, curvature, centre, damage) * (curvature >= rho[0])
         area, inertia = _hollowed(area, inertia, thickness, pits, damage.pit_depth)
-    return Sections(
+    return ToothSections(
         height=y,
         weight=np.concatenate([dy_fillet, dy_flank]),
         thickness=thickness,

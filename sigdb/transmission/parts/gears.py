@@ -10,7 +10,7 @@ from sigdb.core import InputError, Vector, quantity
 from sigdb.transmission.mesh.cylindrical_pair import CylindricalPair
 from sigdb.transmission.mesh.energy_method import Elastic, ElasticPair
 from sigdb.transmission.mesh.geometry_profiles import EnergyMethod, GeometryProfile, Iso6336
-from sigdb.transmission.mesh.profiles import Harmonic, Table, Trapezoid, kind
+from sigdb.transmission.mesh.profiles import HarmonicProfile, Table, Trapezoid, kind
 from sigdb.transmission.parts.bodies import Body, Rotating, cylinder
 from sigdb.transmission.parts.described import Described
 from sigdb.transmission.parts.shafts import Material
@@ -62,7 +62,7 @@ class ProfileError(Described):
 
 AnyProfile = Annotated[
     Annotated[Trapezoid, Tag("trapezoid")]
-    | Annotated[Harmonic, Tag("harmonic")]
+    | Annotated[HarmonicProfile, Tag("harmonic")]
     | Annotated[Table, Tag("table")]
     | Annotated[EnergyMethod, Tag("energy-method")]
     | Annotated[Iso6336, Tag("iso-6336")],

@@ -10,7 +10,7 @@ from sigdb.core import InputError
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Column:
+class DataColumn:
     """A series of numbers of a file; nan where a number is missing.
 
     ``values`` (n,) is of any real type; ``sampling_rate`` is Hz, where the file states one for the column.
@@ -29,7 +29,7 @@ class Contents:
     ``named`` is False where the file gives its columns no names.
     """
 
-    columns: tuple[Column, ...]
+    columns: tuple[DataColumn, ...]
     sampling_rate: float | None = None
     rate_from: str = "the file"
     notes: tuple[str, ...] = ()

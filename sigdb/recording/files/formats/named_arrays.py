@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sigdb.core import InputError, suggestion
-from sigdb.recording.files.formats.contents import Column, Contents, check_columns, check_values
+from sigdb.recording.files.formats.contents import Contents, DataColumn, check_columns, check_values
 
 SHORTEST = 16
 """Arrays with fewer numbers are facts about a recording, not signals."""
@@ -65,7 +65,7 @@ def contents_of(
             raise InputError(f"holds no numbers named {variable!r}{suggestion(variable, arrays)}")
         raise InputError(f"holds no arrays of numbers{': ' if said else ''}{said}")
     notes = list(left_out if variable is None else ())
-    columns: list[Column] = []
+    columns: list[DataColumn] = []
     short = {name: values for name, values in chosen.items() if values.size < SHORTEST}
     for name, values in chosen.items():
         if name not in short:
@@ -87,20 +87,22 @@ def contents_of(
     return Contents(columns=tuple(columns), sampling_rate=rate, rate_from=source, notes=tuple(notes), named=named)
 
 
-def _columns(name: str, values: np.ndarray[Any, Any], unit: str, rate: float | None) -> tuple[list[Column], list[str]]:
+def _columns(
+    name: str, values: np.ndarray[Any, Any], unit: str, rate: float | None
+) -> tuple[list[DataColumn], list[str]]:
     if values.dtype.kind == "c":
         raise InputError(f"{name} holds complex numbers; a channel is real")
     values = np.squeeze(values)
     if values.ndim > 2:
         return [], [f"{name} of shape {values.shape} is neither a series nor a matrix of columns, so not a channel"]
     if values.ndim < 2:
-        return [Column(name=name, values=values.reshape(-1), unit=unit, sampling_rate=rate)], []
+        return [DataColumn(name=name, values=values.reshape(-1), unit=unit, sampling_rate=rate)], []
     turned = values.shape[1] > values.shape[0]
     matrix = values.T if turned else values
     check_columns(matrix.shape[1])
     notes = [f"{name} of shape {values.shape} was read with its samples along the rows"] if turned else []
     return [
-        Column(name=f"{name}{i + 1}", values=matrix[:, i], unit=unit, sampling_rate=rate)
+        DataColumn(name=f"{name}{i + 1}", values=matrix[:, i], unit=unit, sampling_rate=rate)
         for i in range(matrix.shape[1])
     ], notes
 

@@ -5,8 +5,8 @@ from typing import Any
 
 from sigdb.core import InputError
 from sigdb.recording.files.formats.contents import (
-    Column,
     Contents,
+    DataColumn,
     bounded_bytes,
     check_bytes,
     check_columns,
@@ -39,7 +39,8 @@ def read_parquet(path: Path, settings: RecordingSettings) -> Contents:
             raise InputError("holds two columns of one name; write it again with different names")
         table = file.read(columns=names, use_threads=False)
     columns = tuple(
-        Column(name=field.name, values=_values(pa, table.column(field.name)), unit=_unit(field)) for field in numeric
+        DataColumn(name=field.name, values=_values(pa, table.column(field.name)), unit=_unit(field))
+        for field in numeric
     )
     others = [field.name for field in file.schema_arrow if field.name not in names]
     notes = (f"{', '.join(others[:8])}: not numbers, so not a channel",) if others else ()

@@ -10,8 +10,8 @@ import numpy as np
 
 from sigdb.core import FloatArray, InputError
 from sigdb.recording.files.formats.contents import (
-    Column,
     Contents,
+    DataColumn,
     bounded_bytes,
     check_columns,
     check_parts,
@@ -41,7 +41,7 @@ class Index:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Segment:
+class TdmsSegment:
     """Objects with numbers in the segment, in their order, and its raw bytes."""
 
     order: str
@@ -59,7 +59,7 @@ class Meta:
     properties: dict[str, dict[str, Any]] = field(default_factory=dict)
 
 
-def segments(data: memoryview, meta: Meta) -> Iterator[Segment]:
+def segments(data: memoryview, meta: Meta) -> Iterator[TdmsSegment]:
     """All segments; ``meta`` is filled on the way."""
     at = work = 0
     while at + LEAD_IN <= len(data):
@@ -80,7 +80,7 @@ def segments(data: memoryview, meta: Meta) -> Iterator[Segment]:
             if contents & DAQMX:
                 raise InputError("holds raw DAQmx numbers, which are not read; save it as plain TDMS or as CSV")
             objects = tuple((name, meta.indices[name]) for name in meta.active)
-            yield Segment(
+            yield TdmsSegment(
                 order=order, interleaved=bool(contents & INTERLEAVED), objects=objects, raw=data[start + raw_at : end]
             )
         at = end
@@ -174,7 +174,7 @@ def struct_code(kind: int) -> str:
     return code if letter == "i" else code.upper()
 
 
-def without_rest(segment: Segment) -> Segment:
+def without_rest(segment: TdmsSegment) -> TdmsSegment:
     """The segment without what follows its last whole chunk, or row if interleaved, where a recorder stopped."""
     sizes = [index.size // max(index.count, 1) if segment.interleaved else index.size for _, index in segment.objects]
     size = sum(sizes)
@@ -207,7 +207,7 @@ def read_tdms(path: Path, settings: RecordingSettings) -> Contents:
     return Contents(columns=columns, notes=notes)
 
 
-def _numbers(segment: Segment) -> list[tuple[str, np.ndarray[Any, Any]]]:
+def _numbers(segment: TdmsSegment) -> list[tuple[str, np.ndarray[Any, Any]]]:
     """The numbers of each object in a segment, which may repeat its chunk."""
     size = sum(index.size for _, index in segment.objects)
     if not size or not len(segment.raw):
@@ -224,7 +224,7 @@ def _numbers(segment: Segment) -> list[tuple[str, np.ndarray[Any, Any]]]:
     return found
 
 
-def _interleaved(segment: Segment) -> list[tuple[str, np.ndarray[Any, Any]]]:
+def _interleaved(segment: TdmsSegment) -> list[tuple[str, np.ndarray[Any, Any]]]:
     """One number of each object in turn."""
     kinds = [index.kind for _, index in segment.objects]
     if any(kind not in NUMBERS for kind in kinds):
@@ -243,11 +243,11 @@ def _channel_names(paths: Mapping[str, Any], group: str | None) -> dict[str, str
     return {path: "/".join(names[1:] if one and len(names) > 1 else names) for path, names in chosen.items()}
 
 
-def _column(name: str, pieces: list[np.ndarray[Any, Any]], properties: Mapping[str, Any]) -> Column:
+def _column(name: str, pieces: list[np.ndarray[Any, Any]], properties: Mapping[str, Any]) -> DataColumn:
     values = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
     interval = properties.get("wf_increment")
     known = isinstance(interval, (int, float)) and 0 < interval < np.inf
-    return Column(
+    return DataColumn(
         name=name,
         values=_scaled(name, values, properties),
         unit=str(properties.get("unit_string", "")),

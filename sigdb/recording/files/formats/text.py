@@ -14,8 +14,8 @@ from sigdb.recording.files.formats.contents import (
     FREE_BYTES,
     MAX_BYTES,
     MAX_RATIO,
-    Column,
     Contents,
+    DataColumn,
     bounded_bytes,
     check_columns,
     check_ratio,
@@ -320,12 +320,14 @@ def _named(layout: TextLayout) -> list[tuple[str, str]]:
 
 def _columns(
     named: list[tuple[str, str]], values: dict[str, "np.ndarray[tuple[int], np.dtype[np.float64]]"], layout: TextLayout
-) -> tuple[Column, ...]:
+) -> tuple[DataColumn, ...]:
     """Columns of numbers; what stands behind a last separator is none."""
     kept = [i for i in range(layout.columns) if str(i) in values]
     if len(kept) > 1 and not named[kept[-1]][0].strip() and np.isnan(values[str(kept[-1])]).all():
         kept = kept[:-1]
-    return tuple(Column(name=named[i][0] or f"column{i + 1}", unit=named[i][1], values=values[str(i)]) for i in kept)
+    return tuple(
+        DataColumn(name=named[i][0] or f"column{i + 1}", unit=named[i][1], values=values[str(i)]) for i in kept
+    )
 
 
 def _clock_notes(layout: TextLayout) -> tuple[str, ...]:

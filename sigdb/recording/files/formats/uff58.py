@@ -14,8 +14,8 @@ import numpy as np
 
 from sigdb.core import InputError
 from sigdb.recording.files.formats.contents import (
-    Column,
     Contents,
+    DataColumn,
     bounded_bytes,
     check_columns,
     check_parts,
@@ -47,7 +47,7 @@ class _Set:
 
 def read_uff58(path: Path, settings: RecordingSettings) -> Contents:
     """A channel for each evenly spaced time record; its name is the first line of the header, or node and direction."""
-    columns: list[Column] = []
+    columns: list[DataColumn] = []
     others: list[str] = []
     total = 0
     for one in _sets(bounded_bytes(path)):
@@ -107,7 +107,7 @@ def _line(data: bytes, at: int) -> tuple[int, str]:
     return end + 1, data[at:end].decode("latin-1").rstrip("\r")
 
 
-def _column(one: _Set) -> Column:
+def _column(one: _Set) -> DataColumn:
     header = one.header[6]
     kind, count, even = (_whole(header[i : i + 10]) for i in (0, 10, 20))
     interval = _number(header[43:56] if len(header) > 56 else header[43:])
@@ -120,8 +120,8 @@ def _column(one: _Set) -> Column:
     if pairs:
         raise InputError(f"{name} has times that are not evenly spaced; resample it")
     if not (np.isfinite(interval) and interval > 0):
-        return Column(name=name, values=stored, unit=_unit(one))
-    return Column(name=name, values=stored, unit=_unit(one), sampling_rate=1 / interval)
+        return DataColumn(name=name, values=stored, unit=_unit(one))
+    return DataColumn(name=name, values=stored, unit=_unit(one), sampling_rate=1 / interval)
 
 
 def _stored(one: _Set, kind: int, count: int, name: str, *, pairs: bool) -> np.ndarray[Any, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sigdb.core import InputError
-from sigdb.recording.files.formats.contents import Column, Contents, bounded_bytes, check_columns, check_values
+from sigdb.recording.files.formats.contents import Contents, DataColumn, bounded_bytes, check_columns, check_values
 from sigdb.recording.files.settings import RecordingSettings
 
 FOREIGN: tuple[type[Exception], ...] = (
@@ -39,7 +39,7 @@ def read_wav(path: Path, settings: RecordingSettings) -> Contents:
     told = int.from_bytes(data[4:8], "big" if data[:4] == b"RIFX" else "little") + 8
     if len(data) < told < 2**32:
         note = (*note, f"the file is cut short: its header says {told} bytes, it has {len(data)}")
-    columns = tuple(Column(name=f"channel{i + 1}", values=stored[:, i]) for i in range(stored.shape[1]))
+    columns = tuple(DataColumn(name=f"channel{i + 1}", values=stored[:, i]) for i in range(stored.shape[1]))
     return Contents(columns=columns, sampling_rate=float(rate), notes=note, named=False)
 
 
