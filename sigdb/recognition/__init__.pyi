@@ -30,11 +30,11 @@ from .estimators.pooled_severity import TARGETS as TARGETS
 from .estimators.pooled_severity import SeverityRegressor as SeverityRegressor
 from .estimators.template_location import TemplateLocation as TemplateLocation
 from .estimators.template_severity import TemplateSeverity as TemplateSeverity
+from .evaluated_rows import requested_rows as requested_rows
 from .evaluation import Evaluation as Evaluation
 from .evaluation import EvaluationError as EvaluationError
 from .evaluation import evaluate as evaluate
 from .evaluation import evaluate_with_bound as evaluate_with_bound
-from .evaluation import requested_rows as requested_rows
 from .metrics.coverage import ENOUGH as ENOUGH
 from .metrics.estimate import Estimate as Estimate
 from .metrics.significance import Excess as Excess

@@ -16,6 +16,7 @@ from sigdb.recognition.bound.bayes_bound import Bound, bayes_bound, detection_bo
 from sigdb.recognition.bound.efficiency import against_bound, posterior_answers
 from sigdb.recognition.bound.operating_points import OperatingPoint, operating_points
 from sigdb.recognition.criteria import aims, causes
+from sigdb.recognition.evaluated_rows import has_seen, requested, requested_rows
 from sigdb.recognition.evaluation_tables import evaluation_tables, records
 from sigdb.recognition.metrics.calibration import calibration_figures, calibration_values
 from sigdb.recognition.metrics.coverage import set_figures, set_values
@@ -25,9 +26,7 @@ from sigdb.recognition.metrics.location_and_severity import FIGURES, VALUES, sev
 from sigdb.recognition.metrics.probability_of_detection import pod_figures
 from sigdb.recognition.metrics.significance import figures_above_bound
 from sigdb.recognition.rows.streamed import feature_batches
-from sigdb.recognition.splits.kinds import changed_parts, make_split, model_form
-from sigdb.recognition.splits.split import TEST
-from sigdb.recognition.training import Model, usable_rows
+from sigdb.recognition.training import Model
 
 
 class EvaluationError(SigdbError):
@@ -149,7 +148,7 @@ def evaluate(
     InputError
         If no rows are left, the database holds another sensor, or was extended so that the model's split has changed.
     """
-    rows, tells = _asked(model, database)
+    rows, tells = requested(model, database)
     answers = _answers(model, database, rows)
     figures = {name: answer_figures(answer, rows, model.target) for name, answer in answers.items()}
     values = {name: answer_values(answer, rows, model.target) for name, answer in answers.items()}
@@ -167,16 +166,11 @@ def evaluate(
         bound=bound,
         bound_rows=None if bound is None else int(inside.sum()),
         above=()
-        if bound is None or _has_seen(model, database, rows)
+        if bound is None or has_seen(model, database, rows)
         else _above(answers[model.learner], rows, model.target, bound, best, inside),
         tables=evaluation_tables(answers, rows, model.learner, best),
     )
     return beside(evaluation, answers[model.learner], rows)
-
-
-def requested_rows(model: Model, database: Database) -> pd.DataFrame:
-    """The rows, by id, that :func:`evaluate` asks a model about."""
-    return _asked(model, database)[0]
 
 
 def answer_figures(answers: Answers, rows: pd.DataFrame, target: str) -> dict[str, Estimate]:
@@ -216,11 +210,6 @@ def _above(
     return figures_above_bound(figures, bound, values, best, some)
 
 
-def _has_seen(model: Model, database: Database, rows: pd.DataFrame) -> bool:
-    """Whether some rows are of specimens of the training, as under S0: the bound is for gears that are not known."""
-    return database.manifest.seed == model.seed and bool(rows["specimen"].isin(model.trained_on).any())
-
-
 def _differences(
     values: Mapping[str, Mapping[str, FloatArray]], learner: str, rows: pd.DataFrame
 ) -> dict[str, dict[str, Estimate]]:
@@ -231,26 +220,6 @@ def _differences(
         for other, theirs in values.items()
         if other != learner
     }
-
-
-def _asked(model: Model, database: Database) -> tuple[pd.DataFrame, str]:
-    """The rows that a model is asked about, and what they tell."""
-    rows = usable_rows(database, model.target)
-    if database.sensors[0] != model.sensor:
-        raise InputError(f"the model reads {model.sensor!r}, {database.store} holds {database.sensors[0]!r} first")
-    if database.manifest.hash == model.database_hash and model.split != "S1":
-        rows, tells = _of_split(model, database, rows)
-    else:
-        rows, tells = _of_others(model, database, rows)
-    if rows.empty:
-        raise InputError(
-            f"every specimen of {database.store} was used in training; evaluate on a database with another seed"
-        )
-    if model.target == "severity":
-        rows = rows[rows["tooth"] > 0]
-        if rows.empty:
-            raise InputError(f"{database.store} has no damaged rows, and severity is judged on them")
-    return rows, tells
 
 
 def _answers(model: Model, database: Database, rows: pd.DataFrame) -> dict[str, Answers]:
@@ -266,33 +235,6 @@ def _answers(model: Model, database: Database, rows: pd.DataFrame) -> dict[str, 
                     raise
                 del found[name]
     return {name: Answers.joined(parts) for name, parts in found.items()}
-
-
-def _of_split(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:
-    """Test rows of the split that the model was trained by, on the database that it was trained on."""
-    split = make_split(model.split, rows, seed=model.seed, folds=model.folds)
-    if split.hash != model.split_hash:
-        raise InputError(
-            f"{database.store} was extended since the model was trained, and the split {model.split} of its rows is "
-            "another one now; train again"
-        )
-    return rows[split.folds(rows) == TEST], f"{split.name}, {split.tells}"
-
-
-def _of_others(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:
-    """Rows of specimens that the model has not seen."""
-    same_gears = database.manifest.seed == model.seed
-    if same_gears:
-        rows = rows[~rows["specimen"].isin(model.trained_on)]
-    held_out = "specimens held out of training" if same_gears else "specimens of a database with another seed"
-    changed = changed_parts(model.form, model_form(database.manifest.resolved))
-    if changed:
-        return rows, (
-            f"S5, another model form: {database.store}, which differs in {', '.join(changed)}; {held_out}, the cases "
-            "of that database"
-        )
-    same_cases = "the same cases" if database.manifest.hash == model.database_hash else "the cases of another database"
-    return rows, f"S1, by specimen: {held_out}, {same_cases}"
 
 
 def _plain(figures: Mapping[str, Estimate]) -> dict[str, dict[str, float | None]]:

@@ -144,7 +144,7 @@ def test_who_has_seen_the_specimens_may_better_the_bound(location_model, databas
     """Under S0, on other draws of the training's gears; the bound is for gears that are not known."""
     seen = usable_rows(database, "location")
     seen = seen[seen["specimen"].isin(location_model.trained_on)]
-    monkeypatch.setattr("sigdb.recognition.evaluation._asked", lambda model, database: (seen, "S0, new noise only"))
+    monkeypatch.setattr("sigdb.recognition.evaluation.requested", lambda model, database: (seen, "S0, new noise only"))
     evaluation = asked(location_model, database, Oracle(), bound=bound_of(seen, 0.5)[0])
     assert evaluation.above == ()
     other = asked(replace(location_model, seed=99), database, Oracle(), bound=bound_of(seen, 0.5)[0])
