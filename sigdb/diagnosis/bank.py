@@ -11,7 +11,7 @@ from sigdb.core import FloatArray, InputError
 from sigdb.database import open as open_database
 from sigdb.diagnosis.transfer_path import TransferPath
 from sigdb.measurement import MeasurementSettings, tooth_cycle
-from sigdb.recognition import TARGETS, Hypotheses, PointTemplates, TemplateBank, TemplateLocation, TemplateSeverity
+from sigdb.recognition import QUANTITIES, Hypotheses, PointTemplates, TemplateBank, TemplateLocation, TemplateSeverity
 from sigdb.signature import SignatureSettings
 from sigdb.sweep import Grid, SweepSettings, make_plan, run
 from sigdb.transmission import Transmission
@@ -100,7 +100,7 @@ def _through(point: PointTemplates, path: TransferPath, index_error: float) -> P
     modes, gains, _ = np.linalg.svd(np.concatenate([response, uncertain], axis=2), full_matrices=False)
     law = Hypotheses(
         teeth=point.teeth,
-        cases=laws.cases.assign(**dict(zip(TARGETS, point.severity.T, strict=True))),
+        cases=laws.cases.assign(**dict(zip(QUANTITIES, point.severity.T, strict=True))),
         signal=signal,
         modes=modes,
         gains=gains,
@@ -155,7 +155,7 @@ def draws(bank: TemplateBank, path: TransferPath, *, noise: float, averages: int
     x = point.hypotheses.draw(stream, template, np.maximum(tooth, 1), noise=noise, index_error=bank.index_error)
     frame = averages_frame(point, path.band(x), noise=noise, averages=averages)
     severity = np.where(damaged[:, None], point.severity[template], 0.0)
-    return frame.assign(tooth=tooth, **dict(zip(TARGETS, severity.T, strict=True)))
+    return frame.assign(tooth=tooth, **dict(zip(QUANTITIES, severity.T, strict=True)))
 
 
 def averages_frame(point: PointTemplates, x: FloatArray, *, noise: float, averages: int) -> pd.DataFrame:
@@ -176,7 +176,7 @@ def calibrate(bank: TemplateBank, drawn: pd.DataFrame) -> tuple[TemplateLocation
     """Location and severity by a bank, calibrated on draws of its law: at the recording's own level of noise."""
     groups = np.arange(len(drawn))
     location = TemplateLocation(bank).fit(drawn, drawn["tooth"], groups)
-    return location, TemplateSeverity(bank).fit(drawn, drawn[["tooth", *TARGETS]], groups)
+    return location, TemplateSeverity(bank).fit(drawn, drawn[["tooth", *QUANTITIES]], groups)
 
 
 def _share(point: PointTemplates, damaged: bool) -> FloatArray:

@@ -10,7 +10,7 @@ from sigdb.core import FloatArray
 from sigdb.diagnosis.bank import averages_frame, calibrate, draws, through
 from sigdb.diagnosis.healthy_reference import Reference
 from sigdb.diagnosis.transfer_path import TransferPath, filtered
-from sigdb.recognition import TARGETS, PointTemplates, TemplateBank
+from sigdb.recognition import QUANTITIES, PointTemplates, TemplateBank
 
 _NEAREST = 5
 
@@ -113,7 +113,7 @@ def compare(
 def _severity(said: pd.Series, simulated: FloatArray) -> pd.DataFrame:
     """Estimates and intervals; their ends half way to the next value that was simulated, for none between was."""
     rows = []
-    for one, values in zip(TARGETS, simulated.T, strict=True):
+    for one, values in zip(QUANTITIES, simulated.T, strict=True):
         levels = np.unique(values[np.isfinite(values)])
         middles = (levels[1:] + levels[:-1]) / 2
         below, above = middles[middles < said[f"{one}_low"]], middles[middles > said[f"{one}_high"]]
@@ -132,7 +132,7 @@ def _nearest(point: PointTemplates, index_error: float, x: FloatArray, noise: fl
     turn = np.where(laws.healthy, 0, likelihood.argmax(axis=1))
     d = (laws.gains * index_error / noise) ** 2
     constant = n * np.log(2 * np.pi * noise**2) + np.log1p(d).sum(axis=1)
-    table = pd.DataFrame(dict(zip(TARGETS, np.where(laws.healthy, 0.0, point.severity.T), strict=True))).assign(
+    table = pd.DataFrame(dict(zip(QUANTITIES, np.where(laws.healthy, 0.0, point.severity.T), strict=True))).assign(
         tooth=np.where(laws.healthy, 0, turn + 1),
         probability=softmax(likelihood + point.log_prior).sum(axis=1),
         misfit=(-2 * likelihood.max(axis=1) - constant) / n,

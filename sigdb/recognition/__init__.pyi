@@ -26,7 +26,6 @@ from .estimators.baselines.threshold import MajoritySeverity as MajoritySeverity
 from .estimators.baselines.threshold import Na4StarLocation as Na4StarLocation
 from .estimators.detector import Detector as Detector
 from .estimators.pooled_location import LocationClassifier as LocationClassifier
-from .estimators.pooled_severity import TARGETS as TARGETS
 from .estimators.pooled_severity import SeverityRegressor as SeverityRegressor
 from .estimators.template_location import TemplateLocation as TemplateLocation
 from .estimators.template_severity import TemplateSeverity as TemplateSeverity
@@ -51,6 +50,7 @@ from .model_folder import save_model as save_model
 from .rows.signature_transformer import SignatureTransformer as SignatureTransformer
 from .rows.tooth_views import ToothViews as ToothViews
 from .settings import RecognitionSettings as RecognitionSettings
+from .severity_quantities import QUANTITIES as QUANTITIES
 from .splits.kinds import changed_parts as changed_parts
 from .splits.kinds import make_split as make_split
 from .splits.kinds import model_form as model_form

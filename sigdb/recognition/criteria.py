@@ -9,12 +9,12 @@ import pandas as pd
 
 from sigdb.recognition.bound.efficiency import ALL
 from sigdb.recognition.bound.error_curve import ERROR_RANGE
-from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.metrics.calibration import ENOUGH
 from sigdb.recognition.metrics.coverage import ENOUGH as ENOUGH_OF_CELL
 from sigdb.recognition.metrics.coverage import LEAST_COVERAGE
 from sigdb.recognition.metrics.detection import NEEDED
 from sigdb.recognition.metrics.probability_of_detection import RATE
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import TemplateBank, bank_of
 from sigdb.recognition.training import Model
 
@@ -268,7 +268,7 @@ def _of_points(bank: TemplateBank, rows: pd.DataFrame) -> Iterator[str]:
 
 def _of_severities(bank: TemplateBank, rows: pd.DataFrame) -> Iterator[str]:
     held = {tuple(one) for point in bank.points for one in point.severity[~point.healthy].round(9).tolist()}
-    plain = rows.loc[rows["tooth"] > 0, list(TARGETS)].dropna().round(9).drop_duplicates()
+    plain = rows.loc[rows["tooth"] > 0, list(QUANTITIES)].dropna().round(9).drop_duplicates()
     lacking = [one for one in plain.itertuples(index=False, name=None) if tuple(map(float, one)) not in held]
     if lacking:
         yield f"Of the {len(plain)} severities asked about the bank has no templates of {len(lacking)}."

@@ -8,13 +8,13 @@ import pandas as pd
 
 from sigdb.core import FloatArray, IntArray
 from sigdb.recognition.answers import Answers
-from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.metrics.calibration import reliability
 from sigdb.recognition.metrics.coverage import coverage_cells, set_values, value_bands
 from sigdb.recognition.metrics.detection import RATES, called_values, is_resolved, roc
 from sigdb.recognition.metrics.estimate import Estimate, Specimens
 from sigdb.recognition.metrics.location_and_severity import covered, location_values, severity_errors, severity_values
 from sigdb.recognition.metrics.probability_of_detection import RATE, Pod, detection_by_loss
+from sigdb.recognition.severity_quantities import QUANTITIES
 
 AXES = ("snr_db", "averages")
 """What figures are given against."""
@@ -103,7 +103,7 @@ def _of_severity(found: Mapping[str, pd.DataFrame], rows: pd.DataFrame, learner:
     }
     cells = [
         coverage_cells(covered(found[learner], rows, target), rows).assign(target=target)
-        for target in TARGETS
+        for target in QUANTITIES
         if f"{target}_low" in found[learner]
     ]
     return tables | ({"coverage": pd.concat(cells, ignore_index=True)} if cells else {})
@@ -111,7 +111,7 @@ def _of_severity(found: Mapping[str, pd.DataFrame], rows: pd.DataFrame, learner:
 
 def _levels(estimator: str, found: pd.DataFrame, rows: pd.DataFrame) -> Iterator[dict[str, Any]]:
     specimens = Specimens(rows["specimen"])
-    for target in TARGETS:
+    for target in QUANTITIES:
         error, level = severity_errors(found, rows, target), value_bands(rows[target], most=12).to_numpy()
         for one in np.unique(level):
             own = np.where(level == one, error, np.nan)
@@ -125,7 +125,7 @@ def _scatter(found: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
     """Rows in equal steps: truth, estimate and interval of each target."""
     some = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), _SHOWN)).astype(int))
     pieces = []
-    for target in TARGETS:
+    for target in QUANTITIES:
         piece = {"target": target, "true": rows[target].to_numpy(float), "found": found[target].to_numpy(float)}
         piece |= {end: found[f"{target}_{end}"].to_numpy() for end in ("low", "high") if f"{target}_{end}" in found}
         pieces.append(pd.DataFrame(piece).iloc[some])

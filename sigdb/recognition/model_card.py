@@ -8,9 +8,9 @@ import pandas as pd
 
 from sigdb.recognition.bound.efficiency import ALL
 from sigdb.recognition.estimators.pooled_location import LEARNERS
-from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.evaluation import Evaluation
 from sigdb.recognition.metrics.estimate import Estimate
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.training import Model
 
 _COLUMNS = {
@@ -114,7 +114,7 @@ _UNITS = {"phase_shift_deg": "phase_shift_deg, deg"}
 TITLES = _OF_LOCATION | {
     f"{kind}_{target}": title.format(target if kind == "coverage" else _UNITS.get(target, target))
     for kind, title in _OF_SEVERITY.items()
-    for target in TARGETS
+    for target in QUANTITIES
 }
 """Names of figures as a reader sees them."""
 

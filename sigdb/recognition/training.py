@@ -9,10 +9,10 @@ import pandas as pd
 
 from sigdb.core import InputError
 from sigdb.database import Database, check_complete
-from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.estimators.registry import CONTENDERS
 from sigdb.recognition.rows.streamed import Reducer, reducers_of, with_averages, with_features, with_reduced
 from sigdb.recognition.settings import RecognitionSettings
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.splits.kinds import make_split, model_form
 from sigdb.recognition.splits.split import TRAINING
 from sigdb.recognition.templates.bank import TemplateBank
@@ -200,7 +200,7 @@ def train(
     for name, estimator in unfitted.items():
         on_step(name)
         seen = training if name == TEMPLATES else drawn
-        labels = seen["tooth"] if target == "detection" else seen[["tooth", *TARGETS]]
+        labels = seen["tooth"] if target == "detection" else seen[["tooth", *QUANTITIES]]
         try:
             estimators[name] = estimator.fit(seen, labels, seen["specimen"].to_numpy())
         except InputError as error:
@@ -246,7 +246,7 @@ def usable_rows(database: Database, target: str) -> pd.DataFrame:
 
 _COLUMNS = (
     "tooth",
-    *TARGETS,
+    *QUANTITIES,
     "specimen",
     "draw",
     "snr_db",

@@ -255,7 +255,7 @@ def test_evaluate_leaves_with_1_when_a_model_is_above_the_bound(folder, monkeypa
         """On all three specimens; one of them would tell nothing."""
         return evaluate(replace(model, trained_on=()), database, bound=best)
 
-    monkeypatch.setattr("sigdb.recognition.evaluate_beside_bound", beside)
+    monkeypatch.setattr("sigdb.recognition.evaluate_with_bound", beside)
     assert cli.main(["evaluate", str(folder / "location"), str(folder / "signatures")], standalone_mode=False) == 1
     out, err = capsys.readouterr()
     assert "is better than the best possible answer (accuracy" in err

@@ -171,9 +171,9 @@ def test_other_models_and_figures_leave_what_is_there(first, run, folder):
 def test_a_model_better_than_the_bound_fails_the_run_after_its_report(first, folder, monkeypatch):
     (folder / "recipe.toml").write_text(RECIPE, encoding="utf-8")
     out, page = folder / "out", folder / "out" / "reports" / "location" / "index.html"
-    honest = recipe_models.evaluate_beside_bound
+    honest = recipe_models.evaluate_with_bound
     monkeypatch.setattr(
-        recipe_models, "evaluate_beside_bound", lambda *asked: replace(honest(*asked), above=("accuracy",))
+        recipe_models, "evaluate_with_bound", lambda *asked: replace(honest(*asked), above=("accuracy",))
     )
     words = ["run", str(folder / "recipe.toml"), "--out", str(out), "--jobs", "1"]
     page.unlink()

@@ -30,7 +30,7 @@ from sigdb.recognition.bound.bayes_rule import LOSSES, judge
 from sigdb.recognition.bound.efficiency import against_bound, detection_efficiency, noise_bands, posterior_answers
 from sigdb.recognition.bound.expected_losses import error_curve_around, expected_error
 from sigdb.recognition.criteria import aims, causes
-from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.posterior import Posterior
 
 STEP, NOISE = 6, 0.5
@@ -53,7 +53,7 @@ def law(signals, tooth, rows, *, teeth):
     hypotheses = Hypotheses.made_of(stored, teeth)
     place, first = np.transpose(rows)
     frame = pd.DataFrame({"place": place, "tooth": first, "teeth": teeth, "judged": True, "noise": NOISE})
-    cases = {name: hypotheses.cases[name].to_numpy()[place] for name in TARGETS}
+    cases = {name: hypotheses.cases[name].to_numpy()[place] for name in QUANTITIES}
     order = np.arange(len(frame))
     frame = frame.assign(index_error=0.0, specimen=order % 20, snr_db=np.where(order % 2, -1.0, -8.0), **cases)
     return OperatingPoint(hypotheses=hypotheses, rows=frame)

@@ -14,7 +14,7 @@ from sigdb.recognition.estimators.baselines.threshold import (
     MajoritySeverity,
     Na4StarLocation,
 )
-from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.signature import na4_star, residual_signal
 
 
@@ -48,7 +48,7 @@ def test_majority_says_what_was_most_frequent():
         }
     )
     found = MajoritySeverity().fit(X, y).predict(X[:2])
-    assert list(found) == list(TARGETS)
+    assert list(found) == list(QUANTITIES)
     assert_array_equal(found.to_numpy(), [[0.2, 0.0, 1.0]] * 2)
 
 

@@ -27,7 +27,7 @@ from sigdb.recognition import (
     smallest_found,
 )
 from sigdb.recognition.bound import operating_points as rows_by_point
-from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.posterior import Posterior
 
 STEP, NOISE = 6, 0.5
@@ -51,7 +51,7 @@ def point(signals, tooth, *, teeth, rows, response=None, index_error=0.0, **seve
     hypotheses = Hypotheses.made_of(stored, teeth)
     frame = pd.DataFrame(rows, columns=["place", "tooth"])
     frame = frame.assign(teeth=teeth, specimen=0, judged=True, noise=NOISE, index_error=index_error)
-    for name in TARGETS:
+    for name in QUANTITIES:
         frame[name] = hypotheses.cases[name].to_numpy()[frame["place"]]
     return OperatingPoint(hypotheses=hypotheses, rows=frame)
 

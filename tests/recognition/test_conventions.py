@@ -12,14 +12,14 @@ from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core.errors import InputError
 from sigdb.recognition import LocationClassifier, RecognitionSettings, SeverityRegressor
-from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.rows.tooth_views import COLUMNS, ToothViews
+from sigdb.recognition.severity_quantities import QUANTITIES
 
 ESTIMATORS = [LocationClassifier, SeverityRegressor]
 
 
 def labels(estimator, rows):
-    return rows["tooth"] if isinstance(estimator, LocationClassifier) else rows[["tooth", *TARGETS]]
+    return rows["tooth"] if isinstance(estimator, LocationClassifier) else rows[["tooth", *QUANTITIES]]
 
 
 @pytest.mark.parametrize("made", ESTIMATORS)

@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 from sigdb.recognition import LocationClassifier, SeverityRegressor
 from sigdb.recognition.calibration.cells import band_edges, levels_of, noise_db
 from sigdb.recognition.calibration.conformal import greatest_quantile, least_specimens, specimen_quantile
-from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.severity_quantities import QUANTITIES
 
 SIZES = np.array([1.5, 3.0, 6.0])
 """Severities: how far the damaged tooth stands out, in units of the lesser noise."""
@@ -149,13 +149,13 @@ def test_intervals_hold_every_severity_and_noise_and_pooled_ones_would_not():
         (X, y), (asked, true) = (judged(stream, specimens) for specimens in (30, 100))
         one = Judged().fit(X, y, X["specimen"].to_numpy())
         said = one.predict(asked)
-        name = TARGETS[0]
+        name = QUANTITIES[0]
         within = (said[f"{name}_low"] <= true[name]) & (true[name] <= said[f"{name}_high"])
         q = specimen_quantile(np.abs(X["estimate_0"] - y[name]), X["specimen"], 0.9)
         found.append(
             true.assign(noise=asked["scatter"], within=within, pooled=(asked["estimate_0"] - true[name]).abs() <= q)
         )
-    cells = pd.concat(found).groupby(["noise", *TARGETS[:2]])[["within", "pooled"]].mean()
+    cells = pd.concat(found).groupby(["noise", *QUANTITIES[:2]])[["within", "pooled"]].mean()
     assert len(cells) == 2 * 3 * 2
     assert cells["within"].min() > 0.9 - 4 * math.sqrt(0.09 / 1500)
     assert cells["pooled"].min() < 0.8
@@ -171,7 +171,7 @@ def judged(stream, specimens, rows=60):
     X = frame(count, specimens, 6, noise)
     own = np.exp(0.3 * stream.standard_normal(specimens))[X["specimen"]]
     error = 0.5 * noise * (1 + second) * own * stream.standard_normal(count)
-    y = pd.DataFrame(dict(zip(("tooth", *TARGETS), (1, first, second, 1.0), strict=True)), index=X.index)
+    y = pd.DataFrame(dict(zip(("tooth", *QUANTITIES), (1, first, second, 1.0), strict=True)), index=X.index)
     return X.assign(estimate_0=first + error, estimate_1=second, estimate_2=1.0), y
 
 

@@ -82,7 +82,7 @@ def test_training_refuses_a_model_above_the_bound_once_it_is_written(many_specim
         return type(found)(**{**vars(found), "bound": found.figures[model.learner], "above": ("p_detected",)})
 
     monkeypatch.setattr("sigdb.pipeline.models.train", lambda *given, **options: detector)
-    monkeypatch.setattr("sigdb.pipeline.models.evaluate_beside_bound", too_good)
+    monkeypatch.setattr("sigdb.pipeline.models.evaluate_with_bound", too_good)
     given = {"learner": "lda", "false_alarm_rate": RATE, "command": "train"}
     with pytest.raises(EvaluationError, match="better than the best possible answer"):
         train_model(many_specimens, "detection", tmp_path / "leaking", **given)

@@ -7,13 +7,13 @@ from sklearn.ensemble import HistGradientBoostingClassifier
 from sklearn.metrics import roc_auc_score
 
 from sigdb.recognition import LocationClassifier, RecognitionSettings, SeverityRegressor, evaluate, make_split, train
-from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.rows.tooth_views import COLUMNS
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.splits.split import TEST, TRAINING
 from sigdb.recognition.templates.scores import COLUMNS as TEMPLATE_COLUMNS
 from sigdb.recognition.training import usable_rows
 
-LABELS = ["tooth", *TARGETS]
+LABELS = ["tooth", *QUANTITIES]
 LEARNERS = ("lda", "boosting", "templates")
 READ = {"lda": COLUMNS, "boosting": COLUMNS, "templates": TEMPLATE_COLUMNS}
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from sigdb.core.errors import InputError
 from sigdb.recognition import RecognitionSettings, evaluate, requested_rows, train
-from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.splits.kinds import between, beyond, changed_parts, make_split, model_form
 from sigdb.recognition.splits.split import ASIDE, TEST, TRAINING, Split
 from sigdb.recognition.training import usable_rows
@@ -35,7 +35,7 @@ def a_sweep(*, losses=LOSSES, shifts=SHIFTS, counts=COUNTS, specimens=6, draws=1
 
 
 def cells(*axes):
-    return pd.DataFrame(list(product(*axes)), columns=list(TARGETS))
+    return pd.DataFrame(list(product(*axes)), columns=list(QUANTITIES))
 
 
 def specimens_of(rows, folds, fold):
@@ -66,7 +66,7 @@ def test_between_of_a_cross_of_two_lines():
     # A line over the loss and one over the shift, not their product; (0, 0) damages nothing and is not there.
     loss_line = [(loss, 0.0, 1) for loss in (0.1, 0.2, 0.3)]
     shift_line = [(0.0, shift, 1) for shift in (1.0, 2.0, 3.0, 4.0)]
-    grid = pd.DataFrame(loss_line + shift_line, columns=list(TARGETS))
+    grid = pd.DataFrame(loss_line + shift_line, columns=list(QUANTITIES))
     assert [tuple(cell) for cell in grid[between(grid)].to_numpy()] == [(0.2, 0, 1), (0, 2, 1)]
 
 
@@ -74,7 +74,7 @@ def test_between_of_a_cross_of_two_lines():
 def test_what_is_trained_is_inside_of_what_is_beyond(losses, shifts, counts):
     grid = cells(losses, shifts, counts)
     outer = beyond(grid)
-    for values, name in zip((losses, shifts, counts), TARGETS, strict=True):
+    for values, name in zip((losses, shifts, counts), QUANTITIES, strict=True):
         magnitudes = {abs(value) for value in values}
         if len(magnitudes) >= 3:
             assert outer[(grid[name].abs() == max(magnitudes)).to_numpy()].all()

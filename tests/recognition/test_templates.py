@@ -23,7 +23,7 @@ from sigdb.recognition import (
     TemplateSeverity,
     train,
 )
-from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import PointTemplates
 from sigdb.recognition.templates.hypotheses import Hypotheses
 
@@ -42,7 +42,7 @@ def stored_laws(seed=3):
     response = np.stack([np.roll(first, j * STEP) for j in range(TEETH)], axis=1)
     return [
         StoredTemplate(
-            case={"template": i, "tooth": min(i, 1)} | dict(zip(TARGETS, row, strict=True)),
+            case={"template": i, "tooth": min(i, 1)} | dict(zip(QUANTITIES, row, strict=True)),
             signal=(mesh + 2 * row[0] * bump + 0.2 * row[1] * second).astype(np.float32).astype(float),
             response=response,
             harmonic=np.zeros((N, 0)),
@@ -81,7 +81,7 @@ def drawn(bank, stream, count, *, healthy=0.3):
     )
     tooth = np.where(place == 0, 0, stream.integers(1, TEETH + 1, count))
     x = bank.points[0].hypotheses.draw(stream, place, tooth, noise=NOISE, index_error=INDEX_ERROR)
-    labels = pd.DataFrame(SEVERITY[place], columns=TARGETS).assign(tooth=tooth)
+    labels = pd.DataFrame(SEVERITY[place], columns=QUANTITIES).assign(tooth=tooth)
     return frame(x), labels
 
 
@@ -201,7 +201,7 @@ def test_clean_averages_are_recognised(bank, location, severity):
     )
     rows = frame(clean, noise=1e-3)
     assert_array_equal(location.predict(rows), np.where(place == 0, 0, tooth))
-    found = severity.predict(rows[place > 0])[list(TARGETS)].to_numpy()
+    found = severity.predict(rows[place > 0])[list(QUANTITIES)].to_numpy()
     assert_allclose(found, SEVERITY[place[place > 0]], atol=1e-3)
 
 
@@ -282,7 +282,7 @@ def test_intervals_cover_each_severity(severity, test_rows):
     rows, labels = test_rows
     damaged = (labels["tooth"] > 0).to_numpy()
     found, true = severity.predict(rows[damaged]), labels[damaged]
-    for target in TARGETS:
+    for target in QUANTITIES:
         inside = (found[f"{target}_low"].to_numpy() <= true[target].to_numpy()) & (
             true[target].to_numpy() <= found[f"{target}_high"].to_numpy()
         )
@@ -299,7 +299,7 @@ def test_estimates_are_as_good_as_the_posterior_median(severity, bank, test_rows
     damaged = (labels["tooth"] > 0).to_numpy()
     median = TemplateScores(bank).transform(rows[damaged])[:, -6:-3]
     found = severity.predict(rows[damaged])
-    for i, target in enumerate(TARGETS):
+    for i, target in enumerate(QUANTITIES):
         true = labels.loc[damaged, target]
         best = np.abs(median[:, i] - true).mean()
         assert np.abs(found[target].to_numpy() - true).mean() < 1.03 * best

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from sigdb.recognition import LocationClassifier, SeverityRegressor
-from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.signature import mesh_bands, pooled_wigner_ville
 
 POOLED = ("lda", "boosting")
@@ -81,7 +81,7 @@ def test_turning_the_signal_turns_the_probabilities(classifier, database, held_o
 def test_turning_leaves_the_severity(regressor, held_out, turned, j):
     damaged = held_out[held_out["tooth"] > 0].iloc[::5]
     before, after = regressor.predict(damaged), regressor.predict(turned(damaged, j))
-    assert list(before)[::3] == list(TARGETS)
+    assert list(before)[::3] == list(QUANTITIES)
     assert_allclose(after.to_numpy(), before.to_numpy(), rtol=1e-9, atol=1e-12)
 
 
@@ -134,7 +134,7 @@ def test_training_takes_mixed_tooth_counts(mixed_teeth):
     found = classifier.predict(test)
     damaged = (test["tooth"] > 0).to_numpy()
     assert (found[damaged] == test["tooth"][damaged]).mean() > 0.5
-    severity = SeverityRegressor("lda").fit(training, training[["tooth", *TARGETS]], training["specimen"])
+    severity = SeverityRegressor("lda").fit(training, training[["tooth", *QUANTITIES]], training["specimen"])
     errors = (severity.predict(test[damaged])["stiffness_loss"] - test["stiffness_loss"][damaged]).abs()
     assert errors.mean() < 0.1  # half the distance of the two losses: the mean of both would be as bad
 

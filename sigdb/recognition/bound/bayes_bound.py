@@ -17,11 +17,11 @@ from sigdb.database import Database
 from sigdb.recognition.bound.bayes_rule import LOSSES, judge
 from sigdb.recognition.bound.expected_losses import expected_losses, judged_shares
 from sigdb.recognition.bound.operating_points import operating_points
-from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.metrics.detection import called_figures, detection_figures
 from sigdb.recognition.metrics.estimate import Estimate, Specimens
 from sigdb.recognition.metrics.location_and_severity import location_values
 from sigdb.recognition.metrics.probability_of_detection import pod_figures
+from sigdb.recognition.severity_quantities import QUANTITIES
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -155,11 +155,11 @@ def bayes_bound(
 
 def _estimated(losses: pd.DataFrame) -> dict[str, FloatArray]:
     """What each row adds to the figures of severity; for a root mean square the error itself."""
-    errors = {f"rmse_{target}": np.sqrt(losses[f"square_{target}"].to_numpy()) for target in TARGETS}
+    errors = {f"rmse_{target}": np.sqrt(losses[f"square_{target}"].to_numpy()) for target in QUANTITIES}
     means = {
         f"{figure}_{target}": losses[f"{loss}_{target}"].to_numpy()
         for loss, figure in (("absolute", "mae"), ("crps", "crps"))
-        for target in TARGETS
+        for target in QUANTITIES
     }
     return means | errors
 

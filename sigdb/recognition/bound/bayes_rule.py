@@ -8,12 +8,12 @@ import pandas as pd
 from sigdb.core import FloatArray
 from sigdb.recognition.bound.operating_points import OperatingPoint
 from sigdb.recognition.calibration.conformal import COVERAGE
-from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.posterior import Posterior
 
 LOSSES: Mapping[str, tuple[str, ...]] = {
     "location": ("error", "log_loss"),
-    "severity": tuple(f"{kind}_{target}" for kind in ("absolute", "square", "crps") for target in TARGETS),
+    "severity": tuple(f"{kind}_{target}" for kind in ("absolute", "square", "crps") for target in QUANTITIES),
 }
 """Losses of a row that the Bayes rule makes as small as they can be on average."""
 
@@ -49,7 +49,7 @@ def _location(point: OperatingPoint, rows: pd.DataFrame, known: Posterior) -> pd
 
 def _severity(point: OperatingPoint, rows: pd.DataFrame, known: Posterior) -> pd.DataFrame:
     columns: dict[str, FloatArray] = {}
-    for target in TARGETS:
+    for target in QUANTITIES:
         # Templates with a pattern have no severity; they have no share in the rows either.
         level = np.nan_to_num(point.hypotheses.cases[target].to_numpy(float))
         true, mean, median = rows[target].to_numpy(float), known.mean(level), known.median(level)

@@ -14,11 +14,11 @@ from sigdb.recognition.bound.bayes_bound import Bound
 from sigdb.recognition.bound.error_curve import INFORMATION_RANGE
 from sigdb.recognition.bound.expected_losses import error_curve_around
 from sigdb.recognition.bound.operating_points import OperatingPoint
-from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.metrics.calibration import ENOUGH, calibration_error, calibration_values
 from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, columns_of, interval
 from sigdb.recognition.metrics.location_and_severity import severity_values
 from sigdb.recognition.metrics.probability_of_detection import Pod, detection_by_loss
+from sigdb.recognition.severity_quantities import QUANTITIES
 
 _COLUMNS = {"stiffness_loss", "phase_shift_deg"}
 
@@ -109,7 +109,7 @@ def severity_efficiency(found: pd.DataFrame, rows: pd.DataFrame, best: Bound) ->
     ours, bound = severity_values(found, rows), severity_values(posterior_answers(known), rows)
     return [
         {"target": target} | _beside(target, ours, bound, known[f"mean_{target}"].to_numpy(), rows, specimens)
-        for target in TARGETS
+        for target in QUANTITIES
         if rows[target].nunique() > 1
     ]
 
@@ -126,7 +126,7 @@ def posterior_answers(rows: pd.DataFrame) -> pd.DataFrame:
     """
     ends = {"": "median", "_low": "low", "_high": "high"}
     return pd.DataFrame(
-        {f"{target}{end}": rows[f"{kind}_{target}"] for target in TARGETS for end, kind in ends.items()}
+        {f"{target}{end}": rows[f"{kind}_{target}"] for target in QUANTITIES for end, kind in ends.items()}
     )
 
 
@@ -266,7 +266,7 @@ def against_bound(
     )
     if "target" not in table:
         return table
-    order = table["target"].map(TARGETS.index).sort_values(kind="stable").index
+    order = table["target"].map(QUANTITIES.index).sort_values(kind="stable").index
     return table.loc[order].reset_index(drop=True)
 
 

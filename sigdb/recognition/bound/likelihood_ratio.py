@@ -8,8 +8,8 @@ from scipy.special import log_softmax, logsumexp, ndtri
 
 from sigdb.core import FloatArray, InputError, IntArray
 from sigdb.recognition.bound.operating_points import OperatingPoint
-from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.metrics.detection import RATES
+from sigdb.recognition.severity_quantities import QUANTITIES
 
 FOUND = 0.9
 """Probability of detection that defines a90."""
@@ -113,7 +113,7 @@ def detection_table(point: OperatingPoint, *, draws: int = 2000, seed: int = 0, 
     rows = []
     for place in np.unique(point.rows["place"][point.rows["tooth"] > 0]):
         roc = optimal_roc(point, np.array([place]), draws=draws, seed=seed, specimens=specimens)
-        row = {name: cases[name].iloc[place] for name in ("template", *TARGETS)}
+        row = {name: cases[name].iloc[place] for name in ("template", *QUANTITIES)}
         for rate in RATES:
             row[f"p_detected_{rate:g}"], row[f"standard_error_{rate:g}"] = roc.at(rate)
         rows.append(row)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from sigdb.core import FloatArray, InputError
 from sigdb.database import Database
 from sigdb.measurement import noise_deviation
-from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.posterior import Posterior, log_prior, posterior
 
@@ -160,7 +160,7 @@ def operating_points(
 
 
 def _rows(database: Database) -> pd.DataFrame:
-    columns = ", ".join(dict.fromkeys((*_COLUMNS, *_POINT, *TARGETS)))
+    columns = ", ".join(dict.fromkeys((*_COLUMNS, *_POINT, *QUANTITIES)))
     answers = "status = 'ok' as done, pattern <> '' as patterned"
     return database.sql(f"select {columns}, {answers} from cases order by id").set_index("id")
 

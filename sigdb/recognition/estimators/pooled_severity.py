@@ -15,9 +15,7 @@ from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
 from sigdb.recognition.estimators.pooled_location import FOLDS, LocationClassifier, own_groups, severity_regressor
 from sigdb.recognition.rows.tooth_views import check_columns
-
-TARGETS = ("stiffness_loss", "phase_shift_deg", "damaged_teeth")
-"""What severity is."""
+from sigdb.recognition.severity_quantities import QUANTITIES
 
 
 class SeverityRegressor(SeverityIntervals, RegressorMixin, BaseEstimator):
@@ -63,7 +61,7 @@ class SeverityRegressor(SeverityIntervals, RegressorMixin, BaseEstimator):
         """
         check_columns(X)
         groups = own_groups(groups, len(X))
-        true, damaged = y[list(TARGETS)].to_numpy(float), (y["tooth"] > 0).to_numpy()
+        true, damaged = y[list(QUANTITIES)].to_numpy(float), (y["tooth"] > 0).to_numpy()
         errors = np.empty(true.shape)
         for inner, outer in specimen_folds_of(groups, FOLDS):
             other = clone(self)._learnt(X.iloc[inner], y.iloc[inner])
@@ -80,7 +78,7 @@ class SeverityRegressor(SeverityIntervals, RegressorMixin, BaseEstimator):
         self.location_ = LocationClassifier(self.learner, self.random_state).fit_scorer(X, tooth)
         seen = self.location_.views_.view_from(X[tooth > 0], tooth[tooth > 0])
         base = severity_regressor(self.learner, self.random_state)
-        self.regressors_ = [clone(base).fit(seen, y[target].to_numpy(float)[tooth > 0]) for target in TARGETS]
+        self.regressors_ = [clone(base).fit(seen, y[target].to_numpy(float)[tooth > 0]) for target in QUANTITIES]
         return self
 
     def _estimates(self, X: pd.DataFrame) -> FloatArray:
@@ -94,5 +92,5 @@ class SeverityRegressor(SeverityIntervals, RegressorMixin, BaseEstimator):
         """Estimates, and the ends of their intervals as ``NAME_low`` and ``NAME_high``, one row for each of X."""
         check_is_fitted(self)
         estimates = self._estimates(X)
-        columns = self._with_intervals(TARGETS, estimates, np.ones(estimates.shape), noise_db(X))
+        columns = self._with_intervals(QUANTITIES, estimates, np.ones(estimates.shape), noise_db(X))
         return pd.DataFrame(columns, index=X.index)

@@ -13,7 +13,7 @@ from sigdb.core import FloatArray, InputError, IntArray
 from sigdb.recognition.calibration.conformal import COVERAGE
 from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
-from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.templates.scores import TemplateScores, noise_at_point
 
@@ -69,17 +69,17 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, BaseEstimator):
             raise InputError("y holds no damaged rows, and severity is learnt from them; add some")
         groups = np.arange(len(X)) if groups is None else np.asarray(groups)
         median, spread = self._median_and_spread(X[damaged])
-        true, groups = y.loc[damaged, list(TARGETS)].to_numpy(float), groups[damaged]
+        true, groups = y.loc[damaged, list(QUANTITIES)].to_numpy(float), groups[damaged]
         self.floors_ = np.where(spread.mean(axis=0) > 0, spread.mean(axis=0), 1.0)
-        self.corrections_ = np.array([_correction(median[:, i], true[:, i]) for i in range(len(TARGETS))])
-        errors = np.column_stack([_errors(median[:, i], true[:, i], groups) for i in range(len(TARGETS))])
+        self.corrections_ = np.array([_correction(median[:, i], true[:, i]) for i in range(len(QUANTITIES))])
+        errors = np.column_stack([_errors(median[:, i], true[:, i], groups) for i in range(len(QUANTITIES))])
         point, noise = noise_at_point(self.bank, X[damaged])
         self._fit_intervals(errors / (spread + self.floors_), true, point=point, noise=noise, groups=groups)
         return self
 
     def _median_and_spread(self, X: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
         scores = TemplateScores(self.bank, self.n_jobs).transform(X)
-        median, spread = np.split(scores[:, -2 * len(TARGETS) :], 2, axis=1)
+        median, spread = np.split(scores[:, -2 * len(QUANTITIES) :], 2, axis=1)
         if np.isnan(median).any():
             raise InputError("the bank has no template with one severity for all damaged teeth; train on a plain grid")
         return median, spread
@@ -91,10 +91,10 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, BaseEstimator):
         estimates = np.column_stack(
             [
                 np.clip(_corrected(median[:, i], self.corrections_[i]), self.levels_[i][0], self.levels_[i][-1])
-                for i in range(len(TARGETS))
+                for i in range(len(QUANTITIES))
             ]
         )
-        columns = self._with_intervals(TARGETS, estimates, spread + self.floors_, noise_at_point(self.bank, X)[1])
+        columns = self._with_intervals(QUANTITIES, estimates, spread + self.floors_, noise_at_point(self.bank, X)[1])
         return pd.DataFrame(columns, index=X.index)
 
 

@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, IntArray
 from sigdb.recognition.calibration.conformal import COVERAGE
-from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.metrics.detection import called_figures, called_values
 from sigdb.recognition.metrics.estimate import Estimate, Specimens
+from sigdb.recognition.severity_quantities import QUANTITIES
 
 
 def crps_sample(values: ArrayLike, y: ArrayLike, weights: ArrayLike | None = None) -> FloatArray:
@@ -135,7 +135,7 @@ def severity_errors(found: pd.DataFrame, rows: pd.DataFrame, target: str) -> Flo
 def severity_values(found: pd.DataFrame, rows: pd.DataFrame) -> dict[str, FloatArray]:
     """Of each row, what the figures of severity are means of (root mean squares: ``rmse_`` holds the errors)."""
     values: dict[str, FloatArray] = {}
-    for target in TARGETS:
+    for target in QUANTITIES:
         error = severity_errors(found, rows, target)
         values |= {f"mae_{target}": np.abs(error), f"rmse_{target}": error, f"bias_{target}": error}
         values[f"crps_{target}"] = _crps(found, rows, target)

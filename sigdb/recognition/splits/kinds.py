@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import BoolArray, InputError, suggestion
-from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.splits.split import ASIDE, TEST, TRAINING, Split, specimen_folds
 
 
@@ -33,8 +33,8 @@ def between(cells: pd.DataFrame) -> BoolArray:
     [False, True, False, True, False]
     """
     on_a_line, off_its_places = np.zeros(len(cells), bool), np.zeros(len(cells), bool)
-    for axis in TARGETS:
-        line = cells.groupby([other for other in TARGETS if other != axis])[axis]
+    for axis in QUANTITIES:
+        line = cells.groupby([other for other in QUANTITIES if other != axis])[axis]
         place, length = line.rank().to_numpy(), line.transform("size").to_numpy()
         long = length >= 3
         on_a_line |= long
@@ -53,7 +53,7 @@ def beyond(cells: pd.DataFrame) -> BoolArray:
     [False, False, True]
     """
     outermost = np.zeros(len(cells), bool)
-    for axis in TARGETS:
+    for axis in QUANTITIES:
         magnitude = cells[axis].abs()
         if magnitude.nunique() >= 3:
             outermost |= (magnitude == magnitude.max()).to_numpy()
@@ -161,7 +161,7 @@ def _of_severities(
     tells: str,
     needs: str,
 ) -> Split:
-    cases = rows[list(TARGETS)].drop_duplicates().reset_index(drop=True)
+    cases = rows[list(QUANTITIES)].drop_duplicates().reset_index(drop=True)
     # Healthy rows have no severity, and those of a pattern have several.
     severe = (cases["damaged_teeth"] > 0) & cases.notna().all(axis=1)
     held_out = severe.copy()

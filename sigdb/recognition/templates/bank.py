@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray
 from sigdb.database import Database, suffixed
-from sigdb.recognition.estimators.pooled_severity import TARGETS
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.compact_signals import CompactSignals
 from sigdb.recognition.templates.hypotheses import Hypotheses
 
@@ -19,7 +19,7 @@ _PRECISION = 2e-4
 """How far a stored signal may be from its own, in norm, in standard deviations of the noise of the quietest average.
 The log-likelihood of a template that resembles the average then changes by less than 0.01."""
 
-_CASE = ("teeth", *TARGETS)
+_CASE = ("teeth", *QUANTITIES)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -95,7 +95,7 @@ class PointTemplates:
                 reference_variance=law.reference_variance,
                 healthy=law.healthy,
                 share=share,
-                severity=law.cases[list(TARGETS)].to_numpy(float),
+                severity=law.cases[list(QUANTITIES)].to_numpy(float),
             )
             for (speed_rpm, torque), law, share, signals in zip(points, laws, shares, stored, strict=True)
         ]

@@ -10,8 +10,8 @@ from sklearn.base import BaseEstimator, TransformerMixin
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray
 from sigdb.recognition.calibration.cells import noise_db
-from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.rows.row_matrix import as_matrix
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import PointTemplates, TemplateBank
 from sigdb.recognition.templates.posterior import Posterior, posterior
 
@@ -21,7 +21,7 @@ COLUMNS = ("teeth", "speed_rpm", "torque", "averages", "scatter", "tsa")
 SCORED = "template_scores"
 """Column of rows whose scores are there already."""
 
-OF_SEVERITY = tuple(f"{kind}_{target}" for kind in ("mean", "median", "spread") for target in TARGETS)
+OF_SEVERITY = tuple(f"{kind}_{target}" for kind in ("mean", "median", "spread") for target in QUANTITIES)
 
 _ROWS_AT_ONCE = 512
 

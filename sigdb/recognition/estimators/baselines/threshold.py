@@ -13,9 +13,9 @@ from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core import FloatArray, IntArray
 from sigdb.recognition.calibration.location_sets import tooth_and_severity
-from sigdb.recognition.estimators.pooled_severity import TARGETS
 from sigdb.recognition.rows.streamed import reduced
 from sigdb.recognition.rows.tooth_views import averages_by_teeth
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.signature import residual_signal
 
 FALSE_ALARM_RATE = 0.01
@@ -104,12 +104,12 @@ class MajoritySeverity(RegressorMixin, BaseEstimator):
 
     def fit(self, X: pd.DataFrame, y: pd.DataFrame, groups: ArrayLike | None = None) -> Self:
         """Take the medians."""
-        self.medians_ = y.loc[y["tooth"] > 0, list(TARGETS)].median().to_numpy(float)
+        self.medians_ = y.loc[y["tooth"] > 0, list(QUANTITIES)].median().to_numpy(float)
         return self
 
     def predict(self, X: pd.DataFrame) -> pd.DataFrame:
         """The same estimates for every row."""
-        return pd.DataFrame([self.medians_] * len(X), columns=TARGETS, index=X.index)
+        return pd.DataFrame([self.medians_] * len(X), columns=QUANTITIES, index=X.index)
 
 
 class Fm4Severity(RegressorMixin, BaseEstimator):
@@ -119,14 +119,14 @@ class Fm4Severity(RegressorMixin, BaseEstimator):
         """Fit one isotonic regression for each target to the damaged rows."""
         damaged = (y["tooth"] > 0).to_numpy()
         fm4 = X["fm4"].to_numpy(float)[damaged]
-        self.regressors_ = [_monotonic(fm4, y[target].to_numpy(float)[damaged]) for target in TARGETS]
+        self.regressors_ = [_monotonic(fm4, y[target].to_numpy(float)[damaged]) for target in QUANTITIES]
         return self
 
     def predict(self, X: pd.DataFrame) -> pd.DataFrame:
         """Estimates for each row."""
         fm4 = X["fm4"].to_numpy(float)
         return pd.DataFrame(
-            {name: one.predict(fm4) for name, one in zip(TARGETS, self.regressors_, strict=True)}, index=X.index
+            {name: one.predict(fm4) for name, one in zip(QUANTITIES, self.regressors_, strict=True)}, index=X.index
         )
 
 
