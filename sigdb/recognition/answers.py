@@ -19,7 +19,7 @@ class Answers:
 
     Attributes
     ----------
-    found
+    predicted
         Of location (rows,) tooth, 0 for none; of detection (rows,) 1 for damage, 0 for none; of severity a frame, see
         :meth:`SeverityRegressor.predict`.
     scores
@@ -31,7 +31,7 @@ class Answers:
         (rows, 1 + teeth) whether each class is in the conformal set, of an estimator with ``predict_set``.
     """
 
-    found: IntArray | pd.DataFrame
+    predicted: IntArray | pd.DataFrame
     scores: FloatArray | None = None
     probabilities: FloatArray | None = None
     sets: BoolArray | None = None
@@ -45,37 +45,37 @@ class Answers:
         scores, ``sets_of_scores(scores, X)``, it is asked for that, else for ``predict_set(X)``.
         """
         starts = range(0, len(rows), _AT_ONCE)
-        return cls.joined([cls._of(estimator, rows.iloc[start : start + _AT_ONCE]) for start in starts])
+        return cls.concatenate([cls._of(estimator, rows.iloc[start : start + _AT_ONCE]) for start in starts])
 
     @classmethod
     def _of(cls, estimator: Any, X: pd.DataFrame) -> Self:
         if hasattr(estimator, "indicator"):
-            return cls(found=estimator.predict(X), scores=estimator.indicator(X))
+            return cls(predicted=estimator.predict(X), scores=estimator.indicator(X))
         if not hasattr(estimator, "decision_function"):
-            return cls(found=estimator.predict(X))
+            return cls(predicted=estimator.predict(X))
         scores = estimator.decision_function(X)
         if scores.ndim == 1:
-            return cls(found=(scores > 0).astype(int), scores=scores)
+            return cls(predicted=(scores > 0).astype(int), scores=scores)
         return cls(
-            found=scores.argmax(axis=1),
+            predicted=scores.argmax(axis=1),
             scores=scores,
             probabilities=softmax(scores, axis=1) if hasattr(estimator, "predict_proba") else None,
             sets=_sets(estimator, scores, X),
         )
 
     @classmethod
-    def joined(cls, parts: Sequence[Self]) -> Self:
+    def concatenate(cls, parts: Sequence[Self]) -> Self:
         """Answers to some rows and to further ones; where tooth counts differ, teeth that a gear does not have count
         as those of :class:`LocationClassifier` do."""
         names = [one.name for one in fields(cls)]
         return cls(**{name: _joined([getattr(part, name) for part in parts], _ABSENT.get(name, 0.0)) for name in names})
 
     @property
-    def of_detector(self) -> bool:
+    def damage_only(self) -> bool:
         """Whether scores are of damage alone."""
         return self.scores is not None and self.scores.ndim == 1
 
-    def only(self, inside: BoolArray) -> Self:
+    def select(self, inside: BoolArray) -> Self:
         """Answers to some of the rows."""
         parts = {one.name: getattr(self, one.name) for one in fields(self)}
         return replace(self, **{name: part[inside] for name, part in parts.items() if part is not None})

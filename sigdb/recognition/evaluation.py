@@ -175,7 +175,7 @@ def evaluate(
 
 def answer_figures(answers: Answers, rows: pd.DataFrame, target: str) -> dict[str, Estimate]:
     """All figures that answers allow."""
-    figures = FIGURES[target](answers.found, rows)
+    figures = FIGURES[target](answers.predicted, rows)
     if answers.detection is not None:
         figures |= detection_figures(answers.detection, rows) | pod_figures(answers.detection, rows)
     if answers.probabilities is not None:
@@ -187,7 +187,7 @@ def answer_figures(answers: Answers, rows: pd.DataFrame, target: str) -> dict[st
 
 def answer_values(answers: Answers, rows: pd.DataFrame, target: str) -> dict[str, FloatArray]:
     """Of each row, what those figures that are means are means of."""
-    values = {name: one for name, one in VALUES[target](answers.found, rows).items() if not name.startswith("rmse")}
+    values = {name: one for name, one in VALUES[target](answers.predicted, rows).items() if not name.startswith("rmse")}
     if answers.probabilities is not None:
         values |= calibration_values(answers.probabilities, rows)
     if answers.sets is not None:
@@ -204,7 +204,7 @@ def _above(
     inside: BoolArray,
 ) -> tuple[str, ...]:
     """Names of the figures that are better than the bound, on the rows that it holds."""
-    ours, some = answers.only(inside), rows[inside]
+    ours, some = answers.select(inside), rows[inside]
     best = {name: one[inside] for name, one in bound_values.items()}
     figures, values = answer_figures(ours, some, target), answer_values(ours, some, target)
     return figures_above_bound(figures, bound, values, best, some)
@@ -234,7 +234,7 @@ def _answers(model: Model, database: Database, rows: pd.DataFrame) -> dict[str, 
                 if name == model.learner:
                     raise
                 del found[name]
-    return {name: Answers.joined(parts) for name, parts in found.items()}
+    return {name: Answers.concatenate(parts) for name, parts in found.items()}
 
 
 def _plain(figures: Mapping[str, Estimate]) -> dict[str, dict[str, float | None]]:
@@ -374,6 +374,6 @@ def _judged(
 
 def _gives_sets(answers: Answers) -> bool:
     """Whether a model gives sets of answers, or intervals."""
-    if isinstance(answers.found, pd.DataFrame):
-        return any(str(name).endswith("_low") for name in answers.found)
+    if isinstance(answers.predicted, pd.DataFrame):
+        return any(str(name).endswith("_low") for name in answers.predicted)
     return answers.sets is not None

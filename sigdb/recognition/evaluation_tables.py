@@ -41,9 +41,9 @@ def evaluation_tables(
     ``coverage``
         Of the model's intervals, or of its sets: cell by cell.
     """
-    detects = answers[learner].of_detector
+    detects = answers[learner].damage_only
     tables = {axis: _against(axis, answers, rows, bound_values, detects) for axis in AXES if axis in rows}
-    if isinstance(answers[learner].found, pd.DataFrame):
+    if isinstance(answers[learner].predicted, pd.DataFrame):
         tables |= _of_severity({name: _frame(one) for name, one in answers.items()}, rows, learner)
     else:
         tables |= _of_location(answers, rows, learner)
@@ -56,7 +56,7 @@ def _of_location(answers: Mapping[str, Answers], rows: pd.DataFrame, learner: st
     sure = {name: one.probabilities for name, one in answers.items() if one.probabilities is not None}
     tables = {
         "confusion": rows[["teeth", "tooth"]]
-        .assign(found=cast(IntArray, answers[learner].found))
+        .assign(found=cast(IntArray, answers[learner].predicted))
         .groupby(["teeth", "tooth", "found"], as_index=False)
         .size()
         .rename(columns={"size": "rows"}),
@@ -93,7 +93,7 @@ def _curve(pod: Pod) -> pd.DataFrame:
 
 
 def _frame(answers: Answers) -> pd.DataFrame:
-    return cast(pd.DataFrame, answers.found)
+    return cast(pd.DataFrame, answers.predicted)
 
 
 def _of_severity(found: Mapping[str, pd.DataFrame], rows: pd.DataFrame, learner: str) -> dict[str, pd.DataFrame]:
@@ -155,10 +155,10 @@ def _against(
 
 
 def _values(answers: Answers, rows: pd.DataFrame, detects: bool) -> dict[str, FloatArray]:
-    if isinstance(answers.found, pd.DataFrame):
-        values = severity_values(answers.found, rows)
+    if isinstance(answers.predicted, pd.DataFrame):
+        values = severity_values(answers.predicted, rows)
         return {name: value for name, value in values.items() if name.startswith(("mae", "coverage", "crps"))}
-    return called_values(answers.found, rows) if detects else location_values(answers.found, rows)
+    return called_values(answers.predicted, rows) if detects else location_values(answers.predicted, rows)
 
 
 def _each(frames: Mapping[str, pd.DataFrame]) -> pd.DataFrame:

@@ -83,7 +83,7 @@ def drawn(point, seed=1):
 def location_answers(point, x, decibels=0.0):
     """The Bayes rule on averages with so much more noise."""
     known = point.posterior(x, point.rows.assign(noise=NOISE * 10 ** (decibels / 20)))
-    return Answers(found=known.tooth, scores=known.location, probabilities=np.exp(known.location))
+    return Answers(predicted=known.tooth, scores=known.location, probabilities=np.exp(known.location))
 
 
 @pytest.fixture(scope="module")
@@ -150,7 +150,7 @@ def test_a_rule_that_sees_more_noise_loses_so_many_decibels_in_each_band(located
         assert row["loss_db_high"] - row["loss_db_low"] < 0.6
         assert row["eta_info_low"] < row["eta_info"] < row["eta_info_high"] < 1
     every = table[table["band"] == "all"].iloc[0]
-    wrong = worse.found != point.rows["tooth"].to_numpy()
+    wrong = worse.predicted != point.rows["tooth"].to_numpy()
     assert every["error"] == pytest.approx(wrong.mean())
     H, ce = math.log(8), -worse.scores[np.arange(len(wrong)), point.rows["tooth"]].mean()
     assert every["eta_info"] == pytest.approx((H - ce) / (H - best.losses["log_loss"].mean()), rel=1e-9)
@@ -184,12 +184,12 @@ def test_severity_is_set_against_median_quantiles_and_mean_of_the_posterior():
     point = law(signals, [1] * 4, [(i % 4, 1 + i % 3) for i in range(2400)], teeth=3)
     best = bound_of(point, drawn(point), "severity")
     exact = posterior_answers(best.rows)
-    row = against_bound("severity", Answers(found=exact), point.rows, best).iloc[-1]
+    row = against_bound("severity", Answers(predicted=exact), point.rows, best).iloc[-1]
     assert row["target"] == "stiffness_loss"  # the others do not vary
     assert row["mae_ratio"] == row["crps_ratio"] == 1
     true = point.rows["stiffness_loss"].to_numpy()
     shifted = exact.assign(stiffness_loss=best.rows["mean_stiffness_loss"] + 0.05)
-    row = against_bound("severity", Answers(found=shifted), point.rows, best).iloc[-1]
+    row = against_bound("severity", Answers(predicted=shifted), point.rows, best).iloc[-1]
     error = np.abs(shifted["stiffness_loss"] - true)
     assert row["mae_ratio"] == pytest.approx(error.mean() / np.abs(exact["stiffness_loss"] - true).mean())
     assert row["mae_ratio_low"] < row["mae_ratio"] < row["mae_ratio_high"]
@@ -222,7 +222,9 @@ def of_scores(slope, best_slope):
         entropy=math.nan,
     )  # fmt: skip
     zeros = np.zeros(len(rows))
-    return detection_efficiency(Answers(found=zeros.astype(int), scores=np.column_stack([zeros, score])), rows, best)
+    return detection_efficiency(
+        Answers(predicted=zeros.astype(int), scores=np.column_stack([zeros, score])), rows, best
+    )
 
 
 def test_a90_goes_as_the_inverse_of_the_slope_of_the_score():

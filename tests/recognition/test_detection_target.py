@@ -129,13 +129,13 @@ def test_scores_are_computed_once():
     estimator = Told(scores)
     answers = Answers.of(estimator, pd.DataFrame(index=[0, 1]))
     assert estimator.asked == 1
-    assert answers.found.tolist() == [1, 0]
+    assert answers.predicted.tolist() == [1, 0]
     np.testing.assert_allclose(answers.probabilities, np.exp(scores))
     np.testing.assert_allclose(answers.detection, np.log([0.8 / 0.2, 0.4 / 0.6]))
 
 
 def test_answers_of_gears_with_other_tooth_counts_are_joined():
     parts = [Answers.of(Told(np.zeros((2, width))), pd.DataFrame(index=[0, 1])) for width in (3, 4)]
-    joined = Answers.joined(parts)
+    joined = Answers.concatenate(parts)
     assert joined.scores[0].tolist() == [0, 0, 0, -np.inf]
     np.testing.assert_allclose(joined.probabilities.sum(axis=1), 1)

@@ -68,7 +68,7 @@ def test_answers_are_asked_for_in_pieces(held_out, location_model, monkeypatch):
     whole = Answers.of(estimator, held_out)
     monkeypatch.setattr("sigdb.recognition.answers._AT_ONCE", 7)
     pieces = Answers.of(estimator, held_out)
-    np.testing.assert_array_equal(pieces.found, whole.found)
+    np.testing.assert_array_equal(pieces.predicted, whole.predicted)
     np.testing.assert_allclose(pieces.scores, whole.scores, rtol=1e-12)
     # Log odds of any tooth against none.
     np.testing.assert_allclose(expit(whole.detection), 1 - whole.probabilities[:, 0], rtol=1e-9, atol=1e-12)

@@ -22,7 +22,7 @@ TEETH = 5
 
 
 def an_evaluation(answers, rows, **others):
-    target = "location" if isinstance(answers["a"].found, np.ndarray) else "severity"
+    target = "location" if isinstance(answers["a"].predicted, np.ndarray) else "severity"
     return Evaluation(
         target=target,
         learner="a",
@@ -65,8 +65,8 @@ def location(rows):
     p = np.exp(scores) / np.exp(scores).sum(axis=1, keepdims=True)
     return an_evaluation(
         {
-            "a": Answers(found=scores.argmax(axis=1), scores=scores, probabilities=p),
-            "b": Answers(found=np.zeros(len(rows), int)),
+            "a": Answers(predicted=scores.argmax(axis=1), scores=scores, probabilities=p),
+            "b": Answers(predicted=np.zeros(len(rows), int)),
         },
         rows,
     )
@@ -79,7 +79,7 @@ def severity(rows):
     for target, half in (("stiffness_loss", 0.1), ("phase_shift_deg", 1.0), ("damaged_teeth", 0.5)):
         found[target] = damaged[target] + half / 2 * stream.normal(size=len(damaged))
         found |= {f"{target}_low": found[target] - half, f"{target}_high": found[target] + half}
-    return an_evaluation({"a": Answers(found=pd.DataFrame(found))}, damaged)
+    return an_evaluation({"a": Answers(predicted=pd.DataFrame(found))}, damaged)
 
 
 @pytest.fixture(scope="module")

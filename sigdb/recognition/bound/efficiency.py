@@ -51,7 +51,7 @@ def location_efficiency(
 ) -> dict[str, float]:
     """``error``, ``bound_error``, ``chance``, ``eta_info`` and ``loss_db`` of rows; see :func:`against_bound`."""
     specimens = Specimens(rows["specimen"])
-    wrong = (np.asarray(answers.found) != rows["tooth"].to_numpy()).astype(float)
+    wrong = (np.asarray(answers.predicted) != rows["tooth"].to_numpy()).astype(float)
     best_wrong = best.losses.loc[rows.index, "error"].to_numpy()
     excess = specimens.mean(wrong - best_wrong)
     curve = error_curve_around(points, (excess.low, excess.high), draws=draws)
@@ -255,13 +255,13 @@ def against_bound(
     """
     if best is not None:
         inside = rows.index.isin(best.rows.index)
-        answers, rows = answers.only(inside), rows[inside]
+        answers, rows = answers.select(inside), rows[inside]
         best = replace(best, rows=best.rows.loc[rows.index], losses=best.losses.loc[rows.index])
     table = pd.DataFrame(
         [
             _head(band, rows) | one
             for band in noise_bands(rows["snr_db"])
-            for one in _of_band(target, answers.only(band.inside), rows[band.inside], best, points, draws)
+            for one in _of_band(target, answers.select(band.inside), rows[band.inside], best, points, draws)
         ]
     )
     if "target" not in table:
@@ -289,8 +289,8 @@ def _of_band(
     points: Sequence[OperatingPoint],
     draws: int,
 ) -> list[dict[str, Any]]:
-    if isinstance(answers.found, pd.DataFrame):
-        return [] if best is None else severity_efficiency(answers.found, rows, best)
+    if isinstance(answers.predicted, pd.DataFrame):
+        return [] if best is None else severity_efficiency(answers.predicted, rows, best)
     columns: dict[str, Any] = {} if best is None else dict(detection_efficiency(answers, rows, best))
     if target == "location":
         columns |= calibration_efficiency(answers, rows)
