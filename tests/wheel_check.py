@@ -1,4 +1,4 @@
-"""Check a built wheel: only ``sigdb`` at top level, and it works in a clean environment away from the checkout.
+"""Check a built wheel: only ``sigdb`` at top level, with its stubs and templates; it works away from the checkout.
 
 Usage: python tests/wheel_check.py DIST ENVIRONMENT
 """
@@ -17,14 +17,24 @@ assert "nasa-spiral-bevel" in built_in_transmissions()
 response = sigdb.simulate(sigdb.load_transmission("nasa-spiral-bevel"), sigdb.Damage(tooth=6, stiffness_loss=0.25))
 assert response.min_compression > 0
 assert sigdb.load_model("nasa-location").target == "location"
+from sigdb.report.page import page
+assert "<h1>a &amp; b</h1>" in page("base.html", title="a & b")
 """
 
 
 def main(dist: Path, environment: Path) -> None:
     (wheel,) = dist.glob("sigdb-*.whl")
-    top = {name.split("/")[0] for name in zipfile.ZipFile(wheel).namelist()}
+    names = set(zipfile.ZipFile(wheel).namelist())
+    top = {name.split("/")[0] for name in names}
     expected = {"sigdb", wheel.name.split("-py3")[0] + ".dist-info"}
     assert top == expected, f"top level of {wheel.name}: {sorted(top)}"
+    source = Path(__file__).parents[1] / "sigdb"
+    beside_code = {
+        path.relative_to(source.parent).as_posix()
+        for pattern in ("*.pyi", "py.typed", "templates/*")
+        for path in source.rglob(pattern)
+    }
+    assert beside_code <= names, f"not in {wheel.name}: {sorted(beside_code - names)}"
     venv.create(environment, clear=True, with_pip=True)
     python = environment / "bin" / "python"
     subprocess.run([python, "-m", "pip", "install", "--quiet", wheel], check=True)

@@ -1,6 +1,5 @@
 """The page of a diagnosis: the answer first, then what it rests on."""
 
-import html
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -9,9 +8,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from sigdb.core import FloatArray, __version__
+from sigdb.core import FloatArray
 from sigdb.report.evaluation.style import drawing, lay_grid
-from sigdb.report.page import html_table, page, picture
+from sigdb.report.page import CaptionedFigure, page
 from sigdb.report.panels import DAMAGE, HEALTHY, INK, draw_spectrum, mark_passes
 from sigdb.report.text_table import number, table, word
 
@@ -56,7 +55,22 @@ def diagnosis_html(facts: Mapping[str, Any], signals: Mapping[str, FloatArray], 
     title
         Heading.
     """
-    return page(title, "\n".join(_body(facts, signals)), footer=f"sigdb {__version__}.")
+    names = [name for name in TITLES if name in facts["nearest"][0]]
+    return page(
+        "diagnosis.html",
+        title=title,
+        alarm=facts["kind"] != "none",
+        answer=facts["answer"],
+        evidence=_beside(facts),
+        severity_heading=f"How severe{', if damaged' if facts['teeth'][0]['candidate'] else ''}",
+        severity=[[TITLES[one["target"]], f"{one['estimate']:.3g}", _interval(one)] for one in facts["severity"] or ()],
+        missing=facts["missing"],
+        notes=facts["notes"],
+        nearest_head=[TITLES[name] for name in names],
+        nearest=[[_cell(one, name) for name in names] for one in facts["nearest"]],
+        pictures=list(diagnosis_figures(facts, signals)),
+        reading=facts["reading"],
+    )
 
 
 def diagnosis_text(facts: Mapping[str, Any]) -> str:
@@ -75,51 +89,27 @@ def diagnosis_text(facts: Mapping[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def diagnosis_figures(facts: Mapping[str, Any], signals: Mapping[str, FloatArray]) -> Iterator[tuple[str, str, Figure]]:
-    """Heading, caption and figure of each picture."""
+def diagnosis_figures(facts: Mapping[str, Any], signals: Mapping[str, FloatArray]) -> Iterator[CaptionedFigure]:
+    """Yield the pictures of a diagnosis."""
     teeth, unit = len(facts["teeth"]) - 1, facts["unit"] or "unit not stated"
-    yield (
+    yield CaptionedFigure(
         "What is not as on a healthy gear",
         "Recording and nearest template, each less the healthy template, against the angle of rotation. Numbers: tooth "
         "passes, counted from the tacho mark, or from where the average begins where there is none.",
         _difference(signals, teeth, unit, facts["nearest"][0]),
     )
     if facts["kind"] != "outside":
-        yield (
+        yield CaptionedFigure(
             "Which tooth",
             "Probability of no damage and of each first damaged tooth, if one of the templates is true. Red: in the "
             "set that holds the truth with a probability of 0.9.",
             _teeth(facts["teeth"]),
         )
-    yield (
+    yield CaptionedFigure(
         "The averaged recording",
         f"Order spectrum of {facts['channel']}, peak amplitudes; marks at the mesh harmonics.",
         _spectrum(signals["tsa"], teeth, unit),
     )
-
-
-def _body(facts: Mapping[str, Any], signals: Mapping[str, FloatArray]) -> Iterator[str]:
-    alarm = "" if facts["kind"] == "none" else ' class="alarm"'
-    yield f"<p{alarm}><strong>{html.escape(facts['answer'])}</strong></p>"
-    yield f"<p>{html.escape(_beside(facts))}</p>"
-    if facts["severity"]:
-        yield f"<h2>How severe{', if damaged' if facts['teeth'][0]['candidate'] else ''}</h2>"
-        yield html_table(
-            ["", "estimate", "90 % interval"],
-            [[TITLES[one["target"]], f"{one['estimate']:.3g}", _interval(one)] for one in facts["severity"]],
-        )
-    yield _list("What is missing", facts["missing"])
-    yield _list("What to know", facts["notes"])
-    yield "<h2>Nearest templates</h2>"
-    names = [name for name in TITLES if name in facts["nearest"][0]]
-    yield html_table(
-        [TITLES[name] for name in names], [[_cell(one, name) for name in names] for one in facts["nearest"]]
-    )
-    yield '<div class="pictures">'
-    for heading, caption, figure in diagnosis_figures(facts, signals):
-        yield picture(heading, caption, figure)
-    yield "</div>"
-    yield _list("How it was read and averaged", facts["reading"])
 
 
 def _cell(row: Mapping[str, Any], name: str) -> str:
@@ -128,11 +118,6 @@ def _cell(row: Mapping[str, Any], name: str) -> str:
 
 def _interval(one: Mapping[str, Any]) -> str:
     return f"{one['low']:.3g}" if one["low"] == one["high"] else f"{one['low']:.3g} to {one['high']:.3g}"
-
-
-def _list(heading: str, lines: list[str]) -> str:
-    items = "".join(f"<li>{html.escape(one)}</li>" for one in lines)
-    return f"<h2>{heading}</h2>\n<ul>{items}</ul>" if lines else ""
 
 
 def _beside(facts: Mapping[str, Any]) -> str:

@@ -61,3 +61,11 @@ def test_the_text_has_the_same_parts():
     assert text.startswith("Damage at tooth 2.\nProbability of damage 0.75, at even odds")
     for part in ("nearest templates\n", "missing\n  A mark.\n", "notes\n  Mind <this>.\n", "reading\n  12 of 12"):
         assert part in text
+
+
+def test_no_text_of_the_facts_is_markup():
+    script = "<script>alert(1)</script>"
+    said = facts("tooth", script, missing=[script]) | {"notes": [script], "reading": [script], "channel": script}
+    page = diagnosis_html(said | {"unit": script}, SIGNALS, title=script)
+    assert "<script" not in page
+    assert page.count("&lt;script&gt;") == 2 + 1 + 3 + 2  # title, answer, lists, caption

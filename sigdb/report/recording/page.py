@@ -1,13 +1,12 @@
 """The page of recordings' signatures: one file that needs no network, and the same as JSON."""
 
-import html
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from sigdb.core import __version__
-from sigdb.report.page import html_table, page, picture, png
+from sigdb.report.page import page
 from sigdb.report.recording.pictures import history_figure, recorded_figures
 from sigdb.report.recording.tables import (
     INDICATOR_COLUMNS,
@@ -54,48 +53,31 @@ def write_recorded_report(
     folder.mkdir(parents=True, exist_ok=True)
     numbers = {"signatures": list(signatures), "history": list(history), "sigdb_version": __version__}
     (folder / NUMBERS).write_text(json.dumps(numbers, allow_nan=False) + "\n", encoding="utf-8")
-    footer = f"The same numbers are in {NUMBERS}. sigdb {html.escape(__version__)}."
-    text = page(title, "\n".join(_body(signatures, history)), footer=footer, style=_STYLE)
+    text = page(
+        "recording.html",
+        title=title,
+        history=_history(history) if history else None,
+        signatures=[_signature(facts) for facts in signatures],
+        numbers=NUMBERS,
+    )
     (folder / PAGE).write_text(text, encoding="utf-8")
     return folder / PAGE
 
 
-def _body(signatures: Sequence[Mapping[str, Any]], history: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    if history:
-        yield _table(history_columns(history), history)
-        yield picture(*history_figure(history), embedded=png)
-    for facts in signatures:
-        yield from _signature(facts)
+def _history(history: Sequence[Mapping[str, Any]]) -> dict[str, object]:
+    return _table(history_columns(history), history) | {"picture": history_figure(history)}
 
 
-def _signature(facts: Mapping[str, Any]) -> Iterator[str]:
-    yield f"<h2>{html.escape(facts['source'])}</h2>"
-    yield _table((("", lambda row: row[0]), ("", lambda row: row[1])), fact_rows(facts))
-    yield "<h3>Notes</h3>\n<ul>"
-    yield from (f"<li>{html.escape(note)}</li>" for note in facts["notes"])
-    yield "</ul>"
-    for one in recorded_figures(facts):
-        yield picture(*one, embedded=png)
-    lines = [row for row in line_rows(facts) if row["found"]]
-    if lines:
-        yield f"<details><summary>{len(lines)} lines that stand out</summary>"
-        yield _table(LINE_COLUMNS, lines)
-        yield "</details>"
-    yield "<h3>Indicators</h3>"
-    yield _table(INDICATOR_COLUMNS, indicator_rows(facts))
+def _signature(facts: Mapping[str, Any]) -> dict[str, object]:
+    return {
+        "source": facts["source"],
+        "facts": fact_rows(facts),
+        "notes": facts["notes"],
+        "pictures": list(recorded_figures(facts)),
+        "lines": _table(LINE_COLUMNS, [row for row in line_rows(facts) if row["found"]]),
+        "indicators": _table(INDICATOR_COLUMNS, indicator_rows(facts)),
+    }
 
 
-def _table(columns: Sequence[Column], rows: Sequence[Any]) -> str:
-    return html_table([head for head, _ in columns], [[cell(row) for _, cell in columns] for row in rows])
-
-
-_STYLE = """
-body { max-width: 60rem; }
-h2 { margin-top: 2.2rem; overflow-wrap: anywhere; }
-h3 { margin: 1.4rem 0 .4rem; }
-th, td { white-space: normal; }
-td:first-child { min-width: 0; }
-figure img { max-width: none; }
-li { color: #4a5565; font-size: .88rem; }
-@media print { body { max-width: none; } table { font-size: .9rem; } figure { margin: 0; } figure img { width: 100%; } }
-"""
+def _table(columns: Sequence[Column], rows: Sequence[Any]) -> dict[str, object]:
+    return {"head": [head for head, _ in columns], "rows": [[cell(row) for _, cell in columns] for row in rows]}

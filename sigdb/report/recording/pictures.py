@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from sigdb.core import FloatArray
 from sigdb.report.evaluation.style import drawing, lay_grid
+from sigdb.report.page import CaptionedFigure
 from sigdb.report.panels import DAMAGE, HEALTHY, INK, draw_distribution, draw_signal
 from sigdb.signature import wigner_ville
 
@@ -19,11 +19,8 @@ _HIGHEST = 4
 _ABOUT = 2.6
 """Orders to either side of a mesh harmonic that are shown at large."""
 
-Picture = tuple[str, str, Figure]
-"""Heading, caption, figure."""
 
-
-def recorded_figures(facts: Mapping[str, Any]) -> Iterator[Picture]:
+def recorded_figures(facts: Mapping[str, Any]) -> Iterator[CaptionedFigure]:
     """Heading, caption and figure of what a recording's signature holds.
 
     Parameters
@@ -38,7 +35,7 @@ def recorded_figures(facts: Mapping[str, Any]) -> Iterator[Picture]:
     yield _distribution(facts)
 
 
-def history_figure(history: Sequence[Mapping[str, Any]]) -> Picture:
+def history_figure(history: Sequence[Mapping[str, Any]]) -> CaptionedFigure:
     """The indicators with a history over the recordings, oldest first."""
     shown = [name for name in ("na4", "nb4", "na4_star", "nb4_star") if name in history[0]]
     with drawing(width=8.0) as figure:
@@ -51,10 +48,10 @@ def history_figure(history: Sequence[Mapping[str, Any]]) -> Picture:
         axes.legend(frameon=False)
         lay_grid(axes)
     said = "NA4 and NB4 against the mean of the recordings up to each; with a star against the first, healthy ones."
-    return "History", f"{said} A change of load or speed changes them as damage does.", figure
+    return CaptionedFigure("History", f"{said} A change of load or speed changes them as damage does.", figure)
 
 
-def _speed(facts: Mapping[str, Any]) -> Picture:
+def _speed(facts: Mapping[str, Any]) -> CaptionedFigure:
     track = facts["speed_track"]
     with drawing(width=8.0, height=2.4) as figure:
         axes = figure.subplots()
@@ -62,10 +59,10 @@ def _speed(facts: Mapping[str, Any]) -> Picture:
         axes.set(xlabel="time, s", ylabel="speed, rpm")
         axes.ticklabel_format(axis="y", useOffset=False)
         lay_grid(axes)
-    return "Speed", f"Of each revolution, from the {facts['angle']}.", figure
+    return CaptionedFigure("Speed", f"Of each revolution, from the {facts['angle']}.", figure)
 
 
-def _average(facts: Mapping[str, Any]) -> Picture:
+def _average(facts: Mapping[str, Any]) -> CaptionedFigure:
     with drawing(width=8.0, height=3.0) as figure:
         axes = figure.subplots()
         draw_signal(axes, np.array(facts["tsa"]), facts["teeth"], ())
@@ -75,10 +72,10 @@ def _average(facts: Mapping[str, Any]) -> Picture:
         if facts["absolute"]
         else "numbers are relative: tooth 1 is arbitrary"
     )
-    return "Synchronous average", f"{facts['averages']} revolutions; {counted}.", figure
+    return CaptionedFigure("Synchronous average", f"{facts['averages']} revolutions; {counted}.", figure)
 
 
-def _spectrum(facts: Mapping[str, Any]) -> Picture:
+def _spectrum(facts: Mapping[str, Any]) -> CaptionedFigure:
     spectrum = facts["record_spectrum"]
     with drawing(width=8.0, height=3.4) as figure:
         axes = figure.subplots()
@@ -86,7 +83,7 @@ def _spectrum(facts: Mapping[str, Any]) -> Picture:
         _mark(axes, facts, ("shaft", "mesh", "sideband", "unnamed"), names=False)
         axes.set(xlim=(0, spectrum["order"][-1]), xlabel="order, 1/rev", ylabel=f"peak amplitude, {_unit(facts)}")
         axes.legend(frameon=False, ncols=5, fontsize=8, loc="upper left", bbox_to_anchor=(0, 1.12))
-    return (
+    return CaptionedFigure(
         "Order spectrum over the angle",
         "Of the record sampled in equal steps of angle, not averaged, so that orders of other shafts show. Dots are "
         "lines that stand out of the level about them.",
@@ -94,7 +91,7 @@ def _spectrum(facts: Mapping[str, Any]) -> Picture:
     )
 
 
-def _sidebands(facts: Mapping[str, Any]) -> Picture:
+def _sidebands(facts: Mapping[str, Any]) -> CaptionedFigure:
     spectrum, teeth = facts["record_spectrum"], facts["teeth"]
     order = np.array(spectrum["order"])
     centres = [h * teeth for h in (1, 2, 3) if h * teeth + _ABOUT <= order[-1]] or [teeth]
@@ -105,10 +102,12 @@ def _sidebands(facts: Mapping[str, Any]) -> Picture:
             axes.set_ylim(top=axes.get_ylim()[1] * 12)  # room for the names
             _mark(axes, facts, ("mesh", "sideband", "unnamed"), names=True)
         axes.set_xlabel("order, 1/rev")
-    return "Mesh harmonics and sidebands", "The same spectrum about the first mesh harmonics, lines named.", figure
+    return CaptionedFigure(
+        "Mesh harmonics and sidebands", "The same spectrum about the first mesh harmonics, lines named.", figure
+    )
 
 
-def _distribution(facts: Mapping[str, Any]) -> Picture:
+def _distribution(facts: Mapping[str, Any]) -> CaptionedFigure:
     teeth = facts["teeth"]
     x = _below(np.array(facts["tsa"]), 2 * _HIGHEST * teeth)
     with drawing(width=8.0, height=4.2) as figure:
@@ -117,7 +116,7 @@ def _distribution(facts: Mapping[str, Any]) -> Picture:
         axes.set(xlabel="angle, deg (tooth passes numbered)", ylabel="order, 1/rev")
         figure.colorbar(image, ax=axes, extend="both", pad=0.01, format="%.1e", label=f"({_unit(facts)})$^2$ per bin")
     said = f"Of the average's orders up to {2 * _HIGHEST} mesh orders; half-window 60 deg of rotation."
-    return "Wigner-Ville distribution", said, figure
+    return CaptionedFigure("Wigner-Ville distribution", said, figure)
 
 
 def _below(tsa: FloatArray, highest: int) -> FloatArray:
