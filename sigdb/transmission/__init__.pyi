@@ -1,6 +1,8 @@
+from .damage import ACTING as ACTING
 from .damage import FLAW_FIELDS as FLAW_FIELDS
 from .damage import FLAWS as FLAWS
 from .damage import PRESETS as PRESETS
+from .damage import SIZES as SIZES
 from .damage import Damage as Damage
 from .damage import ToothDamage as ToothDamage
 from .damage import preset_teeth as preset_teeth

@@ -1,5 +1,6 @@
 """Tooth damage: what it does to the stiffness of the tooth pair, for one tooth and for several."""
 
+from dataclasses import dataclass
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -7,51 +8,82 @@ from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_seriali
 
 from sigdb.core import InputError, Section, quantity, suggestion, without_defaults
 
-FLAWS = {
-    "crack_depth": ("crack_angle_deg",),
-    "pit_diameter": ("pit_depth", "pits", "pit_place"),
-    "wear_depth": (),
-    "chip_height": ("chip_extent",),
-}
-"""Sizes of a tooth's geometric damage, each with the fields that mean something only beside it."""
-FLAW_FIELDS = tuple(name for size, beside in FLAWS.items() for name in (size, *beside))
+
+@dataclass(frozen=True, kw_only=True)
+class Size:
+    """Mark of a field of :class:`ToothDamage` that is the size of a kind of damage: the tooth has none where it is 0.
+
+    Attributes
+    ----------
+    geometric
+        Whether the damage changes the tooth's geometry. What is stored of a case has the fields of geometric damage
+        only where they are used.
+    """
+
+    geometric: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Detail:
+    """Mark of a field of :class:`ToothDamage` that means something only where a size is not 0.
+
+    Attributes
+    ----------
+    of
+        Name of the size.
+    extent
+        Whether the field is an extent: where it is 0, the size changes nothing.
+    """
+
+    of: str
+    extent: bool = False
 
 
 class ToothDamage(Section):
     """Damage of one tooth: of its stiffness, or of its geometry where the mesh's profile is by the energy method."""
 
-    phase_shift_deg: float = quantity(
+    phase_shift_deg: Annotated[float, Size()] = quantity(
         "deg",
         "Delay of the tooth's mesh stiffness, in degrees of rotation of the damaged gear; positive is later.",
         default=0.0,
     )
-    stiffness_loss: float = quantity(
+    stiffness_loss: Annotated[float, Size()] = quantity(
         "-", "Fraction of the tooth's mesh stiffness that is lost.", ge=0, le=1, default=0.0
     )
-    loss_extent: float = quantity(
+    loss_extent: Annotated[float, Detail(of="stiffness_loss", extent=True)] = quantity(
         "-", "Fraction of the tooth's contact over which the loss acts, from first contact.", ge=0, le=1, default=1.0
     )
-    friction: float = quantity("-", "Coulomb friction coefficient of the tooth.", ge=0, le=1, default=0.0)
-    crack_depth: float = quantity(
+    friction: Annotated[float, Size()] = quantity(
+        "-", "Coulomb friction coefficient of the tooth.", ge=0, le=1, default=0.0
+    )
+    crack_depth: Annotated[float, Size(geometric=True)] = quantity(
         "m", "Length of a crack from the loaded side of the root, through the whole face width.", ge=0, default=0.0
     )
-    crack_angle_deg: float = quantity(
+    crack_angle_deg: Annotated[float, Detail(of="crack_depth")] = quantity(
         "deg", "Angle of the crack from the tooth's centre line.", gt=0, le=90, default=70.0
     )
-    pit_diameter: float = quantity("m", "Diameter of round pits in a row across the loaded flank.", ge=0, default=0.0)
-    pit_depth: float = quantity("m", "Depth of the pits; 0 takes only width of contact.", ge=0, default=0.0)
-    pits: int = quantity("-", "Number of pits.", ge=1, default=1)
-    pit_place: float = quantity(
+    pit_diameter: Annotated[float, Size(geometric=True)] = quantity(
+        "m", "Diameter of round pits in a row across the loaded flank.", ge=0, default=0.0
+    )
+    pit_depth: Annotated[float, Detail(of="pit_diameter")] = quantity(
+        "m", "Depth of the pits; 0 takes only width of contact.", ge=0, default=0.0
+    )
+    pits: Annotated[int, Detail(of="pit_diameter")] = quantity("-", "Number of pits.", ge=1, default=1)
+    pit_place: Annotated[float, Detail(of="pit_diameter")] = quantity(
         "-",
         "Place of the pits' centres, as a fraction of the contact from first contact; off it below 0 and above 1.",
         default=0.5,
     )
-    wear_depth: float = quantity("m", "Depth worn evenly off the flank, along its normal.", ge=0, default=0.0)
-    chip_height: float = quantity(
+    wear_depth: Annotated[float, Size(geometric=True)] = quantity(
+        "m", "Depth worn evenly off the flank, along its normal.", ge=0, default=0.0
+    )
+    chip_height: Annotated[float, Size(geometric=True)] = quantity(
         "m", "Height that is broken off the tooth, from its tip; all of the tooth is missing at its height.",
         ge=0, default=0.0,
     )  # fmt: skip
-    chip_extent: float = quantity("-", "Fraction of the face width that is broken off.", ge=0, le=1, default=1.0)
+    chip_extent: Annotated[float, Detail(of="chip_height", extent=True)] = quantity(
+        "-", "Fraction of the face width that is broken off.", ge=0, le=1, default=1.0
+    )
 
     @model_serializer(mode="wrap")
     def _as_used(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -79,20 +111,50 @@ class ToothDamage(Section):
     @property
     def is_damage(self) -> bool:
         """Whether it changes anything."""
-        stiffness = self.phase_shift_deg != 0 or (self.stiffness_loss > 0 and self.loss_extent > 0)
-        return stiffness or self.friction > 0 or bool(self.flaws)
+        return any(map(self._acts, SIZES))
 
     @property
     def flaws(self) -> tuple[str, ...]:
-        """Sizes of geometric damage that are not zero."""
-        idle = () if self.chip_extent else ("chip_height",)
-        return tuple(name for name in FLAWS if getattr(self, name) and name not in idle)
+        """Sizes of geometric damage that change the tooth."""
+        return tuple(filter(self._acts, FLAWS))
+
+    def _acts(self, size: str) -> bool:
+        return all(getattr(self, name) != 0 for name in ACTING[size])
 
     @property
     def geometry(self) -> "ToothDamage":
         """The part that changes the tooth's geometry, without what means nothing beside it."""
         return ToothDamage(**{name: getattr(self, name) for size in self.flaws for name in (size, *FLAWS[size])})
 
+
+def sizes_with_details(damage: type[ToothDamage]) -> dict[str, tuple[str, ...]]:
+    """Return the fields of a tooth's damage that are sizes, each with the fields that are details of it."""
+    fields = damage.model_fields
+    details = {name: mark.of for name, field in fields.items() for mark in field.metadata if isinstance(mark, Detail)}
+    return {
+        size: tuple(name for name, of in details.items() if of == size)
+        for size, field in fields.items()
+        if any(isinstance(mark, Size) for mark in field.metadata)
+    }
+
+
+def _is_geometric(size: str) -> bool:
+    marks = ToothDamage.model_fields[size].metadata
+    return any(isinstance(mark, Size) and mark.geometric for mark in marks)
+
+
+def _is_extent(name: str) -> bool:
+    marks = ToothDamage.model_fields[name].metadata
+    return any(isinstance(mark, Detail) and mark.extent for mark in marks)
+
+
+SIZES = sizes_with_details(ToothDamage)
+"""Sizes of a tooth's damage, each with the fields that mean something only where it is not 0."""
+ACTING = {size: (size, *filter(_is_extent, details)) for size, details in SIZES.items()}
+"""Sizes of a tooth's damage, each with the fields that are all different from 0 where it changes the tooth."""
+FLAWS = {size: details for size, details in SIZES.items() if _is_geometric(size)}
+"""Sizes of geometric damage, each with its details."""
+FLAW_FIELDS = tuple(name for size, details in FLAWS.items() for name in (size, *details))
 
 _WEAR_PASSES = 0.05
 """Delay of a worn tooth in passes: 1.5 deg on 12 teeth, the least shift that the paper simulates."""

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from sigdb.core import InputError, validated
-from sigdb.sweep.design.axes import DAMAGE_AXES, MEASUREMENT_AXES, OWN_AXES, WHOLE_AXES, Range
+from sigdb.sweep.design.axes import AXIS_NAMES, DAMAGE_AXES, MEASUREMENT_AXES, WHOLE_AXES, Range
 from sigdb.sweep.design.design import Grid, SweepSettings
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.plan.rig_points import is_whole
@@ -53,7 +53,9 @@ def off_grid(base: Plan, *, cases: int, seed: int, specimens: int) -> SweepSetti
 
 def whole_axes(base: Plan, axes: Iterable[str]) -> frozenset[str]:
     """Those of some axes that are whole numbers."""
-    return frozenset(axis for axis in axes if axis in WHOLE_AXES or (axis not in OWN_AXES and is_whole(base.rig, axis)))
+    return frozenset(
+        axis for axis in axes if axis in WHOLE_AXES or (axis not in AXIS_NAMES and is_whole(base.rig, axis))
+    )
 
 
 def _axes(base: Plan, grid: Grid) -> dict[str, Any]:
@@ -62,7 +64,9 @@ def _axes(base: Plan, grid: Grid) -> dict[str, Any]:
     axes = {axis: getattr(grid, axis) for axis in grid.listed_damage} | grid.rig | grid.ranges | (grid.table or {})
     # One parameter of the rig may be written in several ways: the plan's is that of its columns.
     return {
-        axis if axis in OWN_AXES else swept[base.rig.path(axis)]: some for axis, some in axes.items() if axis != "tooth"
+        axis if axis in AXIS_NAMES else swept[base.rig.path(axis)]: some
+        for axis, some in axes.items()
+        if axis != "tooth"
     }
 
 

@@ -1,28 +1,120 @@
-"""The axes of a grid: their names, their bounds, and what one may be instead of a list: a range."""
+"""The axes of a grid: the fields whose values they list, and ranges in place of a list."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any
 
-from pydantic import field_validator, model_validator
+from pydantic import ConfigDict, Strict, TypeAdapter, ValidationError, field_validator, model_validator
+from pydantic.fields import FieldInfo
 
-from sigdb.core import InputError, Section, quantity, suggestion
+from sigdb.core import Section, quantity, suggestion, unit_of
 from sigdb.measurement import MeasurementSettings
-from sigdb.transmission import FLAW_FIELDS, ToothDamage
+from sigdb.transmission import Damage, ToothDamage
 
-DAMAGE_AXES = ("damaged_teeth", "phase_shift_deg", "stiffness_loss", "loss_extent", "friction", *FLAW_FIELDS)
-MEASUREMENT_AXES = ("averages", "snr_db", "index_error")
-OWN_AXES = ("tooth", *DAMAGE_AXES, "pattern", *MEASUREMENT_AXES)
-"""All axes but those over the rig."""
-WHOLE_AXES = ("tooth", "damaged_teeth", "pits", "averages")
+_FINITE = ConfigDict(allow_inf_nan=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axis:
+    """An axis of a grid over the values of a field, which declares unit, bounds and help.
+
+    Attributes
+    ----------
+    name
+        Name of the axis, which is that of the field.
+    field
+        The field.
+    least
+        Least value of the axis, where it is more than that of the field.
+    reason
+        Why a lesser value is refused.
+    """
+
+    name: str
+    field: FieldInfo
+    least: int | None = None
+    reason: str = ""
+
+    @property
+    def unit(self) -> str:
+        """Unit of the field."""
+        return unit_of(self.field)
+
+    @property
+    def help(self) -> str:
+        """Description of the field."""
+        return str(self.field.description)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the values are whole numbers."""
+        return self.field.annotation is int
+
+    @cached_property
+    def _values(self) -> TypeAdapter[float]:
+        return TypeAdapter(Annotated[(self.field.annotation, Strict(), *self.field.metadata)], config=_FINITE)
+
+    def check(self, value: float, *, label: str | None = None) -> None:
+        """Refuse a value that the field does not take.
+
+        Parameters
+        ----------
+        value
+            The value.
+        label
+            What the message calls the value; the name of the axis if left out.
+
+        Raises
+        ------
+        ValueError
+            Names the axis, the rule and the value.
+        """
+        label = label or self.name
+        if self.is_whole:
+            if value != int(value):
+                raise ValueError(f"{label} = {value:g} must be a whole number")
+            value = int(value)
+        if self.least is not None and value < self.least:
+            raise ValueError(f"{label} = {value:g} must be {self.least} or more; {self.reason}")
+        try:
+            self._values.validate_python(value)
+        except ValidationError as error:
+            rule = error.errors()[0]["msg"].removeprefix("Input should be ")
+            raise ValueError(f"{label} = {value!r} must be {rule}") from None
+
+
+def damage_axes(damage: type[ToothDamage]) -> tuple[Axis, ...]:
+    """Return an axis for the number of damaged teeth, and for each field of a tooth's damage."""
+    teeth = Axis(
+        name="damaged_teeth",
+        field=Damage.model_fields["damaged_teeth"],
+        least=1,
+        reason="undamaged rows come from healthy",
+    )
+    return teeth, *(Axis(name=name, field=field) for name, field in damage.model_fields.items())
+
+
+_TOOTH = Axis(name="tooth", field=Damage.model_fields["tooth"], least=1, reason="teeth are numbered from 1")
+_DAMAGE = damage_axes(ToothDamage)
+_MEASUREMENT = tuple(Axis(name=name, field=field) for name, field in MeasurementSettings.model_fields.items())
+
+AXES = {axis.name: axis for axis in (_TOOTH, *_DAMAGE, *_MEASUREMENT)}
+"""Axes of numbers, by name, but those over the rig."""
+DAMAGE_AXES = tuple(axis.name for axis in _DAMAGE)
+MEASUREMENT_AXES = tuple(axis.name for axis in _MEASUREMENT)
+WHOLE_AXES = tuple(name for name, axis in AXES.items() if axis.is_whole)
 """Axes of whole numbers."""
+AXIS_NAMES = ("tooth", *DAMAGE_AXES, "pattern", *MEASUREMENT_AXES)
+"""Names of all axes but those over the rig."""
 
 
 class Range(Section):
     """Values between two ends, from which a sample takes as many as the grid has points."""
 
     min: float = quantity("-", "Lower end, in the unit of the axis.")
-    max: float = quantity("-", "Upper end, in the unit of the axis; for whole numbers it is one of them.")
+    max: float = quantity("-", "Upper end, in the unit of the axis; an axis of whole numbers takes this value too.")
 
     @field_validator("min", "max", mode="after")
     @classmethod
@@ -37,12 +129,12 @@ class Range(Section):
 
 
 def is_range(value: Any) -> bool:
-    """Whether a value of an axis is meant as a range."""
+    """Return whether a value of an axis is meant as a range."""
     return isinstance(value, Range) or (isinstance(value, Mapping) and bool(value) and not {*value} - {"min", "max"})
 
 
 def read_range(axis: str, value: Any) -> Range:
-    """A range as written, checked.
+    """Return a range from what a recipe holds, checked.
 
     Raises
     ------
@@ -53,87 +145,84 @@ def read_range(axis: str, value: Any) -> Range:
     for end in ("min", "max"):
         if end not in ends:
             raise ValueError(f"{axis}.{end} is missing; a range has both ends: {{ min = ..., max = ... }}")
-        ends[end] = _number(f"{axis}.{end}", ends[end])
-        check_bounds(axis, ends[end], of=f"{axis}.{end}")
+        ends[end] = _read_number(f"{axis}.{end}", ends[end])
+        check_bounds(axis, ends[end], label=f"{axis}.{end}")
     if ends["min"] > ends["max"]:
         raise ValueError(f"{axis}.min = {ends['min']:g} is more than {axis}.max = {ends['max']:g}; exchange them")
     return Range(**ends)
 
 
-def check_bounds(axis: str, value: float, *, of: str | None = None) -> None:
-    """Refuse a value that the field behind an axis does not take.
+def check_bounds(name: str, value: float, *, label: str | None = None) -> None:
+    """Refuse a value that an axis does not take; an axis over the rig is checked when the rig is built.
 
     Raises
     ------
     ValueError
         Names the axis, the rule and the value.
     """
-    of = of or axis
-    if axis in WHOLE_AXES and value != int(value):
-        raise ValueError(f"{of} = {value:g} must be a whole number")
-    if axis in ("tooth", "damaged_teeth") and value < 1:
-        told = "undamaged rows come from healthy" if axis == "damaged_teeth" else "teeth are numbered from 1"
-        raise ValueError(f"{of} = {value:g} must be 1 or more; {told}")
-    section: Any = ToothDamage if axis in ToothDamage.model_fields else MeasurementSettings
-    if axis in section.model_fields:
-        try:
-            section(**{axis: int(value) if axis in WHOLE_AXES else value})
-        except InputError as error:
-            raise ValueError(str(error).replace(f"{section.__name__}: {axis}", of, 1)) from None
+    if name in AXES:
+        AXES[name].check(value, label=label)
 
 
-def flattened(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Keys and values of nested tables, by dotted path; a range is a value."""
+def flatten(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield keys and values of nested tables, by dotted path; a range is a value."""
     for key, value in table.items():
         if isinstance(value, Mapping) and not is_range(value):
-            yield from flattened(value, f"{prefix}{key}.")
+            yield from flatten(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", value
 
 
 def split_axes(data: Mapping[str, Any], others: Iterable[str]) -> dict[str, Any]:
-    """A grid's keys as written, with its ranges under ``ranges`` and its other axes over the rig under ``rig``.
+    """Return a grid's keys with its ranges under ``ranges`` and its other axes over the rig under ``rig``.
+
+    Parameters
+    ----------
+    data
+        The keys and values in the recipe.
+    others
+        Names of the keys that are no axes.
 
     Raises
     ------
     ValueError
-        If a table stands where an axis of the grid's own has its values.
+        If a table stands where an axis that is not over the rig has its values.
     """
-    found: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     rig: dict[str, Any] = {}
     ranges: dict[str, Any] = {}
     for key, value in data.items():
         if key in others:
-            found[key] = value
-        elif key in OWN_AXES and isinstance(value, Mapping) and not is_range(value):
+            keys[key] = value
+        elif key in AXIS_NAMES and isinstance(value, Mapping) and not is_range(value):
             raise ValueError(f"{key} = {dict(value)} is no range; give a list, or {{ min = ..., max = ... }}")
         elif key == "rig" and isinstance(value, Mapping):
-            rig |= dict(flattened(value))
+            rig |= dict(flatten(value))
         elif isinstance(value, Mapping) and not is_range(value):
-            rig |= dict(flattened({key: value}))
+            rig |= dict(flatten({key: value}))
         elif "." in key:
             rig[key] = value
-        elif is_range(value) and key in OWN_AXES:
+        elif is_range(value) and key in AXIS_NAMES:
             ranges[key] = value
         else:
-            found[key] = value
+            keys[key] = value
     ranges |= {axis: value for axis, value in rig.items() if is_range(value)}
     listed = {axis: value for axis, value in rig.items() if not is_range(value)}
     if ranges:
-        found["ranges"] = {**found.get("ranges", {}), **ranges}
-    return found | ({"rig": listed} if listed else {})
+        keys["ranges"] = {**keys.get("ranges", {}), **ranges}
+    return keys | ({"rig": listed} if listed else {})
 
 
-def _number(of: str, value: Any) -> float:
+def _read_number(label: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"{of} = {value!r} must be a number")
+        raise ValueError(f"{label} = {value!r} must be a number")
     if not math.isfinite(value):
-        raise ValueError(f"{of} = {value!r} must be a finite number")
+        raise ValueError(f"{label} = {value!r} must be a finite number")
     return float(value)
 
 
 def read_teeth(value: Any) -> Any:
-    """First damaged teeth as written.
+    """Return first damaged teeth from what a recipe holds.
 
     Raises
     ------
@@ -141,20 +230,21 @@ def read_teeth(value: Any) -> Any:
         If they are neither whole numbers nor ``all``.
     """
     teeth = value if isinstance(value, list | tuple) else (value,)
-    if value != "all" and not all(isinstance(one, int) and not isinstance(one, bool) for one in teeth):
+    if value != "all" and not all(isinstance(tooth, int) and not isinstance(tooth, bool) for tooth in teeth):
         raise ValueError(f"tooth = {value!r} must be a whole number, a list of them, or 'all'")
     return value if value == "all" else tuple(teeth)
 
 
-def known_axis(axis: str) -> None:
+def check_axis_name(name: str) -> None:
     """Refuse a name that is neither an axis of a grid nor a dotted path.
 
     Raises
     ------
     ValueError
-        Names the nearest one.
+        Names the nearest axis.
     """
-    if axis not in OWN_AXES and "." not in axis:
+    if name not in AXIS_NAMES and "." not in name:
         raise ValueError(
-            f"no axis is called {axis!r}{suggestion(axis, OWN_AXES)} (a number of the rig is named by its dotted path)"
+            f"no axis is called {name!r}{suggestion(name, AXIS_NAMES)} (a number of the rig is named by its dotted "
+            "path)"
         )

@@ -8,15 +8,18 @@ from pydantic import (
     Field,
     SerializerFunctionWrapHandler,
     Strict,
+    create_model,
     model_serializer,
     model_validator,
 )
 
 from sigdb.core import Section, quantity, without_defaults
 from sigdb.sweep.design.axes import (
+    AXES,
+    AXIS_NAMES,
     DAMAGE_AXES,
     MEASUREMENT_AXES,
-    OWN_AXES,
+    Axis,
     Range,
     check_bounds,
     read_range,
@@ -28,57 +31,57 @@ from sigdb.sweep.design.tables import read_table
 from sigdb.transmission import FLAW_FIELDS, PRESETS, ToothDamage
 
 
-def _listed(value: Any) -> Any:
+def _as_list(value: Any) -> Any:
     return value if isinstance(value, list | tuple) else [value]
 
 
-Values = Annotated[tuple[float, ...], Strict(False), BeforeValidator(_listed)]
-Counts = Annotated[tuple[int, ...], Strict(False), BeforeValidator(_listed)]
-Names = Annotated[tuple[str, ...], Strict(False), BeforeValidator(_listed)]
+Values = Annotated[tuple[float, ...], Strict(False), BeforeValidator(_as_list)]
+Counts = Annotated[tuple[int, ...], Strict(False), BeforeValidator(_as_list)]
+Names = Annotated[tuple[str, ...], Strict(False), BeforeValidator(_as_list)]
 
 
-class Grid(Section):
-    """A product of axes: every combination is a case. One value is an axis of one point.
+def listed_values(axis: Axis, *, optional: bool = False) -> Any:
+    """Return the type and the field of a list of an axis' values, as :func:`pydantic.create_model` takes them.
+
+    Parameters
+    ----------
+    axis
+        The axis, whose field gives unit and help.
+    optional
+        Whether the list may be empty, and is by default: the section ``[measurement]`` has the value then. Otherwise
+        the default of the field is the only value.
+    """
+    kind = Counts if axis.is_whole else Values
+    if optional:
+        return kind, quantity(axis.unit, f"{axis.help} [measurement] if left out.", default=())
+    return kind, quantity(axis.unit, axis.help, default=(axis.field.default,), min_length=1)
+
+
+def grid_fields(axes: Mapping[str, Axis]) -> dict[str, Any]:
+    """Return the fields of a grid's axes, in order, as :func:`pydantic.create_model` takes them."""
+    tooth = quantity("-", "First damaged tooth: a list, or 'all' teeth of the gear.", default="all")
+    pattern = quantity(
+        "-",
+        "Names of patterns, in place of the axes of damage: those of [sweep.patterns], else pitted, broken, worn.",
+        default=(),
+    )
+    damage = {name: listed_values(axis) for name, axis in axes.items() if name not in ("tooth", *MEASUREMENT_AXES)}
+    measurement = {name: listed_values(axes[name], optional=True) for name in MEASUREMENT_AXES}
+    return {"tooth": (Literal["all"] | Counts, tooth), **damage, "pattern": (Names, pattern), **measurement}
+
+
+class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # type: ignore[misc]
+    """A product of axes: every combination is a case. A single value is an axis of one point.
 
     Any numeric field of the rig is an axis by its dotted path, for example ``pinion.teeth = [12, 13]``.
     A combination that damages nothing is left out: undamaged rows come from ``healthy``.
 
     An axis may be a range, ``{ min = 0.05, max = 0.5 }``: all ranges of a grid are sampled together, in ``points``
-    joint points by ``method``. Or a ``table`` gives joint points one by one. Joint points are crossed with the axes
-    that are listed.
+    joint points by ``method``. Or a ``table`` lists joint points. Joint points are crossed with the axes that are
+    listed.
     """
 
-    tooth: Literal["all"] | Counts = quantity(
-        "-", "First damaged tooth: a list, or 'all' teeth of the gear.", default="all"
-    )
-    damaged_teeth: Counts = quantity("-", "Number of consecutive damaged teeth.", default=(1,), min_length=1)
-    phase_shift_deg: Values = quantity("deg", "Delay of the tooth's mesh stiffness.", default=(0.0,), min_length=1)
-    stiffness_loss: Values = quantity(
-        "-", "Fraction of the tooth's mesh stiffness that is lost.", default=(0.0,), min_length=1
-    )
-    loss_extent: Values = quantity(
-        "-", "Fraction of the contact over which the loss acts.", default=(1.0,), min_length=1
-    )
-    friction: Values = quantity("-", "Coulomb friction coefficient of the tooth.", default=(0.0,), min_length=1)
-    crack_depth: Values = quantity("m", "Length of a crack from the root.", default=(0.0,), min_length=1)
-    crack_angle_deg: Values = quantity("deg", "Angle of the crack.", default=(70.0,), min_length=1)
-    pit_diameter: Values = quantity("m", "Diameter of round pits.", default=(0.0,), min_length=1)
-    pit_depth: Values = quantity("m", "Depth of the pits.", default=(0.0,), min_length=1)
-    pits: Counts = quantity("-", "Number of pits in a row across the flank.", default=(1,), min_length=1)
-    pit_place: Values = quantity("-", "Place of the pits along the contact.", default=(0.5,), min_length=1)
-    wear_depth: Values = quantity("m", "Depth worn evenly off the flank.", default=(0.0,), min_length=1)
-    chip_height: Values = quantity("m", "Height broken off the tooth.", default=(0.0,), min_length=1)
-    chip_extent: Values = quantity("-", "Fraction of the face width broken off.", default=(1.0,), min_length=1)
-    pattern: Names = quantity(
-        "-",
-        "Names of patterns, in place of the axes of damage: those of [sweep.patterns], else pitted, broken, worn.",
-        default=(),
-    )
-    averages: Counts = quantity("rev", "Revolutions in the average; [measurement] if left out.", default=())
-    snr_db: Values = quantity("dB", "Signal-to-noise ratio; [measurement] if left out.", default=())
-    index_error: Values = quantity("m", "Rms index error; [measurement] if left out.", default=())
     rig: dict[str, Values] = Field(default={}, description="Axes over the rig, by dotted path.")
-
     ranges: dict[str, Range] = Field(
         default={}, description="Axes over a range, by name; written in the axis' place as { min = ..., max = ... }."
     )
@@ -97,7 +100,7 @@ class Grid(Section):
         """Dotted paths become axes over the rig, tables with two ends ranges, and a table's path its columns."""
         if not isinstance(data, Mapping):
             return data
-        others = [name for name in cls.model_fields if name not in (*OWN_AXES, "rig")]
+        others = [name for name in cls.model_fields if name not in (*AXIS_NAMES, "rig")]
         found = split_axes(data, others)
         if found.get("ranges") and isinstance(found["ranges"], Mapping):
             found["ranges"] = {axis: read_range(axis, value) for axis, value in found["ranges"].items()}
@@ -126,7 +129,7 @@ class Grid(Section):
 
     @model_validator(mode="after")
     def _named_once(self) -> "Grid":
-        listed = (self.model_fields_set & set(OWN_AXES)) | set(self.rig)
+        listed = (self.model_fields_set & set(AXIS_NAMES)) | set(self.rig)
         for axis in (one for one in self.joint_axes if one in listed):
             raise ValueError(f"{axis} is listed and also in the {'table' if self.table else 'sample'}; give it once")
         return self

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
 
-from sigdb.sweep.design.axes import WHOLE_AXES, check_bounds, flattened, known_axis
+from sigdb.sweep.design.axes import WHOLE_AXES, check_axis_name, check_bounds, flatten
 
 Columns = dict[str, tuple[float, ...] | tuple[int, ...] | tuple[str, ...]]
 
@@ -30,7 +30,7 @@ def read_table(table: Any) -> Columns:
     if isinstance(table, str | Path):
         return checked_columns(_read_file(Path(table)), owner=str(table))
     if isinstance(table, Mapping):
-        columns = {name: getattr(values, "tolist", lambda values=values: values)() for name, values in flattened(table)}
+        columns = {name: getattr(values, "tolist", lambda values=values: values)() for name, values in flatten(table)}
         return checked_columns(columns, owner="table")
     raise ValueError(
         f"table = {table!r} must be the path of a CSV or Parquet file, or columns: {{ tooth = [1, 2], ... }}"
@@ -62,7 +62,7 @@ def checked_columns(table: Mapping[str, Any], *, owner: str) -> Columns:
 
 def _known(name: str, owner: str) -> None:
     try:
-        known_axis(name)
+        check_axis_name(name)
     except ValueError as error:
         raise ValueError(f"{owner}: column {name}: {error}") from None
 

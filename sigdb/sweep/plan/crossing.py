@@ -14,7 +14,7 @@ import numpy as np
 
 from sigdb.core import FloatArray, InputError, IntArray
 from sigdb.measurement import MeasurementSettings
-from sigdb.sweep.design.axes import DAMAGE_AXES, MEASUREMENT_AXES, OWN_AXES, WHOLE_AXES, Range
+from sigdb.sweep.design.axes import AXIS_NAMES, DAMAGE_AXES, MEASUREMENT_AXES, WHOLE_AXES, Range
 from sigdb.sweep.design.design import Grid
 from sigdb.sweep.design.sampling import grid_sample, in_range, whole_in_range
 from sigdb.sweep.plan.damages import meaningful
@@ -82,7 +82,7 @@ class Crossing:
         first = self._joint_groups[1][self._group]
         repeats = len(self._joint_groups[1])
         return {axis: np.tile(column, repeats) for axis, column in listed.items()} | {
-            axis: np.asarray(column)[first] for axis, column in self.joint.items() if axis not in OWN_AXES
+            axis: np.asarray(column)[first] for axis, column in self.joint.items() if axis not in AXIS_NAMES
         }
 
     def damages(self) -> tuple[dict[str, FloatArray], Any, int]:
@@ -209,7 +209,7 @@ def joint_points(grid: Grid, rig: Transmission, *, owner: str, number: int, seed
     InputError
         If a whole number of the rig, as a tooth count, is given a fraction.
     """
-    whole = {axis for axis in grid.joint_axes if axis in WHOLE_AXES or (axis not in OWN_AXES and is_whole(rig, axis))}
+    whole = {axis for axis in grid.joint_axes if axis in WHOLE_AXES or (axis not in AXIS_NAMES and is_whole(rig, axis))}
     if grid.ranges:
         method, points = grid.method or "latin-hypercube", grid.points or 1
         sample = grid_sample(method, points, grid.joint_axes, seed=seed, grid=number)

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 
 from sigdb.core import BoolArray, FloatArray, IntArray
-from sigdb.transmission import FLAW_FIELDS, FLAWS, Damage, ToothDamage
+from sigdb.sweep.design.axes import AXES, DAMAGE_AXES
+from sigdb.transmission import ACTING, FLAW_FIELDS, FLAWS, SIZES, Damage, ToothDamage
 
-WHOLE = ("damaged_teeth", "pits")
-"""Axes of damage that are counts."""
-SIZES = {"stiffness_loss": ("loss_extent",), **FLAWS}
-"""Sizes of damage, each with the axes that mean nothing where it is zero."""
+WHOLE_DAMAGE_AXES = tuple(name for name in DAMAGE_AXES if AXES[name].is_whole)
+"""Axes of damage that are whole numbers."""
 
 Pattern = tuple[str, tuple[ToothDamage, ...]]
 """Name of a pattern, and the damage of each of its teeth."""
@@ -21,14 +20,14 @@ Pattern = tuple[str, tuple[ToothDamage, ...]]
 
 def default_of(axis: str) -> float:
     """Value of an axis of damage that no grid names."""
-    return float((Damage if axis == "damaged_teeth" else ToothDamage).model_fields[axis].default)
+    return float(AXES[axis].field.default)
 
 
 def meaningful(columns: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Columns of damage with the defaults in place of values that mean nothing beside a size of zero."""
+    """Return columns of damage, with the default of each detail where its size is 0."""
     kept: dict[str, FloatArray] = {axis: np.asarray(column, float) + 0.0 for axis, column in columns.items()}
-    for size, beside in SIZES.items():
-        for axis in beside:
+    for size, details in SIZES.items():
+        for axis in details:
             if axis in kept:
                 there = kept[size] != 0 if size in kept else False
                 kept[axis] = np.where(there, kept[axis], default_of(axis))
@@ -69,25 +68,24 @@ class Damages:
     @property
     def is_damage(self) -> BoolArray:
         """(n,) whether it changes anything."""
-        stiffness = (self.column("phase_shift_deg") != 0) | (
-            (self.column("stiffness_loss") > 0) & (self.column("loss_extent") > 0)
-        )
-        alike = stiffness | (self.column("friction") > 0)
-        for size in FLAWS:
-            alike |= self._flaw(size)
-        return (self.pattern > 0) | alike
+        changes = self.pattern > 0
+        for size in SIZES:
+            changes = changes | self._acts(size)
+        return changes
 
-    def _flaw(self, size: str) -> BoolArray:
-        """(n,) whether teeth have that geometric damage, all alike."""
+    def _acts(self, size: str) -> BoolArray:
+        """(n,) whether teeth have damage of that size, all alike."""
+        acts = self.pattern == 0
         if size not in self.columns:
-            return np.zeros(len(self), bool)
-        found = (self.columns[size] != 0) & (self.pattern == 0)
-        return found & (self.column("chip_extent") != 0) if size == "chip_height" else found
+            return np.zeros_like(acts)
+        for name in ACTING[size]:
+            acts = acts & (self.column(name) != 0)
+        return acts
 
     @property
     def flaws(self) -> tuple[str, ...]:
         """Fields of geometric damage that some damage has."""
-        return tuple(name for size, beside in FLAWS.items() if self._flaw(size).any() for name in (size, *beside))
+        return tuple(name for size, details in FLAWS.items() if self._acts(size).any() for name in (size, *details))
 
     @property
     def fields(self) -> tuple[str, ...]:
@@ -97,11 +95,11 @@ class Damages:
     @cached_property
     def has_geometry(self) -> BoolArray:
         """(n,) whether the geometry of a tooth is damaged."""
-        of_pattern = np.array([False, *(any(one.flaws for one in each) for _, each in self.patterns)])
-        found = of_pattern[self.pattern]
+        of_pattern = np.array([False, *(any(tooth.flaws for tooth in teeth) for _, teeth in self.patterns)])
+        has = of_pattern[self.pattern]
         for size in FLAWS:
-            found |= self._flaw(size)
-        return found
+            has |= self._acts(size)
+        return has
 
     def damage(self, number: int, gear: str, tooth: int) -> Damage:
         """One of them on a gear, from a tooth on."""
@@ -120,6 +118,6 @@ class Damages:
 
     def _values(self, number: int) -> dict[str, Any]:
         return {
-            axis: int(column[number]) if axis in WHOLE else float(column[number])
+            axis: int(column[number]) if axis in WHOLE_DAMAGE_AXES else float(column[number])
             for axis, column in self.columns.items()
         }

@@ -19,7 +19,7 @@ from sigdb.database import Column, Schema, database_schema
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import INDICATORS, SignatureSettings
 from sigdb.sweep.design.design import SweepSettings
-from sigdb.sweep.plan.damages import WHOLE, Damages
+from sigdb.sweep.plan.damages import WHOLE_DAMAGE_AXES, Damages
 from sigdb.sweep.plan.layout import RowRuns, TemplateTable
 from sigdb.sweep.plan.resolved import hash_of, resolved_content
 from sigdb.sweep.plan.rig_points import RigPoint, RigPoints, declared
@@ -203,7 +203,7 @@ class Plan:
         found = {name: one.tolist()[0] if isinstance(one, np.ndarray) else one for name, one in columns.items()}
         if found["pattern"]:
             return found | dict.fromkeys(self.damage_fields)
-        return found | {name: int(found[name]) for name in WHOLE if name in found}
+        return found | {name: int(found[name]) for name in WHOLE_DAMAGE_AXES if name in found}
 
     def _case_columns(self, at: IntArray) -> dict[str, Any]:
         """Columns of templates, counted from this plan's first; one value where it is the same for all."""
@@ -237,7 +237,7 @@ class Plan:
         for name in self.damage_fields:
             column = np.append(self.damages.column(name), float(getattr(none, name)))
             column[:-1][patterned] = np.nan
-            table[name] = column.astype(np.int64) if name in WHOLE and not patterned.any() else column
+            table[name] = column.astype(np.int64) if name in WHOLE_DAMAGE_AXES and not patterned.any() else column
         return table
 
     def table(self, start: int, stop: int) -> pd.DataFrame:
