@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import FloatArray, InputError
-from sigdb.signature import mesh_bands, pooled_wigner_ville
+from sigdb.signature import FEATURES, features
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,12 +97,10 @@ class RecordedSignature:
         Returns
         -------
         pandas.DataFrame
-            ``teeth``, ``speed_rpm``, ``torque``, ``averages``, ``scatter``, ``tsa``, ``fm4``, ``wigner_ville``.
+            ``teeth``, ``speed_rpm``, ``torque``, ``averages``, ``scatter``, ``tsa``, and the columns of
+            :data:`sigdb.signature.FEATURES`.
         """
-        step = len(self.tsa) // self.teeth
-        cells = pooled_wigner_ville(
-            self.tsa, teeth=self.teeth, bands=mesh_bands(self.teeth), lag_window=2 * step, n_bins=6 * step
-        )
+        values = features(self.tsa, teeth=self.teeth)
         return pd.DataFrame(
             {
                 "teeth": [self.teeth],
@@ -111,8 +109,7 @@ class RecordedSignature:
                 "averages": [self.averages],
                 "scatter": [self.scatter],
                 "tsa": [self.tsa],
-                "fm4": [self.indicators["fm4"]],
-                "wigner_ville": [cells.ravel() / (6 * step * step)],
+                **{name: [values[name].ravel() if FEATURES[name].axes else float(values[name])] for name in FEATURES},
             }
         )
 

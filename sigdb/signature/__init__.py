@@ -9,6 +9,7 @@ from sigdb.signature.averaging.averager import SynchronousAverage, SynchronousAv
 from sigdb.signature.averaging.mesh_pulses import mesh_pulses
 from sigdb.signature.averaging.tacho import TachoDetector, tacho_pulses
 from sigdb.signature.demodulation import demodulate
+from sigdb.signature.features import FEATURES, Feature, features
 from sigdb.signature.indicators.all import indicators
 from sigdb.signature.indicators.average import crest_factor, energy_operator, kurtosis, peak_to_peak, rms
 from sigdb.signature.indicators.definitions import INDICATORS, Indicator
@@ -22,7 +23,9 @@ from sigdb.signature.wigner_ville.distribution import wigner_ville
 from sigdb.signature.wigner_ville.pooled import mesh_bands, pooled_wigner_ville
 
 __all__ = [
+    "FEATURES",
     "INDICATORS",
+    "Feature",
     "Indicator",
     "SynchronousAverage",
     "SynchronousAverager",
@@ -32,6 +35,7 @@ __all__ = [
     "difference_signal",
     "energy_operator",
     "energy_ratio",
+    "features",
     "fm0",
     "fm4",
     "indicators",

@@ -1,15 +1,16 @@
 """Export of a database, or of a part of it, to files that MATLAB reads."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sigdb.core import InputError
 from sigdb.database.export.columns import ExportColumn, export_batches, export_columns
 from sigdb.database.export.hdf5 import write_hdf5
 from sigdb.database.export.mat import check_size, write_mat
 from sigdb.database.store.store import publish
-from sigdb.signature import mesh_bands
+from sigdb.signature import FEATURES
 
 if TYPE_CHECKING:
     from sigdb.database.database import Database
@@ -64,7 +65,7 @@ def _list_sizes(database: "Database", where: str | None, columns: list[ExportCol
     for batch in database.batches(where, columns=["teeth"], rows=65536):
         rows, teeth = rows + batch.num_rows, max(teeth, batch["teeth"].to_numpy().max())
     n = teeth * int(database.manifest.resolved["signature"]["samples_per_tooth"])
-    widths: dict[str, Any] = {"tsa": n, "spectrum": n // 2 + 1, "wigner_ville": teeth * (mesh_bands(12).size - 1)}
+    widths = {"tsa": n} | {name: math.prod(feature.shape(teeth=teeth, n=n)) for name, feature in FEATURES.items()}
     return {
         column.name: 4 * int(rows) * int(widths[column.field.name.split("__")[0]])
         for column in columns

@@ -6,7 +6,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from sigdb.signature import Indicator
+from sigdb.signature import Feature
 
 TABLES = ("templates", "features", "signals")
 
@@ -97,7 +97,7 @@ def database_schema(
     cases: Iterable[Column],
     rows: Iterable[Column],
     sensors: Mapping[str, str],
-    indicators: Iterable[Indicator],
+    signature: Iterable[Feature],
 ) -> Schema:
     """The schema of a database.
 
@@ -109,11 +109,11 @@ def database_schema(
         Parameters that only rows have: specimen, noise draw, measurement.
     sensors
         Unit of each stored sensor by name; the first one's columns have no suffix.
-    indicators
-        The indicators, in order.
+    signature
+        Features of an average, in order. Those by order stand in ``signals``, others in ``features``.
     """
     names = list(sensors)
-    cases, indicators = tuple(cases), tuple(indicators)
+    cases, signature = tuple(cases), tuple(signature)
 
     def each(*columns: Column) -> list[Column]:
         return [
@@ -212,17 +212,7 @@ def database_schema(
                     unit="signal",
                     help="Measured standard deviation between revolutions, rms over angle, of the added noise.",
                 ),
-                *(
-                    Column(name=one.name, type=_FLOAT, unit=one.unit, help=one.help, formula=one.formula)
-                    for one in indicators
-                ),
-                Column(
-                    name="wigner_ville",
-                    type=_LIST,
-                    unit="(signal)^2",
-                    help="Pooled Wigner-Ville distribution: (tooth passes, bands a quarter mesh order wide).",
-                    formula="sum of W over tooth pass and band / (n_bins n / teeth)",
-                ),
+                *(_of_signature(feature) for feature in signature if "order" not in feature.axes),
             ),
         ),
         signals=(
@@ -234,13 +224,17 @@ def database_schema(
                     unit="signal",
                     help="Average of one revolution, from the tacho mark.",
                 ),
-                Column(
-                    name="spectrum",
-                    type=_LIST,
-                    unit="signal",
-                    help="Order spectrum, peak amplitudes at orders 0, 1, 2 ...",
-                    formula="|2/n FFT|, DC and Nyquist not doubled",
-                ),
+                *(_of_signature(feature) for feature in signature if "order" in feature.axes),
             ),
         ),
+    )
+
+
+def _of_signature(feature: Feature) -> Column:
+    return Column(
+        name=feature.name,
+        type=_LIST if feature.axes else _FLOAT,
+        unit=feature.unit,
+        help=feature.help,
+        formula=feature.formula,
     )

@@ -9,7 +9,7 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from sigdb.core import FloatArray, InputError, suggestion
-from sigdb.signature import INDICATORS, indicators, mesh_bands, order_spectrum, pooled_wigner_ville
+from sigdb.signature import INDICATORS, features, mesh_bands
 
 FEATURES = ("indicators", "spectrum", "wigner_ville")
 """Kinds of features."""
@@ -18,8 +18,8 @@ FEATURES = ("indicators", "spectrum", "wigner_ville")
 class SignatureTransformer(TransformerMixin, BaseEstimator):
     """Features of averages of one revolution: indicators, spectrum, pooled Wigner-Ville distribution.
 
-    There is nothing to learn: ``fit`` checks the options against the count of samples and names the features. They mean
-    what a database's columns of the same names mean.
+    There is nothing to learn: ``fit`` checks the options against the count of samples and names the features. They are
+    those of :func:`sigdb.signature.features`, and mean the same as a database's columns of the same names.
 
     Parameters
     ----------
@@ -145,27 +145,19 @@ class SignatureTransformer(TransformerMixin, BaseEstimator):
         return [f"wigner_ville_{tooth}_{centre:g}" for tooth in range(1, self.teeth + 1) for centre in centres]
 
     def _features(self, x: FloatArray) -> FloatArray:
-        return np.concatenate([getattr(self, f"_{kind}")(x) for kind in self._kinds()], axis=1)
-
-    def _indicators(self, x: FloatArray) -> FloatArray:
-        values = indicators(
+        names = [name for kind in self._kinds() for name in _columns_of(kind)]
+        if "wigner_ville" in names:
+            self._bands(x.shape[1])
+        values = features(
             x,
             teeth=self.teeth,
+            names=names,
             mesh_harmonics=self.mesh_harmonics,
             shaft_harmonics=self.shaft_harmonics,
             sidebands=self.sidebands,
+            mesh_orders=self.mesh_orders,
         )
-        return np.column_stack(list(values.values()))
-
-    def _spectrum(self, x: FloatArray) -> FloatArray:
-        return np.abs(order_spectrum(x)[1])
-
-    def _wigner_ville(self, x: FloatArray) -> FloatArray:
-        n = x.shape[1]
-        # Three bins to a band, whose edges lie between bins.
-        n_bins = round(6 * n / self.teeth)
-        cells = pooled_wigner_ville(x, teeth=self.teeth, bands=self._bands(n), n_bins=n_bins)
-        return cells.reshape(len(x), -1) / (n_bins * n / self.teeth)
+        return np.concatenate([values[name].reshape(len(x), -1) for name in names], axis=1)
 
     def _bands(self, n: int) -> FloatArray:
         bands = mesh_bands(self.teeth, mesh_orders=self.mesh_orders)
@@ -175,6 +167,10 @@ class SignatureTransformer(TransformerMixin, BaseEstimator):
                 f" {n} samples a revolution have orders up to {n / 2:g}; ask for fewer, or leave out 'wigner_ville'"
             )
         return bands
+
+
+def _columns_of(kind: str) -> list[str]:
+    return list(INDICATORS) if kind == "indicators" else [kind]
 
 
 def _checked(transformer: SignatureTransformer, X: ArrayLike, *, reset: bool) -> FloatArray:

@@ -5,11 +5,8 @@ from numpy.typing import ArrayLike
 
 from sigdb.signature.checks import Float64Array, real_signal
 from sigdb.signature.gear_orders import GearOrders, gear_orders
-from sigdb.signature.indicators import moment_kernels as _moments
+from sigdb.signature.indicators.average_terms import AverageTerms
 from sigdb.signature.indicators.definitions import INDICATORS
-from sigdb.signature.indicators.sidebands import over_deviation, over_mesh, peak_to_peak_over_mesh, sideband_sum
-from sigdb.signature.separation import synthesis, without
-from sigdb.signature.spectrum import one_sided
 
 _SIGNALS_AT_ONCE = 32
 """Keeps a block's intermediate arrays in the cache: a batch of 256 at once takes three times as long."""
@@ -25,8 +22,8 @@ def indicators(
 ) -> dict[str, Float64Array]:
     """All of :data:`sigdb.signature.INDICATORS`, from one spectrum and one separation.
 
-    Each is what the function of its name gives; those of a separated signal get ``scale = max|average|``, and
-    ``sideband_energy_ratio`` takes its six pairs.
+    Each equals the result of the function of its name. Indicators of a separated signal get ``scale = max|average|``,
+    and ``sideband_energy_ratio`` takes six pairs.
 
     Parameters
     ----------
@@ -72,34 +69,5 @@ def indicators(
 
 
 def _indicators(x: Float64Array, teeth: int, orders: GearOrders, eps: float) -> dict[str, Float64Array]:
-    n = x.shape[-1]
-    # All in units of s = max|average|; rms, range and sideband index get it back.
-    u, s = _moments.per_peak(x)
-    floor = _moments.rounding_floor(eps)
-    range_, rms, variance = np.ptp(u, axis=-1), np.sqrt(_moments.mean_square(u)), _moments.variance(u)
-
-    U = np.fft.rfft(u)
-    A = np.abs(U) * one_sided(n)
-    mesh, pair, six_pairs = A[..., teeth], sideband_sum(A, teeth, 1, n), sideband_sum(A, teeth, 6, n)
-    # Parseval: the regular signal's mean square needs no transform back.
-    regular = _moments.dot(A[..., orders.regular], A[..., orders.regular]) / 2
-    d = synthesis(without(U, orders.difference_removes), n)
-
-    (kurtosis,) = _moments.moment_ratios(u, (4,), floor)
-    (energy_operator,) = _moments.moment_ratios(_moments.teager_kaiser(u), (4,), floor)
-    fm4, m6a, m8a = _moments.moment_ratios(d, (4, 6, 8), floor)
-    return {
-        "rms": s * rms,
-        "peak_to_peak": s * range_,
-        "crest_factor": _moments.quotient(_moments.peak(u), rms, variance <= floor),
-        "kurtosis": kurtosis,
-        "energy_operator": energy_operator,
-        "fm0": peak_to_peak_over_mesh(range_, A[..., orders.mesh], floor),
-        "fm4": fm4,
-        "m6a": m6a,
-        "m8a": m8a,
-        "energy_ratio": np.sqrt(_moments.quotient(_moments.mean_square(d), regular, regular <= floor)),
-        "sideband_index": s * pair / 2,
-        "sideband_level_factor": over_deviation(pair, variance, floor),
-        "sideband_energy_ratio": over_mesh(six_pairs, mesh, floor),
-    }
+    terms = AverageTerms(x, teeth, orders, eps)
+    return {name: indicator.compute(terms) for name, indicator in INDICATORS.items()}

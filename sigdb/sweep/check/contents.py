@@ -1,5 +1,6 @@
 """Whether a part holds what its plan says: parameters, results where the status is ``ok``, nulls where it is not."""
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
@@ -9,7 +10,7 @@ import pyarrow.parquet as pq
 
 from sigdb.core import BoolArray, IntArray
 from sigdb.database import Receipt
-from sigdb.signature import mesh_bands
+from sigdb.signature import FEATURES
 from sigdb.sweep.plan.plan import Plan
 
 _OF_FAILURES = ("min_compression", "contact_loss")
@@ -123,9 +124,13 @@ def _length(values: int) -> str:
 
 def _row_lengths(plan: Plan, teeth: IntArray, ok: BoolArray) -> dict[str, IntArray]:
     """Number of values that each list of a row must have."""
-    n = teeth * plan.signature.samples_per_tooth
-    cells = {count: count * (len(mesh_bands(int(count))) - 1) for count in np.unique(teeth)}
-    due = {"tsa": n, "spectrum": n // 2 + 1, "wigner_ville": np.array([cells[count] for count in teeth])}
+    step = plan.signature.samples_per_tooth
+    counts, which = np.unique(teeth, return_inverse=True)
+    due = {"tsa": teeth * step} | {
+        name: np.array([math.prod(feature.shape(teeth=z, n=z * step)) for z in counts.tolist()])[which]
+        for name, feature in FEATURES.items()
+        if feature.axes
+    }
     return {name: np.where(ok, values, _NULL) for name, values in due.items()}
 
 

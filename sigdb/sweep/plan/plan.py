@@ -17,7 +17,7 @@ import pyarrow as pa
 from sigdb.core import NOISE_BLOCK, FloatArray, IntArray, Section, unit_of
 from sigdb.database import Column, Schema, database_schema
 from sigdb.measurement import MeasurementSettings
-from sigdb.signature import INDICATORS, SignatureSettings
+from sigdb.signature import FEATURES, SignatureSettings
 from sigdb.sweep.design.design import SweepSettings
 from sigdb.sweep.plan.damages import WHOLE_DAMAGE_AXES, Damages
 from sigdb.sweep.plan.layout import RowRuns, TemplateTable
@@ -286,7 +286,7 @@ def plan_schema(plan: Plan) -> Schema:
             *(_declared(MeasurementSettings, name) for name in MeasurementSettings.model_fields),
         ],
         sensors={name: plan.rig.sensors[name].unit for name in plan.sensors},
-        indicators=INDICATORS.values(),
+        signature=FEATURES.values(),
     )
 
 

@@ -8,7 +8,7 @@ import pyarrow as pa
 
 from sigdb.core import NOISE_BLOCK, BoolArray, FloatArray, noise_stream
 from sigdb.database import Receipt, Store, suffixed, write_part
-from sigdb.signature import indicators, mesh_bands, order_spectrum, pooled_wigner_ville
+from sigdb.signature import FEATURES, features
 from sigdb.sweep.plan.plan import Plan, plan_schema
 from sigdb.sweep.work.averages import CASE, Averages, Cases
 from sigdb.sweep.work.template_reader import TemplateReader
@@ -77,8 +77,7 @@ def _columns(plan: Plan, averages: Averages) -> pa.Table:
     tsa = averages.tsa[done]
     found = {"scatter": averages.scatter[done], "tsa": tsa}
     signatures = [
-        _signature(plan, tsa[first : first + _ROWS_AT_ONCE], averages.teeth)
-        for first in range(0, len(tsa), _ROWS_AT_ONCE)
+        _signature(tsa[first : first + _ROWS_AT_ONCE], averages.teeth) for first in range(0, len(tsa), _ROWS_AT_ONCE)
     ]
     if signatures:
         found |= {name: np.concatenate([one[name] for one in signatures]) for name in signatures[0]}
@@ -89,19 +88,11 @@ def _columns(plan: Plan, averages: Averages) -> pa.Table:
     return pa.table(columns)
 
 
-def _signature(plan: Plan, tsa: FloatArray, teeth: int) -> dict[str, FloatArray]:
-    """Spectrum, indicators and pooled Wigner-Ville features of averages (rows, sensors, n) of one tooth count.
-
-    Pooled features have three bins to a band and a lag window of two tooth passes, so that a feature means the same for
-    any tooth count.
-    """
-    step = plan.signature.samples_per_tooth
-    n_bins = 6 * step
-    cells = pooled_wigner_ville(tsa, teeth=teeth, bands=mesh_bands(teeth), lag_window=2 * step, n_bins=n_bins)
+def _signature(tsa: FloatArray, teeth: int) -> dict[str, FloatArray]:
+    """Features of averages (rows, sensors, n) of one tooth count: (rows, sensors) or (rows, sensors, length) each."""
     return {
-        "spectrum": np.abs(order_spectrum(tsa)[1]),
-        **indicators(tsa, teeth=teeth),
-        "wigner_ville": cells.reshape(*tsa.shape[:2], -1) / (n_bins * step),
+        name: values.reshape(*tsa.shape[:2], -1) if FEATURES[name].axes else values
+        for name, values in features(tsa, teeth=teeth).items()
     }
 
 
