@@ -1,51 +1,205 @@
-"""The templates of one operating point and sensor, as a database holds them."""
+"""Templates: the distinct cases of a database, each simulated once; their only writer and their only reader."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import isnan, nan
+from typing import Self, TypeAlias
 
 import numpy as np
 import pyarrow as pa
 
-from sigdb.core import FloatArray, InputError, validated
+from sigdb.core import FloatArray, InputError, NotApplicableError, validated
 from sigdb.database.database import Database
 from sigdb.database.store.schema import suffixed
-from sigdb.measurement import index_error_covariance
 from sigdb.transmission import Transmission
 
-_ARRAYS = ("tsa", "specimen_response", "harmonic_response")
+CaseValue: TypeAlias = str | float | int | bool | None
+"""A value of a column without lists."""
+
+_RESULTS = ("floquet_multiplier", "static_compression", "min_compression", "least_elsewhere", "error")
 _ROWS_AT_ONCE = 64
 
-_Row = Mapping[str, pa.Scalar]
+
+def _none() -> FloatArray:
+    return np.empty(0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StoredTemplate:
-    """A template of one sensor, with a result and without loss of contact.
+class Template:
+    """A distinct case of a database with its simulated response, for some or all of the stored sensors.
+
+    A template without a result has a ``status`` other than ``ok`` and no arrays. A template that loses contact holds
+    for gears without index errors: its responses to index errors and to harmonic excitations are zeros and are not
+    stored. Arrays are float64 in the unit of their column; the database holds them as float32.
 
     Attributes
     ----------
     case
-        Its columns without lists.
-    signal
-        (n,) y_D.
-    response
-        (n, teeth) Y_D, per m of index error.
-    harmonic, orders
-        (n, 2 orders) cosine and sine under harmonic excitations, and their (orders,).
+        ``template`` (its number), ``tooth`` (first damaged tooth, 0 for none), ``teeth``, and the parameters that the
+        template shares with its rows, by column name.
+    status
+        ``ok``, or why there is no result and what to change.
+    contact_loss
+        Whether the mesh loses contact; None where it was not computed.
+    floquet_multiplier
+        Largest Floquet multiplier over a revolution; nan where it was not computed.
+    static_compression
+        Compression under the mean mesh stiffness, m; nan where it was not computed.
+    min_compression, least_elsewhere
+        Least compression of the damaged gear's mesh and of the other meshes, as fractions of the static ones; nan where
+        they were not computed.
+    error
+        Estimated error of the clean averages, as a fraction of their peak-to-peak; nan where it was not computed.
+    compression, mesh_force
+        (N,) in m and N, over the common period of all meshes.
+    compression_response
+        (N, teeth) compression per index error.
+    compression_harmonic
+        (N, orders, 2) compression under harmonic excitations, m.
+    orders
+        (orders,) orders of the harmonic excitations, cycles per revolution.
     reference_variance
-        Variance of the healthy clean average.
-    covariance
-        (teeth, teeth) covariance of the index errors that an average sees, for an ``index_error`` of 1.
+        (sensors,) variance of the healthy clean average.
+    signals
+        (sensors, n) clean averages y_D, in the sensors' units.
+    specimen_response
+        (sensors, n, teeth) Y_D, change of the averages per metre of index error.
+    harmonic_response
+        (sensors, n, orders, 2) averages under harmonic excitations.
     """
 
-    case: Mapping[str, Any]
-    signal: FloatArray
-    response: FloatArray
-    harmonic: FloatArray
-    orders: FloatArray
-    reference_variance: float
-    covariance: FloatArray
+    case: Mapping[str, CaseValue]
+    status: str = "ok"
+    contact_loss: bool | None = None
+    floquet_multiplier: float = nan
+    static_compression: float = nan
+    min_compression: float = nan
+    least_elsewhere: float = nan
+    error: float = nan
+    compression: FloatArray = field(default_factory=_none)
+    mesh_force: FloatArray = field(default_factory=_none)
+    compression_response: FloatArray = field(default_factory=_none)
+    compression_harmonic: FloatArray = field(default_factory=_none)
+    orders: FloatArray = field(default_factory=_none)
+    reference_variance: FloatArray = field(default_factory=_none)
+    signals: FloatArray = field(default_factory=_none)
+    specimen_response: FloatArray = field(default_factory=_none)
+    harmonic_response: FloatArray = field(default_factory=_none)
+
+    @property
+    def tooth(self) -> int:
+        """First damaged tooth, 0 for none."""
+        return int(self.case["tooth"] or 0)
+
+    @cached_property
+    def relative_compression(self) -> FloatArray:
+        """(N,) compression as a fraction of the static one."""
+        return self.compression / self.static_compression
+
+    @cached_property
+    def relative_compression_response(self) -> FloatArray:
+        """(N, teeth) compression per metre of index error, as a fraction of the static one."""
+        return self.compression_response / self.static_compression
+
+    @cached_property
+    def relative_compression_harmonic(self) -> FloatArray:
+        """(N, orders, 2) compression under harmonic excitations, as a fraction of the static one."""
+        return self.compression_harmonic / self.static_compression
+
+    def to_row(self, sensors: Sequence[str]) -> dict[str, CaseValue | FloatArray]:
+        """Return the row of the table ``templates``; columns that it leaves out are null.
+
+        Parameters
+        ----------
+        sensors
+            The stored sensors, in the order of the sensor axes; the first one's columns have no suffix.
+
+        Returns
+        -------
+        dict
+            Values by column name; arrays are flat, row-major, float32 (``orders`` float64).
+        """
+        numbers = {name: float(getattr(self, name)) for name in _RESULTS}
+        row: dict[str, CaseValue | FloatArray] = {**self.case, "status": self.status, "contact_loss": self.contact_loss}
+        row |= {name: None if isnan(value) else value for name, value in numbers.items()}
+        if self.status != "ok":
+            return row
+        arrays, of_sensors = ["compression", "mesh_force"], {"tsa": self.signals}
+        if not self.contact_loss:
+            arrays += ["compression_response", "compression_harmonic"]
+            of_sensors |= {"specimen_response": self.specimen_response, "harmonic_response": self.harmonic_response}
+        row |= {"orders": np.asarray(self.orders, float)} | {name: _flat(getattr(self, name)) for name in arrays}
+        for i, sensor in enumerate(sensors):
+            row[suffixed("reference_variance", sensors, sensor)] = float(self.reference_variance[i])
+            row |= {suffixed(name, sensors, sensor): _flat(values[i]) for name, values in of_sensors.items()}
+        return row
+
+    @classmethod
+    def from_row(
+        cls, row: Mapping[str, pa.Scalar], sensors: Sequence[str], *, only: Sequence[str] | None = None
+    ) -> Self:
+        """Return the template of a row of the table ``templates``.
+
+        Parameters
+        ----------
+        row
+            Arrow values by column name. A column that was not read leaves its attribute empty.
+        sensors
+            The stored sensors, in the database's order.
+        only
+            The sensors to read, in the order of the sensor axes; all if left out.
+        """
+        wanted = sensors if only is None else only
+
+        def number(name: str) -> float:
+            return float(row[name].as_py()) if name in row and row[name].is_valid else nan
+
+        def array(name: str) -> FloatArray:
+            return row[name].values.to_numpy().astype(float) if name in row and row[name].is_valid else _none()
+
+        def each_sensor(name: str) -> FloatArray:
+            return np.array([array(suffixed(name, sensors, sensor)) for sensor in wanted])
+
+        def response(values: FloatArray, *shape: int) -> FloatArray:
+            return values.reshape(shape) if values.size else np.zeros(shape)
+
+        teeth, orders = int(row["teeth"].as_py()), array("orders")
+        signals, compression = each_sensor("tsa"), array("compression")
+        s, n, N = *signals.shape, len(compression)
+        return cls(
+            case={name: row[name].as_py() for name in _case_columns(row, sensors)},
+            status=row["status"].as_py(),
+            contact_loss=row["contact_loss"].as_py(),
+            floquet_multiplier=number("floquet_multiplier"),
+            static_compression=number("static_compression"),
+            min_compression=number("min_compression"),
+            least_elsewhere=number("least_elsewhere"),
+            error=number("error"),
+            compression=compression,
+            mesh_force=array("mesh_force"),
+            compression_response=response(array("compression_response"), N, teeth),
+            compression_harmonic=response(array("compression_harmonic"), N, len(orders), 2),
+            orders=orders,
+            reference_variance=np.array([number(suffixed("reference_variance", sensors, each)) for each in wanted]),
+            signals=signals,
+            specimen_response=response(each_sensor("specimen_response"), s, n, teeth),
+            harmonic_response=response(each_sensor("harmonic_response"), s, n, len(orders), 2),
+        )
+
+
+def _case_columns(row: Mapping[str, pa.Scalar], sensors: Sequence[str]) -> list[str]:
+    results = {
+        "status",
+        "contact_loss",
+        *_RESULTS,
+        *(suffixed("reference_variance", sensors, each) for each in sensors),
+    }
+    return [name for name, value in row.items() if name not in results and not pa.types.is_list(value.type)]
+
+
+def _flat(values: FloatArray) -> FloatArray:
+    return values.astype(np.float32).ravel()
 
 
 def stored_templates(
@@ -56,44 +210,61 @@ def stored_templates(
     teeth: int,
     sensor: str | None = None,
     where: str | None = None,
-) -> list[StoredTemplate]:
-    """Templates of one operating point and tooth count; see :meth:`Hypotheses.of`."""
+) -> list[Template]:
+    """Return the templates of one operating point, tooth count and sensor that have a result and keep contact.
+
+    Their compressions and mesh forces are not read.
+
+    Parameters
+    ----------
+    database
+        A database with templates.
+    speed_rpm, torque, teeth
+        Operating point (rpm, N m), and tooth count of the damaged gear, as the database has them.
+    sensor
+        A stored sensor; the first one if left out.
+    where
+        Only these templates: one SQL expression on their columns.
+
+    Raises
+    ------
+    NotApplicableError
+        If the rig does not turn exactly.
+    InputError
+        If there is no such template.
+    """
     rig, gear = _rig(database)
     if not rig.turns_exactly(gear):
-        raise InputError(
+        raise NotApplicableError(
             f"{database.store}: the rig {rig.name} has {len(rig.meshes)} meshes, so that damage at another tooth is "
             "not a turn of the damage at the first; the law of an average is known for rigs with one mesh"
         )
-    stored = database.stored_sensor(sensor)
-    names = {key: suffixed(key, database.sensors, stored) for key in (*_ARRAYS, "reference_variance")}
+    sensor = database.stored_sensor(sensor)
     chosen = f"speed_rpm = {speed_rpm!r} and torque = {torque!r} and teeth = {teeth} and status = 'ok'"
     chosen += " and not contact_loss" + (f" and ({where})" if where else "")
     schema = database.dataset("templates").schema
-    scalars = [field.name for field in schema if not pa.types.is_list(field.type)]
-    columns = list(dict.fromkeys([*scalars, "orders", *names.values()]))
-    rows = [
-        row
-        for batch in database.batches(chosen, table="templates", columns=columns, rows=_ROWS_AT_ONCE)
-        for row in _rows(batch)
+    scalars = [column.name for column in schema if not pa.types.is_list(column.type)]
+    arrays = [suffixed(name, database.sensors, sensor) for name in ("tsa", "specimen_response", "harmonic_response")]
+    batches = database.batches(chosen, table="templates", columns=[*scalars, "orders", *arrays], rows=_ROWS_AT_ONCE)
+    templates = [
+        Template.from_row({name: batch[name][i] for name in batch.schema.names}, database.sensors, only=[sensor])
+        for batch in batches
+        for i in range(batch.num_rows)
     ]
-    if not rows:
+    if not templates:
         raise InputError(
             f"{database.store} has no template at speed_rpm = {speed_rpm:g}, torque = {torque:g}, teeth = {teeth} that "
             "has a result and keeps contact; take an operating point of its templates"
         )
-    mate_teeth = _mate_teeth(rig, gear, scalars)
-    return [
-        StoredTemplate(
-            case={name: row[name].as_py() for name in scalars},
-            covariance=index_error_covariance(teeth, mate_teeth(row)),
-            reference_variance=row[names["reference_variance"]].as_py(),
-            signal=_array(row[names["tsa"]]),
-            response=_array(row[names["specimen_response"]]).reshape(-1, teeth),
-            harmonic=_array(row[names["harmonic_response"]]).reshape(len(_array(row[names["tsa"]])), -1),
-            orders=_array(row["orders"]),
-        )
-        for row in rows
-    ]
+    return templates
+
+
+def mate_teeth(database: Database, template: Template) -> int:
+    """Return the tooth count of the damaged gear's mate in a template, which a sweep may have changed."""
+    rig, gear = _rig(database)
+    mate = rig.mate(gear)
+    swept = [name for name in template.case if "." in name and rig.path(name) == ("gears", mate, "teeth")]
+    return int(template.case[swept[0]] or 0) if swept else rig.gears[mate].teeth
 
 
 def _rig(database: Database) -> tuple[Transmission, str]:
@@ -101,21 +272,3 @@ def _rig(database: Database) -> tuple[Transmission, str]:
     resolved = database.manifest.resolved
     rig = validated(Transmission, resolved["rig"], owner=str(database.store))
     return rig, resolved["sweep"]["gear"]
-
-
-def _mate_teeth(rig: Transmission, gear: str, columns: Iterable[str]) -> Callable[[_Row], int]:
-    """Tooth count of the damaged gear's mate in a template; a sweep may have changed it."""
-    mate = rig.mate(gear)
-    swept = [name for name in columns if "." in name and rig.path(name) == ("gears", mate, "teeth")]
-    if swept:
-        return lambda row: int(row[swept[0]].as_py())
-    return lambda row: rig.gears[mate].teeth
-
-
-def _rows(batch: pa.RecordBatch) -> Iterator[_Row]:
-    for i in range(batch.num_rows):
-        yield {name: batch[name][i] for name in batch.schema.names}
-
-
-def _array(stored: pa.ListScalar) -> FloatArray:
-    return np.asarray(stored.values.to_numpy(zero_copy_only=False), float)

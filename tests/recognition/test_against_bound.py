@@ -10,8 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.stats import norm
 
-from sigdb.database.templates import StoredTemplate
-from sigdb.measurement import index_error_covariance
+from sigdb.database import Template
 from sigdb.recognition import (
     ErrorCurve,
     Hypotheses,
@@ -39,18 +38,17 @@ STEP, NOISE = 6, 0.5
 def law(signals, tooth, rows, *, teeth):
     """An operating point of templates with these clean averages, nominal gears, and rows (place, tooth)."""
     stored = [
-        StoredTemplate(
+        Template(
             case={"template": i, "tooth": one, "stiffness_loss": 0.1 * i, "phase_shift_deg": 0.0, "damaged_teeth": one},
-            signal=np.asarray(signal, float),
-            response=np.zeros((len(signal), teeth)),
-            harmonic=np.zeros((len(signal), 0)),
+            signals=np.asarray(signal, float)[None],
+            specimen_response=np.zeros((1, len(signal), teeth)),
+            harmonic_response=np.zeros((1, len(signal), 0, 2)),
             orders=np.zeros(0),
-            reference_variance=1.0,
-            covariance=index_error_covariance(teeth, 3 * teeth),
+            reference_variance=np.ones(1),
         )
         for i, (signal, one) in enumerate(zip(signals, tooth, strict=True))
     ]
-    hypotheses = Hypotheses.made_of(stored, teeth)
+    hypotheses = Hypotheses.from_templates(stored, teeth=teeth, mate_teeth=3 * teeth)
     place, first = np.transpose(rows)
     frame = pd.DataFrame({"place": place, "tooth": first, "teeth": teeth, "judged": True, "noise": NOISE})
     cases = {name: hypotheses.cases[name].to_numpy()[place] for name in QUANTITIES}

@@ -11,7 +11,7 @@ from scipy.special import ndtri
 from scipy.stats import binom, norm, ttest_1samp
 
 from sigdb.core.errors import InputError
-from sigdb.database.templates import StoredTemplate
+from sigdb.database import Template
 from sigdb.measurement import index_error_covariance
 from sigdb.recognition import (
     ErrorCurve,
@@ -36,19 +36,18 @@ STEP, NOISE = 6, 0.5
 def point(signals, tooth, *, teeth, rows, response=None, index_error=0.0, **severities):
     """An operating point of templates with these clean averages, and rows (place, tooth)."""
     stored = [
-        StoredTemplate(
+        Template(
             case={"template": i, "tooth": one, "stiffness_loss": 0.0, "phase_shift_deg": 0.0, "damaged_teeth": one}
             | {name: values[i] for name, values in severities.items()},
-            signal=np.asarray(signal, float),
-            response=np.zeros((len(signal), teeth)) if response is None else response,
-            harmonic=np.zeros((len(signal), 0)),
+            signals=np.asarray(signal, float)[None],
+            specimen_response=(np.zeros((len(signal), teeth)) if response is None else response)[None],
+            harmonic_response=np.zeros((1, len(signal), 0, 2)),
             orders=np.zeros(0),
-            reference_variance=1.0,
-            covariance=index_error_covariance(teeth, 3 * teeth),
+            reference_variance=np.ones(1),
         )
         for i, (signal, one) in enumerate(zip(signals, tooth, strict=True))
     ]
-    hypotheses = Hypotheses.made_of(stored, teeth)
+    hypotheses = Hypotheses.from_templates(stored, teeth=teeth, mate_teeth=3 * teeth)
     frame = pd.DataFrame(rows, columns=["place", "tooth"])
     frame = frame.assign(teeth=teeth, specimen=0, judged=True, noise=NOISE, index_error=index_error)
     for name in QUANTITIES:

@@ -11,7 +11,7 @@ from scipy.stats import chi2, multivariate_normal
 
 from sigdb.core.errors import InputError
 from sigdb.core.streams import specimen_stream
-from sigdb.database.templates import StoredTemplate
+from sigdb.database import Template
 from sigdb.measurement import index_error_covariance, index_errors, noise_deviation
 from sigdb.recognition import Hypotheses
 from sigdb.transmission import Transmission
@@ -21,14 +21,13 @@ N = TEETH * STEP
 
 
 def template(stream, number, *, tooth, orders=(), size=1.0):
-    return StoredTemplate(
+    return Template(
         case={"template": number, "tooth": tooth},
-        signal=size * stream.standard_normal(N),
-        response=1e5 * stream.standard_normal((N, TEETH)),
-        harmonic=0.3 * stream.standard_normal((N, 2 * len(orders))),
+        signals=size * stream.standard_normal((1, N)),
+        specimen_response=1e5 * stream.standard_normal((1, N, TEETH)),
+        harmonic_response=0.3 * stream.standard_normal((1, N, len(orders), 2)),
         orders=np.array(orders, float),
-        reference_variance=1.0,
-        covariance=index_error_covariance(TEETH, MATE),
+        reference_variance=np.ones(1),
     )
 
 
@@ -42,14 +41,14 @@ def law(one, turn, noise, index_error):
     """Mean and covariance of an average with the damage `turn` teeth later, written out in the row's own frame."""
     angle = one.orders * turn * 2 * np.pi / TEETH
     phases = np.stack([np.cos(angle), np.sin(angle)], axis=1).ravel()
-    mean = np.roll(one.signal + one.harmonic @ phases, turn * STEP)
+    mean = np.roll(one.signals[0] + one.harmonic_response[0].reshape(N, -1) @ phases, turn * STEP)
     turned = np.roll(np.eye(TEETH), -turn, axis=0)  # e turned back: the error of tooth j + turn at j
-    response = np.roll(one.response, turn * STEP, axis=0) @ turned
+    response = np.roll(one.specimen_response[0], turn * STEP, axis=0) @ turned
     return mean, noise**2 * np.eye(N) + index_error**2 * response @ index_error_covariance(TEETH, MATE) @ response.T
 
 
 def test_it_is_the_normal_density_of_every_template_at_every_tooth(stored):
-    hypotheses = Hypotheses.made_of(stored, TEETH)
+    hypotheses = Hypotheses.from_templates(stored, teeth=TEETH, mate_teeth=MATE)
     x = np.random.default_rng(4).standard_normal((5, N))
     noise, index_error = np.array([0.5, 0.7, 0.1, 1.0, 0.3]), np.array([2e-6, 1e-6, 3e-6, 0.0, 1e-5])
     found = hypotheses.log_likelihood(x, noise=noise, index_error=index_error)
@@ -63,7 +62,7 @@ def test_it_is_the_normal_density_of_every_template_at_every_tooth(stored):
 
 
 def test_parts_of_the_hypotheses_and_of_the_rows_give_the_same(stored):
-    hypotheses = Hypotheses.made_of(stored, TEETH)
+    hypotheses = Hypotheses.from_templates(stored, teeth=TEETH, mate_teeth=MATE)
     x = np.random.default_rng(5).standard_normal((300, N))
     whole = hypotheses.log_likelihood(x, noise=0.4, index_error=2e-6)
     assert_allclose(
@@ -76,7 +75,9 @@ def test_parts_of_the_hypotheses_and_of_the_rows_give_the_same(stored):
 @pytest.mark.parametrize("j", [1, 3])
 def test_turning_the_average_turns_the_answer(j):
     stream = np.random.default_rng(6)
-    hypotheses = Hypotheses.made_of([template(stream, i, tooth=1) for i in range(3)], TEETH)
+    hypotheses = Hypotheses.from_templates(
+        [template(stream, i, tooth=1) for i in range(3)], teeth=TEETH, mate_teeth=MATE
+    )
     x = stream.standard_normal((7, N))
     case = {"noise": 0.5, "index_error": 2e-6}
     turned = hypotheses.log_likelihood(np.roll(x, j * STEP, axis=1), **case)
@@ -91,14 +92,16 @@ def test_little_noise_does_not_drown_the_differences_in_rounding():
     mean, covariance = law(stored[1], 2, noise, index_error)
     x = mean + noise * stream.standard_normal(N)
     near = np.array([multivariate_normal.logpdf(x, mean, covariance)])
-    found = Hypotheses.made_of(stored, TEETH).log_likelihood(x[None], noise=noise, index_error=index_error)
+    found = Hypotheses.from_templates(stored, teeth=TEETH, mate_teeth=MATE).log_likelihood(
+        x[None], noise=noise, index_error=index_error
+    )
     assert_allclose(found[0, 1, 2], near, atol=1e-3)
     assert found[0].argmax() == np.ravel_multi_index((1, 2), (3, TEETH))
 
 
 def test_draws_follow_the_law(stored):
     """Mean and covariance of 40 000 draws, each entry within five of its standard errors."""
-    hypotheses, draws = Hypotheses.made_of(stored, TEETH), 40_000
+    hypotheses, draws = Hypotheses.from_templates(stored, teeth=TEETH, mate_teeth=MATE), 40_000
     place, tooth = np.full(draws, 2), np.full(draws, 4)
     x = hypotheses.draw(np.random.default_rng(8), place, tooth, noise=0.5, index_error=3e-6)
     mean, covariance = law(stored[2], 3, 0.5, 3e-6)
@@ -109,7 +112,7 @@ def test_draws_follow_the_law(stored):
 
 
 def test_draws_of_a_healthy_gear_have_no_turn(stored):
-    hypotheses = Hypotheses.made_of(stored, TEETH)
+    hypotheses = Hypotheses.from_templates(stored, teeth=TEETH, mate_teeth=MATE)
     x = hypotheses.draw(np.random.default_rng(9), np.zeros(6, int), np.arange(6) % 5, noise=1e-9, index_error=0.0)
     assert_allclose(x, np.tile(law(stored[0], 0, 1.0, 0.0)[0], (6, 1)), atol=1e-7)
 
@@ -242,7 +245,7 @@ def test_a_rig_that_does_not_turn_exactly_is_refused(database, monkeypatch):
 
 
 def test_averages_of_another_length_or_without_noise_are_refused(stored):
-    hypotheses = Hypotheses.made_of(stored, TEETH)
+    hypotheses = Hypotheses.from_templates(stored, teeth=TEETH, mate_teeth=MATE)
     with pytest.raises(InputError, match=r"x has the shape \(3, 23\); give rows of 24 samples"):
         hypotheses.log_likelihood(np.zeros((3, N - 1)), noise=1.0, index_error=0.0)
     with pytest.raises(InputError, match="noise = 0 must be above 0"):

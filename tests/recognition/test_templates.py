@@ -12,7 +12,7 @@ from sklearn.base import clone, is_classifier, is_regressor
 from sklearn.frozen import FrozenEstimator
 
 from sigdb.core.errors import InputError
-from sigdb.database.templates import StoredTemplate
+from sigdb.database import Template
 from sigdb.measurement import index_error_covariance
 from sigdb.recognition import (
     Detector,
@@ -41,21 +41,20 @@ def stored_laws(seed=3):
     first = 1e5 * stream.standard_normal(N)
     response = np.stack([np.roll(first, j * STEP) for j in range(TEETH)], axis=1)
     return [
-        StoredTemplate(
+        Template(
             case={"template": i, "tooth": min(i, 1)} | dict(zip(QUANTITIES, row, strict=True)),
-            signal=(mesh + 2 * row[0] * bump + 0.2 * row[1] * second).astype(np.float32).astype(float),
-            response=response,
-            harmonic=np.zeros((N, 0)),
+            signals=(mesh + 2 * row[0] * bump + 0.2 * row[1] * second).astype(np.float32).astype(float)[None],
+            specimen_response=response[None],
+            harmonic_response=np.zeros((1, N, 0, 2)),
             orders=np.zeros(0),
-            reference_variance=1.0,
-            covariance=index_error_covariance(TEETH, MATE),
+            reference_variance=np.ones(1),
         )
         for i, row in enumerate(SEVERITY)
     ]
 
 
 def point(speed_rpm=1000.0, torque=10.0, seed=3):
-    laws = Hypotheses.made_of(stored_laws(seed), TEETH)
+    laws = Hypotheses.from_templates(stored_laws(seed), teeth=TEETH, mate_teeth=MATE)
     (one,) = PointTemplates.of(
         [laws], [np.array([1.0, 0.1, 0.2, 0.3, 0.4])], points=[(speed_rpm, torque)], index_error=INDEX_ERROR
     )
@@ -109,9 +108,9 @@ def severity(bank, training):
 
 
 def density(one, turn, x, noise):
-    response = np.roll(one.response, turn * STEP, axis=0) @ np.roll(np.eye(TEETH), -turn, axis=0)
+    response = np.roll(one.specimen_response[0], turn * STEP, axis=0) @ np.roll(np.eye(TEETH), -turn, axis=0)
     spread = INDEX_ERROR**2 * response @ index_error_covariance(TEETH, MATE) @ response.T
-    return multivariate_normal.logpdf(x, np.roll(one.signal, turn * STEP), noise**2 * np.eye(N) + spread)
+    return multivariate_normal.logpdf(x, np.roll(one.signals[0], turn * STEP), noise**2 * np.eye(N) + spread)
 
 
 def test_scores_are_log_likelihood_ratios_of_the_normal_laws_written_out(bank):

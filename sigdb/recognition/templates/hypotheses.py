@@ -1,6 +1,6 @@
 """What an average would look like under each template, as a normal law, and how likely an average is under each."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -11,7 +11,8 @@ import scipy.fft
 from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray
-from sigdb.database import Database, StoredTemplate, stored_templates
+from sigdb.database import Database, Template, mate_teeth, stored_templates
+from sigdb.measurement import index_error_covariance
 
 
 class TurnedProducts:
@@ -129,22 +130,38 @@ class Hypotheses:
             If there is no such template, or the rig does not turn exactly (more than one mesh).
         """
         found = stored_templates(database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor, where=where)
-        return cls.made_of(found, teeth)
+        mates = [mate_teeth(database, template) for template in found]
+        return cls.from_templates(found, teeth=teeth, mate_teeth=mates)
 
     @classmethod
-    def made_of(cls, templates: list[StoredTemplate], teeth: int) -> Self:
-        """The hypotheses of some templates of one tooth count."""
-        decomposed = [_modes(one) for one in templates]
-        widest = max(one.harmonic.shape[1] for one in templates)
+    def from_templates(cls, templates: Sequence[Template], *, teeth: int, mate_teeth: ArrayLike) -> Self:
+        """The hypotheses of some templates of one tooth count, for the first of their sensors.
+
+        Parameters
+        ----------
+        templates
+            The templates.
+        teeth
+            Tooth count of the damaged gear.
+        mate_teeth
+            Tooth count of its mate: one for all, or (templates,).
+        """
+        mates = np.broadcast_to(np.asarray(mate_teeth, int), len(templates))
+        decomposed = [
+            _modes(template.specimen_response[0], index_error_covariance(teeth, int(mate)))
+            for template, mate in zip(templates, mates, strict=True)
+        ]
+        harmonic = [template.harmonic_response[0].reshape(template.signals.shape[1], -1) for template in templates]
+        widest = max(columns.shape[1] for columns in harmonic)
         return cls(
             teeth=teeth,
-            cases=pd.DataFrame([one.case for one in templates]),
-            signal=np.stack([one.signal for one in templates]),
+            cases=pd.DataFrame([template.case for template in templates]),
+            signal=np.stack([template.signals[0] for template in templates]),
             modes=np.stack([modes for modes, _ in decomposed]),
             gains=np.stack([gains for _, gains in decomposed]),
-            harmonic=np.stack([_padded(one.harmonic, 1, widest) for one in templates]),
-            phases=np.stack([_padded(_phases(one.orders, teeth), 0, widest) for one in templates]),
-            reference_variance=np.array([one.reference_variance for one in templates]),
+            harmonic=np.stack([_padded(columns, 1, widest) for columns in harmonic]),
+            phases=np.stack([_padded(_phases(template.orders, teeth), 0, widest) for template in templates]),
+            reference_variance=np.array([template.reference_variance[0] for template in templates]),
         )
 
     @property
@@ -285,11 +302,11 @@ class Hypotheses:
             yield *divmod(int(one), self.teeth), np.flatnonzero(code == one)
 
 
-def _modes(one: StoredTemplate) -> tuple[FloatArray, FloatArray]:
+def _modes(response: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """U_k and the square roots of d_k: the singular value decomposition of Y_k C^(1/2)."""
-    variance, vectors = np.linalg.eigh(one.covariance)
+    variance, vectors = np.linalg.eigh(covariance)
     kept = slice(1, None)  # the errors' mean is removed: the least eigenvalue is 0
-    modes, gains, _ = np.linalg.svd(one.response @ vectors[:, kept] * np.sqrt(variance[kept]), full_matrices=False)
+    modes, gains, _ = np.linalg.svd(response @ vectors[:, kept] * np.sqrt(variance[kept]), full_matrices=False)
     return modes, gains
 
 

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigdb.core import BoolArray, FloatArray, IntArray, specimen_stream
+from sigdb.database import Template
 from sigdb.measurement import index_errors, noise_deviation, revolution_scatter
 from sigdb.sweep.plan.plan import Plan, RigPoint
-from sigdb.sweep.work.template_reader import Template, TemplateReader
+from sigdb.sweep.work.template_reader import TemplateReader
 from sigdb.sweep.work.templates import contact_loss_sentence
 
 Cases = Mapping[str, NDArray[Any]]
@@ -94,11 +95,11 @@ class Averages:
     def _with_specimens(self, template: Template, point: RigPoint, rows: IntArray, turns: IntArray) -> FloatArray:
         """(rows, sensors, n) clean averages, not turned yet; rows that lose contact by their specimen fail."""
         errors = _turned(self._index_errors(point, rows), turns)
-        compression = template.compression + errors @ template.compression_response.T
+        compression = template.relative_compression + errors @ template.relative_compression_response.T
         clean = template.signals + _product(errors, template.specimen_response)
         if len(template.orders):
             phases = _phases(template.orders, turns * 2 * np.pi / point.teeth)
-            compression += _product(phases, template.compression_harmonic)
+            compression += _product(phases, template.relative_compression_harmonic)
             clean += _product(phases, template.harmonic_response)
         least = np.minimum(compression.min(axis=1), template.least_elsewhere)
         self.least[rows], self.contact_loss[rows] = least, least < 0

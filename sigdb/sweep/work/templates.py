@@ -2,15 +2,15 @@
 
 import time
 from collections.abc import Container, Sequence
+from dataclasses import replace
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
-from sigdb.core import FloatArray, SigdbError
-from sigdb.database import Receipt, Store, suffixed, write_part
-from sigdb.dynamics import PeriodicRig, SteadyState, Transient, prepare, settle, stable_multiplier
+from sigdb.core import SigdbError
+from sigdb.database import Receipt, Store, Template, write_part
+from sigdb.dynamics import PeriodicRig, Transient, prepare, settle, stable_multiplier
 from sigdb.sweep.plan.plan import Plan, RigPoint, TemplateCase, plan_schema
 from sigdb.transmission import Damage
 
@@ -33,7 +33,7 @@ def template_table(plan: Plan, part: int, numbers: Container[int]) -> pa.Table:
         cases = {number: plan.case(number) for number in some}
         if wanted := [number for number in cases if number in numbers]:
             prepared = _prepare(plan, rig_point, [case.damage for case in cases.values()])
-            rows += [_template_row(plan, number, cases[number], prepared) for number in wanted]
+            rows += [_template(plan, number, cases[number], prepared).to_row(plan.sensors) for number in wanted]
     return pa.Table.from_pylist(rows, schema=plan_schema(plan).arrow("templates"))
 
 
@@ -51,13 +51,7 @@ class _Prepared:
         self.floquet_multiplier = max(
             stable_multiplier(point.rig, self.rig, stiffness) for stiffness in (healthy.mesh_stiffness, softest)
         )
-        self.reference_variance = dict(
-            zip(
-                point.rig.sensors,
-                (healthy.signals + healthy.harmonic_response[..., 0].sum(axis=2)).var(axis=1),
-                strict=True,
-            )
-        )
+        self.reference_variance = (healthy.signals + healthy.harmonic_response[..., 0].sum(axis=2)).var(axis=1)
 
 
 def _prepare(plan: Plan, number: int, damages: Sequence[Damage]) -> _Prepared | str:
@@ -68,25 +62,35 @@ def _prepare(plan: Plan, number: int, damages: Sequence[Damage]) -> _Prepared | 
         return str(error)
 
 
-def _template_row(plan: Plan, number: int, case: TemplateCase, prepared: _Prepared | str) -> dict[str, Any]:
-    row = {"template": number, "status": "ok", "tooth": case.damage.tooth, **plan.case_columns(number)}
+def _template(plan: Plan, number: int, case: TemplateCase, prepared: _Prepared | str) -> Template:
+    columns = {"template": number, "tooth": case.damage.tooth, **plan.case_columns(number)}
     if isinstance(prepared, str):
-        return row | {"status": prepared}
+        return Template(case=columns, status=prepared)
     state = prepared.rig.steady_state(case.damage.on_teeth(prepared.rig.teeth))
-    row |= {
-        "floquet_multiplier": prepared.floquet_multiplier,
-        "static_compression": state.static_compression,
-        "min_compression": state.min_compression,
-        "least_elsewhere": state.least_elsewhere,
-        "contact_loss": state.min_compression < 0,
-    }
-    if state.min_compression < 0:
-        return row | _marched(plan, prepared, case)
-    return row | _arrays(plan, prepared, state)
+    at = _stored_places(plan)
+    template = Template(
+        case=columns,
+        contact_loss=state.min_compression < 0,
+        floquet_multiplier=prepared.floquet_multiplier,
+        static_compression=state.static_compression,
+        min_compression=state.min_compression,
+        least_elsewhere=state.least_elsewhere,
+        error=state.error,
+        compression=state.compression,
+        compression_response=state.compression_response,
+        compression_harmonic=state.compression_harmonic,
+        mesh_force=state.mesh_force,
+        orders=np.array(state.orders, float),
+        reference_variance=prepared.reference_variance[at],
+        signals=state.signals[at],
+        specimen_response=state.specimen_response[at],
+        harmonic_response=state.harmonic_response[at],
+    )
+    return _marched(plan, prepared, case, template) if template.contact_loss else template
 
 
-def _marched(plan: Plan, prepared: _Prepared, case: TemplateCase) -> dict[str, Any]:
-    """Columns of a case that loses contact: its motion with backlash, for gears without index errors."""
+def _marched(plan: Plan, prepared: _Prepared, case: TemplateCase, template: Template) -> Template:
+    """A template that loses contact: its motion with backlash, for gears without index errors."""
     damage, none = case.damage.on_teeth(prepared.rig.teeth), np.zeros(prepared.rig.teeth)
     solver = Transient(
         samples_per_tooth=plan.signature.samples_per_tooth, steps_per_tooth=_STEPS * plan.signature.samples_per_tooth
@@ -102,15 +106,24 @@ def _marched(plan: Plan, prepared: _Prepared, case: TemplateCase) -> dict[str, A
             system=prepared.rig.system,
         )
     except SigdbError as error:
-        return {"status": str(error)}
-    return {
-        "error": orbit.error,
-        "min_compression": orbit.min_compression,
-        "compression": _list(orbit.compression[0]),
-        "mesh_force": _list(orbit.mesh_force[0]),
-        "orders": [one.order for one in prepared.rig.harmonics],
-        **_of_sensors(plan, prepared, tsa=orbit.signals),
-    }
+        return replace(template, status=str(error), error=np.nan)
+    return replace(
+        template,
+        error=orbit.error,
+        min_compression=orbit.min_compression,
+        compression=orbit.compression[0],
+        compression_response=np.zeros_like(template.compression_response),
+        compression_harmonic=np.zeros_like(template.compression_harmonic),
+        mesh_force=orbit.mesh_force[0],
+        signals=orbit.signals[_stored_places(plan)],
+        specimen_response=np.zeros_like(template.specimen_response),
+        harmonic_response=np.zeros_like(template.harmonic_response),
+    )
+
+
+def _stored_places(plan: Plan) -> list[int]:
+    """Places of the stored sensors among those of the rig."""
+    return [list(plan.rig.sensors).index(sensor) for sensor in plan.sensors]
 
 
 def contact_loss_sentence(min_compression: float) -> str:
@@ -119,36 +132,3 @@ def contact_loss_sentence(min_compression: float) -> str:
         f"with this specimen the mesh loses contact (least compression {min_compression:.3f} of the static one), where "
         "the linear solution does not hold; reduce the damage or the index errors, or raise the torque"
     )
-
-
-def _arrays(plan: Plan, prepared: _Prepared, state: SteadyState) -> dict[str, Any]:
-    return {
-        "error": state.error,
-        "compression": _list(state.compression),
-        "compression_response": _list(state.compression_response),
-        "compression_harmonic": _list(state.compression_harmonic),
-        "mesh_force": _list(state.mesh_force),
-        "orders": list(state.orders),
-        **_of_sensors(
-            plan,
-            prepared,
-            tsa=state.signals,
-            specimen_response=state.specimen_response,
-            harmonic_response=state.harmonic_response,
-        ),
-    }
-
-
-def _of_sensors(plan: Plan, prepared: _Prepared, **arrays: FloatArray) -> dict[str, Any]:
-    """Columns of the stored sensors of arrays (sensors of the rig, ...)."""
-    at = {name: i for i, name in enumerate(plan.rig.sensors)}
-    columns: dict[str, Any] = {}
-    for sensor in plan.sensors:
-        columns[suffixed("reference_variance", plan.sensors, sensor)] = prepared.reference_variance[sensor]
-        for name, values in arrays.items():
-            columns[suffixed(name, plan.sensors, sensor)] = _list(values[at[sensor]])
-    return columns
-
-
-def _list(values: FloatArray) -> FloatArray:
-    return values.astype(np.float32).ravel()
