@@ -1,7 +1,10 @@
 """The command ``sigdb``: its sub-commands, and the one place where errors become exit codes."""
 
+import logging
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import click
 
@@ -59,7 +62,8 @@ def main(command: click.Command = cli, name: str = "sigdb") -> None:
     """Run a command and leave with its exit code; no traceback for what a user can mend."""
     stdout = sys.stdout
     try:
-        code = _run(command, name)
+        with _log_on_stderr():
+            code = _run(command, name)
         sys.stdout.flush()
     except SystemExit as left:
         # click leaves by itself, with another stdout, when the reader (head, less) has gone.
@@ -69,6 +73,21 @@ def main(command: click.Command = cli, name: str = "sigdb") -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stdout.fileno())
         code = 0
     sys.exit(code)
+
+
+@contextmanager
+def _log_on_stderr() -> Iterator[None]:
+    """Write what the library logs to stderr. The library itself configures no logging."""
+    handler, logger = logging.StreamHandler(), logging.getLogger("sigdb")
+    handler.setFormatter(logging.Formatter("sigdb: %(message)s"))
+    level = logger.level
+    logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.setLevel(level)
 
 
 def _run(command: click.Command, name: str) -> int:

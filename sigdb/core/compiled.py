@@ -1,6 +1,6 @@
-"""Compiled kernels: cached on disk, without the interpreter's lock, and said when they compile.
+"""Numba kernels: cached on disk, GIL released; a compilation is logged.
 
-Importing this module imports numba.
+Importing this module imports numba, and changes no state outside of it.
 """
 
 import logging
@@ -12,30 +12,53 @@ from numba.core import event
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
-logger = logging.getLogger("sigdb")
-
-
-class _Announcement(event.Listener):
-    """Says which kernel compiles: it is done once, then kept on disk for this machine."""
-
-    def on_start(self, event: event.Event) -> None:
-        function = event.data["dispatcher"].py_func
-        if function.__module__.startswith("sigdb."):
-            logger.info("compiling %s for this machine; done once, it takes some seconds", function.__qualname__)
-
-    def on_end(self, event: event.Event) -> None:
-        pass
-
-
-if not logger.handlers:
-    _handler = logging.StreamHandler()
-    _handler.setFormatter(logging.Formatter("sigdb: %(message)s"))
-    logger.addHandler(_handler)
-    logger.setLevel(logging.INFO)
-event.register("numba:compile", _Announcement())
+_logger = logging.getLogger("sigdb")
+_logger.addHandler(logging.NullHandler())
 
 
 def kernel(function: _Function) -> _Function:
-    """Compile a function on its first use. Sums may be reordered, always in the same way; nan and inf keep theirs."""
-    compiled: Any = njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz", "arcp"})(function)
-    return cast(_Function, compiled)
+    """Compile a function on its first use.
+
+    The machine code is kept on disk, so that a machine compiles each kernel once. A compilation is logged by the logger
+    ``sigdb`` at level INFO. Sums may be reordered, always in the same way; nan and inf are respected.
+
+    Parameters
+    ----------
+    function : callable
+        A function that numba can compile without Python objects.
+
+    Returns
+    -------
+    callable
+        The compiled function, which takes the same arguments and releases the GIL.
+    """
+    dispatcher: Any = njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz", "arcp"})(function)
+    if hasattr(dispatcher, "compile"):  # not where numba is switched off
+        dispatcher.compile = _logged(dispatcher, dispatcher.compile)
+    return cast(_Function, dispatcher)
+
+
+def _logged(dispatcher: object, compile_: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile for a signature, and log it unless the machine code was on disk."""
+
+    def compile_logged(signature: object) -> Any:
+        with event.install_listener("numba:compile", _Announcement(dispatcher)):
+            return compile_(signature)
+
+    return compile_logged
+
+
+class _Announcement(event.Listener):
+    """Logs that a kernel begins to compile."""
+
+    def __init__(self, dispatcher: object) -> None:
+        self._dispatcher = dispatcher
+
+    def on_start(self, event: event.Event) -> None:
+        compiles: Any = event.data["dispatcher"]
+        if compiles is self._dispatcher:
+            name = compiles.py_func.__qualname__
+            _logger.info("compiling %s for this machine; done once, it takes some seconds", name)
+
+    def on_end(self, event: event.Event) -> None:
+        pass

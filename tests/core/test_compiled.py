@@ -1,0 +1,71 @@
+"""Kernels configure no logging: a library logs, and an application decides who sees it."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+STATE = """
+import json, logging
+from numba.core import event
+from sigdb.core import kernel
+
+@kernel
+def double(x):
+    return 2 * x
+
+logger = logging.getLogger("sigdb")
+state = {
+    "handlers": [type(handler).__name__ for handler in logger.handlers],
+    "level": logger.level,
+    "listeners": [str(kind) for kind, listeners in event._registered.items() if listeners],
+}
+print(json.dumps(state))
+"""
+USE = """
+assert double(1.0) == 2.0
+assert not event._registered["numba:compile"]
+"""
+SHOWN = """
+from sigdb.cli.main import _log_on_stderr
+with _log_on_stderr():
+    double(1.0)
+"""
+
+
+def run(code, folder):
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(folder), "NUMBA_OPT": "0"}
+    script = folder / "script.py"
+    script.write_text(code)
+    return subprocess.run(
+        [sys.executable, "-W", "error", script],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+        env=environment,
+    )
+
+
+def test_importing_and_defining_kernels_changes_no_state(tmp_path):
+    state = json.loads(run(STATE, tmp_path).stdout)
+    assert state == {"handlers": ["NullHandler"], "level": 0, "listeners": []}
+
+
+def test_a_library_that_compiles_is_silent(tmp_path):
+    assert run(STATE + USE, tmp_path).stderr == ""
+
+
+def test_the_command_line_shows_a_compilation_once(tmp_path):
+    first, second = (run(STATE + SHOWN + USE, tmp_path).stderr for _ in range(2))
+    assert first == "sigdb: compiling double for this machine; done once, it takes some seconds\n"
+    assert second == ""
+
+
+@pytest.mark.parametrize("module", ["sigdb.dynamics.march.kernel", "sigdb.signature.wigner_ville.lag_products"])
+def test_importing_a_kernel_configures_no_logging(module):
+    code = f"import logging, {module}; print([type(h).__name__ for h in logging.getLogger('sigdb').handlers])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "['NullHandler']"
