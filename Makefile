@@ -64,7 +64,7 @@ peers: .venv/peers
 wheel: .venv/check
 	rm -rf dist build/wheel
 	$(BIN)/python -m build --quiet --wheel --outdir dist .
-	$(BIN)/python tests/wheel_check.py dist build/wheel
+	$(BIN)/python tests/checks/wheel.py dist build/wheel
 
 clean:
 	rm -rf .venv build dist docs/_build docs/generated $(QUICK)

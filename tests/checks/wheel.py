@@ -1,6 +1,6 @@
 """Check a built wheel: only ``sigdb`` at top level, with its stubs and templates; it works away from the checkout.
 
-Usage: python tests/wheel_check.py DIST ENVIRONMENT
+Usage: python tests/checks/wheel.py DIST ENVIRONMENT
 """
 
 import subprocess

@@ -1,0 +1,146 @@
+"""Check the tree of modules: size of folders and files, names of modules, imports through the faces of packages.
+
+Usage: python tests/checks/tree.py [--root FOLDER]
+
+Prints ``path: rule`` for each offence, and ends with 1 if there is any.
+"""
+
+import argparse
+import ast
+import io
+import sys
+import tokenize
+from collections.abc import Iterator
+from pathlib import Path
+
+MOST_MODULES = 12
+"""Modules in a folder."""
+
+PLUG_INS = {"cli/commands", "recording/files/formats"}
+"""Folders of plug-ins, which hold one module for each."""
+
+MOST_LINES, LEAST_LINES, LEAST_CODE_LINES = 400, 80, 40
+"""A file is small if it has fewer lines and fewer code lines than these: documentation makes a file larger too."""
+
+SMALL = {
+    "core/compiled.py": "importing it imports numba",
+    "core/errors.py": "the errors of all packages",
+    "core/notes.py": "a type of its own that all packages use",
+    "core/plain_values.py": "one function that all packages use",
+    "core/progress.py": "types that all packages use",
+    "core/streams.py": "the random streams, apart from all that draws",
+    "core/typing.py": "types only",
+    "core/version.py": "the build reads it",
+}
+"""Small files, each with the reason why it stands alone."""
+
+NAMED_OTHERWISE = {
+    "core/compiled.py": "kernels are compiled functions",
+    "core/typing.py": "named after the standard library's module",
+    "signature/indicators/average.py": "the indicators of the average, each by its name",
+}
+"""Modules without a word of their name in any name that they define, each with the reason."""
+
+VAGUE = {"util", "utils", "common", "helper", "helpers", "misc", "tools", "functions", "base", "shared", "stuff"}
+
+
+def main() -> int:
+    """Run the check."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--root", type=Path, default=Path(__file__).parents[2], help="folder with sigdb")
+    offences = list(check(parser.parse_args().root / "sigdb"))
+    print(*offences, sep="\n")
+    return 1 if offences else 0
+
+
+def check(root: Path) -> Iterator[str]:
+    """Offences of the tree below the package's folder."""
+    files = sorted(path for path in root.rglob("*.py"))
+    modules = [path for path in files if path.name not in ("__init__.py", "__main__.py")]
+    yield from _large_folders(root, modules)
+    for path in modules:
+        name = path.relative_to(root).as_posix()
+        yield from (f"sigdb/{name}: {rule}" for rule in _wrong_size(name, path) if rule)
+        if {path.stem, path.parent.name} & VAGUE:
+            yield f"sigdb/{name}: a vague name"
+        elif name not in NAMED_OTHERWISE and not _is_named_after_its_content(path):
+            yield f"sigdb/{name}: no name that it defines has a word of its own name"
+    for name in sorted(set(SMALL) - {path.relative_to(root).as_posix() for path in modules}):
+        yield f"sigdb/{name}: is in the table of small files, but does not exist"
+    for path in files:
+        yield from _past_a_face(root, path)
+
+
+def _large_folders(root: Path, modules: list[Path]) -> Iterator[str]:
+    for folder in sorted({path.parent for path in modules}):
+        count, name = sum(path.parent == folder for path in modules), folder.relative_to(root).as_posix()
+        if count > MOST_MODULES and name not in PLUG_INS:
+            yield f"sigdb/{name}: {count} modules, at most {MOST_MODULES}"
+
+
+def _wrong_size(name: str, path: Path) -> Iterator[str]:
+    source = path.read_text(encoding="utf-8")
+    lines, code = len(source.splitlines()), code_lines(source)
+    if lines > MOST_LINES:
+        yield f"{lines} lines, at most {MOST_LINES}"
+    small = code < LEAST_CODE_LINES and lines < LEAST_LINES
+    if small and Path(name).parent.as_posix() not in PLUG_INS and name not in SMALL:
+        yield f"{code} code lines: join its neighbour, or give a reason in the table of small files"
+    if not small and name in SMALL:
+        yield "is not small: take it out of the table of small files"
+
+
+def code_lines(source: str) -> int:
+    """Count the lines with code: no blank lines, comments or docstrings."""
+    documentation: set[int] = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            documentation |= set(range(node.lineno, (node.end_lineno or node.lineno) + 1))
+    skipped = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
+    code: set[int] = set()
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type not in skipped:
+            code |= set(range(token.start[0], token.end[0] + 1))
+    return len(code - documentation)
+
+
+def _is_named_after_its_content(path: Path) -> bool:
+    """Whether a word of a module's name occurs in a name that it defines or in a method of its classes."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    names = " ".join(_defined(tree)).lower()
+    return any(_stem(word) in names for word in path.stem.strip("_").split("_"))
+
+
+def _stem(word: str) -> str:
+    """The beginning of a word, which its noun, its verb and its plural share."""
+    return word[: max(4, len(word) - 4)]
+
+
+def _defined(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        match node:
+            case ast.FunctionDef(name=name) | ast.ClassDef(name=name) | ast.AnnAssign(target=ast.Name(id=name)):
+                yield name
+            case ast.Assign(targets=targets):
+                yield from (target.id for target in targets if isinstance(target, ast.Name))
+
+
+def _past_a_face(root: Path, path: Path) -> Iterator[str]:
+    """Imports of another package's inside, for types too."""
+    relative = path.relative_to(root)
+    own = relative.parts[0] if len(relative.parts) > 1 else ""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            names = [str(node.module)]
+        for name in names:
+            parts = name.split(".")
+            command = relative.as_posix() in ("sweep/__main__.py", "__main__.py")
+            if parts[0] == "sigdb" and len(parts) > 2 and parts[1] != own and not command:
+                yield f"sigdb/{relative.as_posix()}:{node.lineno}: imports {name}, past the face of sigdb.{parts[1]}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
