@@ -55,10 +55,9 @@ class _Announcement(event.Listener):
         self._dispatcher = dispatcher
 
     def on_start(self, event: event.Event) -> None:
-        compiles: Any = event.data["dispatcher"]
-        if compiles is self._dispatcher:
-            name = compiles.py_func.__qualname__
-            _logger.info("compiling %s for this machine; done once, it takes some seconds", name)
+        compiles, text = event.data["dispatcher"], "compiling %s for this machine; done once, it takes some seconds"
+        if compiles == self._dispatcher:
+            _logger.info(text, compiles.py_func.__qualname__)
 
     def on_end(self, event: event.Event) -> None:
         pass

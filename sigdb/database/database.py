@@ -62,7 +62,8 @@ class Database(StoredTables):
         DatabaseError
             If a part that it reads is damaged.
         """
-        return self.arrow(query).to_pandas()
+        frame: pd.DataFrame = self.arrow(query).to_pandas()
+        return frame
 
     def arrow(self, query: str) -> pa.Table:
         """The result of one SELECT statement as an Arrow table; see :meth:`sql`."""
@@ -106,12 +107,14 @@ class Database(StoredTables):
             If ``where`` is not one expression, or names what does not exist.
         """
         with self._reading():
-            return choose(self._connection, "cases", where, order="id").to_pandas()
+            cases: pd.DataFrame = choose(self._connection, "cases", where, order="id").to_pandas()
+        return cases
 
     def features(self, where: str | None = None) -> pd.DataFrame:
         """Rows with their pooled Wigner-Ville features, by id; ``where`` as in :meth:`cases`."""
         with self._reading():
-            return choose(self._connection, "features", where, order="id").to_pandas()
+            features: pd.DataFrame = choose(self._connection, "features", where, order="id").to_pandas()
+        return features
 
     def batches(
         self,
@@ -167,7 +170,8 @@ class Database(StoredTables):
     def templates(self) -> pd.DataFrame:
         """The templates: each distinct case once, damage at tooth 1."""
         with self._reading():
-            return self.dataset("templates").to_table().to_pandas()
+            templates: pd.DataFrame = self.dataset("templates").to_table().to_pandas()
+        return templates
 
     def signals(self, ids: ArrayLike, *, sensor: str | None = None) -> dict[str, FloatArray]:
         """Averaged signals and order spectra of rows, found by arithmetic on their ids.

@@ -66,4 +66,5 @@ def _h5py() -> ModuleType:
         import h5py
     except ImportError:
         raise InputError("HDF5 needs h5py, which is not installed: pip install 'sigdb[readers]'") from None
-    return h5py
+    module: ModuleType = h5py
+    return module

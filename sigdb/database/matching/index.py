@@ -141,4 +141,5 @@ def _bank(content: pa.Buffer) -> MatchIndex:
 
 def _complex(chunk: pa.FixedSizeListArray) -> NDArray[np.complex64]:
     parts = chunk.flatten().to_numpy(zero_copy_only=True)
-    return parts.reshape(len(chunk), -1).view(np.complex64)
+    spectra: NDArray[np.complex64] = parts.reshape(len(chunk), -1).view(np.complex64)
+    return spectra

@@ -81,7 +81,8 @@ def misfit(product: FloatArray, own: float, rms: FloatArray) -> FloatArray:
 def mismatch(product: FloatArray, own: float, rms: FloatArray) -> FloatArray:
     """One less the match: only the shape counts; 1 where there is none."""
     norm = own * rms
-    return 1 - np.divide(product, norm, out=np.zeros_like(norm), where=norm > 0)
+    match: FloatArray = np.divide(product, norm, out=np.zeros_like(norm), where=norm > 0)
+    return 1 - match
 
 
 def nearest(
@@ -116,7 +117,7 @@ def nearest(
 
     def correlation(Z_t: NDArray[np.complexfloating], Z: NDArray[np.complexfloating]) -> FloatArray:
         """c(-s) for all s: conjugating the one spectrum, not the many."""
-        c = scipy.fft.irfft(Z_t * np.conj(Z), n, axis=-1, overwrite_x=True)
+        c: FloatArray = scipy.fft.irfft(Z_t * np.conj(Z), n, axis=-1, overwrite_x=True)
         return c if shifts.size == n else c[:, -shifts]
 
     single = Z.astype(np.complex64)

@@ -35,4 +35,5 @@ def unit_residuals(tsa: FloatArray, teeth: int) -> FloatArray:
 
 def root_mean_square(z: FloatArray) -> FloatArray:
     """Root mean square over the revolution."""
-    return np.sqrt(np.mean(np.square(z), axis=-1))
+    rms: FloatArray = np.sqrt(np.mean(np.square(z), axis=-1))
+    return rms

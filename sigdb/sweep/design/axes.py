@@ -54,7 +54,8 @@ class Axis:
 
     @cached_property
     def _values(self) -> TypeAdapter[float]:
-        return TypeAdapter(Annotated[(self.field.annotation, Strict(), *self.field.metadata)], config=_FINITE)
+        kind: Any = Annotated[(self.field.annotation, Strict(), *self.field.metadata)]
+        return TypeAdapter(kind, config=_FINITE)
 
     def check(self, value: float, *, label: str | None = None) -> None:
         """Refuse a value that the field does not take.

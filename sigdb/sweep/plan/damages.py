@@ -75,7 +75,7 @@ class Damages:
 
     def _acts(self, size: str) -> BoolArray:
         """(n,) whether teeth have damage of that size, all alike."""
-        acts = self.pattern == 0
+        acts: BoolArray = self.pattern == 0
         if size not in self.columns:
             return np.zeros_like(acts)
         for name in ACTING[size]:
