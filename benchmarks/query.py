@@ -38,7 +38,7 @@ from sigdb.database.store.manifest import PlanRecord
 from sigdb.database.store.store import Store
 from sigdb.database.store.writer import write_part
 from sigdb.pipeline import load_recipe
-from sigdb.sweep.plan.plan import plan_schema
+from sigdb.sweep.plan.schema import plan_schema
 
 RECIPE = Path(__file__).parents[1] / "pipelines" / "quick.toml"
 AGGREGATE = "select tooth, avg(fm4) as fm4 from features group by tooth order by tooth"

@@ -39,12 +39,14 @@ from threadpoolctl import threadpool_limits
 
 import sigdb
 from sigdb.core.streams import specimen_stream
+from sigdb.database.store.schema import write_schema
 from sigdb.database.store.store import Store
 from sigdb.dynamics import Periodic
 from sigdb.measurement import index_errors, noise_deviation
 from sigdb.pipeline import load_recipe
 from sigdb.signature import indicators, mesh_bands, order_spectrum, pooled_wigner_ville
 from sigdb.sweep import Plan, SweepSummary, make_plan, run
+from sigdb.sweep.plan.schema import plan_schema
 from sigdb.sweep.work.rows import make_row_part
 from sigdb.sweep.work.templates import make_template_part
 
@@ -177,6 +179,7 @@ def stages(plan: Plan) -> Rows:
     profile = cProfile.Profile(time.process_time)
     with tempfile.TemporaryDirectory() as folder:
         store = Store.at(folder)
+        write_schema(plan_schema(plan), store)
         for profiled in (False, True):
             if profiled:
                 profile.enable()

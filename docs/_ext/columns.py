@@ -10,7 +10,7 @@ from tabular import Cell, text_table
 
 from sigdb.database.store.schema import Schema
 from sigdb.pipeline import load_recipe
-from sigdb.sweep.plan.plan import plan_schema
+from sigdb.sweep.plan.schema import plan_schema
 
 ROOT = Path(__file__).parents[2]
 

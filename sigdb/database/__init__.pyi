@@ -36,10 +36,13 @@ from .store.receipts import part_name as part_name
 from .store.receipts import read_receipt as read_receipt
 from .store.receipts import read_receipts as read_receipts
 from .store.receipts import receipt_name as receipt_name
+from .store.schema import SCHEMA_FILE as SCHEMA_FILE
 from .store.schema import Column as Column
 from .store.schema import Schema as Schema
 from .store.schema import database_schema as database_schema
+from .store.schema import read_schema as read_schema
 from .store.schema import suffixed as suffixed
+from .store.schema import write_schema as write_schema
 from .store.seal import sealed_json as sealed_json
 from .store.seal import unsealed as unsealed
 from .store.store import Store as Store

@@ -12,7 +12,7 @@ from sigdb.core.errors import InputError
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature.settings import SignatureSettings
 from sigdb.sweep import Grid, SweepSettings, make_plan, run
-from sigdb.sweep.plan.plan import plan_schema
+from sigdb.sweep.plan.schema import plan_schema
 from sigdb.transmission import Transmission
 
 HEAD = '[sweep]\nrig = "nasa-spiral-bevel"\n'

@@ -6,7 +6,7 @@ import pytest
 import sigdb
 from sigdb.core.errors import InputError
 from sigdb.sweep import run
-from sigdb.sweep.plan.plan import plan_schema
+from sigdb.sweep.plan.schema import plan_schema
 from sigdb.transmission.damage import FLAW_FIELDS
 
 HEAD = '[sweep]\nrig = "spur-test-rig"\nhealthy = 1\n'

@@ -5,10 +5,12 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sigdb
+from sigdb.database.store.schema import write_schema
 from sigdb.database.store.store import Store
 from sigdb.dynamics import Periodic, PeriodicRig
 from sigdb.sweep import run
 from sigdb.sweep.plan.plan import PART_TEMPLATES
+from sigdb.sweep.plan.schema import plan_schema
 from sigdb.sweep.work.template_reader import TemplateReader
 from sigdb.sweep.work.templates import make_template_part
 
@@ -60,7 +62,9 @@ def test_a_part_looks_at_its_own_templates_only(plan, plan_of, tmp_path, monkeyp
     counts = []
     for some in (plan, plan_of(RECIPE.format(losses=[*LOSSES, *(round(0.3 + 0.001 * i, 3) for i in range(50))]))):
         calls.clear()
-        make_template_part(some, Store.at(tmp_path / str(len(counts))), 0)
+        store = Store.at(tmp_path / str(len(counts)))
+        write_schema(plan_schema(some), store)
+        make_template_part(some, store, 0)
         counts.append(len(calls))
     assert counts[0] == counts[1]
 

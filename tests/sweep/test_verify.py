@@ -357,7 +357,10 @@ def test_descriptions_that_do_not_agree(copy):
     schema["features"][3]["unit"] = "inch"
     (copy / "schema.json").write_bytes(sealed_json(schema))
     assert [(one.file, one.what) for one in verify(copy)] == [
-        ("schema.json", "its columns are not those of sigdb.toml")
+        (
+            "schema.json",
+            "its columns are not those of sigdb.toml: column gear of table features is of another type or unit",
+        )
     ]
 
 

@@ -21,10 +21,11 @@ from sigdb.database.store.receipts import (
     read_receipt,
     receipt_name,
 )
+from sigdb.database.store.schema import SCHEMA_FILE
 from sigdb.database.store.seal import unsealed
 from sigdb.database.store.store import Store
 
-_OWN = frozenset({MANIFEST_FILE, "schema.json", "coverage.json", ".lock", ".owner"})
+_OWN = frozenset({MANIFEST_FILE, SCHEMA_FILE, "coverage.json", ".lock", ".owner"})
 """Files that are no part's."""
 
 PartKey = tuple[str, int]

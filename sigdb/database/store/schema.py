@@ -2,15 +2,33 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import pyarrow as pa
 
+from sigdb.core import CorruptionError
+from sigdb.database.store.seal import sealed_json, unsealed
+from sigdb.database.store.store import Store
 from sigdb.signature import Feature
 
 TABLES = ("templates", "features", "signals")
+SCHEMA_FILE = "schema.json"
 
 _FLOAT, _LIST = pa.float32(), pa.list_(pa.field("element", pa.float32()))
+_TYPES = {
+    str(type): type
+    for type in (
+        pa.bool_(),
+        pa.int32(),
+        pa.int64(),
+        pa.float32(),
+        pa.float64(),
+        pa.string(),
+        _LIST,
+        pa.list_(pa.field("element", pa.float64())),
+    )
+}
+"""Types of columns, by what ``schema.json`` calls them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,6 +60,35 @@ class Column:
             self.name, self.type, metadata={"unit": self.unit, "description": self.help, "formula": self.formula}
         )
 
+    @classmethod
+    def from_field(cls, field: pa.Field) -> Self:
+        """Return the column of an Arrow field of a part."""
+        unit, help, formula = (
+            (field.metadata or {}).get(key, b"").decode() for key in (b"unit", b"description", b"formula")
+        )
+        return cls(name=field.name, type=field.type, unit=unit, help=help, formula=formula)
+
+    def as_json(self) -> dict[str, str]:
+        """Return the column as ``schema.json`` holds it."""
+        return {
+            "name": self.name,
+            "type": str(self.type),
+            "unit": self.unit,
+            "description": self.help,
+            "formula": self.formula,
+        }
+
+    @classmethod
+    def from_json(cls, content: Mapping[str, str]) -> Self:
+        """Return the column that :meth:`as_json` wrote."""
+        return cls(
+            name=content["name"],
+            type=_TYPES[content["type"]],
+            unit=content["unit"],
+            help=content["description"],
+            formula=content["formula"],
+        )
+
 
 def suffixed(name: str, sensors: Sequence[str], sensor: str) -> str:
     """Column of a sensor: the first sensor's has no suffix, others are ``name__SENSOR``."""
@@ -60,21 +107,35 @@ class Schema:
         """Arrow schema of a table."""
         return pa.schema([column.field for column in getattr(self, table)])
 
-    def as_json(self) -> dict[str, list[dict[str, Any]]]:
-        """What ``schema.json`` holds."""
-        return {
-            table: [
-                {
-                    "name": column.name,
-                    "type": str(column.type),
-                    "unit": column.unit,
-                    "description": column.help,
-                    "formula": column.formula,
-                }
-                for column in getattr(self, table)
-            ]
-            for table in TABLES
-        }
+    def as_json(self) -> dict[str, list[dict[str, str]]]:
+        """Return the content of ``schema.json``."""
+        return {table: [column.as_json() for column in getattr(self, table)] for table in TABLES}
+
+    @classmethod
+    def from_json(cls, content: Mapping[str, Any]) -> Self:
+        """Return the schema that :meth:`as_json` wrote."""
+        return cls(**{table: tuple(map(Column.from_json, content[table])) for table in TABLES})
+
+
+def write_schema(schema: Schema, store: Store) -> None:
+    """Publish ``schema.json``."""
+    store.put(SCHEMA_FILE, sealed_json(schema.as_json()))
+
+
+def read_schema(store: Store) -> Schema:
+    """Read ``schema.json`` of a database: the columns that its parts have.
+
+    Raises
+    ------
+    CorruptionError
+        If it is missing, damaged or holds no schema.
+    """
+    name = store.name_of(SCHEMA_FILE)
+    content = unsealed(store.get(SCHEMA_FILE), name=name)
+    try:
+        return Schema.from_json(content)
+    except (KeyError, TypeError) as error:
+        raise CorruptionError(f"{name}: is no description of columns ({error})") from None
 
 
 _STATUS = Column(name="status", type=pa.string(), help="'ok', or why there is no result and what to change.")

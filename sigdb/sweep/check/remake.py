@@ -8,15 +8,17 @@ import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
 from sigdb.core import NOISE_BLOCK, DatabaseError
-from sigdb.database import ROW_GROUP, IntegrityFinding, PartKey, Receipt, Store, damaged_part, open_checked
+from sigdb.database import ROW_GROUP, IntegrityFinding, PartKey, Receipt, Schema, Store, damaged_part, open_checked
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.rows import row_pieces
+from sigdb.sweep.work.stored_schema import computable
 from sigdb.sweep.work.templates import template_table
 
 
 def differing_parts(
     store: Store,
     parts: Mapping[PartKey, tuple[Plan, Receipt]],
+    schema: Schema,
     sample: int,
     doubtful: Iterable[tuple[PartKey, int]],
 ) -> Iterator[IntegrityFinding]:
@@ -28,6 +30,8 @@ def differing_parts(
         Where the database lies.
     parts
         Parts whose files are as they were written.
+    schema
+        Columns of the database. Those that this version does not compute are left out.
     sample
         Templates, and blocks of 256 rows, to make again; they are spread evenly over the database.
     doubtful
@@ -40,7 +44,7 @@ def differing_parts(
     found: set[PartKey] = set()
     for (key, first), differing in chosen:
         plan, receipt = parts[key]
-        if key not in found and (what := differing(store, plan, receipt, first)):
+        if key not in found and (what := differing(store, plan, computable(schema, plan), receipt, first)):
             found.add(key)
             yield damaged_part(key, *what)
 
@@ -63,19 +67,19 @@ Difference = tuple[str, str] | None
 """The name of a file, and what differs in it."""
 
 
-def _differing_template(store: Store, plan: Plan, receipt: Receipt, number: int) -> Difference:
+def _differing_template(store: Store, plan: Plan, schema: Schema, receipt: Receipt, number: int) -> Difference:
     group, row = divmod(number - receipt.first, ROW_GROUP["templates"])
     with threadpool_limits(1):
-        again = template_table(plan, receipt.part, [number])
+        again = template_table(plan, schema, receipt.part, [number])
     stored = pq.ParquetFile(open_checked(store, receipt.file("templates"))).read_row_group(group).slice(row, 1)
     return _difference(receipt, "templates", stored, again, f"template {number}")
 
 
-def _differing_block(store: Store, plan: Plan, receipt: Receipt, first: int) -> Difference:
+def _differing_block(store: Store, plan: Plan, schema: Schema, receipt: Receipt, first: int) -> Difference:
     stop = min(first + NOISE_BLOCK, receipt.first + receipt.rows)
     try:
         with threadpool_limits(1):
-            (again,) = row_pieces(plan, store, first, stop)
+            (again,) = row_pieces(plan, store, schema, first, stop)
     except DatabaseError:
         return None  # its templates are damaged, which is told already
     for table, content in again.items():

@@ -1,22 +1,23 @@
 """Whether a database is whole and right, and making damaged parts again from the recipe in it."""
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
 from os import PathLike
-from typing import Any
 
 import pyarrow.parquet as pq
 
-from sigdb.core import Progress
+from sigdb.core import OnProgress, Progress, ignore
 from sigdb.database import (
     KINDS,
     MANIFEST_FILE,
+    SCHEMA_FILE,
     TABLES_OF,
     IntegrityFinding,
     PartKey,
     Receipt,
+    Schema,
     Store,
     damaged_part,
     foreign_files,
@@ -30,13 +31,12 @@ from sigdb.sweep.check.contents import doubtful_rows, wrong_rows, wrong_template
 from sigdb.sweep.check.descriptions import Owners, check_descriptions
 from sigdb.sweep.check.remake import differing_parts
 from sigdb.sweep.plan.make_plan import plan_from
-from sigdb.sweep.plan.plan import Plan, plan_schema
-from sigdb.sweep.work.describe_database import SCHEMA, check_version, write_schema
+from sigdb.sweep.plan.plan import Plan
+from sigdb.sweep.work.describe_database import check_version
 from sigdb.sweep.work.engines import Processes
 from sigdb.sweep.work.ownership import ownership_of
 from sigdb.sweep.work.run import run_parts
-
-OnProgress = Callable[[Progress], Any]
+from sigdb.sweep.work.stored_schema import keep_schema
 
 
 def verify(
@@ -44,7 +44,7 @@ def verify(
     *,
     deep: bool = False,
     sample: int = 8,
-    on_progress: OnProgress = lambda progress: None,
+    on_progress: OnProgress = ignore,
 ) -> tuple[IntegrityFinding, ...]:
     """Look for anything in a database that is not as it should be; nothing is changed.
 
@@ -108,7 +108,7 @@ def repair(
     deep: bool = False,
     sample: int = 8,
     jobs: int = -1,
-    on_progress: OnProgress = lambda progress: None,
+    on_progress: OnProgress = ignore,
 ) -> Repair:
     """Make again from the recipe what :func:`verify` finds damaged, and what is missing.
 
@@ -139,8 +139,8 @@ def repair(
         manifest = read_manifest(store)
         check_version(store, manifest.sigdb_version)
         plans = [plan_from(record.resolved) for record in manifest.plans]
-        if any(finding.file == SCHEMA for finding in found):
-            write_schema(plans[0], store)
+        if any(finding.file == SCHEMA_FILE for finding in found):
+            keep_schema(plans[0], store)  # from the parts, before damaged ones lose their receipts
         for key in {finding.key for finding in found if finding.key}:
             store.delete(receipt_name(*key))
         run_parts(plans, store, Processes(jobs), on_progress)
@@ -148,7 +148,8 @@ def repair(
 
 
 def _found(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> tuple[IntegrityFinding, ...]:
-    owners, findings = check_descriptions(store)
+    descriptions = check_descriptions(store)
+    owners, findings = descriptions.owners, [*descriptions.findings]
     receipts, damaged = read_all_receipts(store)
     if owners:
         damaged = [one for one in damaged if one.key in owners]
@@ -164,7 +165,7 @@ def _found(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> tu
     total, done = sum(len(receipt.files) for receipt in receipts.values()), 0
     for key, receipt in receipts.items():
         plan = owners.get(key)
-        files, wrong = _read_part(store, receipt, plan)
+        files, wrong = _read_part(store, receipt, descriptions.schema)
         if deep and plan and not wrong:
             wrong = [(part_name(table, key[1]), what) for table, what in _WRONG[key[0]](plan, receipt, files)]
             if "features" in files:
@@ -174,8 +175,8 @@ def _found(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> tu
         findings += [damaged_part(key, file, what) for file, what in wrong]
         done += len(receipt.files)
         on_progress(Progress(stage="files", done=done, total=total, before=0))
-    if deep:
-        findings += differing_parts(store, whole, sample, doubtful)
+    if deep and descriptions.schema:
+        findings += differing_parts(store, whole, descriptions.schema, sample, doubtful)
     return tuple(findings)
 
 
@@ -183,12 +184,12 @@ _WRONG = {"templates": wrong_templates, "rows": wrong_rows}
 
 
 def _read_part(
-    store: Store, receipt: Receipt, plan: Plan | None
+    store: Store, receipt: Receipt, schema: Schema | None
 ) -> tuple[dict[str, pq.ParquetFile], list[tuple[str, str]]]:
     """A part's files that are as they were written, by table, and what is wrong with others, by name."""
     files, wrong = {}, []
     for table, record in zip(TABLES_OF[receipt.name], receipt.files, strict=True):
-        file, what = read_file(store, record, receipt.rows, plan_schema(plan).arrow(table) if plan else None)
+        file, what = read_file(store, record, receipt.rows, schema.arrow(table) if schema else None)
         if file is None:
             wrong.append((record.path, what))
         else:

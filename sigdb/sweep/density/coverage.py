@@ -1,6 +1,6 @@
 """Coverage: how well a database's templates stand for what lies between them."""
 
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from typing import Any
@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from sigdb.core import FloatArray, Progress
+from sigdb.core import FloatArray, OnProgress, ignore
 from sigdb.database import CoverageRecord, Database, write_coverage
 from sigdb.sweep.density.off_grid import whole_axes
 from sigdb.sweep.density.study import Study, case_axes, study
@@ -97,7 +97,7 @@ def coverage(
     sensor: str | None = None,
     seed: int | None = None,
     jobs: int = -1,
-    on_progress: Callable[[Progress], Any] = lambda progress: None,
+    on_progress: OnProgress = ignore,
 ) -> Coverage:
     """Simulate random cases between those of a database, compare them with its templates, and store the threshold.
 

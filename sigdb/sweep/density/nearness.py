@@ -1,6 +1,6 @@
 """How near cases off the grid, and measured rows of them, are to a database's templates."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from typing import Any
 
@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from sigdb.core import FloatArray, Progress
+from sigdb.core import FloatArray, OnProgress, Progress
 from sigdb.database import (
     Database,
     Distance,
@@ -21,8 +21,6 @@ from sigdb.database import (
     template_bank,
     unit_residuals,
 )
-
-OnProgress = Callable[[Progress], Any]
 
 
 class Nearness:

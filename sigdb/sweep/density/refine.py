@@ -1,11 +1,9 @@
 """Refining: cases are appended to a database where its templates stand badly for what lies between them."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any
 
-from sigdb.core import InputError, Progress
+from sigdb.core import InputError, OnProgress, ignore
 from sigdb.database import Database, Store, read_manifest, write_coverage
 from sigdb.sweep.density.coverage import USUAL_MATCH, Coverage, summary
 from sigdb.sweep.density.extension import extension
@@ -49,7 +47,7 @@ def refine(
     sensor: str | None = None,
     jobs: int = -1,
     scheduler: str | None = None,
-    on_progress: Callable[[Progress], Any] = lambda progress: None,
+    on_progress: OnProgress = ignore,
 ) -> Refinement:
     """Append cases to a database until random cases between those that it has match its templates.
 
@@ -120,7 +118,7 @@ def refine(
     return Refinement(reached=reached, rounds=done, cases=new_cases, rows=new_rows, coverage=found)
 
 
-def _finish(store: Store, engine: Engine, on_progress: Callable[[Progress], Any]) -> None:
+def _finish(store: Store, engine: Engine, on_progress: OnProgress) -> None:
     """Make what is missing of the database and its extensions."""
     plans = [plan_from(plan.resolved) for plan in read_manifest(store).plans]
     run_parts(plans, store, engine, on_progress)

@@ -1,15 +1,13 @@
 """A study of cases off a database's grid: they are simulated, and compared with its templates."""
 
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from sigdb.core import DatabaseError, FloatArray, InputError, Progress
+from sigdb.core import DatabaseError, FloatArray, InputError, OnProgress
 from sigdb.database import Database, Manifest, check_complete
 from sigdb.sweep.density.nearness import Nearness
 from sigdb.sweep.density.off_grid import off_grid
@@ -59,7 +57,7 @@ def study(
     sensor: str | None,
     seed: int | None,
     jobs: int,
-    on_progress: Callable[[Progress], Any],
+    on_progress: OnProgress,
 ) -> Study:
     """Simulate cases off the grid of a database and compare them; the arguments are those of :func:`coverage`."""
     if cases < 1:

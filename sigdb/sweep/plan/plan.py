@@ -12,18 +12,16 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 
-from sigdb.core import NOISE_BLOCK, FloatArray, IntArray, Section, unit_of
-from sigdb.database import Column, Schema, database_schema
+from sigdb.core import NOISE_BLOCK, FloatArray, IntArray
 from sigdb.measurement import MeasurementSettings
-from sigdb.signature import FEATURES, SignatureSettings
+from sigdb.signature import SignatureSettings
 from sigdb.sweep.design.design import SweepSettings
 from sigdb.sweep.plan.damages import WHOLE_DAMAGE_AXES, Damages
 from sigdb.sweep.plan.layout import RowRuns, TemplateTable
 from sigdb.sweep.plan.resolved import hash_of, resolved_content
-from sigdb.sweep.plan.rig_points import RigPoint, RigPoints, declared
-from sigdb.transmission import Damage, Gear, Operating, ToothDamage, Transmission
+from sigdb.sweep.plan.rig_points import RigPoint, RigPoints
+from sigdb.transmission import Damage, Transmission
 
 __all__ = ["PART_TEMPLATES", "Plan", "RigPoint", "TemplateCase", "rows_of_a_part"]
 
@@ -260,51 +258,3 @@ class Plan:
         first = self.segments.first[segment]
         found = [np.arange(min(rows, self.rows)), *(np.arange(at, min(at + damaged, self.rows)) for at in first)]
         return np.unique(np.concatenate(found)) + self.first_row
-
-
-_TYPES = {int: pa.int32(), float: pa.float64(), str: pa.string()}
-
-
-def plan_schema(plan: Plan) -> Schema:
-    """The schema of the database that a plan makes."""
-    return database_schema(
-        cases=[
-            Column(name="gear", type=pa.string(), help="The damaged gear, by its name in the rig."),
-            Column(name="shaft", type=pa.string(), help="The shaft over whose revolution is averaged."),
-            _declared(Gear, "teeth", "Tooth count of the damaged gear."),
-            _declared(Operating, "speed_rpm"),
-            _declared(Operating, "torque"),
-            _declared(Damage, "damaged_teeth"),
-            *(_declared(ToothDamage, name) for name in plan.damage_fields),
-            _declared(Damage, "pattern"),
-            *(_of_rig(plan.rig, path) for path in plan.swept),
-        ],
-        rows=[
-            _declared(Damage, "tooth"),
-            Column(name="specimen", type=pa.int32(), help="Number of the pair of gears with its own index errors."),
-            Column(name="draw", type=pa.int32(), help="Number of the noise draw."),
-            *(_declared(MeasurementSettings, name) for name in MeasurementSettings.model_fields),
-        ],
-        sensors={name: plan.rig.sensors[name].unit for name in plan.sensors},
-        signature=FEATURES.values(),
-    )
-
-
-def _of_rig(rig: Transmission, path: str) -> Column:
-    """The column of a swept parameter, with the unit and the help of the rig's field."""
-    field = declared(rig, path)
-    if field is None:
-        return Column(name=path, type=pa.float64(), help="Swept parameter of the rig.")
-    return Column(
-        name=path, type=pa.float64(), unit=unit_of(field), help=f"Swept parameter of the rig. {field.description}"
-    )
-
-
-def _declared(section: type[Section], name: str, help: str | None = None) -> Column:
-    field = section.model_fields[name]
-    return Column(
-        name=name,
-        type=_TYPES[field.annotation],  # type: ignore[index]
-        unit=unit_of(field),
-        help=help or str(field.description),
-    )

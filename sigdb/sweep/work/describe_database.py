@@ -14,11 +14,9 @@ from sigdb.database import (
     finished_parts,
     read_manifest,
     read_receipt,
-    sealed_json,
 )
-from sigdb.sweep.plan.plan import PART_TEMPLATES, Plan, plan_schema
-
-SCHEMA = "schema.json"
+from sigdb.sweep.plan.plan import PART_TEMPLATES, Plan
+from sigdb.sweep.work.stored_schema import keep_schema
 
 
 def plan_record(plan: Plan) -> PlanRecord:
@@ -44,24 +42,33 @@ def begin(plan: Plan, store: Store, recipe: str) -> Manifest:
         recipe=recipe,
         sigdb_version=__version__,
     )
-    try:
-        known = read_manifest(store)
-    except (InputError, CorruptionError):
+    begun = _read_if_whole(store)
+    if begun is None:
         _check_orphans(plan, store)
-        write_schema(plan, store)
+        keep_schema(plan, store)
         manifest.write(store)
         return manifest
-    if known.hash != plan.hash:
+    if begun.hash != plan.hash:
         raise InputError(
-            f"{store} was made from another recipe: {_first_difference(known.resolved, plan.resolved)}; "
+            f"{store} was made from another recipe: {_first_difference(begun.resolved, plan.resolved)}; "
             "give another directory with --out, or go back to the old recipe"
         )
-    check_version(store, known.sigdb_version)
-    if recipe and known.recipe != recipe:
+    check_version(store, begun.sigdb_version)
+    if recipe and begun.recipe != recipe:
         # The same rows, but perhaps other settings of recognition or report.
-        known = replace(known, recipe=recipe)
-        known.write(store)
-    return known
+        begun = replace(begun, recipe=recipe)
+        begun.write(store)
+    return begun
+
+
+def _read_if_whole(store: Store) -> Manifest | None:
+    """Return a database's description; None where it is missing or damaged."""
+    if store.size(MANIFEST_FILE) is None:
+        return None
+    try:
+        return read_manifest(store)
+    except CorruptionError:
+        return None
 
 
 def check_version(store: Store, version: str) -> None:
@@ -71,11 +78,6 @@ def check_version(store: Store, version: str) -> None:
             f"{store} was begun with sigdb {version}, this is {__version__}, whose rows may differ; go on with that "
             "version, or give another directory with --out"
         )
-
-
-def write_schema(plan: Plan, store: Store) -> None:
-    """Publish ``schema.json``."""
-    store.put(SCHEMA, sealed_json(plan_schema(plan).as_json()))
 
 
 def _check_orphans(plan: Plan, store: Store) -> None:

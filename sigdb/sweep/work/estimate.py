@@ -8,8 +8,9 @@ import joblib
 import numpy as np
 
 from sigdb.core import NOISE_BLOCK
-from sigdb.database import Receipt, Store, write_part
+from sigdb.database import Receipt, Store, write_part, write_schema
 from sigdb.sweep.plan.plan import PART_TEMPLATES, Plan
+from sigdb.sweep.plan.schema import plan_schema
 from sigdb.sweep.work.rows import row_pieces
 from sigdb.sweep.work.templates import make_template_part
 
@@ -40,7 +41,8 @@ _PARTS_OF_A_SAMPLE = 2
 def estimate(plan: Plan, jobs: int = -1) -> Estimate:
     """Make some rows of the first and of the middle of the plan, with their templates, and scale them up."""
     with tempfile.TemporaryDirectory() as folder:
-        store = Store.at(folder)
+        store, schema = Store.at(folder), plan_schema(plan)
+        write_schema(schema, store)
         samples = [_sample(plan, start) for start in dict.fromkeys((0, plan.rows // 2 // NOISE_BLOCK * NOISE_BLOCK))]
         parts = sorted({part for _, _, needed in samples for part in needed})
         if plan.template_parts > 1:
@@ -48,14 +50,14 @@ def estimate(plan: Plan, jobs: int = -1) -> Estimate:
         started = time.perf_counter()
         templates = [make_template_part(plan, store, part) for part in parts]
         template_seconds = time.perf_counter() - started
-        list(row_pieces(plan, store, *samples[0][:2]))
+        list(row_pieces(plan, store, schema, *samples[0][:2]))
         started = time.perf_counter()
         rows = [
             write_part(
                 store,
                 "rows",
                 i,
-                row_pieces(plan, store, start, stop),
+                row_pieces(plan, store, schema, start, stop),
                 plan=plan.hash,
                 first=start,
                 started=time.perf_counter(),

@@ -7,9 +7,9 @@ import numpy as np
 import pyarrow as pa
 
 from sigdb.core import NOISE_BLOCK, BoolArray, FloatArray, noise_stream
-from sigdb.database import Receipt, Store, suffixed, write_part
+from sigdb.database import Receipt, Schema, Store, read_schema, suffixed, write_part
 from sigdb.signature import FEATURES, features
-from sigdb.sweep.plan.plan import Plan, plan_schema
+from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.averages import CASE, Averages, Cases
 from sigdb.sweep.work.template_reader import TemplateReader
 
@@ -21,17 +21,17 @@ def make_row_part(plan: Plan, store: Store, part: int) -> Receipt:
     """Make the rows of a part from the stored templates and write their features and signals."""
     started = time.perf_counter()
     start, stop = plan.row_range(part)
-    pieces = row_pieces(plan, store, start, stop)
+    pieces = row_pieces(plan, store, read_schema(store), start, stop)
     return write_part(store, "rows", part, pieces, plan=plan.hash, first=start, started=started)
 
 
-def row_pieces(plan: Plan, store: Store, start: int, stop: int) -> Iterator[dict[str, pa.Table]]:
-    """The tables ``features`` and ``signals`` of rows ``start`` to ``stop - 1``, one noise block after another.
+def row_pieces(plan: Plan, store: Store, schema: Schema, start: int, stop: int) -> Iterator[dict[str, pa.Table]]:
+    """Yield the tables ``features`` and ``signals`` of rows ``start`` to ``stop - 1``, by noise block.
 
-    ``start`` begins a noise block.
+    ``start`` begins a noise block. The tables have the columns of ``schema``.
     """
     bank, planned = TemplateReader(store, plan.sensors), plan.table(start, stop)
-    schemas = {table: plan_schema(plan).arrow(table) for table in ("features", "signals")}
+    schemas = {table: schema.arrow(table) for table in ("features", "signals")}
     columns = {
         field.name: pa.array(planned[field.name], field.type, from_pandas=True)
         for field in schemas["features"]

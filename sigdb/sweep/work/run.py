@@ -1,11 +1,10 @@
 """Running a plan: what is planned minus what has a receipt, in parallel, until nothing is left."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
-from typing import Any
 
-from sigdb.core import DatabaseError, Progress
+from sigdb.core import DatabaseError, OnProgress, Progress, ignore
 from sigdb.database import KINDS, Manifest, Store, read_manifest, read_receipts
 from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.plan.plan import Plan
@@ -13,6 +12,7 @@ from sigdb.sweep.work.describe_database import begin, plan_record
 from sigdb.sweep.work.engines import Cluster, Engine, Processes, WorkerDiedError
 from sigdb.sweep.work.ownership import ownership_of
 from sigdb.sweep.work.rows import make_row_part
+from sigdb.sweep.work.stored_schema import check_computable, keep_schema
 from sigdb.sweep.work.templates import make_template_part
 
 _WORKER_DEATHS = 3
@@ -50,7 +50,7 @@ def run(
     jobs: int = -1,
     scheduler: str | None = None,
     retry_failed: bool = False,
-    on_progress: Callable[[Progress], Any] = lambda progress: None,
+    on_progress: OnProgress = ignore,
 ) -> SweepSummary:
     """Make a database, or go on making it.
 
@@ -111,10 +111,9 @@ def _forget_failed(store: Store, manifest: Manifest) -> None:
 _MAKERS = {"templates": make_template_part, "rows": make_row_part}
 
 
-def run_parts(
-    plans: Sequence[Plan], store: Store, engine: Engine, on_progress: Callable[[Progress], Any] = lambda progress: None
-) -> SweepSummary:
+def run_parts(plans: Sequence[Plan], store: Store, engine: Engine, on_progress: OnProgress = ignore) -> SweepSummary:
     """Make what is missing of a database's plans: all templates, then all rows. The caller owns the place."""
+    check_computable(plans[0], keep_schema(plans[0], store), store)
     made = [_stage(stage, plans, store, engine, on_progress) for stage in KINDS][1]
     receipts = {name: read_receipts(store, name, {plan.hash for plan in plans}) for name in KINDS}
     return SweepSummary(
@@ -126,9 +125,7 @@ def run_parts(
     )
 
 
-def _stage(
-    stage: str, plans: Sequence[Plan], store: Store, engine: Engine, on_progress: Callable[[Progress], Any]
-) -> int:
+def _stage(stage: str, plans: Sequence[Plan], store: Store, engine: Engine, on_progress: OnProgress) -> int:
     """Make the missing parts of a stage; how many rows or templates were made."""
     hashes = {plan.hash for plan in plans}
     total = sum(plan.n_templates if stage == "templates" else plan.rows for plan in plans)

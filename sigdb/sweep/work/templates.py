@@ -9,9 +9,9 @@ import numpy as np
 import pyarrow as pa
 
 from sigdb.core import SigdbError
-from sigdb.database import Receipt, Store, Template, write_part
+from sigdb.database import Receipt, Schema, Store, Template, read_schema, write_part
 from sigdb.dynamics import PeriodicRig, Transient, prepare, settle, stable_multiplier
-from sigdb.sweep.plan.plan import Plan, RigPoint, TemplateCase, plan_schema
+from sigdb.sweep.plan.plan import Plan, RigPoint, TemplateCase
 from sigdb.transmission import Damage
 
 _STEPS = 16
@@ -22,19 +22,19 @@ def make_template_part(plan: Plan, store: Store, part: int) -> Receipt:
     """Simulate the templates of a part and write them; failed ones are rows whose status says why."""
     started = time.perf_counter()
     numbers = plan.template_range(part)
-    pieces = [{"templates": template_table(plan, part, numbers)}]
+    pieces = [{"templates": template_table(plan, read_schema(store), part, numbers)}]
     return write_part(store, "templates", part, pieces, plan=plan.hash, first=numbers.start, started=started)
 
 
-def template_table(plan: Plan, part: int, numbers: Container[int]) -> pa.Table:
-    """The table ``templates`` of some templates of a part, simulated."""
+def template_table(plan: Plan, schema: Schema, part: int, numbers: Container[int]) -> pa.Table:
+    """Simulate some templates of a part and return them as the table ``templates``, with the columns of ``schema``."""
     rows = []
     for rig_point, some in groupby(plan.template_range(part), key=lambda number: plan.case(number).rig_point):
         cases = {number: plan.case(number) for number in some}
         if wanted := [number for number in cases if number in numbers]:
             prepared = _prepare(plan, rig_point, [case.damage for case in cases.values()])
             rows += [_template(plan, number, cases[number], prepared).to_row(plan.sensors) for number in wanted]
-    return pa.Table.from_pylist(rows, schema=plan_schema(plan).arrow("templates"))
+    return pa.Table.from_pylist(rows, schema=schema.arrow("templates"))
 
 
 class _Prepared:

@@ -81,7 +81,7 @@ import sigdb
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature.settings import SignatureSettings
 from sigdb.sweep import SweepSettings, make_plan
-from sigdb.sweep.plan.plan import plan_schema
+from sigdb.sweep.plan.schema import plan_schema
 design = SweepSettings(rig="nasa-spiral-bevel", grid=[{"tooth": 1, "spall_length": [1e-3, 2e-3]}])
 print(make_plan(design, MeasurementSettings(), SignatureSettings(), sigdb.load_transmission(design.rig)).rows)
 """
