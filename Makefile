@@ -10,7 +10,7 @@ QUICK := data/quick
 help:
 	@echo "make quickstart   install, make the quick database, its models and reports, query, draw"
 	@echo "make test         run the test suite"
-	@echo "make check        lint, format, types, layer contract"
+	@echo "make check        lint, format, types, contracts of packages, names and prose"
 	@echo "make docs         build the documentation into docs/_build"
 	@echo "make peers        install what the benchmarks compare with"
 	@echo "make wheel        build the wheel and try it in a clean environment"
@@ -52,6 +52,7 @@ check: .venv/check
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/codespell sigdb docs tests benchmarks pipelines README.md CHANGELOG.md Makefile pyproject.toml
 
 docs: .venv/docs
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html

@@ -13,7 +13,7 @@ Examples
 
 import lazy_loader
 
-from sigdb.core.version import __version__ as __version__
+from sigdb.core import __version__ as __version__
 
 __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 

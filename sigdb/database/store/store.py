@@ -50,7 +50,7 @@ class Store:
             return location
         location = os.fspath(location)
         if "://" not in location:
-            return cls(location=location, filesystem=fs.LocalFileSystem(), root=os.path.abspath(location))
+            return cls(location=location, filesystem=fs.LocalFileSystem(), root=os.path.abspath(location))  # noqa: PTH100 - a link stays
         try:
             filesystem, root = fs.FileSystem.from_uri(location)
         except (ValueError, pa.ArrowException) as error:
@@ -173,7 +173,7 @@ def publish(path: Path, write: Callable[[Path], None]) -> None:
     try:
         write(temporary)
         _sync(temporary)
-        os.replace(temporary, path)
+        temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
     if os.name == "posix":
