@@ -7,17 +7,23 @@ from sigdb.dynamics.period import common_period as common_period
 from sigdb.dynamics.period import damaged_gear as damaged_gear
 from sigdb.dynamics.periodic.periodic import PeriodicRig
 from sigdb.dynamics.periodic.prepare import prepare
-from sigdb.dynamics.periodic.steady_state import SteadyState
-from sigdb.dynamics.simulate import ContactLossWarning, Periodic, Response, simulate, stable_multiplier
+from sigdb.dynamics.periodic.steady_state import SteadyState, superpose
+from sigdb.dynamics.simulate import ContactLossWarning, Response, simulate
+from sigdb.dynamics.solver import SOLVERS, Periodic, PeriodicOrTransient, Prepared, Solver, solver_named
+from sigdb.dynamics.solver import DEFAULT_SOLVER as DEFAULT_SOLVER
 from sigdb.dynamics.stability import floquet_multiplier
 from sigdb.dynamics.time_profile import TimeProfile
 
 __all__ = [
+    "SOLVERS",
     "ContactLossWarning",
     "Orbit",
     "Periodic",
+    "PeriodicOrTransient",
     "PeriodicRig",
+    "Prepared",
     "Response",
+    "Solver",
     "SteadyState",
     "TimeHistory",
     "TimeProfile",
@@ -27,5 +33,6 @@ __all__ = [
     "prepare",
     "settle",
     "simulate",
-    "stable_multiplier",
+    "solver_named",
+    "superpose",
 ]

@@ -51,7 +51,7 @@ class Change:
         )
 
 
-def change(
+def damage_change(
     mesh: Mesh,
     gear: str,
     teeth: int,

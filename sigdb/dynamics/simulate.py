@@ -1,46 +1,18 @@
 """One rig, one damage, one specimen: the response over a revolution of the damaged gear."""
 
 import warnings
-from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, InputError, SigdbError, UnstableRigError
 from sigdb.dynamics.excitation import checked_index_errors
-from sigdb.dynamics.march.transient import Transient, settle
-from sigdb.dynamics.periodic.periodic import LEAST_SAMPLES_PER_TOOTH, SAMPLES_PER_TOOTH, PeriodicRig
-from sigdb.dynamics.periodic.prepare import prepare
-from sigdb.dynamics.stability import floquet_multiplier
-from sigdb.transmission import Damage, ToothDamage, Transmission
-
-STABILITY_MODES = 48
-"""Modes kept to judge stability: those that take part in the meshes; the others decay by themselves."""
+from sigdb.dynamics.solver import Periodic, Solver
+from sigdb.transmission import Damage, Transmission
 
 
 class ContactLossWarning(UserWarning):
     """The mesh loses contact, where a linear solution does not hold."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Periodic:
-    """The periodic steady state of the linear, time-periodic rig (no backlash).
-
-    Attributes
-    ----------
-    samples_per_tooth
-        Samples in a tooth pass of the damaged gear.
-    """
-
-    samples_per_tooth: int = SAMPLES_PER_TOOTH
-
-    def __post_init__(self) -> None:
-        if self.samples_per_tooth < LEAST_SAMPLES_PER_TOOTH:
-            raise InputError(
-                f"samples_per_tooth = {self.samples_per_tooth} cannot resolve a tooth pass; give at least "
-                f"{LEAST_SAMPLES_PER_TOOTH}, {SAMPLES_PER_TOOTH} is usual"
-            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +70,7 @@ def simulate(
     damage: Damage | None = None,
     *,
     index_errors: ArrayLike | None = None,
-    solver: Periodic | Transient | None = None,
+    solver: Solver | None = None,
 ) -> Response:
     """Simulate a rig with damaged teeth at its operating point.
 
@@ -140,34 +112,28 @@ def simulate(
     >>> response.signal("pinion-vertical").shape
     (768,)
     """
-    damage = damage or Damage()
-    solver = solver or Periodic()
-    if not isinstance(solver, Periodic | Transient):
+    damage, solver = damage or Damage(), solver or Periodic()
+    if not isinstance(solver, Solver):
         raise InputError(f"solver = {solver!r} is no solver; give sigdb.Periodic() or sigdb.Transient()")
-    prepared = prepare(rig, gear=damage.gear, samples_per_tooth=solver.samples_per_tooth)
+    prepared = solver.prepare(rig, damage.gear)
     errors = checked_index_errors(index_errors, prepared.teeth)
     teeth = damage.on_teeth(prepared.teeth)
-    if isinstance(solver, Transient):
-        return _marched(rig, prepared, damage, teeth, errors, solver)
-    state = prepared.steady_state(teeth)
-    multiplier = stable_multiplier(rig, prepared, state.mesh_stiffness)
-    compression = (
-        state.compression + state.compression_response @ errors + state.compression_harmonic[..., 0].sum(axis=1)
-    )
-    signals = state.signals + state.specimen_response @ errors + state.harmonic_response[..., 0].sum(axis=2)
-    least = min(float(compression.min() / state.static_compression), state.least_elsewhere)
+    multiplier = prepared.floquet_multiplier([teeth])
+    states = prepared.steady_state([teeth], errors)
+    _check_stable(states.failures[0], multiplier)
+    state = states[0]
     response = Response(
         gear=prepared.gear,
         damage=damage,
-        signals=dict(zip(rig.sensors, signals, strict=True)),
+        signals=dict(zip(rig.sensors, state.signals_at(errors), strict=True)),
         units={name: sensor.unit for name, sensor in rig.sensors.items()},
-        compression=compression,
-        min_compression=least,
-        contact_loss=least < 0,
+        compression=state.compression_at(errors),
+        min_compression=float(state.least_compression_at(errors)),
+        contact_loss=bool(state.contact_loss_at(errors)),
         floquet_multiplier=multiplier,
-        error=state.error,
+        error=float(state.error),
     )
-    if response.contact_loss:
+    if response.contact_loss and state.is_linear:
         warnings.warn(
             f"the mesh loses contact (least compression {response.min_compression:.2f} of the static one), where the "
             "linear response does not hold; simulate with solver=sigdb.Transient(), which lets teeth part",
@@ -177,62 +143,9 @@ def simulate(
     return response
 
 
-def _marched(
-    rig: Transmission,
-    prepared: PeriodicRig,
-    damage: Damage,
-    teeth: Mapping[int, ToothDamage],
-    errors: FloatArray,
-    solver: Transient,
-) -> Response:
-    """The response by the march in time, from the linear steady state."""
-    multiplier = _multiplier(prepared, prepared.mesh_stiffness(teeth))
-    try:
-        orbit = settle(
-            rig,
-            gear=prepared.gear,
-            damage=teeth,
-            index_errors=errors,
-            state=prepared.modal_state(teeth, errors),
-            solver=solver,
-            system=prepared.system,
-        )
-    except SigdbError as error:
-        if multiplier < 1:
-            raise
+def _check_stable(failure: SigdbError | None, multiplier: float) -> None:
+    """Raise the failure of a case as that of an unstable rig, where the rig is unstable."""
+    if failure is not None and multiplier >= 1:
         raise UnstableRigError(
-            f"{error}; the linear rig is unstable there (Floquet multiplier {multiplier:.3g})"
+            f"{failure}; the linear rig is unstable there (Floquet multiplier {multiplier:.3g})"
         ) from None
-    return Response(
-        gear=prepared.gear,
-        damage=damage,
-        signals=dict(zip(rig.sensors, orbit.signals, strict=True)),
-        units={name: sensor.unit for name, sensor in rig.sensors.items()},
-        compression=orbit.compression[0],
-        min_compression=orbit.min_compression,
-        contact_loss=orbit.contact_loss,
-        floquet_multiplier=multiplier,
-        error=orbit.error,
-    )
-
-
-def stable_multiplier(rig: Transmission, prepared: PeriodicRig, stiffness: FloatArray) -> float:
-    """Largest Floquet multiplier over the common period with that mesh stiffness (meshes, N).
-
-    Raises
-    ------
-    UnstableRigError
-        If it is not below 1.
-    """
-    multiplier = _multiplier(prepared, stiffness)
-    if not multiplier < 1:
-        raise UnstableRigError(
-            f"rig {rig.name!r} is unstable at {rig.operating.speed_rpm:g} rpm (Floquet multiplier {multiplier:.3g} "
-            "over a revolution): the varying mesh stiffness feeds a resonance; raise the damping or change the speed"
-        )
-    return multiplier
-
-
-def _multiplier(prepared: PeriodicRig, stiffness: FloatArray) -> float:
-    system = prepared.system.truncated(STABILITY_MODES)
-    return floquet_multiplier(system, stiffness[np.argsort(prepared.order)], prepared.seconds)

@@ -9,6 +9,11 @@ import numpy as np
 from sigdb.core import ComplexArray, FloatArray
 from sigdb.transmission import ModalSystem
 
+STABILITY_MODES = 48
+"""Modes kept to assess stability: those that take part in the meshes; the others decay by themselves."""
+_SMALL = 1e-2
+"""Below it the series of the hold's factors is exact to rounding and the closed form is not."""
+
 
 def first_order_hold(poles: ComplexArray, h: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     """Factors of the step ``z <- E z + (b g0) f_n + (b g1) f_(n+1)`` of ``z' = pole z + b f``.
@@ -40,10 +45,6 @@ def first_order_hold(poles: ComplexArray, h: float) -> tuple[ComplexArray, Compl
     phi1 = np.where(small, 1 + x / 2 * (1 + x / 3 * (1 + x / 4 * (1 + x / 5))), np.expm1(safe) / safe)
     phi2 = np.where(small, (1 + x / 3 * (1 + x / 4 * (1 + x / 5 * (1 + x / 6)))) / 2, (np.expm1(safe) - safe) / safe**2)
     return np.exp(x), h * (phi1 - phi2), h * phi2
-
-
-_SMALL = 1e-2
-"""Below it the series is exact to rounding and the closed form is not."""
 
 
 def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sigdb.core import ComplexArray, FloatArray
-from sigdb.dynamics.damage_forces import change
+from sigdb.dynamics.damage_forces import damage_change
 from sigdb.dynamics.excitation import profile_error
 from sigdb.dynamics.stability import first_order_hold
 from sigdb.transmission import Mesh, ModalSystem, ToothDamage, Transmission, pair_stiffness, pairs_in_contact
@@ -52,7 +52,7 @@ def mesh_tables(
     pair = mesh.stiffness * pair_stiffness(mesh.profile, window / SAMPLES_OF_A_PASS)
     for tooth in np.flatnonzero(index_errors):
         forces[0, 1, (window + tooth * SAMPLES_OF_A_PASS) % T] += pair * index_errors[tooth]
-    made = change(mesh, gear, teeth, rig.geometries[own].base_pitch, damage, SAMPLES_OF_A_PASS)
+    made = damage_change(mesh, gear, teeth, rig.geometries[own].base_pitch, damage, SAMPLES_OF_A_PASS)
     error = made.profile + sum(one * index_errors[tooth - 1] for tooth, one in made.errors.items())
     forces[0, 0, made.samples] += made.stiffness[0]
     forces[0, 1, made.samples] += error[0]

@@ -1,20 +1,20 @@
 """The march in time as a solver of the steady state: with backlash, until one common period repeats."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from sigdb.core import ComplexArray, FloatArray, InputError, SigdbError
-from sigdb.dynamics.excitation import HarmonicExcitation, harmonics
-from sigdb.dynamics.march.marcher import Marcher, MeshTables, mesh_tables, meshes_from
-from sigdb.dynamics.period import Period, common_period
-from sigdb.dynamics.periodic.periodic import SAMPLES_PER_TOOTH
+from sigdb.core import ComplexArray, FloatArray, InputError, NotApplicableError, SigdbError
+from sigdb.dynamics.excitation import harmonics
+from sigdb.dynamics.march.marcher import mesh_tables, meshes_from
+from sigdb.dynamics.march.periodic_motion import PeriodicMotion
+from sigdb.dynamics.period import common_period, damaged_gear
+from sigdb.dynamics.periodic.periodic import SAMPLES_PER_TOOTH, PeriodicRig
+from sigdb.dynamics.periodic.prepare import prepare
+from sigdb.dynamics.periodic.steady_state import SteadyState
 from sigdb.transmission import ModalSystem, ToothDamage, Transmission, modal_system
-
-_SLOWEST = 0.999
-"""Ratio of successive changes of a period above which the motion is not taken to settle."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +51,20 @@ class Transient:
             )
         if not 0 < self.tolerance < 1:
             raise InputError(f"tolerance = {self.tolerance} must lie between 0 and 1; 1e-4 is usual")
+
+    def prepare(
+        self, rig: Transmission, gear: str | None = None, *, system: ModalSystem | None = None
+    ) -> "PreparedMarch":
+        """Prepare a rig for a damaged gear; see :class:`~sigdb.dynamics.solver.Solver`."""
+        system = system or modal_system(rig)
+        try:
+            linear = prepare(rig, gear=gear, samples_per_tooth=self.samples_per_tooth, system=system)
+        except NotApplicableError:
+            linear = None
+        gear = damaged_gear(rig, gear)
+        return PreparedMarch(
+            rig=rig, gear=gear, teeth=rig.gears[gear].teeth, solver=self, system=system, linear=linear
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,7 +145,7 @@ def settle(
     """
     system = system or modal_system(rig)
     revolutions, passes = common_period(rig, gear)
-    motion = _PeriodicMotion(
+    motion = PeriodicMotion(
         rig=rig,
         gear=gear,
         system=system,
@@ -140,7 +154,9 @@ def settle(
         harmonics=harmonics(rig, system, rig.gears[gear].shaft, revolutions),
         revolutions=revolutions,
         passes=passes,
-        solver=solver,
+        samples_per_tooth=solver.samples_per_tooth,
+        tolerance=solver.tolerance,
+        most_revolutions=solver.most_revolutions,
     )
     found, taken = [], 0
     for steps_per_tooth in (solver.steps_per_tooth // 4, solver.steps_per_tooth // 2, solver.steps_per_tooth):
@@ -162,88 +178,106 @@ def settle(
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Repeated:
-    """A period that repeats: signals (sensors, n); outputs and mesh forces at each step from the mark; how far it may
-    still be from settled, as a fraction of the outputs' peak-to-peak."""
+class PreparedMarch:
+    """A rig prepared by :class:`Transient`.
 
-    signals: FloatArray
-    outputs: FloatArray
-    mesh_force: FloatArray
-    static_compression: FloatArray
-    state: ComplexArray
-    periods: int
-    left: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class _PeriodicMotion:
-    """What is marched, whatever the steps."""
+    Attributes
+    ----------
+    rig, gear, teeth
+        The rig, its damaged gear, and its tooth count.
+    solver
+        Steps, samples and tolerance.
+    system
+        The rig's modal system.
+    linear
+        The periodic solution, from which a march begins; None where the rig has none.
+    """
 
     rig: Transmission
     gear: str
-    system: ModalSystem
-    tables: MeshTables
-    order: list[int]
-    harmonics: tuple[HarmonicExcitation, ...]
-    revolutions: int
-    passes: tuple[int, ...]
+    teeth: int
     solver: Transient
+    system: ModalSystem
+    linear: PeriodicRig | None
 
-    def repeated(self, state: ComplexArray, steps_per_tooth: int) -> _Repeated:
-        """The period that repeats, marched from a state with so many steps a tooth pass."""
-        teeth, shaft = self.rig.gears[self.gear].teeth, self.rig.gears[self.gear].shaft
-        N = self.revolutions * teeth * steps_per_tooth
-        step = 2 * np.pi * self.revolutions / abs(self.rig.speed(shaft)) / N
-        turns = np.arange(N + 1) / (teeth * steps_per_tooth)
-        force, lift = np.zeros((N + 1, self.system.inputs.shape[1])), np.zeros((N + 1, len(self.order)))
-        for one in self.harmonics:
-            phasor = np.exp(2j * np.pi * one.order * turns)[:, None]
-            force += (phasor * one.force).real
-            lift += (phasor * one.error[self.order]).real
-        active = np.flatnonzero(force.any(axis=0))
-        force, lift = np.ascontiguousarray(force[:, active]), lift if lift.any() else lift[:, :0]
-        marcher = Marcher(
-            self.rig, self.gear, self.system, self.tables, step, np.eye(self.system.inputs.shape[1])[:, active]
-        )
-        marcher.start(state, 0.0, force[0], lift[0])
-        before, known = None, np.inf
-        for periods in range(1, max(2, self.solver.most_revolutions // self.revolutions) + 1):
-            outputs, mesh_force = marcher.run(turns[1:], force[1:], lift[1:])
-            if not np.isfinite(outputs).all():
-                break
-            change = np.inf if before is None else self._change(outputs, before)
-            # What is still to come of a motion that settles geometrically.
-            ratio = min(change / known, _SLOWEST) if np.isfinite(known) and known > 0 else 0.0
-            left = change * ratio / (1 - ratio)
-            if np.isfinite(known) and max(change, left) <= self.solver.tolerance:
-                from_the_mark = np.roll(outputs, 1, axis=0)
-                return _Repeated(
-                    signals=self._signals(from_the_mark, steps_per_tooth),
-                    outputs=from_the_mark,
-                    mesh_force=np.roll(mesh_force, 1, axis=0),
-                    static_compression=marcher.static_compression,
-                    state=marcher.state,
-                    periods=periods,
-                    left=left,
-                )
-            before, known = outputs, change
-        raise SigdbError(
-            f"rig {self.rig.name!r}: the motion does not repeat to {self.solver.tolerance:g} of its size within "
-            f"{self.solver.most_revolutions} revolutions of the damaged gear; change the damage, the speed or the "
-            "damping"
+    def floquet_multiplier(self, damages: Sequence[Mapping[int, ToothDamage]]) -> float:
+        """Return the largest Floquet multiplier of the linear rig, stable or not; nan where there is no such rig."""
+        return float("nan") if self.linear is None else self.linear.linear_multiplier(damages)
+
+    def healthy_signals(self) -> FloatArray:
+        """Return the signals (sensors, n) of the undamaged rig for gears without index errors."""
+        return self.steady_state([{}])[0].signals
+
+    def steady_state(
+        self, damages: Sequence[Mapping[int, ToothDamage]], index_errors: FloatArray | None = None
+    ) -> SteadyState:
+        """Return the motions of several cases of damage, with a leading axis for them.
+
+        Parameters
+        ----------
+        damages : sequence of mappings
+            Damage by tooth number, from 1, of each case.
+        index_errors : ndarray, (teeth,), optional
+            Index error of each tooth of the damaged gear, m; none if left out.
+
+        Returns
+        -------
+        SteadyState
+            A case has failed where its motion does not repeat.
+        """
+        errors = np.zeros(self.teeth) if index_errors is None else index_errors
+        return SteadyState.stack([self._case(damage, errors) for damage in damages])
+
+    def _case(self, damage: Mapping[int, ToothDamage], errors: FloatArray) -> SteadyState:
+        start = np.zeros(int((self.system.poles.imag >= 0).sum()), complex)
+        if self.linear is not None:
+            start = self.linear.modal_state(damage, errors)
+        try:
+            orbit = settle(
+                self.rig,
+                gear=self.gear,
+                damage=damage,
+                index_errors=errors,
+                state=start,
+                solver=self.solver,
+                system=self.system,
+            )
+        except SigdbError as failure:
+            return self._state(self._no_orbit(), failure)
+        return self._state(orbit)
+
+    def _no_orbit(self) -> Orbit:
+        revolutions, passes = common_period(self.rig, self.gear)
+        n = self.teeth * self.solver.samples_per_tooth
+        over_the_period = np.full((len(passes), revolutions * n), np.nan)
+        return Orbit(
+            signals=np.full((len(self.rig.sensors), n), np.nan),
+            compression=over_the_period,
+            mesh_force=over_the_period,
+            static_compression=np.full(len(passes), np.nan),
+            revolutions=0,
+            error=np.nan,
         )
 
-    def _change(self, outputs: FloatArray, before: FloatArray) -> float:
-        """Greatest change of an output from the period before, as a fraction of its peak-to-peak."""
-        size = np.ptp(outputs, axis=0)
-        return float((np.abs(outputs - before).max(axis=0) / np.where(size > 0, size, np.inf)).max())
-
-    def _signals(self, outputs: FloatArray, steps_per_tooth: int) -> FloatArray:
-        """(sensors, n) averaged signals of outputs at the steps of a period."""
-        period = Period(
-            samples=len(outputs),
-            revolutions=self.revolutions,
-            passes=self.passes,
-            refinement=steps_per_tooth // self.solver.samples_per_tooth,
+    def _state(self, orbit: Orbit, failure: SigdbError | None = None) -> SteadyState:
+        """One case, without a leading axis; responses are zero, since the motion holds for its index errors only."""
+        revolutions, _ = common_period(self.rig, self.gear)
+        found = harmonics(self.rig, self.system, self.rig.gears[self.gear].shaft, revolutions)
+        elsewhere = orbit.compression[1:] / orbit.static_compression[1:, None]
+        signals, compression = orbit.signals, orbit.compression[0]
+        return SteadyState(
+            signals=signals,
+            specimen_response=np.zeros((*signals.shape, self.teeth)),
+            harmonic_response=np.zeros((*signals.shape, len(found), 2)),
+            orders=tuple(harmonic.order for harmonic in found),
+            compression=compression,
+            compression_response=np.zeros((*compression.shape, self.teeth)),
+            compression_harmonic=np.zeros((*compression.shape, len(found), 2)),
+            mesh_force=orbit.mesh_force[0],
+            static_compression=float(orbit.static_compression[0]),
+            least_elsewhere=np.asarray(elsewhere.min(initial=np.inf)),
+            error=np.asarray(orbit.error),
+            is_linear=np.asarray(False),
+            parts_contact=np.asarray(orbit.contact_loss),
+            failures=(failure,),
         )
-        return period.averaged(np.fft.rfft(outputs[:, len(self.order) :], axis=0)).T

@@ -9,15 +9,13 @@ D on samples holds the alias of its finest details. What that does is estimated 
 `TOLERANCE` the alias is computed from a finer grid and taken out by iteration.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
-from math import gcd
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from sigdb.core import ComplexArray, FloatArray, IntArray, SigdbError
-from sigdb.dynamics.damage_forces import Change, change
+from sigdb.core import ComplexArray, FloatArray, SigdbError, UnstableRigError
+from sigdb.dynamics.damage_forces import Change, damage_change
 from sigdb.dynamics.excitation import HarmonicExcitation
 from sigdb.dynamics.period import Period
 from sigdb.dynamics.periodic.correction import (
@@ -30,10 +28,12 @@ from sigdb.dynamics.periodic.correction import (
     resampled,
 )
 from sigdb.dynamics.periodic.hill import Hill
+from sigdb.dynamics.periodic.influences import Influences, sampled_rows
 from sigdb.dynamics.periodic.long_period import IteratedCorrection, LongPeriod
 from sigdb.dynamics.periodic.steady_state import SteadyState
 from sigdb.dynamics.periodic.truncation import GRID, Truncation
-from sigdb.transmission import Mesh, ModalSystem, ToothDamage
+from sigdb.dynamics.stability import STABILITY_MODES, floquet_multiplier
+from sigdb.transmission import Mesh, ModalSystem, ToothDamage, Transmission
 
 SAMPLES_PER_TOOTH = 64
 LEAST_SAMPLES_PER_TOOTH = 16
@@ -43,8 +43,6 @@ _FINE = 8
 """How much finer the grid is from which alias is computed. Edges are C1, so that alias falls with the third power of
 that, and in the acceleration of a gear with the second."""
 _MOST_ITERATIONS = 30
-_GATHERED = 3
-"""Sets of samples whose influence is kept: those of one case, which the next case often shares."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +53,10 @@ class PeriodicRig:
 
     Attributes
     ----------
+    rig
+        The rig.
     system
-        The rig's modal system.
+        Its modal system.
     gear, teeth
         The damaged gear, and its tooth count.
     meshes, order
@@ -84,8 +84,13 @@ class PeriodicRig:
     response
         (rows, columns) of the healthy rig: compressions of each mesh on the grid, n averaged samples of each sensor,
         under torque and profile errors, each tooth's index error, each order's two phases.
+    error
+        Estimated error of the healthy signals by the grid, as a fraction of their peak-to-peak.
+    influences
+        Responses of the healthy rig to unit forces; all threads may use them.
     """
 
+    rig: Transmission
     system: ModalSystem
     gear: str
     teeth: int
@@ -102,8 +107,8 @@ class PeriodicRig:
     solver: Hill | LongPeriod
     truncation: Truncation
     response: FloatArray
-    _influences: dict[int, FloatArray] = field(default_factory=dict, repr=False, compare=False)
-    _gathered: dict[bytes, FloatArray] = field(default_factory=dict, repr=False, compare=False)
+    error: float
+    influences: Influences
 
     @property
     def samples_per_tooth(self) -> int:
@@ -115,53 +120,100 @@ class PeriodicRig:
         """The common period, s."""
         return self.period.revolutions * 2 * np.pi / self.shaft_speed
 
-    @cached_property
-    def error(self) -> float:
-        """Estimated error of the healthy signals by the grid, as a fraction of their peak-to-peak."""
+    def healthy_error(self) -> float:
+        """Estimate the error of the healthy signals by the grid, as a fraction of their peak-to-peak."""
         back = self.truncation.acting_back(self._finely(self.response))
         return _of_peak_to_peak(self._signals(self.rows(self.solver.respond(back))), self._signals(self.response))
 
     def mesh_stiffness(self, damage: Mapping[int, ToothDamage]) -> FloatArray:
-        """(meshes, N) mesh stiffness with damage, N/m."""
+        """Return the mesh stiffness (meshes, N) with damage by tooth number, N/m."""
         return self._stiffness(self._change(damage))
 
-    def _stiffness(self, made: Change) -> FloatArray:
-        made = made.every(self.period.refinement)
-        stiffness = self.healthy[:, :: self.period.refinement].copy()
-        stiffness[0].reshape(-1, self.samples)[:, made.samples] += made.stiffness[0]
-        return stiffness
-
-    def steady_state(self, damage: Mapping[int, ToothDamage], *, specimens: bool = True) -> SteadyState:
-        """Steady state with damage by tooth number; an empty mapping is the healthy rig.
+    def floquet_multiplier(self, damages: Sequence[Mapping[int, ToothDamage]]) -> float:
+        """Return the largest Floquet multiplier with that damage which leaves the least mesh stiffness.
 
         Parameters
         ----------
-        damage
-            Damage by tooth number, from 1.
-        specimens
-            Whether to compute the response to index errors too.
+        damages : sequence of mappings
+            Damage by tooth number, from 1, of each case.
 
         Raises
         ------
-        SigdbError
-            If the alias of the damage cannot be taken out; the grid is far too coarse then.
+        UnstableRigError
+            If it is not below 1.
         """
+        multiplier = self.linear_multiplier(damages)
+        if not multiplier < 1:
+            raise UnstableRigError(
+                f"rig {self.rig.name!r} is unstable at {self.rig.operating.speed_rpm:g} rpm (Floquet multiplier "
+                f"{multiplier:.3g} over a revolution): the varying mesh stiffness feeds a resonance; raise the damping "
+                "or change the speed"
+            )
+        return multiplier
+
+    def linear_multiplier(self, damages: Sequence[Mapping[int, ToothDamage]]) -> float:
+        """Return what :meth:`floquet_multiplier` does, also where the rig is unstable."""
+        stiffness = min(map(self.mesh_stiffness, damages), key=np.sum)
+        system = self.system.truncated(STABILITY_MODES)
+        return floquet_multiplier(system, stiffness[np.argsort(self.order)], self.seconds)
+
+    def healthy_signals(self) -> FloatArray:
+        """Return the signals (sensors, n) of the undamaged rig for gears without index errors."""
+        return self.steady_state([{}], specimens=False)[0].signals_at()
+
+    def steady_state(
+        self,
+        damages: Sequence[Mapping[int, ToothDamage]],
+        index_errors: FloatArray | None = None,
+        *,
+        specimens: bool = True,
+    ) -> SteadyState:
+        """Return the steady states of several cases of damage; an empty mapping is the healthy rig.
+
+        Parameters
+        ----------
+        damages : sequence of mappings
+            Damage by tooth number, from 1, of each case.
+        index_errors : ndarray, (teeth,), optional
+            Not used: the result holds for any index errors.
+        specimens : bool, default True
+            Whether to compute the response to index errors too.
+
+        Returns
+        -------
+        SteadyState
+            With a leading axis for the cases. A case has failed where the grid is far too coarse for its damage.
+        """
+        return SteadyState.stack([self._case(damage, specimens) for damage in damages])
+
+    def _stiffness(self, change: Change) -> FloatArray:
+        change = change.every(self.period.refinement)
+        stiffness = self.healthy[:, :: self.period.refinement].copy()
+        stiffness[0].reshape(-1, self.samples)[:, change.samples] += change.stiffness[0]
+        return stiffness
+
+    def _case(self, damage: Mapping[int, ToothDamage], specimens: bool) -> SteadyState:
+        """The steady state of one case; where its alias cannot be taken out it is the one with alias, and failed."""
         columns: Columns = slice(None)
         if not specimens:
             columns = np.delete(np.arange(self.response.shape[1]), slice(1, 1 + self.teeth))
-        if not any(one.is_damage for one in damage.values()):
-            return self._steady_state(self.mesh_stiffness(damage), self.response[:, columns], self.error, specimens)
+        if not any(tooth.is_damage for tooth in damage.values()):
+            return self._state(self.mesh_stiffness(damage), self.response[:, columns], self.error, specimens)
         fine = self._change(damage, GRID)
-        made = fine.every(GRID)
-        forces = self._forces(made, columns)
+        change = fine.every(GRID)
+        forces = self._forces(change, columns)
         correction = self._correction(forces, columns)
         force, rows = correction.solved()
         nominal = self._forces(fine, slice(1))
         error = self._error(nominal, self.period.spectrum(forces.everywhere(force[:, :, :1])), rows)
+        failure = None
         if error > TOLERANCE:
-            rows = self._without_alias(damage, columns, correction, force, rows)
-            error = self._error(nominal, None, rows) + error / _FINE**2
-        return self._steady_state(self._stiffness(made), rows, error, specimens)
+            try:
+                rows = self._without_alias(self._forces(self._change(damage, _FINE), columns), correction, force, rows)
+                error = self._error(nominal, None, rows) + error / _FINE**2
+            except SigdbError as reason:
+                failure = reason
+        return self._state(self._stiffness(change), rows, error, specimens, failure)
 
     def modal_state(self, damage: Mapping[int, ToothDamage], index_errors: FloatArray) -> ComplexArray:
         """(m,) modal coordinates at the mark, one of each conjugate pair, less those of the steady torque.
@@ -195,16 +247,16 @@ class PeriodicRig:
 
     def _change(self, damage: Mapping[int, ToothDamage], factor: int = 1) -> Change:
         step = factor * self.period.refinement * self.samples_per_tooth
-        return change(self.meshes[0], self.gear, self.teeth, self.base_pitch, damage, step)
+        return damage_change(self.meshes[0], self.gear, self.teeth, self.base_pitch, damage, step)
 
-    def _forces(self, made: Change, columns: Columns) -> LocalForces:
-        return local_forces(made, self.teeth, self.period.revolutions, self.harmonics, columns)
+    def _forces(self, change: Change, columns: Columns) -> LocalForces:
+        return local_forces(change, self.teeth, self.period.revolutions, self.harmonics, columns)
 
     def _correction(self, forces: LocalForces, columns: Columns) -> Correction:
         if isinstance(self.solver, LongPeriod):
             free, force = self.excitation
             return IteratedCorrection(self.solver, forces, (free[:, :, columns], force[:, :, columns]), self.rows)
-        influences = [self._influence_at(forces.samples, q) for q in inputs_of(forces, len(self.meshes))]
+        influences = [self.influences.at(forces.samples, q) for q in inputs_of(forces, len(self.meshes))]
         return LocalCorrection(
             forces, self.response[:, columns], influences, lambda force: self.rows(self.solver.respond(force))
         )
@@ -236,15 +288,9 @@ class PeriodicRig:
         return _of_peak_to_peak(answer[:, :, 0], self._signals(rows))
 
     def _without_alias(
-        self,
-        damage: Mapping[int, ToothDamage],
-        columns: Columns,
-        correction: Correction,
-        force: FloatArray,
-        rows: FloatArray,
+        self, fine: LocalForces, correction: Correction, force: FloatArray, rows: FloatArray
     ) -> FloatArray:
         """Rows without alias, but for that of a finer grid, by iteration from the forces of the damage."""
-        fine = self._forces(self._change(damage, _FINE), columns)
         known = self.period.spectrum(correction.forces.everywhere(force))
         inputs = inputs_of(fine, len(self.meshes))
         for _ in range(_MOST_ITERATIONS):
@@ -264,60 +310,40 @@ class PeriodicRig:
         return rows[len(self.meshes) * self.period.samples :, 0].reshape(-1, self.samples)
 
     def rows(self, spectrum: ComplexArray) -> FloatArray:
-        """(rows, columns) of a spectrum of outputs: compressions, and sensors averaged over the revolutions."""
-        m, columns = len(self.meshes), spectrum.shape[2]
-        compressions, sensors = self.period.sampled(spectrum[:m]), self.period.averaged(spectrum[m:])
-        return np.concatenate([compressions.reshape(-1, columns), sensors.reshape(-1, columns)])
+        """Return the rows of a spectrum of outputs; see :func:`~sigdb.dynamics.periodic.influences.sampled_rows`."""
+        return sampled_rows(spectrum, len(self.meshes), self.period)
 
-    def _influence(self, source: int) -> FloatArray:
-        """(rows, L) response to a unit force on an input at each of the first L samples; others are turns of it."""
-        if source not in self._influences:
-            N, L = self.period.samples, self.period.samples // gcd(*self.period.passes)
-            force = np.zeros((self.solver.transfer.shape[2], self.period.harmonics, L), complex)
-            k = np.arange((N + 1) // 2)
-            force[source, : len(k)] = np.exp(-2j * np.pi / N * k[:, None] * np.arange(L))
-            self._influences[source] = self.rows(self.solver.respond(force))
-        return self._influences[source]
-
-    def _influence_at(self, samples: IntArray, source: int) -> FloatArray:
-        """(rows, s) response of the healthy rig to a unit force on an input at samples of the period."""
-        key = samples.tobytes() + bytes([source])
-        if key not in self._gathered:
-            N, m, finer = self.period.samples, len(self.meshes), self.period.refinement
-            first = self._influence(source)
-            L = first.shape[1]
-            found = np.empty((len(first), len(samples)))
-            blocks = samples // L
-            for block in np.unique(blocks):
-                here = np.flatnonzero(blocks == block)
-                column = first[:, samples[here] % L]
-                for rows, n, shift in ((slice(m * N), N, L), (slice(m * N, None), self.samples, L // finer)):
-                    turned = np.roll(column[rows].reshape(-1, n, len(here)), block * shift, axis=1)
-                    found[rows, here] = turned.reshape(-1, len(here))
-            if len(self._gathered) >= _GATHERED:
-                self._gathered.clear()
-            self._gathered[key] = found
-        return self._gathered[key]
-
-    def _steady_state(self, stiffness: FloatArray, rows: FloatArray, error: float, specimens: bool) -> SteadyState:
+    def _state(
+        self,
+        stiffness: FloatArray,
+        rows: FloatArray,
+        error: float,
+        specimens: bool,
+        failure: SigdbError | None = None,
+    ) -> SteadyState:
+        """One case, without a leading axis, from the rows of its response."""
         m, N, n, orders = len(self.meshes), self.period.samples, self.samples, len(self.harmonics)
         teeth, columns = self.teeth if specimens else 0, rows.shape[1]
         compressions = rows[: m * N].reshape(m, N, columns)[:, :: self.period.refinement]
         sensors = rows[m * N :].reshape(-1, n, columns)
-        own = compressions[0]
+        main = compressions[0]
         nominal = compressions[1:, :, 0] + compressions[1:, :, 1 + teeth :: 2].sum(axis=2)
+        least_elsewhere = (nominal / self.static_compression[1:, None]).min(initial=np.inf)
         return SteadyState(
             signals=sensors[:, :, 0],
             specimen_response=sensors[:, :, 1 : 1 + teeth],
             harmonic_response=sensors[:, :, 1 + teeth :].reshape(len(sensors), n, orders, 2),
-            orders=tuple(one.order for one in self.harmonics),
-            compression=own[:, 0],
-            compression_response=own[:, 1 : 1 + teeth],
-            compression_harmonic=own[:, 1 + teeth :].reshape(len(own), orders, 2),
-            mesh_stiffness=stiffness,
+            orders=tuple(harmonic.order for harmonic in self.harmonics),
+            compression=main[:, 0],
+            compression_response=main[:, 1 : 1 + teeth],
+            compression_harmonic=main[:, 1 + teeth :].reshape(len(main), orders, 2),
+            mesh_force=stiffness[0] * main[:, 0],
             static_compression=float(self.static_compression[0]),
-            least_elsewhere=float((nominal / self.static_compression[1:, None]).min(initial=np.inf)),
-            error=error,
+            least_elsewhere=np.asarray(least_elsewhere),
+            error=np.asarray(error),
+            is_linear=np.asarray(True),
+            parts_contact=np.asarray(False),
+            failures=(failure,),
         )
 
 

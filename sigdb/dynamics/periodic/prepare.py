@@ -9,6 +9,7 @@ from sigdb.core import ComplexArray, FloatArray, InputError
 from sigdb.dynamics.excitation import excitation, harmonics, over_a_pass
 from sigdb.dynamics.period import Period, common_period, damaged_gear
 from sigdb.dynamics.periodic.hill import Hill, entries, hill
+from sigdb.dynamics.periodic.influences import Influences, sampled_rows
 from sigdb.dynamics.periodic.long_period import LongPeriod, long_period
 from sigdb.dynamics.periodic.periodic import SAMPLES_PER_TOOTH, TOLERANCE, PeriodicRig
 from sigdb.dynamics.periodic.truncation import truncation, twice
@@ -49,9 +50,9 @@ def prepare(
     Examples
     --------
     >>> import sigdb
-    >>> healthy = prepare(sigdb.load_transmission("nasa-spiral-bevel")).steady_state({})
-    >>> healthy.signals.shape, bool(healthy.min_compression > 0)
-    ((2, 768), True)
+    >>> healthy = prepare(sigdb.load_transmission("nasa-spiral-bevel")).steady_state([{}])
+    >>> healthy.signals.shape, bool(healthy.min_compression[0] > 0)
+    ((1, 2, 768), True)
     """
     gear = damaged_gear(rig, gear)
     if rig.operating.drive is None or not rig.operating.torque or not rig.operating.speed_rpm:
@@ -85,6 +86,7 @@ def prepare(
         response = solver.respond(force, free)
         beyond = truncation(_transfer(system, order, twice(period), speed)[:, :m, inputs], varying, period)
         prepared = PeriodicRig(
+            rig=rig,
             system=system,
             gear=gear,
             teeth=teeth,
@@ -100,9 +102,11 @@ def prepare(
             excitation=(free, force),
             solver=solver,
             truncation=beyond,
-            response=np.empty((0, 0)),
+            response=sampled_rows(response, m, period),
+            error=np.nan,
+            influences=Influences(solver, m, period),
         )
-        prepared = replace(prepared, response=prepared.rows(response))
+        prepared = replace(prepared, error=prepared.healthy_error())
         if prepared.error < _HEALTHY_SHARE * TOLERANCE or period.refinement >= _MOST_REFINEMENT:
             return prepared
         period = twice(period)

@@ -1,42 +1,110 @@
-"""The periodic response of a rig to all that excites it, for any specimen."""
+"""The steady state of a rig with damage, and its signals for any specimen."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Self
 
-from sigdb.core import FloatArray
+import numpy as np
+from numpy.typing import NDArray
+
+from sigdb.core import BoolArray, FloatArray, SigdbError
+
+
+def superpose(
+    values: FloatArray,
+    specimen_response: FloatArray,
+    harmonic_response: FloatArray,
+    index_errors: FloatArray | None = None,
+    phases: FloatArray | None = None,
+) -> FloatArray:
+    """Return an affine response for given index errors and phases of the harmonic excitations.
+
+    Parameters
+    ----------
+    values : ndarray, (...)
+        The response without index errors and harmonic excitations.
+    specimen_response : ndarray, (..., teeth)
+        Its change per metre of each tooth's index error.
+    harmonic_response : ndarray, (..., orders, 2)
+        Its change by each order's excitation, in phase with the cosine and with the sine.
+    index_errors : ndarray, (teeth,) or (rows, teeth), optional
+        Index errors, m; none if left out.
+    phases : ndarray, (orders, 2) or (rows, orders, 2), optional
+        Cosine and sine of each order's phase in a frame turned by psi: ``cos(order psi)`` and ``sin(order psi)``. 1 and
+        0, the frame of the tacho mark, if left out.
+
+    Returns
+    -------
+    ndarray, (...) or (rows, ...)
+        ``values + specimen_response @ index_errors + sum over orders of harmonic_response * phases``.
+
+    Examples
+    --------
+    >>> superpose(np.ones(3), np.eye(3), np.zeros((3, 0, 2)), np.array([0.0, 0.5, 0.0]))
+    array([1. , 1.5, 1. ])
+    """
+    total = values
+    if index_errors is not None:
+        total = total + _weighted_sum(specimen_response, index_errors, axes=1)
+    if harmonic_response.shape[-2]:
+        nominal = phases is None
+        total = total + (
+            harmonic_response[..., 0].sum(axis=-1) if nominal else _weighted_sum(harmonic_response, phases, axes=2)
+        )
+    return total
+
+
+def _weighted_sum(response: FloatArray, weights: FloatArray, *, axes: int) -> FloatArray:
+    """(...) or (rows, ...) the sum over the last axes of a response, times weights that may have an axis of rows."""
+    kept = response.shape[: response.ndim - axes]
+    flat = weights.reshape(*weights.shape[: weights.ndim - axes], -1)
+    if flat.ndim == 1:
+        return response.reshape(*kept, -1) @ flat
+    return (flat @ response.reshape(-1, flat.shape[1]).T).reshape(len(flat), *kept)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SteadyState:
-    """Periodic response, averaged over the common period onto one revolution of the damaged gear.
+    """Steady states of a rig for one or several cases of damage, averaged onto one revolution of the damaged gear.
 
-    Signals are affine in the index errors e of the gear's teeth and in the harmonic excitations:
-    ``signals + specimen_response @ e + sum over orders of harmonic_response[..., 0]``. Seen from a frame turned by psi,
-    an order's share is ``cos(order psi) harmonic_response[..., 0] + sin(order psi) harmonic_response[..., 1]``.
+    Where the meshes repeat only after several revolutions, signals are averages over them. Arrays marked with ``[cases]``
+    have a leading axis for the cases, unless the steady state is one case of several, taken by its index.
+
+    A case that is solved by the linear equations is affine in the index errors e of the gear's teeth and in the harmonic
+    excitations; see :meth:`signals_at`. A case that is marched in time holds for the index errors with which it is
+    marched, and its responses are zero.
 
     Attributes
     ----------
-    signals
-        (sensors, n) y_D under torque and profile errors, in the sensors' units.
-    specimen_response
-        (sensors, n, teeth) Y_D, unit of the signal per metre of index error.
-    harmonic_response
-        (sensors, n, orders, 2).
-    orders
+    signals : ndarray, ([cases,] sensors, n)
+        y_D under torque and profile errors, in the sensors' units; of a marched case under all that excites it.
+    specimen_response : ndarray, ([cases,] sensors, n, teeth)
+        Y_D, unit of the signal per metre of index error.
+    harmonic_response : ndarray, ([cases,] sensors, n, orders, 2)
+        Response to each harmonic excitation, in two phases.
+    orders : tuple of float
         Orders of the harmonic excitations, cycles per revolution.
-    compression
-        (N,) of the damaged gear's mesh over the common period, along the normal, m, under torque and profile errors.
-    compression_response
-        (N, teeth) change of the compression per metre of index error.
-    compression_harmonic
-        (N, orders, 2) change of the compression by the harmonic excitations.
-    mesh_stiffness
-        (meshes, N) sum over the tooth pairs in contact, N/m.
-    static_compression
+    compression : ndarray, ([cases,] N)
+        Compression of the damaged gear's mesh over the common period, along the normal, m.
+    compression_response : ndarray, ([cases,] N, teeth)
+        Change of the compression per metre of index error.
+    compression_harmonic : ndarray, ([cases,] N, orders, 2)
+        Change of the compression by the harmonic excitations.
+    mesh_force : ndarray, ([cases,] N)
+        Force along the normal of the damaged gear's mesh, N; without the errors' own share where the case is linear.
+    static_compression : float
         Compression of the damaged gear's mesh under the mean torque and stiffness, m.
-    least_elsewhere
+    least_elsewhere : ndarray, ([cases])
         Least compression of the other meshes as a fraction of their static ones; infinite where there are none.
-    error
-        Estimated error of the signals by the grid, as a fraction of their peak-to-peak, the greatest of all sensors.
+    error : ndarray, ([cases])
+        Estimated error of the signals by the grid or the step, as a fraction of their peak-to-peak, the greatest of all
+        sensors.
+    is_linear : ndarray of bool, ([cases])
+        Whether the case is solved by the linear equations, which hold while the meshes stay in contact.
+    parts_contact : ndarray of bool, ([cases])
+        Whether teeth part in a marched case; False where the case is linear.
+    failures : tuple
+        For each case the error that prevented its result, or None. The arrays of a case that failed are undefined.
     """
 
     signals: FloatArray
@@ -46,18 +114,91 @@ class SteadyState:
     compression: FloatArray
     compression_response: FloatArray
     compression_harmonic: FloatArray
-    mesh_stiffness: FloatArray
+    mesh_force: FloatArray
     static_compression: float
-    least_elsewhere: float
-    error: float
+    least_elsewhere: FloatArray
+    error: FloatArray
+    is_linear: BoolArray
+    parts_contact: BoolArray
+    failures: tuple[SigdbError | None, ...]
+
+    def __len__(self) -> int:
+        """Return the number of cases."""
+        return len(self.failures)
+
+    def __getitem__(self, case: int) -> Self:
+        """Return one case, without the leading axis.
+
+        Raises
+        ------
+        SigdbError
+            If the case failed.
+        """
+        failure = self.failures[case]
+        if failure is not None:
+            raise failure
+        return self.case(case)
+
+    def case(self, case: int) -> Self:
+        """Return one case, without the leading axis, whether it failed or not."""
+        failures = (self.failures[case],)
+        return replace(self, failures=failures, **{name: getattr(self, name)[case] for name in _BY_CASE})
+
+    @classmethod
+    def stack(cls, cases: Sequence[Self]) -> Self:
+        """Return several cases of one rig as one steady state with a leading axis."""
+        joined = {name: np.stack([getattr(case, name) for case in cases]) for name in _BY_CASE}
+        return replace(cases[0], failures=tuple(failure for case in cases for failure in case.failures), **joined)
+
+    def signals_at(self, index_errors: FloatArray | None = None, phases: FloatArray | None = None) -> FloatArray:
+        """Return the signals of specimens.
+
+        Parameters
+        ----------
+        index_errors : ndarray, (teeth,) or (rows, teeth), optional
+            Index error of each tooth of the damaged gear, m; none if left out.
+        phases : ndarray, (orders, 2) or (rows, orders, 2), optional
+            Phases of the harmonic excitations, as of :func:`superpose`.
+
+        Returns
+        -------
+        ndarray, ([rows,] [cases,] sensors, n)
+            Signals in the sensors' units.
+        """
+        return superpose(self.signals, self.specimen_response, self.harmonic_response, index_errors, phases)
+
+    def compression_at(self, index_errors: FloatArray | None = None, phases: FloatArray | None = None) -> FloatArray:
+        """Return the compression of specimens, ([rows,] [cases,] N), m; arguments as of :meth:`signals_at`."""
+        return superpose(
+            self.compression, self.compression_response, self.compression_harmonic, index_errors, phases
+        )
+
+    def least_compression_at(
+        self, index_errors: FloatArray | None = None, phases: FloatArray | None = None
+    ) -> FloatArray:
+        """Return the least compression of any mesh as a fraction of its static one, ([rows,] [cases]).
+
+        Arguments are as of :meth:`signals_at`. In a linear case a mesh loses contact where this is below 0. A tooth's
+        own index error, small against the static compression, is not subtracted.
+        """
+        least = self.compression_at(index_errors, phases).min(axis=-1) / self.static_compression
+        return np.minimum(least, self.least_elsewhere)
+
+    def contact_loss_at(self, index_errors: FloatArray | None = None, phases: FloatArray | None = None) -> BoolArray:
+        """Return whether a mesh loses contact, ([rows,] [cases]); arguments as of :meth:`signals_at`."""
+        return np.where(self.is_linear, self.least_compression_at(index_errors, phases) < 0, self.parts_contact)
 
     @property
-    def mesh_force(self) -> FloatArray:
-        """(N,) force along the normal of the damaged gear's mesh, N, but for the errors' own share."""
-        return self.mesh_stiffness[0] * self.compression
+    def min_compression(self) -> FloatArray:
+        """([cases]) least compression of any mesh as a fraction of its static one, without index errors."""
+        return self.least_compression_at()
 
     @property
-    def min_compression(self) -> float:
-        """Least compression of any mesh as a fraction of its static one; below 0 a mesh loses contact."""
-        least = (self.compression + self.compression_harmonic[..., 0].sum(axis=1)).min()
-        return min(float(least / self.static_compression), self.least_elsewhere)
+    def contact_loss(self) -> NDArray[np.bool_]:
+        """([cases]) whether a mesh loses contact, without index errors."""
+        return self.contact_loss_at()
+
+
+_BY_CASE = tuple(
+    one.name for one in fields(SteadyState) if one.name not in ("orders", "static_compression", "failures")
+)
