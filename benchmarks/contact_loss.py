@@ -74,7 +74,7 @@ def grid(rig: Transmission) -> Iterator[dict[str, Any]]:
 def least_compression(prepared: PeriodicRig, teeth: int, loss: float, shift: float) -> float:
     """Of a case with damage from tooth 1 on."""
     one = ToothDamage(stiffness_loss=loss, phase_shift_deg=360 / prepared.teeth * shift)
-    return prepared.steady_state(dict.fromkeys(range(1, teeth + 1), one), specimens=False).min_compression
+    return prepared.steady_state([dict.fromkeys(range(1, teeth + 1), one)], specimens=False)[0].min_compression
 
 
 def summaries(name: str, cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -110,7 +110,7 @@ def of_recipe(plan: Plan, name: str) -> dict[str, Any]:
         for point in plan.rig_points
     ]
     cases = list(plan.cases())
-    states = [prepared[case.rig_point].steady_state(case.damage.on_teeth(prepared[case.rig_point].teeth))
+    states = [prepared[case.rig_point].steady_state([case.damage.on_teeth(prepared[case.rig_point].teeth)])[0]
               for case in cases]  # fmt: skip
     least = np.array([state.min_compression for state in states])
     of_rows = least_of_rows(plan, states)

@@ -151,7 +151,7 @@ def template_seconds(prepared: PeriodicRig, damaged: int, specimens: bool, count
 
     def simulate() -> None:
         for damage in cases:
-            prepared.steady_state(damage, specimens=specimens)
+            prepared.steady_state([damage], specimens=specimens)[0]
 
     return least_seconds(simulate) / count
 
@@ -169,7 +169,7 @@ def template_flops(prepared: PeriodicRig, damaged: int, specimens: bool) -> floa
 
 def responses(prepared: PeriodicRig, columns: int) -> tuple[NDArray, NDArray]:
     """(sensors, n, columns) signals of a template, and (1 + sensors, columns) peak-to-peak of its outputs."""
-    state = prepared.steady_state(damages(2, 1)[1])
+    state = prepared.steady_state([damages(2, 1)[1]])[0]
     signals = np.concatenate([state.signals[..., None], state.specimen_response], axis=2)[..., :columns]
     compression = np.column_stack([state.compression, state.compression_response])[:, :columns]
     return signals, np.vstack([np.ptp(compression, axis=0), np.ptp(signals, axis=1)])
@@ -299,10 +299,10 @@ def memory(rig: Transmission, prepared: PeriodicRig) -> Rows:
     """Greatest memory held at once, beside what was held before; what compiled code allocates is counted too."""
     calls: dict[str, Callable[[], Any]] = {
         "prepare": lambda: prepare(rig),
-        "prepare, and one template": lambda: prepare(rig).steady_state(damages(1, 1)[0]),
-        "prepare, and one template of three damaged teeth": lambda: prepare(rig).steady_state(damages(1, 3)[0]),
-        "one template, prepared": lambda: prepared.steady_state(damages(1, 1)[0]),
-        "64 templates of one damaged tooth held": lambda: [prepared.steady_state(one) for one in damages(64, 1)],
+        "prepare, and one template": lambda: prepare(rig).steady_state([damages(1, 1)[0]])[0],
+        "prepare, and one template of three damaged teeth": lambda: prepare(rig).steady_state([damages(1, 3)[0]])[0],
+        "one template, prepared": lambda: prepared.steady_state([damages(1, 1)[0]])[0],
+        "64 templates of one damaged tooth held": lambda: [prepared.steady_state([one])[0] for one in damages(64, 1)],
         "march of 0.1 s at 100 kHz": lambda: march(rig, duration=0.1, sampling_rate=1e5, system=prepared.system),
         "march of 1 s at 100 kHz": lambda: march(rig, duration=1.0, sampling_rate=1e5, system=prepared.system),
     }

@@ -105,7 +105,7 @@ def responses(prepared: PeriodicRig) -> dict[str, dict[str, Any]]:
     """Signals of all sensors and the compression of the mesh, by case."""
     found = {}
     for case, damage in CASES.items():
-        state = prepared.steady_state(damage)
+        state = prepared.steady_state([damage])[0]
         found[case] = dict(zip(prepared.system.sensors, state.signals, strict=True)) | {"mesh": state.compression}
     return found
 

@@ -9,8 +9,8 @@ from sigdb.dynamics.periodic.periodic import PeriodicRig
 from sigdb.dynamics.periodic.prepare import prepare
 from sigdb.dynamics.periodic.steady_state import SteadyState, superpose
 from sigdb.dynamics.simulate import ContactLossWarning, Response, simulate
-from sigdb.dynamics.solver import SOLVERS, Periodic, PeriodicOrTransient, Prepared, Solver, solver_named
 from sigdb.dynamics.solver import DEFAULT_SOLVER as DEFAULT_SOLVER
+from sigdb.dynamics.solver import SOLVERS, Periodic, PeriodicOrTransient, Prepared, Solver, solver_named
 from sigdb.dynamics.stability import floquet_multiplier
 from sigdb.dynamics.time_profile import TimeProfile
 

@@ -1,4 +1,4 @@
-"""Solvers of the steady state: the linear periodic solution, the march in time, and the first with the second behind it.
+"""Solvers of the steady state: the linear periodic solution, the march in time, and one with the other as a fallback.
 
 A solver prepares a rig once for a damaged gear: all that its damage does not change. What it returns then solves any
 number of cases of damage. A new solver is a class with ``prepare``, and an entry in `SOLVERS` for recipes.
@@ -6,7 +6,7 @@ number of cases of damage. A new solver is a class with ``prepare``, and an entr
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol, runtime_checkable
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -64,7 +64,15 @@ class Prepared(Protocol):
 
 @runtime_checkable
 class Solver(Protocol):
-    """A way to find the steady state of a rig."""
+    """A way to find the steady state of a rig.
+
+    Attributes
+    ----------
+    serves_all_specimens : bool
+        Whether the solution of a case that keeps contact holds for any index errors, not only for those requested.
+    """
+
+    serves_all_specimens: ClassVar[bool]
 
     def prepare(self, rig: Transmission, gear: str | None = None, *, system: ModalSystem | None = None) -> Prepared:
         """Prepare a rig for a damaged gear.
@@ -98,6 +106,8 @@ class Periodic:
         Samples in a tooth pass of the damaged gear.
     """
 
+    serves_all_specimens: ClassVar[bool] = True
+
     samples_per_tooth: int = SAMPLES_PER_TOOTH
 
     def __post_init__(self) -> None:
@@ -121,6 +131,8 @@ class PeriodicOrTransient:
     transient : Transient, optional
         The march, whose samples in a tooth pass are those of the periodic solution too.
     """
+
+    serves_all_specimens: ClassVar[bool] = True
 
     transient: Transient = field(default_factory=Transient)
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from sigdb.core import FloatArray, InputError
-from sigdb.dynamics import PeriodicRig, prepare, stable_multiplier
+from sigdb.dynamics import PeriodicRig, prepare
 from sigdb.transmission import ToothDamage, Transmission
 
 TEETH, TOOTH, ELSEWHERE = 12, 6, 9
@@ -90,12 +90,12 @@ def signals_of(rig: Transmission, prepared: PeriodicRig, sensor: str) -> PaperSi
     row, least = list(rig.sensors).index(sensor), []
 
     def signal(damage: dict[int, ToothDamage]) -> FloatArray:
-        state = prepared.steady_state(damage, specimens=False)
-        least.append(state.min_compression)
+        state = prepared.steady_state([damage], specimens=False)[0]
+        least.append(float(state.min_compression))
         return state.signals[row]
 
     for damage in ({}, {TOOTH: ToothDamage(stiffness_loss=max(LOSSES))}):
-        stable_multiplier(rig, prepared, prepared.mesh_stiffness(damage))
+        prepared.floquet_multiplier([damage])
     return PaperSignals(
         teeth=prepared.teeth,
         healthy=signal({}),

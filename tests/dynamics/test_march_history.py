@@ -33,7 +33,7 @@ def test_a_constant_speed_averages_to_the_periodic_signal(rig):
     damage, n, N = Damage(tooth=4, stiffness_loss=0.3, phase_shift_deg=1.0), 12 * 17, 7
     prepared = prepare(rig)
     teeth = damage.on_teeth(12)
-    steady = prepared.steady_state(teeth)
+    steady = prepared.steady_state([teeth])[0]
     found = march(
         rig,
         damage,
@@ -263,5 +263,5 @@ def test_a_line_above_the_rate_is_not_recorded(rig):
         rig, duration=60 * REVOLUTION, sampling_rate=13 / REVOLUTION, state=prepare(rig).modal_state({}, np.zeros(12))
     )
     signal = found.signals["pinion-vertical"][40:-40]
-    mesh = prepare(rig).steady_state({}).signals[0]
+    mesh = prepare(rig).steady_state([{}])[0].signals[0]
     assert np.ptp(signal) < 1e-3 * np.ptp(mesh)

@@ -59,8 +59,8 @@ def test_the_average_is_that_of_the_revolutions_without_harmonics_beyond_it(peri
 @pytest.mark.parametrize("samples_per_tooth", [24, 25])
 def test_given_signals_hold_no_nyquist_harmonic(samples_per_tooth):
     state = prepare(load_transmission("nasa-spiral-bevel"), samples_per_tooth=samples_per_tooth).steady_state(
-        {1: ToothDamage(stiffness_loss=0.5, loss_extent=0.2)}
-    )
+        [{1: ToothDamage(stiffness_loss=0.5, loss_extent=0.2)}]
+    )[0]
     n = 12 * samples_per_tooth
     spectrum = np.fft.rfft(np.moveaxis(state.specimen_response, 1, -1))
     assert state.signals.shape == (2, n)

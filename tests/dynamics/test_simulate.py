@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from sigdb.core.errors import InputError, UnstableRigError
-from sigdb.dynamics import ContactLossWarning, Periodic, prepare, simulate, stable_multiplier
+from sigdb.dynamics import ContactLossWarning, Periodic, prepare, simulate
 from sigdb.transmission import Damage, load_transmission
 
 
@@ -127,5 +127,5 @@ def test_an_unstable_rig_is_refused_with_its_speed_and_a_remedy(resonant):
 
 def test_stable_multiplier_is_the_one_that_is_reported(rig, healthy):
     prepared = prepare(rig)
-    found = stable_multiplier(rig, prepared, prepared.healthy)
+    found = prepared.floquet_multiplier([{}])
     assert_allclose(found, healthy.floquet_multiplier, rtol=1e-12)

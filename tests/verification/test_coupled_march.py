@@ -207,7 +207,7 @@ def test_the_coupled_equations_settle_where_the_modal_system_says():
         return np.concatenate([a_rate, a_second, b_rate, b_second])
 
     prepared = prepare(described(), gear="small", samples_per_tooth=96)
-    state = prepared.steady_state({3: ToothDamage(stiffness_loss=loss)})
+    state = prepared.steady_state([{3: ToothDamage(stiffness_loss=loss)}])[0]
     compression = state.compression + state.compression_harmonic[..., 0].sum(axis=1)
     signals = state.signals + state.harmonic_response[..., 0].sum(axis=2)
 

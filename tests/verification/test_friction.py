@@ -103,19 +103,19 @@ def prepared():
 
 def test_no_friction_changes_nothing(prepared):
     one = ToothDamage(stiffness_loss=0.4, phase_shift_deg=1.0)
-    with_zero = prepared.steady_state({3: one.model_copy(update={"friction": 0.0})})
-    assert_allclose(with_zero.signals, prepared.steady_state({3: one}).signals, rtol=0, atol=0)
-    nearly = prepared.steady_state({3: one.model_copy(update={"friction": 1e-9})})
+    with_zero = prepared.steady_state([{3: one.model_copy(update={"friction": 0.0})}])[0]
+    assert_allclose(with_zero.signals, prepared.steady_state([{3: one}])[0].signals, rtol=0, atol=0)
+    nearly = prepared.steady_state([{3: one.model_copy(update={"friction": 1e-9})}])[0]
     scale = np.ptp(with_zero.signals, axis=1)[:, None]
     assert 0 < np.abs((nearly.signals - with_zero.signals) / scale).max() < 1e-7
 
 
 def test_little_friction_acts_in_proportion_and_more_to_the_second_order(prepared):
     """The change by mu is mu a + mu^2 b: what is left of 2 x(mu) - x(2 mu) falls by four with mu halved."""
-    plain = prepared.steady_state({3: ToothDamage(stiffness_loss=0.3)}).signals
+    plain = prepared.steady_state([{3: ToothDamage(stiffness_loss=0.3)}])[0].signals
 
     def change(mu):
-        return prepared.steady_state({3: ToothDamage(stiffness_loss=0.3, friction=mu)}).signals - plain
+        return prepared.steady_state([{3: ToothDamage(stiffness_loss=0.3, friction=mu)}])[0].signals - plain
 
     left = [np.abs(2 * change(mu) - change(2 * mu)).max() for mu in (0.04, 0.02, 0.01)]
     assert_allclose(np.log2(np.array(left[:-1]) / left[1:]), 2, atol=0.1)
@@ -127,16 +127,16 @@ def test_friction_against_the_sliding_is_friction_the_other_way_round(prepared):
     transfer = prepared.solver.transfer.copy()
     transfer[:, :, 1:] *= -1
     other = replace(prepared, solver=replace(prepared.solver, transfer=transfer), _influences={}, _gathered={})
-    plain = prepared.steady_state({}).signals
+    plain = prepared.steady_state([{}])[0].signals
     one = {5: ToothDamage(friction=1e-3)}
-    forth, back = (rig.steady_state(one).signals - plain for rig in (prepared, other))
+    forth, back = (rig.steady_state([one])[0].signals - plain for rig in (prepared, other))
     assert np.abs(forth + back).max() < 2e-3 * np.abs(forth).max()
 
 
 def test_friction_excites_where_its_tooth_meshes(prepared):
     """Causality within the revolution: the compression departs from the healthy one in pass 6 or the next."""
-    healthy = prepared.steady_state({})
-    rubbing = prepared.steady_state({6: ToothDamage(friction=0.1)})
+    healthy = prepared.steady_state([{}])[0]
+    rubbing = prepared.steady_state([{6: ToothDamage(friction=0.1)}])[0]
     change = np.abs(rubbing.compression - healthy.compression).reshape(12, 32).max(axis=1)
     assert change.argmax() in (5, 6)
     assert change[4] < 0.35 * change.max()

@@ -75,7 +75,7 @@ def test_both_give_one_average_of_two_stages():
     """Five revolutions close the tooth cycle; damage at the second mesh, which is the first of the tables."""
     rig, gear, damage = load_transmission("two-stage-gearbox"), "middle-pinion", {5: ToothDamage(stiffness_loss=0.3)}
     prepared, none = prepare(rig, gear=gear, samples_per_tooth=32), np.zeros(rig.gears["middle-pinion"].teeth)
-    state = prepared.steady_state(damage, specimens=False)
+    state = prepared.steady_state([damage], specimens=False)[0]
     solver = Transient(steps_per_tooth=256, samples_per_tooth=32)
     orbit = settle(
         rig,

@@ -36,7 +36,7 @@ def true_error(state, fine):
 
 
 def solved(rig, damage, samples_per_tooth, **more):
-    return prepare(rig, samples_per_tooth=samples_per_tooth, **more).steady_state(damage, specimens=False)
+    return prepare(rig, samples_per_tooth=samples_per_tooth, **more).steady_state([damage], specimens=False)[0]
 
 
 @pytest.fixture(scope="module", params=RIGS)
@@ -48,8 +48,8 @@ def filed(request):
 @pytest.mark.parametrize("name", DAMAGES)
 def test_the_usual_grid_is_good_to_1e_4_and_says_how_good(filed, name):
     _, usual, fine = filed
-    state = usual.steady_state(DAMAGES[name], specimens=False)
-    reference = fine.steady_state(DAMAGES[name], specimens=False)
+    state = usual.steady_state([DAMAGES[name]], specimens=False)[0]
+    reference = fine.steady_state([DAMAGES[name]], specimens=False)[0]
     error = true_error(state, reference)
     assert error < 1e-4
     assert error / 3 < state.error + reference.error or error < 1e-6
@@ -63,8 +63,8 @@ def test_few_samples_are_nearly_as_good_or_say_so(filed, samples_per_tooth):
     rig, _, fine = filed
     prepared = prepare(rig, samples_per_tooth=samples_per_tooth)
     for damage in DAMAGES.values():
-        state = prepared.steady_state(damage, specimens=False)
-        error = true_error(state, fine.steady_state(damage, specimens=False))
+        state = prepared.steady_state([damage], specimens=False)[0]
+        error = true_error(state, fine.steady_state([damage], specimens=False)[0])
         assert error < max(1e-4, 3 * state.error)
 
 
@@ -111,7 +111,7 @@ def test_the_healthy_error_falls_with_the_fifth_power_at_least(monkeypatch):
 def test_without_specimens_the_signals_are_the_same(name):
     prepared = prepare(load_transmission(name).replace({"pinion.unbalance": 1e-4}), samples_per_tooth=32)
     for damage in DAMAGES.values():
-        whole, nominal = (prepared.steady_state(damage, specimens=one) for one in (True, False))
+        whole, nominal = (prepared.steady_state([damage], specimens=one)[0] for one in (True, False))
         assert nominal.specimen_response.shape[2] == nominal.compression_response.shape[1] == 0
         for field in ("signals", "compression", "harmonic_response", "compression_harmonic"):
             expected = getattr(whole, field)
@@ -171,5 +171,5 @@ def test_sharp_flanks_refine_the_grid_and_not_what_is_given_out():
     prepared = prepare(rig, samples_per_tooth=16)
     assert prepared.period.refinement > 1
     assert prepared.period.samples == 192 * prepared.period.refinement
-    assert prepared.steady_state({}).signals.shape == (2, 192)
-    assert prepared.steady_state({}).compression.shape == (192,)
+    assert prepared.steady_state([{}])[0].signals.shape == (2, 192)
+    assert prepared.steady_state([{}])[0].compression.shape == (192,)

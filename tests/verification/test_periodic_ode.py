@@ -241,7 +241,7 @@ def test_the_periodic_solution_is_where_the_marched_equations_settle(name, tmp_p
     errors = 4e-5 * np.random.default_rng(3).standard_normal(rig.gears[gear].teeth)
 
     prepared = prepare(rig, gear=gear, samples_per_tooth=SAMPLES)
-    state = prepared.steady_state(damage)
+    state = prepared.steady_state([damage])[0]
     compression = state.compression + state.compression_response @ errors
     signals = state.signals + state.specimen_response @ errors
 
@@ -254,7 +254,7 @@ def test_the_periodic_solution_is_where_the_marched_equations_settle(name, tmp_p
     assert (np.abs(signals - marched_signals).max(axis=1) < 1e-5 * np.ptp(signals, axis=1)).all()
     # Each part of the excitation counts in what is compared.
     assert np.ptp(state.compression_response @ errors) > 0.05 * np.ptp(compression)
-    assert np.ptp(state.compression - prepared.steady_state({}).compression) > 0.05 * np.ptp(compression)
+    assert np.ptp(state.compression - prepared.steady_state([{}])[0].compression) > 0.05 * np.ptp(compression)
 
 
 def test_the_floquet_multiplier_is_that_of_the_assembled_equations(tmp_path):

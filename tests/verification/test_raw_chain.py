@@ -41,7 +41,7 @@ def test_the_average_of_the_raw_signal_is_the_periodic_one(rig, prepared, pulses
         pulses_per_revolution=pulses,
         steps_per_tooth=1024,
     )
-    state = prepared.steady_state(DAMAGE.on_teeth(12))
+    state = prepared.steady_state([DAMAGE.on_teeth(12)])[0]
     clean = state.signals + state.specimen_response @ errors
     passed = np.arange(385) * 240 < 0.35 * RATE
     for sensor, expected in zip(rig.sensors, clean, strict=True):
@@ -62,7 +62,7 @@ def test_the_average_over_the_gear_holds_three_passes_of_the_damaged_tooth(rig, 
         state=prepared.modal_state(DAMAGE.on_teeth(12), np.zeros(12)),
         steps_per_tooth=512,
     )
-    clean = prepared.steady_state(DAMAGE.on_teeth(12)).signals[0]
+    clean = prepared.steady_state([DAMAGE.on_teeth(12)])[0].signals[0]
     found = averaged(history, "pinion-vertical", ratio=12 / 36, revolutions=10).tsa
     orders = np.abs(np.fft.rfft(found)) / 768
     thrice = orders[: 3 * 90 : 3]  # 768 samples hold orders of the gear up to 288 flat
@@ -77,7 +77,7 @@ def test_averaging_by_angle_follows_a_speed_that_drifts(rig, prepared):
     drift = TimeProfile([0.0, 0.05, 0.1, 0.15], [14400.0, 14832.0, 13968.0, 14400.0])
     options = {"duration": 0.15, "sampling_rate": RATE, "state": start}
     history = march(rig, DAMAGE, speed_rpm=drift, **options)
-    clean = prepared.steady_state(DAMAGE.on_teeth(12)).signals[0]
+    clean = prepared.steady_state([DAMAGE.on_teeth(12)])[0].signals[0]
     by_angle = averaged(history, "pinion-vertical", revolutions=33).tsa
     by_time = synchronous_average(
         history.signals["pinion-vertical"], RATE, np.arange(34) / 240, samples_per_rev=768, revolutions=33

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 
@@ -34,6 +35,8 @@ class Transient:
         Revolutions of the damaged gear after which a motion that does not repeat is given up.
     """
 
+    serves_all_specimens: ClassVar[bool] = False
+
     steps_per_tooth: int = 256
     samples_per_tooth: int = SAMPLES_PER_TOOTH
     tolerance: float = 1e-4
@@ -62,9 +65,7 @@ class Transient:
         except NotApplicableError:
             linear = None
         gear = damaged_gear(rig, gear)
-        return PreparedMarch(
-            rig=rig, gear=gear, teeth=rig.gears[gear].teeth, solver=self, system=system, linear=linear
-        )
+        return PreparedMarch(rig=rig, gear=gear, teeth=rig.gears[gear].teeth, solver=self, system=system, linear=linear)
 
 
 @dataclass(frozen=True, kw_only=True)

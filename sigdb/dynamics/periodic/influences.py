@@ -1,4 +1,4 @@
-"""Influences: responses of the healthy rig to a unit force at a sample of the period, kept for the cases that follow."""
+"""Influences: responses of the healthy rig to a unit force at a sample of the period, kept for later cases."""
 
 from collections import OrderedDict
 from math import gcd

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,10 +47,9 @@ def superpose(
     if index_errors is not None:
         total = total + _weighted_sum(specimen_response, index_errors, axes=1)
     if harmonic_response.shape[-2]:
-        nominal = phases is None
-        total = total + (
-            harmonic_response[..., 0].sum(axis=-1) if nominal else _weighted_sum(harmonic_response, phases, axes=2)
-        )
+        if phases is None:
+            return total + harmonic_response[..., 0].sum(axis=-1)
+        total = total + _weighted_sum(harmonic_response, phases, axes=2)
     return total
 
 
@@ -67,10 +66,10 @@ def _weighted_sum(response: FloatArray, weights: FloatArray, *, axes: int) -> Fl
 class SteadyState:
     """Steady states of a rig for one or several cases of damage, averaged onto one revolution of the damaged gear.
 
-    Where the meshes repeat only after several revolutions, signals are averages over them. Arrays marked with ``[cases]``
-    have a leading axis for the cases, unless the steady state is one case of several, taken by its index.
+    Where the meshes repeat only after several revolutions, signals are averages over them. Arrays marked with
+    ``[cases]`` have a leading axis for the cases, unless the steady state is a single case, taken by its index.
 
-    A case that is solved by the linear equations is affine in the index errors e of the gear's teeth and in the harmonic
+    A case that is solved by the linear equations is affine in the index errors of the gear's teeth and in the harmonic
     excitations; see :meth:`signals_at`. A case that is marched in time holds for the index errors with which it is
     marched, and its responses are zero.
 
@@ -141,13 +140,13 @@ class SteadyState:
 
     def case(self, case: int) -> Self:
         """Return one case, without the leading axis, whether it failed or not."""
-        failures = (self.failures[case],)
-        return replace(self, failures=failures, **{name: getattr(self, name)[case] for name in _BY_CASE})
+        arrays: dict[str, Any] = {name: getattr(self, name)[case] for name in _BY_CASE}
+        return replace(self, failures=(self.failures[case],), **arrays)
 
     @classmethod
     def stack(cls, cases: Sequence[Self]) -> Self:
         """Return several cases of one rig as one steady state with a leading axis."""
-        joined = {name: np.stack([getattr(case, name) for case in cases]) for name in _BY_CASE}
+        joined: dict[str, Any] = {name: np.stack([getattr(case, name) for case in cases]) for name in _BY_CASE}
         return replace(cases[0], failures=tuple(failure for case in cases for failure in case.failures), **joined)
 
     def signals_at(self, index_errors: FloatArray | None = None, phases: FloatArray | None = None) -> FloatArray:
@@ -169,9 +168,7 @@ class SteadyState:
 
     def compression_at(self, index_errors: FloatArray | None = None, phases: FloatArray | None = None) -> FloatArray:
         """Return the compression of specimens, ([rows,] [cases,] N), m; arguments as of :meth:`signals_at`."""
-        return superpose(
-            self.compression, self.compression_response, self.compression_harmonic, index_errors, phases
-        )
+        return superpose(self.compression, self.compression_response, self.compression_harmonic, index_errors, phases)
 
     def least_compression_at(
         self, index_errors: FloatArray | None = None, phases: FloatArray | None = None

@@ -9,11 +9,13 @@ from pydantic import (
     SerializerFunctionWrapHandler,
     Strict,
     create_model,
+    field_validator,
     model_serializer,
     model_validator,
 )
 
-from sigdb.core import Section, quantity, without_defaults
+from sigdb.core import Section, quantity, suggestion, without_defaults
+from sigdb.dynamics import DEFAULT_SOLVER, SOLVERS
 from sigdb.sweep.design.axes import (
     AXES,
     AXIS_NAMES,
@@ -198,6 +200,17 @@ class SweepSettings(Section):
     patterns: dict[str, Annotated[tuple[ToothDamage, ...], Strict(False)]] = Field(
         default={}, description="Lists of damaged teeth that differ, by name; before a preset of the same name."
     )
+
+    solver: str = Field(
+        default=DEFAULT_SOLVER, description=f"How a case is solved: {', '.join(SOLVERS)}; the first if left out."
+    )
+
+    @field_validator("solver")
+    @classmethod
+    def _known_solver(cls, name: str) -> str:
+        if name not in SOLVERS:
+            raise ValueError(f"solver = {name!r} is not known{suggestion(name, SOLVERS)}")
+        return name
 
     @model_validator(mode="after")
     def _patterns_exist(self) -> "SweepSettings":

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sigdb.core import DatabaseError, FloatArray, InputError, IntArray, validated
-from sigdb.dynamics import damaged_gear
+from sigdb.dynamics import damaged_gear, solver_named
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import SignatureSettings
 from sigdb.sweep.design.design import SweepSettings
@@ -65,6 +65,7 @@ def make_plan(
     blocks, damages, teeth = gathered.blocks()
     _fits(damages, blocks, points, gear)
     measurements, measured = gathered.measurements()
+    _check_specimens(design, signature, measurements["index_error"])
     rig_measured = _rig_measured(gathered, measured)
     _whole_cycles(measurements["averages"].astype(np.int64), rig_measured, points)
     templates, segments = lay_out(
@@ -99,6 +100,15 @@ def make_plan(
         first_template_part=first_template_part,
         base_fields=tuple(base_fields),
     )
+
+
+def _check_specimens(design: SweepSettings, signature: SignatureSettings, index_errors: FloatArray) -> None:
+    """Refuse index errors where a template would hold for one specimen only."""
+    if index_errors.any() and not solver_named(design.solver, signature.samples_per_tooth).serves_all_specimens:
+        raise InputError(
+            f"sweep.solver = {design.solver!r} marches each case for gears without index errors; set index_error = 0 "
+            "in [measurement] and in the grids, or leave out the solver"
+        )
 
 
 def _crossing(design: SweepSettings, number: int, rig: Transmission) -> Crossing:
@@ -311,7 +321,7 @@ def plan_from(resolved: dict[str, Any]) -> Plan:
 def _rebuilt(resolved: dict[str, Any]) -> Plan:
     owner = "resolved recipe"
     rig = validated(Transmission, resolved["rig"], owner=owner)
-    sweep = resolved["sweep"] | {"rig": rig.name}
+    sweep = resolved["sweep"] | {"rig": rig.name} | {key: resolved[key] for key in ("solver",) if key in resolved}
     return make_plan(
         validated(SweepSettings, sweep, owner=owner),
         validated(MeasurementSettings, resolved["measurement"], owner=owner),

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import NOISE_BLOCK, FloatArray, IntArray
+from sigdb.dynamics import Solver, solver_named
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import SignatureSettings
 from sigdb.sweep.design.design import SweepSettings
@@ -179,6 +180,11 @@ class Plan:
     def damage_fields(self) -> tuple[str, ...]:
         """Fields of a tooth's damage that have a column: those of its geometry only where a case has such damage."""
         return tuple(dict.fromkeys((*self.base_fields, *self.damages.fields)))
+
+    @property
+    def solver(self) -> Solver:
+        """The solver that the design names, for the samples of a tooth pass that are stored."""
+        return solver_named(self.design.solver, self.signature.samples_per_tooth)
 
     @property
     def seed(self) -> int:

@@ -5,6 +5,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from sigdb.database import FORMAT
+from sigdb.dynamics import DEFAULT_SOLVER
 from sigdb.transmission import preset_teeth
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ def resolved_content(plan: "Plan") -> dict[str, Any]:
     """All that determines a plan's rows, with every default filled in."""
     content: dict[str, Any] = {
         "format": FORMAT,
-        "sweep": plan.design.model_dump(mode="json", exclude={"rig"}),
+        "sweep": plan.design.model_dump(mode="json", exclude={"rig", "solver"}),
         "measurement": plan.measurement.model_dump(mode="json"),
         "signature": plan.signature.model_dump(mode="json"),
         "rig": plan.rig.model_dump(mode="json"),
@@ -23,6 +24,8 @@ def resolved_content(plan: "Plan") -> dict[str, Any]:
     content["sweep"]["gear"] = plan.gear
     content["sweep"]["patterns"] |= _presets(plan)
     content["signature"]["sensors"] = list(plan.sensors)
+    # Defaults that came later are left out, so that older hashes hold.
+    content |= {"solver": plan.design.solver} if plan.design.solver != DEFAULT_SOLVER else {}
     return content | ({"parts": plan.own_parts} if plan.own_parts else {})
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sigdb.core import BoolArray, FloatArray, IntArray, specimen_stream
 from sigdb.database import Template
+from sigdb.dynamics import superpose
 from sigdb.measurement import index_errors, noise_deviation, revolution_scatter
 from sigdb.sweep.plan.plan import Plan, RigPoint
 from sigdb.sweep.work.template_reader import TemplateReader
@@ -95,12 +96,15 @@ class Averages:
     def _with_specimens(self, template: Template, point: RigPoint, rows: IntArray, turns: IntArray) -> FloatArray:
         """(rows, sensors, n) clean averages, not turned yet; rows that lose contact by their specimen fail."""
         errors = _turned(self._index_errors(point, rows), turns)
-        compression = template.relative_compression + errors @ template.relative_compression_response.T
-        clean = template.signals + _product(errors, template.specimen_response)
-        if len(template.orders):
-            phases = _phases(template.orders, turns * 2 * np.pi / point.teeth)
-            compression += _product(phases, template.relative_compression_harmonic)
-            clean += _product(phases, template.harmonic_response)
+        phases = _phases(template.orders, turns * 2 * np.pi / point.teeth)
+        clean = superpose(template.signals, template.specimen_response, template.harmonic_response, errors, phases)
+        compression = superpose(
+            template.relative_compression,
+            template.relative_compression_response,
+            template.relative_compression_harmonic,
+            errors,
+            phases,
+        )
         least = np.minimum(compression.min(axis=1), template.least_elsewhere)
         self.least[rows], self.contact_loss[rows] = least, least < 0
         for row in rows[least < 0]:
@@ -122,13 +126,6 @@ class Averages:
         specimens = self._cases["specimen"][rows].tolist()
         unit = [_specimen(self._plan.seed, one, point.teeth, point.mate_teeth) for one in specimens]
         return np.array(unit) * self._cases["index_error"][rows, None]
-
-
-def _product(factors: FloatArray, response: FloatArray) -> FloatArray:
-    """(rows, ...) the sum over the last axes of a response (..., factors) times those of each row (rows, factors)."""
-    columns = factors.reshape(len(factors), -1)
-    rest = response.shape[: response.ndim - factors.ndim + 1]
-    return (columns @ response.reshape(-1, columns.shape[1]).T).reshape(len(factors), *rest)
 
 
 def _phases(orders: FloatArray, angles: FloatArray) -> FloatArray:
