@@ -17,13 +17,9 @@ from sigdb.database.matching.match import Match, match_average
 from sigdb.database.query import (
     check_rows,
     check_table,
-    choose,
-    choose_batches,
     chosen_columns,
     describe_columns,
-    select,
     signal_batches,
-    stream,
 )
 from sigdb.database.signals import row_matrices
 from sigdb.database.store.schema import suffixed
@@ -68,7 +64,7 @@ class Database(StoredTables):
     def arrow(self, query: str) -> pa.Table:
         """The result of one SELECT statement as an Arrow table; see :meth:`sql`."""
         with self._reading():
-            return select(self._connection, query)
+            return self._connection.select(query)
 
     def stream(self, query: str, *, rows: int = 2048) -> pa.RecordBatchReader:
         """The result of one SELECT statement in batches, as DuckDB computes them; see :meth:`sql`.
@@ -89,7 +85,7 @@ class Database(StoredTables):
         """
         check_rows(rows)
         with self._reading():
-            return stream(self._connect(), query, rows)
+            return self._connect().stream(query, rows)
 
     def cases(self, where: str | None = None) -> pd.DataFrame:
         """Rows without their lists: parameters, labels, indicators, by id.
@@ -107,13 +103,13 @@ class Database(StoredTables):
             If ``where`` is not one expression, or names what does not exist.
         """
         with self._reading():
-            cases: pd.DataFrame = choose(self._connection, "cases", where, order="id").to_pandas()
+            cases: pd.DataFrame = self._connection.choose("cases", where, order="id").to_pandas()
         return cases
 
     def features(self, where: str | None = None) -> pd.DataFrame:
         """Rows with their pooled Wigner-Ville features, by id; ``where`` as in :meth:`cases`."""
         with self._reading():
-            features: pd.DataFrame = choose(self._connection, "features", where, order="id").to_pandas()
+            features: pd.DataFrame = self._connection.choose("features", where, order="id").to_pandas()
         return features
 
     def batches(
@@ -160,11 +156,11 @@ class Database(StoredTables):
         check_table(table)
         check_rows(rows)
         schema = self.dataset(table).schema
-        names = chosen_columns(schema, table, columns)
+        names = chosen_columns(schema, table, columns, self.why_absent)
         with self._reading():
             if table != "signals":
-                return describe_columns(choose_batches(self._connect(), table, where, names, rows), schema)
-            ids = choose_batches(self._connect(), "features", where, ["id"], rows)
+                return describe_columns(self._connect().choose_batches(table, where, names, rows), schema)
+            ids = self._connect().choose_batches("features", where, ["id"], rows)
             return signal_batches(ids, lambda some: self._signal_rows(some, names), names, schema)
 
     def templates(self) -> pd.DataFrame:
@@ -356,6 +352,6 @@ def check_complete(database: Database, columns: Sequence[str] = ()) -> None:
             f"{database.store} has {len(database)} of {database.manifest.rows} rows; finish the sweep first, "
             "with the same command that began it"
         )
-    lacking = set(columns) - set(database.dataset("features").schema.names)
-    if lacking:
-        raise DatabaseError(f"{database.store} lacks the columns {sorted(lacking)}")
+    for name in sorted(set(columns) - set(database.dataset("features").schema.names)):
+        why = f"{database.store} lacks the column {name}; give a database that has it"
+        raise DatabaseError(database.why_absent(name) or why)

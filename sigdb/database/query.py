@@ -2,6 +2,9 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import copy
+from types import TracebackType
+from typing import Self
 
 import duckdb
 import pyarrow as pa
@@ -11,10 +14,8 @@ from sigdb.core import DatabaseError, InputError, IntArray, suggestion
 from sigdb.database.store.schema import TABLES
 
 
-def connect(views: Mapping[str, ds.Dataset | pa.Table], selections: Mapping[str, str]) -> duckdb.DuckDBPyConnection:
-    """A connection that sees the views and nothing else.
-
-    What the datasets read is compared with its checksums, which DuckDB's own Parquet reader would not do.
+class Connection:
+    """A DuckDB connection that sees some views and nothing else.
 
     Parameters
     ----------
@@ -22,92 +23,137 @@ def connect(views: Mapping[str, ds.Dataset | pa.Table], selections: Mapping[str,
         Dataset or table by view name.
     selections
         SQL text of further views by name.
+    errors
+        The list to which files of the datasets add errors of reading; see :func:`sigdb.database.open_checked`. DuckDB
+        passes such an error on as text, so it is taken from here.
+    why_absent
+        Returns why a column that a statement names is absent, or nothing; for messages.
     """
-    connection = duckdb.connect(":memory:")
-    for name, dataset in views.items():
-        connection.register(name, dataset)
-    for name, text in selections.items():
-        connection.execute(f"create view {name} as {text}")
-    for setting in (
-        "streaming_buffer_size='1MB'",
-        "python_enable_replacements=false",
-        "enable_external_access=false",
-        "lock_configuration=true",
-    ):
-        connection.execute(f"set {setting}")
-    return connection
 
+    def __init__(
+        self,
+        views: Mapping[str, ds.Dataset | pa.Table],
+        selections: Mapping[str, str] | None = None,
+        *,
+        errors: list[DatabaseError] | None = None,
+        why_absent: Callable[[str], str] = lambda text: "",
+    ) -> None:
+        self._errors: list[DatabaseError] = [] if errors is None else errors
+        self._why_absent = why_absent
+        self._duckdb = duckdb.connect(":memory:")
+        for name, dataset in views.items():
+            self._duckdb.register(name, dataset)
+        for name, text in (selections or {}).items():
+            self._duckdb.execute(f"create view {name} as {text}")
+        for setting in (
+            "streaming_buffer_size='1MB'",
+            "python_enable_replacements=false",
+            "enable_external_access=false",
+            "lock_configuration=true",
+        ):
+            self._duckdb.execute(f"set {setting}")
 
-def select(connection: duckdb.DuckDBPyConnection, text: str) -> pa.Table:
-    """The result of one SELECT statement.
+    def __enter__(self) -> Self:
+        return self
 
-    Raises
-    ------
-    InputError
-        If the text is not one SELECT statement, or names what does not exist.
-    DatabaseError
-        If a part that it reads is damaged.
-    """
-    with _told("query"):
-        return _selection(connection, text).to_arrow_table()
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._duckdb.close()
 
+    def select(self, text: str) -> pa.Table:
+        """Return the result of one SELECT statement.
 
-def stream(connection: duckdb.DuckDBPyConnection, text: str, rows: int) -> pa.RecordBatchReader:
-    """The result of one SELECT statement in batches, as they are computed; the connection serves nothing else then.
+        Raises
+        ------
+        InputError
+            If the text is not one SELECT statement, or names what does not exist.
+        DatabaseError
+            If a part that it reads is damaged.
+        """
+        self._errors.clear()
+        with self._explained("query", text):
+            return self._selection(text).to_arrow_table()
 
-    Raises
-    ------
-    InputError, DatabaseError
-        As :func:`select`; damage is told when the reader comes to it.
-    """
-    with _told("query"):
-        return _batches(connection, _selection(connection, text), rows, "query")
+    def stream(self, text: str, rows: int) -> pa.RecordBatchReader:
+        """Return the result of one SELECT statement in batches, as they are computed.
 
+        The connection serves nothing else then, and is closed at the end of the batches.
 
-def choose(
-    connection: duckdb.DuckDBPyConnection, view: str, where: str | None, *, order: str | None = None
-) -> pa.Table:
-    """All rows of a view that meet a condition.
+        Raises
+        ------
+        InputError, DatabaseError
+            As :meth:`select`. Damage is raised when the reader comes to it.
+        """
+        with self._explained("query", text):
+            return self._batches(self._selection(text), rows, "query", text)
 
-    Parameters
-    ----------
-    where
-        One SQL expression, parsed as such: no text can end it and begin something else. It may hold subqueries over
-        the views of the connection. None stands for all rows.
-    order
-        Column to sort by.
+    def choose(self, view: str, where: str | None, *, order: str | None = None) -> pa.Table:
+        """Return all rows of a view that meet a condition.
 
-    Raises
-    ------
-    InputError
-        If ``where`` is not one expression, or names what does not exist; the message repeats it.
-    DatabaseError
-        If a part is damaged.
-    """
-    with _told(_owner(where)):
-        found = _chosen(connection, view, where)
-        return (found.order(order) if order else found).to_arrow_table()
+        Parameters
+        ----------
+        view
+            Name of the view.
+        where
+            One SQL expression, parsed as such: no text can end it and begin something else. It may hold subqueries over
+            the views of the connection. None stands for all rows.
+        order
+            Column to sort by.
 
+        Raises
+        ------
+        InputError
+            If ``where`` is not one expression, or names what does not exist; the message repeats it.
+        DatabaseError
+            If a part is damaged.
+        """
+        self._errors.clear()
+        with self._explained(_owner(where), where or ""):
+            chosen = self._chosen(view, where)
+            return (chosen.order(order) if order else chosen).to_arrow_table()
 
-def choose_batches(
-    connection: duckdb.DuckDBPyConnection, view: str, where: str | None, columns: Sequence[str], rows: int
-) -> pa.RecordBatchReader:
-    """Rows of a view that meet a condition, in batches in the view's order; see :func:`choose` and :func:`stream`."""
-    with _told(_owner(where)):
-        found = _chosen(connection, view, where).project(", ".join(f'"{name}"' for name in columns))
-        return _batches(connection, found, rows, _owner(where))
+    def choose_batches(self, view: str, where: str | None, columns: Sequence[str], rows: int) -> pa.RecordBatchReader:
+        """Return rows of a view that meet a condition, in batches in the view's order.
 
+        See :meth:`choose` for the condition and :meth:`stream` for the batches.
+        """
+        with self._explained(_owner(where), where or ""):
+            chosen = self._chosen(view, where).project(", ".join(f'"{name}"' for name in columns))
+            return self._batches(chosen, rows, _owner(where), where or "")
 
-def _selection(connection: duckdb.DuckDBPyConnection, text: str) -> duckdb.DuckDBPyRelation:
-    statements = connection.extract_statements(text)
-    if len(statements) != 1 or statements[0].type != duckdb.StatementType.SELECT:
-        raise InputError(f"query {text!r} must be one SELECT statement; a database is read-only")
-    return connection.sql(text)
+    def _selection(self, text: str) -> duckdb.DuckDBPyRelation:
+        statements = self._duckdb.extract_statements(text)
+        if len(statements) != 1 or statements[0].type != duckdb.StatementType.SELECT:
+            raise InputError(f"query {text!r} must be one SELECT statement; a database is read-only")
+        return self._duckdb.sql(text)
 
+    def _chosen(self, view: str, where: str | None) -> duckdb.DuckDBPyRelation:
+        relation = self._duckdb.view(view)
+        return relation if where is None else relation.filter(duckdb.SQLExpression(where))
 
-def _chosen(connection: duckdb.DuckDBPyConnection, view: str, where: str | None) -> duckdb.DuckDBPyRelation:
-    relation = connection.view(view)
-    return relation if where is None else relation.filter(duckdb.SQLExpression(where))
+    def _batches(self, relation: duckdb.DuckDBPyRelation, rows: int, owner: str, text: str) -> pa.RecordBatchReader:
+        reader = relation.to_arrow_reader(rows)
+
+        def read() -> Iterator[pa.RecordBatch]:
+            try:
+                with self._explained(owner, text):
+                    yield from reader
+            finally:
+                self._duckdb.close()
+
+        return pa.RecordBatchReader.from_batches(reader.schema, read())
+
+    @contextmanager
+    def _explained(self, owner: str, text: str) -> Iterator[None]:
+        """Raise what is wrong with the files that are read, or else with the statement."""
+        try:
+            yield
+        except (duckdb.Error, OSError, pa.ArrowInvalid) as error:
+            if self._errors:
+                raise copy(self._errors[0]) from None
+            why = isinstance(error, duckdb.BinderException) and self._why_absent(text)
+            raise InputError(f"{owner}: {why or _sentence(error)}") from None
 
 
 def _owner(where: str | None) -> str:
@@ -118,41 +164,8 @@ def _owner(where: str | None) -> str:
     return "query" if where is None else f"query: where = {where!r}"
 
 
-def _batches(
-    connection: duckdb.DuckDBPyConnection, relation: duckdb.DuckDBPyRelation, rows: int, owner: str
-) -> pa.RecordBatchReader:
-    reader = relation.to_arrow_reader(rows)
-
-    def read() -> Iterator[pa.RecordBatch]:
-        try:
-            with _told(owner):
-                yield from reader
-        finally:
-            connection.close()
-
-    return pa.RecordBatchReader.from_batches(reader.schema, read())
-
-
-@contextmanager
-def _told(owner: str) -> Iterator[None]:
-    """Tell what is wrong with the question, or with the database, in a sentence."""
-    try:
-        yield
-    except duckdb.Error as error:
-        if "reading the stream" in str(error):
-            raise DatabaseError(_damage(error)) from None
-        raise InputError(f"{owner}: {_first_line(error)}") from None
-    except (OSError, pa.ArrowInvalid) as error:
-        raise DatabaseError(_damage(error)) from None
-
-
-def _damage(error: Exception) -> str:
-    """The sentence of the file that is damaged, out of what Arrow and DuckDB have put around it."""
-    line = _first_line(error).rpartition("IOError: ")[2].partition(". Detail: Python exception")[0]
-    return line if " is damaged: " in line else f"a part of the database is damaged: {line}"
-
-
-def _first_line(error: Exception) -> str:
+def _sentence(error: Exception) -> str:
+    """An error of DuckDB on one line, without its drawing of the statement."""
     lines = [line for line in str(error).splitlines() if line.strip()]
     hints = [line for line in lines if line.startswith(("Candidate", "Did you mean"))]
     return "; ".join([lines[0], *hints])
@@ -162,8 +175,21 @@ SignalRows = Callable[[IntArray], Iterable[tuple[IntArray, pa.Table]]]
 """Rows of ``signals`` by ids in ascending order, block by block."""
 
 
-def chosen_columns(schema: pa.Schema, table: str, columns: Sequence[str] | None) -> list[str]:
-    """The columns to read, all if None.
+def chosen_columns(
+    schema: pa.Schema, table: str, columns: Sequence[str] | None, why_absent: Callable[[str], str]
+) -> list[str]:
+    """Return the columns to read, all if None.
+
+    Parameters
+    ----------
+    schema
+        The table's columns.
+    table
+        The table's name.
+    columns
+        The columns by name.
+    why_absent
+        Returns why a column is absent, or nothing; see :meth:`StoredTables.why_absent`.
 
     Raises
     ------
@@ -174,7 +200,8 @@ def chosen_columns(schema: pa.Schema, table: str, columns: Sequence[str] | None)
         return list(schema.names)
     for name in columns:
         if name not in schema.names:
-            raise InputError(f"columns: {table} has no column {name!r}{suggestion(name, schema.names)}")
+            why = why_absent(name) or f"{table} has no column {name!r}{suggestion(name, schema.names)}"
+            raise InputError(f"columns: {why}")
     return list(columns)
 
 

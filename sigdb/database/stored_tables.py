@@ -1,22 +1,25 @@
 """The finished parts of a database: tables as Arrow datasets, rows by id, a connection for SQL."""
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from copy import copy
 from functools import cached_property
 from os import PathLike
-from typing import Any
 
 import pyarrow as pa
 import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 
-from sigdb.core import DatabaseError, InputError, IntArray
-from sigdb.database.query import connect
+from sigdb.core import DatabaseError, InputError, IntArray, __version__
+from sigdb.database.query import Connection
 from sigdb.database.signals import AbsentRowError, row_blocks
 from sigdb.database.store.checked import open_checked
 from sigdb.database.store.manifest import Manifest, read_manifest
 from sigdb.database.store.receipts import KINDS, Receipt, read_receipts
+from sigdb.database.store.schema import TABLES, suffixed
 from sigdb.database.store.store import Store
+from sigdb.signature import FEATURES
 
 _PARQUET = ds.ParquetFileFormat()
 _PART_KIND = {"templates": "templates", "features": "rows", "signals": "rows"}
@@ -50,12 +53,45 @@ class StoredTables:
         table
             ``templates``, ``features`` or ``signals``.
         """
+        with self._reading():
+            return self._dataset(table)
+
+    def _dataset(self, table: str, errors: list[DatabaseError] | None = None) -> ds.Dataset:
         receipts = self._receipts[_PART_KIND[table]].values()
         if not receipts:
             raise DatabaseError(f"{self.store}: no {table} are finished yet; run the sweep that makes this database")
-        with self._reading():
-            parts = [_PARQUET.make_fragment(open_checked(self.store, receipt.file(table))) for receipt in receipts]
-            return ds.FileSystemDataset(parts, parts[0].physical_schema, _PARQUET)
+        files = [open_checked(self.store, receipt.file(table), errors) for receipt in receipts]
+        parts = [_PARQUET.make_fragment(file) for file in files]
+        return ds.FileSystemDataset(parts, parts[0].physical_schema, _PARQUET)
+
+    def why_absent(self, text: str) -> str:
+        """Return why the database lacks a column that a text names.
+
+        A database keeps the columns that it was made with. Another version of sigdb may know more.
+
+        Parameters
+        ----------
+        text
+            Name of a column, or SQL text.
+
+        Returns
+        -------
+        str
+            A sentence; empty if the text names no column that only this version of sigdb would store.
+        """
+        for name in self._absent_features:
+            if re.search(rf"\b{re.escape(name)}\b", text):
+                return (
+                    f"{self.store} lacks the column {name}, which sigdb {self.manifest.sigdb_version} did not store; "
+                    f"make the database again with sigdb {__version__} in another directory, or leave the column out"
+                )
+        return ""
+
+    @cached_property
+    def _absent_features(self) -> list[str]:
+        present = {name for table in ("features", "signals") for name in self.dataset(table).schema.names}
+        names = [suffixed(name, self.sensors, sensor) for sensor in self.sensors for name in FEATURES]
+        return [name for name in names if name not in present]
 
     def scan(self, table: str, columns: Sequence[str]) -> Iterator[pa.RecordBatch]:
         """Some columns of a table, batch by batch, without SQL."""
@@ -94,7 +130,7 @@ class StoredTables:
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
-        """Tell of damage in a part, wherever it is met."""
+        """Raise damage of a part as an error of the database."""
         try:
             yield
         except (OSError, pa.ArrowInvalid) as error:
@@ -102,14 +138,17 @@ class StoredTables:
         except DatabaseError as error:
             # Arrow keeps an error that a file's Python raised, and by its traceback all that was in use then.
             error.__traceback__ = None
-            raise type(error)(str(error)) from None
+            raise copy(error) from None
 
     @cached_property
-    def _connection(self) -> Any:
+    def _connection(self) -> Connection:
         return self._connect()
 
-    def _connect(self) -> Any:
-        """A connection of its own: a stream keeps it busy until its end."""
-        tables = {table: self.dataset(table) for table in ("templates", "features", "signals")}
+    def _connect(self) -> Connection:
+        """A new connection: a stream keeps its connection busy until its end."""
+        errors: list[DatabaseError] = []
+        with self._reading():
+            tables = {table: self._dataset(table, errors) for table in TABLES}
         scalars = [f'"{field.name}"' for field in tables["features"].schema if not pa.types.is_list(field.type)]
-        return connect(tables, {"cases": f"select {', '.join(scalars)} from features"})
+        cases = f"select {', '.join(scalars)} from features"
+        return Connection(tables, {"cases": cases}, errors=errors, why_absent=self.why_absent)

@@ -2,10 +2,11 @@
 
 from typing import Any
 
+import pyarrow as pa
+
 from sigdb.core import validated
 from sigdb.database.database import Database, check_complete
 from sigdb.database.matching.outside_threshold import read_coverage
-from sigdb.signature import INDICATORS
 from sigdb.transmission import Transmission, origins
 
 _NOT_AXES = ("id", "status", "template", "gear", "shaft", "pattern", "min_compression", "contact_loss")
@@ -107,9 +108,12 @@ def _axes(database: Database) -> list[dict[str, Any]]:
 
 
 def _indicators(database: Database) -> list[dict[str, Any]]:
-    """Quantiles of the first sensor's indicators, of healthy and of damaged rows."""
+    """Quantiles of the first sensor's indicators that the database has, of healthy and of damaged rows."""
     schema = database.dataset("features").schema
-    asked = ", ".join(f'quantile_cont("{name}", {list(_QUANTILES)}) as "{name}"' for name in INDICATORS)
+    names = _indicator_columns(database)
+    if not names:
+        return []
+    asked = ", ".join(f'quantile_cont("{name}", {list(_QUANTILES)}) as "{name}"' for name in names)
     rows = _asked(
         database,
         f"select tooth > 0 as damaged, {asked} from cases where status = 'ok' group by damaged order by damaged",
@@ -121,5 +125,13 @@ def _indicators(database: Database) -> list[dict[str, Any]]:
             "unit": schema.field(name).metadata[b"unit"].decode(),
             **{kind: found[kind][name] if kind in found else None for kind in ("healthy", "damaged")},
         }
-        for name in INDICATORS
+        for name in names
     ]
+
+
+def _indicator_columns(database: Database) -> list[str]:
+    """Columns of numbers of the first sensor, which stand behind its scatter."""
+    schema = database.dataset("features").schema
+    behind = schema.names[schema.names.index("scatter") + 1 :]
+    others = tuple(f"__{sensor}" for sensor in database.sensors[1:])
+    return [name for name in behind if pa.types.is_floating(schema.field(name).type) and not name.endswith(others)]

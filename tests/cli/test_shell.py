@@ -143,7 +143,7 @@ def test_a_damaged_database_is_exit_code_3(shell, folder, tmp_path):
     done = shell("query", broken, "select 1")
     assert (done.returncode, done.stdout) == (3, "")
     assert "Traceback" not in done.stderr
-    assert "sigdb.toml: is damaged or was edited" in done.stderr
+    assert "sigdb.toml is damaged or was edited" in done.stderr
 
 
 def test_a_file_that_cannot_be_written_is_exit_code_3(shell, folder, tmp_path):

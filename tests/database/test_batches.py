@@ -10,7 +10,7 @@ import pytest
 
 import sigdb
 from sigdb.core.errors import DatabaseError, InputError
-from sigdb.database.query import choose_batches, connect, stream
+from sigdb.database.query import Connection
 
 TABLES = ("features", "signals", "templates")
 
@@ -107,17 +107,19 @@ class Source:
     schema = pa.schema({"id": pa.int64(), "x": pa.float64()})
 
     def __init__(self, broken_at=None):
-        self.read, self.broken_at = 0, broken_at
+        self.read, self.broken_at, self.errors = 0, broken_at, []
 
     def batches(self):
         for k in range(2000):
             if k == self.broken_at:
-                raise OSError("this place is damaged")
+                self.errors.append(DatabaseError("this place is damaged"))
+                raise self.errors[0]
             self.read = k + 1
             yield pa.record_batch([np.arange(5000) + 5000 * k, np.zeros(5000)], schema=self.schema)
 
     def connection(self):
-        return connect({"features": pa.RecordBatchReader.from_batches(self.schema, self.batches())}, {})
+        reader = pa.RecordBatchReader.from_batches(self.schema, self.batches())
+        return Connection({"features": reader}, errors=self.errors)
 
 
 def rows_until_error(read):
@@ -132,8 +134,8 @@ def rows_until_error(read):
 
 
 READS = {
-    "batches": lambda connection: choose_batches(connection, "features", "x < 1", ["id"], 5000),
-    "stream": lambda connection: stream(connection, "select id from features where x < 1", 5000),
+    "batches": lambda connection: connection.choose_batches("features", "x < 1", ["id"], 5000),
+    "stream": lambda connection: connection.stream("select id from features where x < 1", 5000),
 }
 
 

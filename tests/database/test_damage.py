@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import sigdb
-from sigdb.core.errors import CorruptionError, DatabaseError
+from sigdb.core.errors import CorruptionError, DatabaseError, InputError
 from sigdb.database.store.seal import sealed_json
 
 TABLES = ("templates", "features", "signals")
@@ -141,6 +141,40 @@ def test_a_file_that_is_no_parquet_is_an_error(copy, table):
             database.unit("tsa")
 
 
+@pytest.mark.parametrize(
+    "name", ["IOError: a", "b. Detail: Python exception", "c; d: is damaged: e", "reading the stream"]
+)
+def test_an_error_names_the_file_whatever_the_folder_is_called(copy, tmp_path, name):
+    """DuckDB passes the error on inside a text of its own, which nobody reads."""
+    folder = copy.rename(tmp_path / name)
+    flipped(folder / "features" / "part-00000.parquet", -1)
+    database = sigdb.open(folder)
+    path = folder / "features" / "part-00000.parquet"
+    for read in (database.cases, lambda: database.stream("select fm4 from features").read_all()):
+        with pytest.raises(CorruptionError) as found:
+            read()
+        assert found.value.file == str(path)
+        assert str(found.value).startswith(f"{path} is damaged: bytes ")
+
+
+@pytest.mark.parametrize("query", ["select error('reading the stream')", "select cast('a' || id as int) from cases"])
+def test_a_statement_that_fails_while_it_runs_is_no_damage(database, query):
+    with pytest.raises(InputError, match=r"^query: "):
+        database.sql(query)
+    with pytest.raises(InputError, match=r"^query: "):
+        database.stream(query).read_all()
+
+
+def test_damage_of_an_earlier_query_is_not_blamed_on_a_later_statement(copy):
+    database = sigdb.open(copy)
+    assert len(database.sql("select id from cases limit 1")) == 1
+    flipped(copy / "features" / "part-00000.parquet", 1000)
+    with pytest.raises(CorruptionError):
+        database.cases()
+    with pytest.raises(InputError, match=r"x1"):
+        database.sql("select x1 from templates")
+
+
 def test_a_file_that_goes_while_the_database_is_open(copy):
     database = sigdb.open(copy)
     shutil.rmtree(copy / "signals")
@@ -152,9 +186,11 @@ def test_a_file_that_goes_while_the_database_is_open(copy):
 def test_a_receipt_that_cannot_be_read(copy, content):
     (copy / "receipts" / "rows-00000.json").write_text(content, encoding="utf-8")
     with pytest.raises(
-        CorruptionError, match=r"rows-00000\.json: is damaged .*; make it again with: sigdb verify .* --repair"
-    ):
+        CorruptionError, match=r"rows-00000\.json is damaged .*; make it again with: sigdb verify"
+    ) as found:
         sigdb.open(copy)
+    assert found.value.file.endswith("rows-00000.json")
+    assert (found.value.problem, found.value.remedy[:13]) == ("is damaged or was edited", "make it again")
 
 
 @pytest.mark.parametrize("content", [{}, {"files": [{}]}, {"files": 3}])

@@ -158,7 +158,7 @@ def test_an_unfinished_database_is_readable(parts_copy):
     with pytest.raises(DatabaseError, match=r"has 3012 of 5060 rows; finish the sweep first"):
         check_complete(database)
     check_complete(before)
-    with pytest.raises(DatabaseError, match=r"lacks the columns \['fm5'\]"):
+    with pytest.raises(DatabaseError, match=r"lacks the column fm5; give a database that has it"):
         check_complete(before, ["fm4", "fm5"])
 
 
@@ -223,5 +223,5 @@ def test_a_description_that_cannot_be_read(copy):
         (resealed(content | {"plan": {}}), r"not a readable database description .*hash"),
     ):
         manifest.write_bytes(broken)
-        with pytest.raises(DatabaseError, match=r"sigdb\.toml: " + says):
+        with pytest.raises(DatabaseError, match=r"sigdb\.toml:? " + says):
             sigdb.open(copy)

@@ -164,7 +164,7 @@ def test_every_flipped_bit_of_a_sealed_file_is_found(name, seal):
     for bit in range(8 * len(text)):
         flipped = bytearray(text)
         flipped[bit // 8] ^= 1 << bit % 8
-        with pytest.raises(CorruptionError, match=rf"{name}: is damaged or was edited"):
+        with pytest.raises(CorruptionError, match=rf"{name} is damaged or was edited"):
             unsealed(bytes(flipped), name=name)
     for other in (b"", text[:-1], text + b"\n", text.replace(b"\n", b"\r\n"), text.split(b"\n", 1)[1]):
         with pytest.raises(CorruptionError, match=r"is damaged or was edited"):
@@ -210,7 +210,7 @@ def test_blocks_that_are_read_are_checked_and_no_others(tmp_path, monkeypatch):
     damaged = bytearray(content)
     damaged[200] ^= 1  # in the block of bytes 192 to 255
     (tmp_path / "file").write_bytes(damaged)
-    file = checked._CheckedFile(Store.at(tmp_path), record)
+    file = checked._CheckedFile(Store.at(tmp_path), record, [])
     for start, stop in ((0, 192), (256, 1000), (300, 301), (990, 1000), (5, 5)):
         file.seek(start)
         assert file.read(stop - start) == content[start:stop]

@@ -104,7 +104,7 @@ def test_a_damaged_description_is_written_again_by_a_sweep_and_then_parts_by_a_r
     assert done.left == done.found
     assert "sigdb sweep RECIPE --out" in next(one.remedy for one in done.found if one.file == "sigdb.toml")
     assert {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()} == before
-    with pytest.raises(CorruptionError, match=r"rows-00001\.json: is damaged .* sigdb verify .* --repair"):
+    with pytest.raises(CorruptionError, match=r"rows-00001\.json is damaged .* sigdb verify .* --repair"):
         run(parts_plan, copy, recipe=parts_text, jobs=1)
     assert repair(copy, jobs=1).left == ()
     assert digests(copy) == digests(parts_folder)

@@ -189,7 +189,7 @@ def test_a_damaged_template_is_found_when_rows_are_made(parts_plan, parts_text, 
 def test_a_receipt_that_is_no_json(parts_plan, copy):
     path = copy / "receipts" / "rows-00001.json"
     path.write_text("{", encoding="utf-8")
-    with pytest.raises(CorruptionError, match=r"rows-00001\.json: is damaged .*; make it again with: sigdb verify"):
+    with pytest.raises(CorruptionError, match=r"rows-00001\.json is damaged .*; make it again with: sigdb verify"):
         run(parts_plan, copy, jobs=1)
 
 

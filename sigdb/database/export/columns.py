@@ -78,7 +78,7 @@ def export_batches(
     features, signals = (
         {column.field.name: column for column in columns if column.table == table} for table in ("features", "signals")
     )
-    for batch in database.batches(where, columns=list(features), rows=rows):
+    for batch in database.batches(where, columns=list(dict.fromkeys(["id", *features])), rows=rows):
         values = {column.name: column.values(batch[source]) for source, column in features.items()}
         if signals:
             found = database.signal_rows(batch["id"].to_numpy(), list(signals))

@@ -1,16 +1,17 @@
 """Export of a database, or of a part of it, to files that MATLAB reads."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
+import pyarrow.compute as pc
 
 from sigdb.core import InputError
 from sigdb.database.export.columns import ExportColumn, export_batches, export_columns
 from sigdb.database.export.hdf5 import write_hdf5
 from sigdb.database.export.mat import check_size, write_mat
 from sigdb.database.store.store import publish
-from sigdb.signature import FEATURES
 
 if TYPE_CHECKING:
     from sigdb.database.database import Database
@@ -60,14 +61,16 @@ def _about(database: "Database", where: str | None) -> dict[str, str]:
 
 
 def _list_sizes(database: "Database", where: str | None, columns: list[ExportColumn]) -> dict[str, int]:
-    """Bytes of each matrix, from the number of rows and the greatest tooth count, before anything large is read."""
-    rows, teeth = 0, 0
-    for batch in database.batches(where, columns=["teeth"], rows=65536):
-        rows, teeth = rows + batch.num_rows, max(teeth, batch["teeth"].to_numpy().max())
-    n = teeth * int(database.manifest.resolved["signature"]["samples_per_tooth"])
-    widths = {"tsa": n} | {name: math.prod(feature.shape(teeth=teeth, n=n)) for name, feature in FEATURES.items()}
-    return {
-        column.name: 4 * int(rows) * int(widths[column.field.name.split("__")[0]])
-        for column in columns
-        if column.is_list
-    }
+    """Bytes of each matrix before it is read: the rows times the lists of a row of the greatest tooth count."""
+    rows, teeth, longest = 0, 0, None
+    for batch in database.batches(where, columns=["id", "teeth", "status"], rows=65536):
+        rows += batch.num_rows
+        done = batch.filter(pc.equal(batch["status"], "ok"))
+        if done.num_rows and pc.max(done["teeth"]).as_py() > teeth:
+            place = int(np.argmax(done["teeth"].to_numpy()))
+            teeth, longest = done["teeth"][place].as_py(), done["id"][place].as_py()
+    lists = [column for column in columns if column.is_list]
+    if longest is None:
+        return dict.fromkeys((column.name for column in lists), 0)
+    (row,) = export_batches(database, f"id = {longest}", lists, 1)
+    return {name: rows * values.nbytes for name, values in row.items()}

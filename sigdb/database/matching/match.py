@@ -14,7 +14,7 @@ from sigdb.core import InputError
 from sigdb.database.matching.index import RMS, MatchIndex, bank_batches, cached_bank
 from sigdb.database.matching.nearest import Nearest, checked_average, nearest, whole_shifts
 from sigdb.database.matching.outside_threshold import read_coverage
-from sigdb.database.query import choose, connect
+from sigdb.database.query import Connection
 from sigdb.database.store.schema import suffixed
 
 if TYPE_CHECKING:
@@ -132,8 +132,8 @@ def _among(bank: MatchIndex, where: str | None) -> NDArray[np.bool_]:
     """Which templates of a bank meet a condition."""
     if where is None:
         return np.ones(bank.cases.num_rows, dtype=bool)
-    with connect({"templates": bank.cases.drop_columns([RMS])}, {}) as connection:
-        chosen = choose(connection, "templates", where)["template"].to_numpy()
+    with Connection({"templates": bank.cases.drop_columns([RMS])}) as connection:
+        chosen = connection.choose("templates", where)["template"].to_numpy()
     among = np.isin(bank.cases["template"].to_numpy(), chosen)
     if not among.any():
         raise InputError(f"no template of this length meets where = {where!r}")

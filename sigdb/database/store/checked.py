@@ -8,13 +8,14 @@ block of its files, and reading goes through them.
 import base64
 import io
 import zlib
+from copy import copy
 
 import numpy as np
 import pyarrow as pa
 
-from sigdb.core import CorruptionError
+from sigdb.core import DatabaseError
 from sigdb.database.store.receipts import FileRecord, repair
-from sigdb.database.store.store import Store
+from sigdb.database.store.store import DamagedFileError, Store
 
 BLOCK = 256 * 1024
 """Bytes in a block: a thousandth of a part, and a fraction of a millisecond to check."""
@@ -26,20 +27,31 @@ def block_checksums(content: memoryview) -> str:
     return base64.b64encode(np.array(sums, dtype="<u4").tobytes()).decode()
 
 
-def open_checked(store: Store, record: FileRecord) -> pa.NativeFile:
-    """A file of a part, to be read by Arrow; it is opened for each read, so it may be kept for long.
+def open_checked(store: Store, record: FileRecord, errors: list[DatabaseError] | None = None) -> pa.NativeFile:
+    """Open a file of a part for Arrow. It is opened for each read, so it may be kept for long.
+
+    Parameters
+    ----------
+    store
+        Where the database lies.
+    record
+        The file, as its receipt describes it.
+    errors
+        A list to which errors of reading are added, since DuckDB passes them on as text.
 
     Raises
     ------
-    CorruptionError
-        While reading, if a block that is read is not as it was written, with the remedy.
+    DamagedFileError
+        While reading, if a block that is read is not as it was written.
+    FileError
+        While reading, if the file cannot be read.
     """
-    return pa.PythonFile(_CheckedFile(store, record), mode="r")
+    return pa.PythonFile(_CheckedFile(store, record, [] if errors is None else errors), mode="r")
 
 
 class _CheckedFile(io.RawIOBase):
-    def __init__(self, store: Store, record: FileRecord) -> None:
-        self._store, self._record = store, record
+    def __init__(self, store: Store, record: FileRecord, errors: list[DatabaseError]) -> None:
+        self._store, self._record, self._errors = store, record, errors
         self._sums = np.frombuffer(base64.b64decode(record.blocks), dtype="<u4")
         self._position = 0
 
@@ -58,6 +70,13 @@ class _CheckedFile(io.RawIOBase):
         return self._position
 
     def read(self, size: int = -1) -> bytes:
+        try:
+            return self._read(size)
+        except DatabaseError as error:
+            self._errors.append(copy(error))  # without the traceback, which holds all that is in use
+            raise
+
+    def _read(self, size: int) -> bytes:
         stop = self._record.bytes if size < 0 else min(self._position + size, self._record.bytes)
         start, self._position = self._position, stop
         if start >= stop:
@@ -67,9 +86,10 @@ class _CheckedFile(io.RawIOBase):
         for block in range(first, last):
             within = (block - first) * BLOCK
             if zlib.crc32(content[within : within + BLOCK]) != self._sums[block]:
-                raise CorruptionError(
-                    f"{self._store.name_of(self._record.path)} is damaged: bytes {block * BLOCK} to "
-                    f"{min((block + 1) * BLOCK, self._record.bytes) - 1} are not as they were written; "
-                    f"{repair(self._store)}"
+                last_byte = min((block + 1) * BLOCK, self._record.bytes) - 1
+                raise DamagedFileError(
+                    self._store.name_of(self._record.path),
+                    f"is damaged: bytes {block * BLOCK} to {last_byte} are not as they were written",
+                    repair(self._store),
                 )
         return bytes(content[start - first * BLOCK : stop - first * BLOCK])

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sigdb.core import CorruptionError, DatabaseError
+from sigdb.core import CorruptionError
 from sigdb.database.store.checked import block_checksums
 from sigdb.database.store.manifest import MANIFEST_FILE
 from sigdb.database.store.receipts import (
@@ -23,7 +23,7 @@ from sigdb.database.store.receipts import (
 )
 from sigdb.database.store.schema import SCHEMA_FILE
 from sigdb.database.store.seal import unsealed
-from sigdb.database.store.store import Store
+from sigdb.database.store.store import FileError, Store
 
 _OWN = frozenset({MANIFEST_FILE, SCHEMA_FILE, "coverage.json", ".lock", ".owner"})
 """Files that are no part's."""
@@ -91,8 +91,8 @@ def unsealed_or_why(store: Store, name: str) -> tuple[dict[str, Any] | None, str
     """The content of a sealed description, or None and why there is none."""
     try:
         return unsealed(store.get(name), name=name), ""
-    except DatabaseError as error:
-        return None, _what(error, name)
+    except FileError as error:
+        return None, error.problem
 
 
 def read_file(
@@ -101,8 +101,8 @@ def read_file(
     """A part's file if it is as it was written, or None and what is wrong with it."""
     try:
         content = store.get(record.path)
-    except DatabaseError as error:
-        return None, _what(error, record.path)
+    except FileError as error:
+        return None, error.problem
     if len(content) != record.bytes:
         return None, f"has {len(content)} bytes, its receipt says {record.bytes}"
     if hashlib.sha256(content).hexdigest() != record.sha256:
@@ -143,8 +143,3 @@ def foreign_files(store: Store, parts: Iterable[PartKey]) -> list[IntegrityFindi
 
 def _names(stage: str, part: int) -> list[str]:
     return [receipt_name(stage, part), *(part_name(table, part) for table in TABLES_OF[stage])]
-
-
-def _what(error: DatabaseError, name: str) -> str:
-    """An error's sentence without the file's name, which a finding has already."""
-    return str(error).partition(name)[2].removeprefix(":").strip().partition(";")[0] or str(error)

@@ -3,9 +3,9 @@
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from sigdb.core import CorruptionError, DatabaseError, InputError
+from sigdb.core import DatabaseError, InputError
 from sigdb.database.store.seal import sealed_toml, unsealed
-from sigdb.database.store.store import Store
+from sigdb.database.store.store import DamagedFileError, Store
 
 FORMAT = 2
 """Version of the layout."""
@@ -129,8 +129,8 @@ def read_manifest(store: Store) -> Manifest:
         raise DatabaseError(f"{name}: format 1 is not the format {FORMAT} that this sigdb reads; make it anew")
     try:
         content = unsealed(text, name=name)
-    except CorruptionError as error:
-        raise CorruptionError(f"{error}; {rewrite(store)}") from None
+    except DamagedFileError as error:
+        raise error.with_remedy(rewrite(store)) from None
     if content.get("format") != FORMAT:
         raise DatabaseError(
             f"{name}: format {content.get('format')!r} is not the format {FORMAT} that this sigdb reads"

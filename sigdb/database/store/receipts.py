@@ -3,11 +3,9 @@
 import re
 from collections.abc import Container
 from dataclasses import asdict, dataclass
-from typing import Any
 
-from sigdb.core import CorruptionError, DatabaseError
 from sigdb.database.store.seal import sealed_json, unsealed
-from sigdb.database.store.store import Store
+from sigdb.database.store.store import DamagedFileError, Store
 
 KINDS = ("templates", "rows")
 
@@ -98,13 +96,16 @@ def read_receipt(store: Store, name: str, part: int) -> Receipt:
         If it is missing, damaged, or the receipt of another part.
     """
     path = receipt_name(name, part)
+    file = store.name_of(path)
     try:
-        content: dict[str, Any] = unsealed(store.get(path), name=store.name_of(path))
+        content = unsealed(store.get(path), name=file)
         receipt = Receipt(**content | {"files": tuple(FileRecord(**record) for record in content["files"])})
-    except (DatabaseError, ValueError, TypeError, KeyError) as error:
-        raise CorruptionError(f"{error}; {repair(store)}") from None
+    except DamagedFileError as error:
+        raise error.with_remedy(repair(store)) from None
+    except (ValueError, TypeError, KeyError):
+        raise DamagedFileError(file, "is not a receipt", repair(store)) from None
     if receipt.path != path:
-        raise CorruptionError(f"{store.name_of(path)} is a copy of {receipt.path}; {repair(store)}")
+        raise DamagedFileError(file, f"is a copy of {receipt.path}", repair(store))
     return receipt
 
 
@@ -131,9 +132,8 @@ def read_receipts(store: Store, name: str, plans: Container[str]) -> list[Receip
     for record in (record for receipt in receipts for record in receipt.files):
         if sizes.get(record.path) != record.bytes:
             says = f"has {sizes[record.path]} bytes" if record.path in sizes else "is missing"
-            raise CorruptionError(
-                f"{store.name_of(record.path)} {says}, its receipt says {record.bytes} bytes; {repair(store)}"
-            )
+            problem = f"{says}, its receipt says {record.bytes} bytes"
+            raise DamagedFileError(store.name_of(record.path), problem, repair(store))
     return receipts
 
 

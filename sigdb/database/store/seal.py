@@ -11,7 +11,7 @@ from typing import Any
 
 import tomli_w
 
-from sigdb.core import CorruptionError
+from sigdb.database.store.store import DamagedFileError
 
 _TOML, _JSON = 'sha256 = "{}"\n', '{{"sha256": "{}",\n'
 
@@ -38,13 +38,13 @@ def unsealed(text: bytes, *, name: str) -> dict[str, Any]:
 
     Raises
     ------
-    CorruptionError
+    DamagedFileError
         If a byte of it has changed.
     """
     first, _, rest = text.partition(b"\n")
     line, load = (_TOML, tomllib.loads) if name.endswith(".toml") else (_JSON, json.loads)
     if first + b"\n" != line.format(hashlib.sha256(rest).hexdigest()).encode():
-        raise CorruptionError(f"{name}: is damaged or was edited; its content is not what its first line says")
+        raise DamagedFileError(name, "is damaged or was edited")
     content: dict[str, Any] = load(text.decode())
     content.pop("sha256")
     return content

@@ -7,11 +7,42 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 import pyarrow as pa
 from pyarrow import fs
 
 from sigdb.core import CorruptionError, DatabaseError, InputError
+
+
+class FileError(DatabaseError):
+    """A file of a database that cannot be read.
+
+    Parameters
+    ----------
+    file
+        Name of the file, as a message names it.
+    problem
+        What is wrong with the file: the predicate of a sentence whose subject is ``file``.
+    remedy
+        What to do; empty where the caller adds it.
+    """
+
+    def __init__(self, file: str, problem: str, remedy: str = "") -> None:
+        super().__init__(f"{file} {problem}; {remedy}" if remedy else f"{file} {problem}")
+        self.file, self.problem, self.remedy = file, problem, remedy
+
+    def __reduce__(self) -> tuple[type[Self], tuple[str, str, str]]:
+        return type(self), (self.file, self.problem, self.remedy)
+
+    def with_remedy(self, remedy: str) -> Self:
+        """Return the same error with another remedy."""
+        return type(self)(self.file, self.problem, remedy)
+
+
+class DamagedFileError(FileError, CorruptionError):
+    """A file of a database that is missing, or is not as it was written."""
+
 
 TEMPORARY = ".tmp"
 """End of the name of a file that is being written."""
@@ -101,9 +132,9 @@ class Store:
 
         Raises
         ------
-        CorruptionError
-            If it is not there.
-        DatabaseError
+        DamagedFileError
+            If it is missing.
+        FileError
             If it cannot be read.
         """
         with self._reading(name), self.filesystem.open_input_file(self._path(name)) as file:
@@ -161,9 +192,9 @@ class Store:
         try:
             yield
         except FileNotFoundError:
-            raise CorruptionError(f"{self.name_of(name)} is missing") from None
+            raise DamagedFileError(self.name_of(name), "is missing") from None
         except OSError as error:
-            raise DatabaseError(f"{self.name_of(name)}: cannot be read ({_reason(error)})") from None
+            raise FileError(self.name_of(name), f"cannot be read ({_reason(error)})") from None
 
 
 def publish(path: Path, write: Callable[[Path], None]) -> None:
