@@ -6,9 +6,8 @@ from typing import Any, Self
 
 import pyarrow as pa
 
-from sigdb.core import CorruptionError
 from sigdb.database.store.seal import sealed_json, unsealed
-from sigdb.database.store.store import Store
+from sigdb.database.store.store import DamagedFileError, Store
 from sigdb.signature import Feature
 
 TABLES = ("templates", "features", "signals")
@@ -127,7 +126,7 @@ def read_schema(store: Store) -> Schema:
 
     Raises
     ------
-    CorruptionError
+    DamagedFileError
         If it is missing, damaged or holds no schema.
     """
     name = store.name_of(SCHEMA_FILE)
@@ -135,7 +134,7 @@ def read_schema(store: Store) -> Schema:
     try:
         return Schema.from_json(content)
     except (KeyError, TypeError) as error:
-        raise CorruptionError(f"{name}: is no description of columns ({error})") from None
+        raise DamagedFileError(name, f"does not describe columns ({error})") from None
 
 
 _STATUS = Column(name="status", type=pa.string(), help="'ok', or why there is no result and what to change.")
