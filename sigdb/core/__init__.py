@@ -1,4 +1,4 @@
-"""Fields with unit, bounds and help declared once; errors; random streams; array types; compiled kernels."""
+"""Types and functions that all packages use: fields, errors, notes, progress, random streams, arrays, kernels."""
 
 import lazy_loader
 

@@ -14,6 +14,7 @@ from .fields import unit_of as unit_of
 from .fields import validated as validated
 from .fields import without_defaults as without_defaults
 from .notes import Note as Note
+from .plain_values import JsonValue as JsonValue
 from .plain_values import plain as plain
 from .progress import OnProgress as OnProgress
 from .progress import OnStep as OnStep

@@ -38,10 +38,10 @@ def kernel(function: _Function) -> _Function:
     return cast(_Function, dispatcher)
 
 
-def _logged(dispatcher: object, compile_: Callable[..., Any]) -> Callable[..., Any]:
+def _logged(dispatcher: object, compile_: Callable[[object], object]) -> Callable[[object], object]:
     """Compile for a signature, and log it unless the machine code was on disk."""
 
-    def compile_logged(signature: object) -> Any:
+    def compile_logged(signature: object) -> object:
         with event.install_listener("numba:compile", _Announcement(dispatcher)):
             return compile_(signature)
 

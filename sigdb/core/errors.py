@@ -7,29 +7,41 @@ import difflib
 from collections.abc import Iterable
 
 
-def suggestion(word: str, known: Iterable[str]) -> str:
-    """The end of a message about an unknown word: the nearest known one, or all of them.
+def suggestion(word: str, words: Iterable[str]) -> str:
+    """Return the end of a message about an unknown word: the nearest word of a list, or the whole list.
+
+    Parameters
+    ----------
+    word : str
+        The unknown word.
+    words : iterable of str
+        Words that are valid.
+
+    Returns
+    -------
+    str
+        Text that follows the message; empty if no word is valid.
 
     Examples
     --------
     >>> suggestion("teht", ["teeth", "node"])
     "; did you mean 'teeth'?"
     """
-    known = sorted(known)
-    near = difflib.get_close_matches(word, known, n=1)
-    return f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(known)}" if known else ""
+    valid = sorted(words)
+    near = difflib.get_close_matches(word, valid, n=1)
+    return f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(valid)}" if valid else ""
 
 
 class SigdbError(Exception):
-    """Something that a user can understand and act on; the base of all of sigdb's own errors."""
+    """Base of all errors that sigdb raises for a user to act on."""
 
 
 class InputError(SigdbError, ValueError):
-    """Input that breaks a stated rule: a file, an option, an argument."""
+    """A file, an option or an argument breaks a stated rule."""
 
 
 class NotApplicableError(InputError):
-    """A method that does not apply to input which is valid: a bound, a bank or a solver that has no answer for it.
+    """A method does not apply to valid input: a bound, a bank or a solver has no answer for it.
 
     Callers may go on without the method. They never catch :class:`InputError` for that purpose, since a wrong name
     would then look the same.
@@ -37,12 +49,12 @@ class NotApplicableError(InputError):
 
 
 class UnstableRigError(SigdbError):
-    """A rig without a steady state: its response grows without bound."""
+    """A rig has no steady state: its response grows without bound."""
 
 
 class DatabaseError(SigdbError):
-    """A database that cannot be read, written or continued as asked."""
+    """A database cannot be read, written or continued."""
 
 
 class CorruptionError(DatabaseError):
-    """A file of a database that is missing, or is not as it was written."""
+    """A file of a database is missing, or is not as it was written."""

@@ -10,11 +10,15 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError
 from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
 
 from sigdb.core.errors import InputError, suggestion
 
 Vector = Annotated[tuple[float, float, float], Strict(False)]
 """Three components in the casing's frame (X, Y, Z)."""
+
+KeyPath = tuple[int | str, ...]
+"""Keys and indices that lead to a field."""
 
 
 class Section(BaseModel):
@@ -35,19 +39,19 @@ class Section(BaseModel):
         except ValidationError as error:
             raise _input_error(type(self), error, type(self).__name__) from None
 
-    # Tells pydantic to build nested sections itself, so that one error names the whole path of a key.
+    # With this mark pydantic builds nested sections itself, so that one error names the whole path of a key.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
 
 def quantity(unit: str, help: str, **rules: Any) -> Any:
-    """A field with its unit, help and bounds.
+    """Declare a field with its unit, help and bounds.
 
     Parameters
     ----------
-    unit
+    unit : str
         SI unit, or ``"-"`` for a number without one.
-    help
-        One sentence: what it is, its sign convention.
+    help : str
+        Description in one sentence, with the sign convention.
     rules
         ``default``, ``gt``, ``ge``, ``lt``, ``le``, ``min_length`` ... as in :func:`pydantic.Field`.
     """
@@ -55,15 +59,15 @@ def quantity(unit: str, help: str, **rules: Any) -> Any:
 
 
 def unit_of(field: FieldInfo) -> str:
-    """The unit declared with a field, ``"-"`` where none is."""
+    """Return the unit of a field, ``"-"`` for a field without one."""
     extra = field.json_schema_extra
     return str(extra.get("unit", "-")) if isinstance(extra, dict) else "-"
 
 
 def without_defaults(section: BaseModel, dumped: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
-    """A dumped section without those of the named fields that have their default.
+    """Return a dumped section without those of the named fields that have their default.
 
-    What is stored of a section, and hashes of it, then stay as they were before it had these fields.
+    So a section is stored and hashed as before it had these fields.
     """
     fields = type(section).model_fields
     left_out = {name for name in names if getattr(section, name) == fields[name].default}
@@ -73,8 +77,8 @@ def without_defaults(section: BaseModel, dumped: dict[str, Any], names: Iterable
 S = TypeVar("S", bound=BaseModel)
 
 
-def validated(model: type[S], data: Mapping[str, Any], *, owner: str) -> S:
-    """Check ``data`` against a section and say in one message all that is wrong with it.
+def validated(model: type[S], data: Mapping[str, object], *, owner: str) -> S:
+    """Return the section that data describe, or raise one error that lists everything wrong with them.
 
     Raises
     ------
@@ -88,7 +92,7 @@ def validated(model: type[S], data: Mapping[str, Any], *, owner: str) -> S:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """A TOML file as a dictionary; a missing or malformed file is an :class:`InputError`."""
+    """Read a TOML file as a dictionary; a missing or malformed file is an :class:`InputError`."""
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -105,20 +109,20 @@ def _input_error(model: type[BaseModel], error: ValidationError, owner: str) -> 
     problems = error.errors()
     # A list whose item is wrong is also reported as too short; only the item helps.
     inner = [problem["loc"][:depth] for problem in problems for depth in range(len(problem["loc"]))]
-    told = [problem for problem in problems if problem["type"] != "too_short" or problem["loc"] not in inner]
-    lines = [line for problem in told for line in _sentence(model, problem).splitlines()]
+    reported = [problem for problem in problems if problem["type"] != "too_short" or problem["loc"] not in inner]
+    lines = [line for problem in reported for line in _sentence(model, problem).splitlines()]
     return InputError("\n".join(f"{owner}: {line}" for line in lines))
 
 
-def _sentence(model: type[BaseModel], problem: Any) -> str:
-    """What is wrong, in the words of the file: one line for each problem."""
+def _sentence(model: type[BaseModel], problem: ErrorDetails) -> str:
+    """Return a sentence about a problem, in the words of the file."""
     location = _as_written(model, problem["loc"])
     key = ".".join(str(part) for part in location) or "(top level)"
     if problem["type"] == "extra_forbidden":
         return f"unknown key {key}{_closest(model, problem['loc'])}"
     if problem["type"] == "union_tag_invalid":
-        told_apart_by = problem["ctx"]["discriminator"].strip("()'")
-        return f"{key}.{told_apart_by} = {problem['ctx']['tag']!r} must be one of {problem['ctx']['expected_tags']}"
+        discriminator = problem["ctx"]["discriminator"].strip("()'")
+        return f"{key}.{discriminator} = {problem['ctx']['tag']!r} must be one of {problem['ctx']['expected_tags']}"
     if problem["type"] == "missing":
         return f"{key} is missing; add it"
     if problem["type"] == "string_pattern_mismatch":
@@ -132,50 +136,50 @@ def _sentence(model: type[BaseModel], problem: Any) -> str:
     return f"{key} = {problem['input']!r} must be {message}"
 
 
-def _closest(model: type[BaseModel], location: tuple[Any, ...]) -> str:
+def _closest(model: type[BaseModel], location: KeyPath) -> str:
     owner = _section_at(model, location[:-1])
     if owner is None:
         return "; remove it"
     return suggestion(str(location[-1]), owner.model_fields)
 
 
-def _section_at(model: type[BaseModel], location: tuple[Any, ...]) -> type[BaseModel] | None:
-    """The section that a path of keys ends in, looked up through tables of sections and unions."""
-    candidates = _sections_in(_walked(model, location)[0])
+def _section_at(model: type[BaseModel], location: KeyPath) -> type[BaseModel] | None:
+    """Return the section that a path of keys ends in, looked up through tables of sections and unions."""
+    candidates = _sections_in(_walk(model, location)[0])
     return candidates[0] if len(candidates) == 1 else None
 
 
-def _as_written(model: type[BaseModel], location: tuple[Any, ...]) -> tuple[Any, ...]:
-    """A path of keys as a file has them, without the names of members of unions."""
-    return _walked(model, location)[1]
+def _as_written(model: type[BaseModel], location: KeyPath) -> KeyPath:
+    """Return a path of keys as in the file, without the names of members of unions."""
+    return _walk(model, location)[1]
 
 
-def _walked(model: type[BaseModel], location: tuple[Any, ...]) -> tuple[Any, tuple[Any, ...]]:
-    """What a path of keys leads to, and the path without the names of members of unions."""
-    here: Any = model
-    written: list[Any] = []
+def _walk(model: type[BaseModel], location: KeyPath) -> tuple[object, KeyPath]:
+    """Follow a path of keys: return its end, and the path without the names of members of unions."""
+    here: object = model
+    written: list[int | str] = []
     for part in location:
         field = here.model_fields.get(str(part)) if isinstance(here, type) and issubclass(here, BaseModel) else None
-        named = None if field else next((one for one in _sections_in(here) if part in _names(one)), None)
+        named = None if field else next((member for member in _sections_in(here) if part in _names(member)), None)
         if not named:
             written.append(part)
         here = field.annotation if field else named or _member(here, part)
     return here, tuple(written)
 
 
-def _names(section: type[BaseModel]) -> set[Any]:
-    """What a member of a union is called in a path: its class, or the kind that tells it apart."""
+def _names(section: type[BaseModel]) -> set[int | str]:
+    """Return the names of a member of a union in a path: its class, and its kind."""
     return {section.__name__} | ({section.model_fields["kind"].default} if "kind" in section.model_fields else set())
 
 
-def _member(annotation: Any, part: Any) -> Any:
+def _member(annotation: object, part: int | str) -> object:
     sections = _sections_in(annotation)
     if len(sections) == 1 and str(part) in sections[0].model_fields:
         return sections[0].model_fields[str(part)].annotation
     return annotation
 
 
-def _sections_in(annotation: Any) -> list[type[BaseModel]]:
+def _sections_in(annotation: object) -> list[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [section for part in getattr(annotation, "__args__", ()) for section in _sections_in(part)]

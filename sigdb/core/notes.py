@@ -14,7 +14,7 @@ class Note:
     Attributes
     ----------
     code
-        What the note is about, in words joined by hyphens; it never changes.
+        Subject of the note, in words joined by hyphens; it never changes.
     text
         The sentence that people read.
     values

@@ -5,12 +5,15 @@ from dataclasses import fields, is_dataclass
 from datetime import date
 from math import isfinite
 from pathlib import PurePath
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 
+JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
+"""A value that JSON can hold."""
 
-def plain(value: Any) -> Any:
+
+def plain(value: object) -> JsonValue:
     """Return a value as JSON can hold it: NumPy's numbers and arrays as Python's, NaN and infinity as None.
 
     Parameters

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -12,11 +11,11 @@ class Progress:
     Attributes
     ----------
     stage
-        What is counted, for example ``templates`` or ``rows``.
+        Name of the items, for example ``templates`` or ``rows``.
     done, total
-        How many of them.
+        Numbers of finished items and of all items.
     before
-        Those that were already there when this run began.
+        Number of items that were finished when this run began.
     """
 
     stage: str
@@ -25,10 +24,10 @@ class Progress:
     before: int
 
 
-OnProgress = Callable[[Progress], Any]
+OnProgress = Callable[[Progress], object]
 """Called with the progress of long work."""
 
-OnStep = Callable[[str], Any]
+OnStep = Callable[[str], object]
 """Called with the name of each step, or a sentence about it, before the step begins."""
 
 

@@ -11,7 +11,7 @@ NOISE_BLOCK = 256
 
 
 def specimen_stream(seed: int, specimen: int) -> np.random.Generator:
-    """The stream of one specimen, shared by all the cases that it appears in.
+    """Return the stream of one specimen, shared by all cases that it appears in.
 
     Examples
     --------
@@ -23,7 +23,7 @@ def specimen_stream(seed: int, specimen: int) -> np.random.Generator:
 
 
 def noise_stream(seed: int, plan_hash: str, block: int) -> np.random.Generator:
-    """The noise stream of rows ``NOISE_BLOCK * block`` up to the next block, in the database of one plan.
+    """Return the noise stream of rows ``NOISE_BLOCK * block`` up to the next block, in the database of one plan.
 
     It depends on the plan's hash too: databases of one seed share their specimens, never their noise, so that one may
     be the test of what the other trained.
@@ -47,5 +47,5 @@ def noise_stream(seed: int, plan_hash: str, block: int) -> np.random.Generator:
 
 
 def sample_stream(seed: int, grid: int) -> np.random.Generator:
-    """The stream of the points that a grid of a design samples."""
+    """Return the stream of the cases that a grid of a design samples."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2, grid)))

@@ -1,4 +1,4 @@
-"""What a measurement adds to a clean signal, as a stated random law; and what a recording holds."""
+"""The random law of a measurement: index errors of specimens, noise, and scatter between revolutions."""
 
 import lazy_loader
 

@@ -4,7 +4,7 @@ from sigdb.core import Section, quantity
 
 
 class MeasurementSettings(Section):
-    """What a measurement adds to a clean signal."""
+    """Settings of a measurement: averaged revolutions, noise and index errors."""
 
     averages: int = quantity(
         "rev", "Revolutions in the time-synchronous average, whole tooth cycles.", ge=1, default=102

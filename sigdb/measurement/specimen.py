@@ -1,4 +1,4 @@
-"""A specimen: a pair of gears with its own index errors."""
+"""The law of a specimen, a pair of gears with index errors of its own, and of the noise of its measurement."""
 
 import math
 
@@ -8,7 +8,17 @@ from sigdb.core import FloatArray, IntArray
 
 
 def tooth_cycle(teeth: int, mate_teeth: int) -> int:
-    """Revolutions of a gear after which the same teeth meet again, ``mate / gcd``.
+    """Return the revolutions of a gear after which the same teeth meet again, ``mate_teeth / gcd``.
+
+    Parameters
+    ----------
+    teeth, mate_teeth : int
+        Tooth counts of the gear and of its mate.
+
+    Returns
+    -------
+    int
+        Whole revolutions of the gear.
 
     Examples
     --------
@@ -19,36 +29,37 @@ def tooth_cycle(teeth: int, mate_teeth: int) -> int:
 
 
 def index_errors(stream: np.random.Generator, teeth: int, mate_teeth: int) -> FloatArray:
-    """Index errors that a synchronous average sees, for an ``index_error`` of 1.
+    """Draw the index errors that a synchronous average sees, for an ``index_error`` of 1.
 
     Both gears draw independent standard normal errors, one a tooth, and have their mean removed. In an average over
     whole tooth cycles a mate's errors enter only through their mean over the teeth that meet the same tooth:
-    ``e_j = own_j + mean of mate over the teeth that meet j``.
+    ``e_j = gear_j + mean of mate over the teeth that meet j``.
 
     Parameters
     ----------
-    stream
+    stream : numpy.random.Generator
         The specimen's random stream.
-    teeth, mate_teeth
+    teeth, mate_teeth : int
         Tooth counts of the averaged gear and of its mate.
 
     Returns
     -------
-    ndarray, (teeth,)
+    (teeth,) float64
+        Errors along the mesh normal, in multiples of ``index_error``.
 
     Examples
     --------
-    >>> from sigdb.core.streams import specimen_stream
+    >>> from sigdb.core import specimen_stream
     >>> index_errors(specimen_stream(1, 0), 12, 36).shape
     (12,)
     """
-    own, mate = (draw - draw.mean() for draw in (stream.standard_normal(teeth), stream.standard_normal(mate_teeth)))
+    gear, mate = (draw - draw.mean() for draw in (stream.standard_normal(teeth), stream.standard_normal(mate_teeth)))
     meets = (np.arange(teeth)[:, None] + teeth * np.arange(tooth_cycle(teeth, mate_teeth))) % mate_teeth
-    return own + mate[meets].mean(axis=1)
+    return gear + mate[meets].mean(axis=1)
 
 
 def index_error_covariance(teeth: int, mate_teeth: int) -> FloatArray:
-    """Covariance of :func:`index_errors`.
+    """Return the covariance of :func:`index_errors`.
 
     With g = gcd(teeth, mate_teeth), teeth whose numbers agree modulo g meet the same teeth of the mate:
     ``C_ij = delta(i = j) - 1 / teeth + (g / mate_teeth) (delta(i = j modulo g) - 1 / g)``. It is circulant: turning a
@@ -56,12 +67,13 @@ def index_error_covariance(teeth: int, mate_teeth: int) -> FloatArray:
 
     Parameters
     ----------
-    teeth, mate_teeth
+    teeth, mate_teeth : int
         Tooth counts of the averaged gear and of its mate.
 
     Returns
     -------
-    ndarray, (teeth, teeth)
+    (teeth, teeth) float64
+        Covariance for an ``index_error`` of 1.
 
     Examples
     --------
@@ -70,16 +82,28 @@ def index_error_covariance(teeth: int, mate_teeth: int) -> FloatArray:
     """
     apart = np.subtract.outer(np.arange(teeth), np.arange(teeth))
     common = math.gcd(teeth, mate_teeth)
-    own = (apart == 0) - 1 / teeth
+    gear = (apart == 0) - 1 / teeth
     mate = ((apart % common == 0) - 1 / common) * common / mate_teeth
-    return np.asarray(own + mate)
+    return np.asarray(gear + mate)
 
 
 def noise_deviation(reference_variance: FloatArray, snr_db: FloatArray) -> FloatArray:
-    """Standard deviation of the noise of one revolution, unit of the signal.
+    """Return the standard deviation of the noise of one revolution.
 
-    ``snr_db = 10 log10(reference_variance / deviation^2)``, the reference being the nominal healthy clean average of
-    the same sensor and operating point. The noise of an average over M revolutions has 1/M of the variance.
+    ``snr_db = 10 log10(reference_variance / deviation^2)``. The noise of an average over M revolutions has 1/M of the
+    variance.
+
+    Parameters
+    ----------
+    reference_variance : float64 array, (...)
+        Variance of the nominal healthy clean average of the same sensor and operating point, (unit of the signal)^2.
+    snr_db : float64 array, (...)
+        Signal-to-noise ratio, dB.
+
+    Returns
+    -------
+    (...) float64
+        Standard deviation in the unit of the signal.
 
     Examples
     --------
@@ -93,26 +117,26 @@ def noise_deviation(reference_variance: FloatArray, snr_db: FloatArray) -> Float
 def revolution_scatter(
     stream: np.random.Generator, deviation: FloatArray, samples: int, averages: int | IntArray
 ) -> FloatArray:
-    """Measured standard deviation between revolutions, rms over angle; nan for a single revolution.
+    """Draw the measured standard deviation between revolutions, rms over angle; nan for a single revolution.
 
-    With white noise the sum of squares over ``samples`` angles follows a chi-square law of
-    ``samples (averages - 1)`` degrees of freedom, from which it is drawn.
+    With white noise the sum of squares over ``samples`` angles follows a chi-square law with
+    ``samples (averages - 1)`` degrees of freedom.
 
     Parameters
     ----------
-    stream
-        Where it is drawn from: one number for each deviation, in order.
-    deviation
-        Standard deviation of the noise of one revolution, in any shape and unit.
-    samples
+    stream : numpy.random.Generator
+        Random stream; it gives one number for each deviation, in order.
+    deviation : float64 array, (...)
+        Standard deviation of the noise of one revolution, in any unit.
+    samples : int
         Angles of an average.
-    averages
-        Revolutions of each average, against the shape of ``deviation``.
+    averages : int or int array
+        Revolutions of each average, broadcast to the shape of ``deviation``.
 
     Returns
     -------
-    ndarray
-        Shape and unit of ``deviation``.
+    (...) float64
+        Measured deviations, in the unit of ``deviation``.
     """
     freedom = np.broadcast_to(samples * (np.asarray(averages) - 1), np.shape(deviation))
     drawn = np.sqrt(stream.chisquare(np.maximum(freedom, 1)) / np.maximum(freedom, 1))

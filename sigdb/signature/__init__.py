@@ -10,11 +10,10 @@ from sigdb.signature.averaging.mesh_pulses import mesh_pulses
 from sigdb.signature.averaging.tacho import TachoDetector, tacho_pulses
 from sigdb.signature.demodulation import demodulate
 from sigdb.signature.features import FEATURES, Feature, features
-from sigdb.signature.indicators.all import indicators
 from sigdb.signature.indicators.average import crest_factor, energy_operator, kurtosis, peak_to_peak, rms
-from sigdb.signature.indicators.definitions import INDICATORS, Indicator
 from sigdb.signature.indicators.difference import energy_ratio, fm4, m6a, m8a
 from sigdb.signature.indicators.histories import na4, na4_star, nb4, nb4_star
+from sigdb.signature.indicators.indicator_table import INDICATORS, Indicator, indicators
 from sigdb.signature.indicators.sidebands import fm0, sideband_energy_ratio, sideband_index, sideband_level_factor
 from sigdb.signature.separation import difference_signal, regular_signal, residual_signal
 from sigdb.signature.settings import SignatureSettings as SignatureSettings

@@ -1,7 +1,5 @@
 """Checks at the public boundary; each message names function, argument, rule, value and remedy."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -19,14 +17,14 @@ def real_signal(owner: str, name: str, x: ArrayLike) -> tuple[Float64Array, floa
     return a.astype(np.float64, copy=False), _precision(a.dtype)
 
 
-def real_or_complex_signal(owner: str, name: str, x: ArrayLike) -> NDArray[Any]:
+def real_or_complex_signal(owner: str, name: str, x: ArrayLike) -> Float64Array | NDArray[np.complex128]:
     """The signal in float64 or complex128."""
     a = np.asarray(x)
     _check_samples(owner, name, a)
-    return a.astype(np.complex128 if a.dtype.kind == "c" else np.float64, copy=False)
+    return a.astype(np.complex128, copy=False) if a.dtype.kind == "c" else a.astype(np.float64, copy=False)
 
 
-def _check_samples(owner: str, name: str, a: NDArray[Any]) -> None:
+def _check_samples(owner: str, name: str, a: NDArray[np.generic]) -> None:
     if a.dtype.kind not in "iufc":
         raise InputError(f"{owner}: {name} must hold numbers, not {a.dtype}; convert it to float64 or float32")
     if a.ndim == 0 or a.shape[-1] == 0:
@@ -40,12 +38,12 @@ def _check_samples(owner: str, name: str, a: NDArray[Any]) -> None:
         )
 
 
-def _precision(dtype: np.dtype[Any]) -> float:
-    coarse = float(np.finfo(dtype).eps) if dtype.kind == "f" else 0.0
+def _precision(dtype: np.dtype[np.generic]) -> float:
+    coarse = float(np.finfo(dtype.type).eps) if issubclass(dtype.type, np.floating) else 0.0
     return max(coarse, float(np.finfo(np.float64).eps))
 
 
-def finite(owner: str, name: str, value: Any) -> float:
+def finite(owner: str, name: str, value: object) -> float:
     """A finite number."""
     number = np.asarray(value)
     if number.ndim or number.dtype.kind not in "iuf" or not np.isfinite(number):
@@ -53,7 +51,7 @@ def finite(owner: str, name: str, value: Any) -> float:
     return float(number)
 
 
-def positive(owner: str, name: str, value: Any) -> float:
+def positive(owner: str, name: str, value: object) -> float:
     """A finite number above 0."""
     number = finite(owner, name, value)
     if number <= 0:
@@ -79,14 +77,14 @@ def increasing_times(owner: str, name: str, times: ArrayLike, *, after: float) -
     return t
 
 
-def count(owner: str, name: str, value: Any, *, least: int) -> int:
+def count(owner: str, name: str, value: object, *, least: int) -> int:
     """A whole number of at least ``least``; a float or a bool is refused even where it is whole."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer) or value < least:
         raise InputError(f"{owner}: {name} = {value!r} must be an integer >= {least}; pass such a count as int")
     return int(value)
 
 
-def mesh_teeth(owner: str, teeth: Any, n: int) -> int:
+def mesh_teeth(owner: str, teeth: object, n: int) -> int:
     """A tooth count whose mesh order, ``teeth``, lies below Nyquist, n/2."""
     z = count(owner, "teeth", teeth, least=1)
     if 2 * z >= n:
@@ -97,7 +95,7 @@ def mesh_teeth(owner: str, teeth: Any, n: int) -> int:
     return z
 
 
-def harmonics_below_nyquist(owner: str, name: str, value: Any, *, spacing: int, n: int, least: int) -> int:
+def harmonics_below_nyquist(owner: str, name: str, value: object, *, spacing: int, n: int, least: int) -> int:
     """A count of harmonics of order ``spacing`` that all lie below Nyquist."""
     most = (n - 1) // 2 // spacing
     harmonics = count(owner, name, value, least=least)

@@ -1,17 +1,17 @@
-"""Amplitude and phase modulation of a mesh harmonic."""
+"""Demodulation of a mesh harmonic: its band moved down to order 0, its amplitude and its phase."""
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from sigdb.core import IntArray
 from sigdb.signature.checks import Float64Array, count, harmonics_below_nyquist, mesh_teeth, real_signal
 from sigdb.signature.indicators import moment_kernels as _moments
-from sigdb.signature.mesh_band import baseband, default_half_width
 
 
 def demodulate(
     tsa: ArrayLike, *, teeth: int, harmonic: int = 1, half_width: int | None = None
 ) -> tuple[Float64Array, Float64Array]:
-    """Amplitude and phase modulation of a harmonic of the mesh over the revolution.
+    """Compute amplitude and phase modulation of a harmonic of the mesh over the revolution.
 
     The band of orders ``h Z - w ... h Z + w``, made analytic, times ``exp(-j h Z theta)`` is c. The amplitude
     modulation is ``|c| / mean|c| - 1``; the phase modulation is the unwrapped phase of c less its mean. So
@@ -73,3 +73,25 @@ def demodulate(
     phase = np.unwrap(np.angle(c), axis=-1)
     # nan where the mean is, a number of radians elsewhere.
     return envelope / mean - 1, phase - np.mean(phase, axis=-1, keepdims=True) + 0 * mean
+
+
+def default_half_width(teeth: int) -> int:
+    """Return the most orders on either side that do not reach into the next harmonic's band."""
+    return (teeth - 1) // 2
+
+
+def baseband(X: NDArray[np.complex128], n: int, centre: IntArray, half_width: int) -> NDArray[np.complex128]:
+    """Return twice the bins ``centre +- half_width`` of an rfft as a signal about order 0, ``(..., n)``.
+
+    ``centre`` has an entry for each of the leading axes of X, or broadcasts to them. Orders at or below 0, or at or
+    above n/2, are not in the spectrum.
+    """
+    # No order between 0 and n/2 is farther than that from another.
+    w = min(half_width, (n - 1) // 2)
+    j = np.arange(-w, w + 1)
+    orders = centre[..., None] + j
+    inside = (orders > 0) & (2 * orders < n)
+    bins = np.take_along_axis(X, np.broadcast_to(np.where(inside, orders, 0), (*X.shape[:-1], j.size)), axis=-1)
+    C = np.zeros((*X.shape[:-1], n), dtype=np.complex128)
+    C[..., j] = 2 * bins * inside
+    return np.fft.ifft(C)

@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 
 from sigdb.core import InputError, suggestion
 from sigdb.signature.checks import Float64Array, count, real_signal
-from sigdb.signature.indicators.all import indicators
-from sigdb.signature.indicators.definitions import INDICATORS
+from sigdb.signature.indicators.indicator_table import INDICATORS, indicators
 from sigdb.signature.spectrum import order_spectrum
 from sigdb.signature.wigner_ville.pooled import mesh_bands, pooled_wigner_ville
 
@@ -146,7 +145,7 @@ def features(
     ((385,), (), (12, 17))
     """
     x, _ = real_signal("features", "tsa", tsa)
-    wanted = _known(names)
+    wanted = _checked_names(names)
     values: dict[str, Float64Array] = {}
     if "spectrum" in wanted:
         values["spectrum"] = np.abs(order_spectrum(x)[1])
@@ -163,7 +162,7 @@ def features(
     return {name: values[name] for name in FEATURES if name in wanted}
 
 
-def _known(names: Collection[str] | None) -> set[str]:
+def _checked_names(names: Collection[str] | None) -> set[str]:
     wanted = set(FEATURES if names is None else names)
     for name in sorted(wanted - set(FEATURES)):
         raise InputError(f"features: names has {name!r}{suggestion(name, list(FEATURES))}")

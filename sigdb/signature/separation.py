@@ -15,7 +15,7 @@ from sigdb.signature.gear_orders import gear_orders
 def regular_signal(
     tsa: ArrayLike, *, teeth: int, mesh_harmonics: int | None = None, shaft_harmonics: int = 2
 ) -> Float64Array:
-    """The regular part of an average: shaft orders 1 ... S and mesh orders Z, 2Z, ... HZ, without the mean.
+    """Compute the regular part of an average: shaft orders 1 ... S and mesh orders Z, 2Z, ... HZ, without the mean.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def regular_signal(
     Raises
     ------
     InputError
-        If ``tsa`` is empty, complex or not finite, a count is negative or not an integer, or an order asked for is not
+        If ``tsa`` is empty, complex or not finite, a count is negative or not an integer, or a requested order is not
         below n/2.
 
     References
@@ -62,7 +62,7 @@ def regular_signal(
 def residual_signal(
     tsa: ArrayLike, *, teeth: int, mesh_harmonics: int | None = None, shaft_harmonics: int = 2
 ) -> Float64Array:
-    """What is left of an average without its mean and its regular part; the sidebands of the mesh stay.
+    """Compute the residual of an average: its mean and its regular part are removed, the sidebands of the mesh stay.
 
     Parameters
     ----------
@@ -107,7 +107,9 @@ def difference_signal(
     shaft_harmonics: int = 2,
     sidebands: int = 1,
 ) -> Float64Array:
-    """The residual without the first pairs of sidebands, ``h Z +- 1 ... sidebands``, of each of its mesh harmonics.
+    """Compute the difference signal: the residual without the first pairs of sidebands of each mesh harmonic.
+
+    The sidebands are at the orders ``h Z +- 1 ... sidebands``.
 
     Parameters
     ----------
@@ -148,12 +150,12 @@ def difference_signal(
 
 
 def without(X: NDArray[np.complex128], orders: IntArray) -> NDArray[np.complex128]:
-    """A spectrum with the given bins zeroed."""
+    """Return a spectrum with some bins zeroed."""
     kept = X.copy()
     kept[..., orders] = 0
     return kept
 
 
 def synthesis(X: NDArray[np.complex128], n: int) -> Float64Array:
-    """The signal of n samples whose FFT has the bins X."""
+    """Return the signal of n samples whose FFT has the bins X."""
     return np.fft.irfft(X, n)

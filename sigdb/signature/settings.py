@@ -8,7 +8,7 @@ from sigdb.core import Section, quantity
 
 
 class SignatureSettings(Section):
-    """What is stored of each averaged signal."""
+    """Settings of the stored signatures."""
 
     samples_per_tooth: int = quantity(
         "-",

@@ -8,7 +8,7 @@ from sigdb.signature.checks import Float64Array, real_signal
 
 
 def order_spectrum(tsa: ArrayLike) -> tuple[IntArray, NDArray[np.complex128]]:
-    r"""One-sided complex spectrum of an average; its modulus is the peak amplitude of each order.
+    r"""Compute the one-sided complex spectrum of an average; its modulus is the peak amplitude of each order.
 
     ``c[o] = 2/n sum_i tsa[i] exp(-2 pi j i o / n)``; DC and, for even n, Nyquist are not doubled. No window, since the
     average is periodic. ``A cos(o theta + phi)`` gives ``c[o] = A exp(j phi)``.
@@ -55,7 +55,7 @@ def order_spectrum(tsa: ArrayLike) -> tuple[IntArray, NDArray[np.complex128]]:
 
 
 def one_sided(n: int) -> Float64Array:
-    """Factors from the bins of a real signal's FFT to one-sided amplitudes."""
+    """Return the factors from the bins of a real signal's FFT to one-sided amplitudes."""
     factor = np.full(n // 2 + 1, 2 / n)
     factor[0] = 1 / n
     if n % 2 == 0:

@@ -31,13 +31,22 @@ SMALL = {
     "core/streams.py": "the random streams, apart from all that draws",
     "core/typing.py": "types only",
     "core/version.py": "the build reads it",
+    "measurement/settings.py": "a section of a recipe",
+    "signature/averaging/sinc_kernel.py": "the kernel of the average, apart from its use",
+    "signature/indicators/moment_kernels.py": "functions that three families of indicators use",
+    "signature/settings.py": "a section of a recipe",
+    "signature/spectrum.py": "functions that indicators and separation use",
+    "signature/wigner_ville/lag_products.py": "importing it imports numba",
 }
 """Small files, each with the reason why it stands alone."""
 
 NAMED_OTHERWISE = {
     "core/compiled.py": "kernels are compiled functions",
     "core/typing.py": "named after the standard library's module",
+    "measurement/specimen.py": "the law of a specimen: its index errors and its noise",
     "signature/indicators/average.py": "the indicators of the average, each by its name",
+    "signature/separation.py": "separates an average into its regular, residual and difference signals",
+    "signature/wigner_ville/distribution.py": "the distribution, in the folder of its name",
 }
 """Modules without a word of their name in any name that they define, each with the reason."""
 

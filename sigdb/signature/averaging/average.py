@@ -16,7 +16,7 @@ def synchronous_average(
     ratio: float = 1.0,
     revolutions: int | None = None,
 ) -> SynchronousAverage:
-    r"""Average of a record over the revolutions of a shaft, sampled in equal steps of its angle.
+    r"""Average a record over the revolutions of a shaft, sampled in equal steps of its angle.
 
     ``tsa[j] = 1/M sum_{r=0}^{M-1} x(t(r + j/n))``, with t the time at which the shaft has turned by that many
     revolutions from the first pulse: a cubic spline (not-a-knot) through all pulses.
@@ -51,8 +51,8 @@ def synchronous_average(
     ------
     InputError
         If ``x`` is empty, complex or not finite, pulse times are not finite and increasing, begin before the record or
-        are so uneven that a pulse must be missing, an option is out of its range, or no revolution, or fewer than asked
-        for, lie within pulses and record.
+        are so uneven that a pulse must be missing, an option is out of its range, or no revolution, or fewer than
+        requested, lie within pulses and record.
 
     Notes
     -----

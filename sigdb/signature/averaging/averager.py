@@ -17,7 +17,7 @@ from sigdb.signature.checks import Float64Array, count, increasing_times, positi
 _OWNER = "synchronous_average"
 
 _STEPS_AN_OCTAVE = 16
-"""Of the kernel's cut-off, so that revolutions whose samples differ by less than 2 % share one kernel."""
+"""Steps of the kernel's cut-off: revolutions whose samples differ by less than 2 % share one kernel."""
 
 _TOLERANCE = 1e-6
 """Samples by which a last pulse may pass the record's end, by rounding."""
@@ -57,9 +57,10 @@ class _Progress:
 
 
 class SynchronousAverager:
-    """:func:`synchronous_average` of a record that comes in blocks.
+    """Synchronous average of a record that comes in blocks, as :func:`synchronous_average` computes it.
 
-    What it holds does not grow with the record: samples of about 32 intervals between pulses, and a revolution or two.
+    Its memory does not grow with the record: it holds samples of about 32 intervals between pulses, and a revolution or
+    two.
 
     Parameters
     ----------
@@ -133,12 +134,12 @@ class SynchronousAverager:
             self._forget()
 
     def result(self) -> SynchronousAverage:
-        """The average of the record so far, as if it ended here; more blocks may follow.
+        """Return the average of the record so far, as if it ended here; more blocks may follow.
 
         Returns
         -------
         SynchronousAverage
-            What :func:`synchronous_average` gives for the record so far.
+            The result of :func:`synchronous_average` for the record so far.
 
         Raises
         ------
@@ -188,7 +189,7 @@ class SynchronousAverager:
         return done
 
     def _pending(self, spline: Float64Array, *, ended: bool) -> tuple[Float64Array, Float64Array]:
-        """Of the revolutions that can be averaged now the ends, in samples, and the stretch of each one's kernel."""
+        """Return the ends, in samples, of the revolutions that can be averaged now, and the stretch of each kernel."""
         guard = 0 if ended else GUARD
         # A ratio such as 12/36 may miss the last pulse by rounding.
         last = min(self._most, int((self._phase.count - 1 - guard) / self._pulses + 1e-9))
@@ -217,6 +218,6 @@ class SynchronousAverager:
 
 
 def _stretch(samples: Float64Array) -> Float64Array:
-    """How much wider a kernel is than a sinc of the record's samples, by the count of those for each one it makes."""
+    """Return how much wider a kernel is than a sinc of the record, from the record's samples for each new sample."""
     steps = np.round(_STEPS_AN_OCTAVE * np.log2(np.maximum(samples, 1.0)))
     return 2 ** (steps / _STEPS_AN_OCTAVE)

@@ -1,7 +1,5 @@
 """Tooth passes from the phase of a mesh harmonic, for records without a tacho."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -23,7 +21,7 @@ def mesh_pulses(
     harmonic: int = 1,
     bandwidth: float | None = None,
 ) -> Float64Array:
-    r"""Times of successive tooth passes, from the phase of a harmonic of the mesh.
+    r"""Find the times of successive tooth passes, from the phase of a harmonic of the mesh.
 
     The record is demodulated with ``exp(-j psi)``, ``psi = 2 pi h integral f dt``, and smoothed with a Blackman window;
     the phase of what is left corrects psi. A pulse is where psi, counted from a crest of the harmonic, passes a
@@ -131,7 +129,8 @@ def _smoothing(bandwidth: float, fs: float, samples: int) -> Float64Array:
     return window / window.sum()
 
 
-def _convolved(c: NDArray[np.complex128], window: Float64Array) -> NDArray[Any]:
+def _convolved(c: NDArray[np.complex128], window: Float64Array) -> NDArray[np.complex128]:
     from scipy.signal import oaconvolve
 
-    return oaconvolve(c, window, mode="same")
+    smoothed: NDArray[np.complex128] = oaconvolve(c, window, mode="same")
+    return smoothed

@@ -11,19 +11,19 @@ MEMORY = 256
 _ORDER = 32
 
 
-def predicted(x: Float64Array, count: int) -> Float64Array:
-    """``(channels, count)`` samples that continue x, ``(channels, samples)``; exact for up to 16 steady tones."""
-    return np.array([_continued(one[-MEMORY:], count) for one in x]).reshape(len(x), count)
+def predict(x: Float64Array, count: int) -> Float64Array:
+    """Continue x, ``(channels, samples)``, by ``(channels, count)`` samples; exact for up to 16 steady tones."""
+    return np.array([_continue(channel[-MEMORY:], count) for channel in x]).reshape(len(x), count)
 
 
-def _continued(x: Float64Array, count: int) -> Float64Array:
+def _continue(x: Float64Array, count: int) -> Float64Array:
     order = min(_ORDER, x.size // 4)
     if order == 0 or count == 0:
         return np.full(count, x[-1])
     rows = sliding_window_view(x, order + 1)
     # Forwards and backwards: a tone obeys the same recurrence in both directions, and noise is predicted tamely.
-    known, sought = np.concatenate([rows[:, :-1], rows[:, :0:-1]]), np.concatenate([rows[:, -1], rows[:, 0]])
-    weights = np.linalg.lstsq(known, sought, rcond=None)[0]
+    before, after = np.concatenate([rows[:, :-1], rows[:, :0:-1]]), np.concatenate([rows[:, -1], rows[:, 0]])
+    weights = np.linalg.lstsq(before, after, rcond=None)[0]
     most = 2 * np.abs(x).max()
     series = np.append(x[-order:], np.empty(count))
     for i in range(order, order + count):
@@ -55,11 +55,11 @@ class Record:
             self._first = first
 
     def window(self, start: int, stop: int) -> Float64Array:
-        """Samples start up to stop; beyond either end of the record, its linear prediction."""
+        """Return the samples start up to stop; beyond either end of the record, its linear prediction."""
         inside = self._kept[:, max(start, 0) - self._first : min(stop, self.count) - self._first]
         parts = [inside]
         if start < 0:
-            parts.insert(0, predicted(self._head[:, ::-1], -start)[:, ::-1])
+            parts.insert(0, predict(self._head[:, ::-1], -start)[:, ::-1])
         if stop > self.count:
-            parts.append(predicted(self._kept, stop - self.count))
+            parts.append(predict(self._kept, stop - self.count))
         return np.ascontiguousarray(np.concatenate(parts, axis=1) if len(parts) > 1 else inside)

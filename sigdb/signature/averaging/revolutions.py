@@ -1,7 +1,5 @@
 """The kernel of the synchronous average. Importing this module imports numba."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,13 +8,13 @@ from sigdb.core import kernel
 
 @kernel
 def add_revolutions(
-    x: Any,
+    x: NDArray[np.float64],
     start: float,
     fs: float,
-    spline: Any,
+    spline: NDArray[np.float64],
     first_pulse: float,
     pulses: float,
-    table: Any,
+    table: NDArray[np.float64],
     count: int,
     revolutions: int,
     mean: NDArray[np.float64],

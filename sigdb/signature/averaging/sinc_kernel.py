@@ -1,7 +1,6 @@
 """Weights of a windowed sinc, tabulated over the fraction of a sample."""
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +15,13 @@ _DEGREE = 3
 
 
 def reach(stretch: float) -> int:
-    """Samples on either side that a kernel takes."""
+    """Return the samples on either side that a kernel takes."""
     return int(np.ceil(HALF_WIDTH * stretch))
 
 
 @lru_cache(maxsize=64)
-def sinc_table(stretch: float) -> NDArray[Any]:
-    """Coefficients ``(cells, 4, 2 reach)`` of the weights as cubics of the place within a cell.
+def sinc_table(stretch: float) -> NDArray[np.float64]:
+    """Return the coefficients ``(cells, 4, 2 reach)`` of the weights as cubics of the place within a cell.
 
     Between samples k and k + 1, at the fraction f, cell ``q = floor(cells f)`` has the weight of sample
     ``k - reach + 1 + i`` as ``sum_d table[q, d, i] (cells f - q)^d``. A stretch s widens the kernel s times, which cuts
@@ -38,6 +37,6 @@ def sinc_table(stretch: float) -> NDArray[Any]:
     h = np.where(inside > 0, np.sinc(u) * np.i0(_BETA * np.sqrt(np.maximum(inside, 0))), 0.0)
     # A constant stays what it is.
     h /= h.sum(axis=-1, keepdims=True)
-    table = np.linalg.solve(np.vander(nodes, increasing=True), h)
+    table = np.linalg.solve(np.vander(nodes, increasing=True), h).astype(np.float64, copy=False)
     table.flags.writeable = False
     return table

@@ -12,7 +12,7 @@ _OWNER = "tacho_pulses"
 def tacho_pulses(
     waveform: ArrayLike, fs: float, *, threshold: float | None = None, hysteresis: float | None = None
 ) -> Float64Array:
-    """Times at which a tacho's waveform rises through a threshold.
+    """Find the times at which a tacho's waveform rises through a threshold.
 
     A pulse counts only after the waveform has been below ``threshold - hysteresis``: noise smaller than that makes no
     pulses of its own. The crossing lies on the straight line between the samples on either side of it.
@@ -57,14 +57,14 @@ def tacho_pulses(
 
 
 class TachoDetector:
-    """:func:`tacho_pulses` of a waveform that comes in blocks.
+    """Detector of pulses in a waveform that comes in blocks, as :func:`tacho_pulses` finds them.
 
     Parameters
     ----------
     fs : float
         Sampling rate, Hz.
     threshold, hysteresis : float
-        As in :func:`tacho_pulses`; a block does not tell the range of the rest, so there is no default.
+        As in :func:`tacho_pulses`. There is no default, since the range of later blocks is unknown.
 
     Raises
     ------
@@ -88,7 +88,7 @@ class TachoDetector:
         self._armed = False
 
     def push(self, waveform: ArrayLike) -> Float64Array:
-        """The pulses of the next block.
+        """Return the pulses of the next block.
 
         Parameters
         ----------

@@ -13,7 +13,7 @@ from sigdb.signature.indicators import moment_kernels as _moments
 
 
 def rms(tsa: ArrayLike) -> Float64Array:
-    """Root mean square, the mean included: ``sqrt(1/n sum x^2)``.
+    """Compute the root mean square, the mean included: ``sqrt(1/n sum x^2)``.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def rms(tsa: ArrayLike) -> Float64Array:
 
 
 def peak_to_peak(tsa: ArrayLike) -> Float64Array:
-    """Largest minus smallest sample.
+    """Compute the largest minus the smallest sample.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def peak_to_peak(tsa: ArrayLike) -> Float64Array:
 
 
 def crest_factor(tsa: ArrayLike) -> Float64Array:
-    """Largest modulus over rms, ``max|x| / rms(x)``, the mean kept in both; sqrt(2) for a sine.
+    """Compute the largest modulus over rms, ``max|x| / rms(x)``, the mean kept in both; sqrt(2) for a sine.
 
     Parameters
     ----------
@@ -100,7 +100,9 @@ def crest_factor(tsa: ArrayLike) -> Float64Array:
 
 
 def kurtosis(tsa: ArrayLike) -> Float64Array:
-    """Fourth moment over the squared variance, ``n sum d^4 / (sum d^2)^2`` of ``d = x - mean``; 3 for Gaussian noise.
+    """Compute the fourth moment over the squared variance; 3 for Gaussian noise.
+
+    It is ``n sum d^4 / (sum d^2)^2`` with ``d = x - mean``.
 
     Parameters
     ----------
@@ -129,9 +131,10 @@ def kurtosis(tsa: ArrayLike) -> Float64Array:
 
 
 def energy_operator(tsa: ArrayLike) -> Float64Array:
-    """Kurtosis of the Teager-Kaiser energy ``x_n^2 - x_(n-1) x_(n+1)``, circular, of the average with its mean.
+    """Compute the kurtosis of the Teager-Kaiser energy of the average with its mean.
 
-    The energy of ``A cos(w n)`` is the constant ``A^2 sin^2 w``, so a pure tone gives nan.
+    The energy is ``x_n^2 - x_(n-1) x_(n+1)``, circular. The energy of ``A cos(w n)`` is the constant ``A^2 sin^2 w``,
+    so a pure tone gives nan.
 
     Parameters
     ----------

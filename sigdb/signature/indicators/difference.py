@@ -14,7 +14,7 @@ from sigdb.signature.indicators import moment_kernels as _moments
 
 
 def fm4(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Array:
-    """Kurtosis of the difference signal, ``n sum d^4 / (sum d^2)^2``; 1.5 for a sine, 3 for Gaussian noise.
+    """Compute the kurtosis of the difference signal, ``n sum d^4 / (sum d^2)^2``; 1.5 for a sine, 3 for Gaussian noise.
 
     Parameters
     ----------
@@ -49,7 +49,9 @@ def fm4(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Arra
 
 
 def m6a(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Array:
-    """Sixth moment of the difference signal, ``n^2 sum d^6 / (sum d^2)^3``; 2.5 for a sine, 15 for Gaussian noise.
+    """Compute the sixth moment of the difference signal; 2.5 for a sine, 15 for Gaussian noise.
+
+    It is normalised: ``n^2 sum d^6 / (sum d^2)^3``.
 
     Parameters
     ----------
@@ -82,7 +84,9 @@ def m6a(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Arra
 
 
 def m8a(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Array:
-    """Eighth moment of the difference signal, ``n^3 sum d^8 / (sum d^2)^4``; 4.375 for a sine, 105 for Gaussian noise.
+    """Compute the eighth moment of the difference signal; 4.375 for a sine, 105 for Gaussian noise.
+
+    It is normalised: ``n^3 sum d^8 / (sum d^2)^4``.
 
     Parameters
     ----------
@@ -115,7 +119,7 @@ def m8a(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Arra
 
 
 def energy_ratio(difference: ArrayLike, regular: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Array:
-    """``rms(difference) / rms(regular)``.
+    """Compute ``rms(difference) / rms(regular)``.
 
     Parameters
     ----------

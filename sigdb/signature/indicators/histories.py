@@ -1,9 +1,10 @@
 """Indicators that compare a record with its history, ``(..., records, n) -> (..., records)`` in float64.
 
-A fourth moment of each record over the squared mean of the second moments of the records up to it (NA4, NB4), or of the
-first, healthy ones (NA4*, NB4*). Means are removed, and moments are those of the population. A quotient is nan, without
-a warning, where its denominator is no more than rounding: where the mean of ``sum d^2`` over those records is at most
-that of ``n (64 eps s)^2``, with eps of the input's type and s the scale of each.
+Each indicator is the fourth moment of a record over the square of a mean second moment. That mean goes over the records
+up to this one (NA4, NB4), or over the first, healthy ones (NA4*, NB4*). Means are removed, and moments are those of the
+population. A quotient is nan, without a warning, where its denominator is no more than rounding: where the mean of
+``sum d^2`` over those records is at most that of ``n (64 eps s)^2``, with eps of the input's type and s the scale of
+each.
 """
 
 import numpy as np
@@ -11,12 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigdb.core import InputError, IntArray
 from sigdb.signature.checks import Float64Array, count, mesh_teeth, real_signal, signal_scale
+from sigdb.signature.demodulation import baseband, default_half_width
 from sigdb.signature.indicators import moment_kernels as _moments
-from sigdb.signature.mesh_band import baseband, default_half_width
 
 
 def na4(residuals: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Array:
-    """Fourth moment of the residual over the squared mean second moment of the records up to now.
+    """Compute NA4: the residual's fourth moment over the squared mean second moment of the records up to now.
 
     ``n sum r_m^4 / (1/m sum_{j<=m} sum r_j^2)^2`` for record m, which is included in the mean.
 
@@ -57,7 +58,7 @@ def na4(residuals: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Array
 
 
 def na4_star(residuals: ArrayLike, *, baseline: int, scale: ArrayLike | None = None) -> Float64Array:
-    """Fourth moment of the residual over the squared mean second moment of the first, healthy records.
+    """Compute NA4*: the residual's fourth moment over the squared mean second moment of the first, healthy records.
 
     ``n sum r_m^4 / (1/b sum_{j<=b} sum r_j^2)^2``. Where there is no history in time, put at least 8 noisy healthy
     records of the same operating point first.
@@ -98,10 +99,10 @@ def na4_star(residuals: ArrayLike, *, baseline: int, scale: ArrayLike | None = N
 
 
 def nb4(averages: ArrayLike, *, teeth: int) -> Float64Array:
-    """The quotient of NA4 on the envelope of the band about the dominant harmonic of the mesh.
+    """Compute NB4: the quotient of NA4 on the envelope of the band about the dominant harmonic of the mesh.
 
     The harmonic is chosen once: the one with the largest mean amplitude over all the records. Its band reaches
-    ``(teeth - 1) // 2`` orders to either side; of the envelope, the mean is removed.
+    ``(teeth - 1) // 2`` orders to either side. The mean of the envelope is removed.
 
     Parameters
     ----------
@@ -139,7 +140,7 @@ def nb4(averages: ArrayLike, *, teeth: int) -> Float64Array:
 
 
 def nb4_star(averages: ArrayLike, *, teeth: int, baseline: int) -> Float64Array:
-    """The quotient of NA4* on the envelope of the band about the dominant harmonic of the mesh.
+    """Compute NB4*: the quotient of NA4* on the envelope of the band about the dominant harmonic of the mesh.
 
     Parameters
     ----------
@@ -206,7 +207,7 @@ def _history(owner: str, name: str, x: ArrayLike, baseline: int | None) -> tuple
 
 
 def _unit(peaks: Float64Array) -> Float64Array:
-    """Largest modulus of each history, so that fourth powers stay within floating-point range, ``(..., 1)``."""
+    """Return the largest modulus of each history, ``(..., 1)``: in this unit, fourth powers stay within range."""
     return _moments.nonzero(np.max(peaks, axis=-1, keepdims=True, initial=0.0))
 
 

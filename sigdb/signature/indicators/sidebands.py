@@ -16,7 +16,7 @@ from sigdb.signature.spectrum import one_sided
 
 
 def fm0(tsa: ArrayLike, *, teeth: int, mesh_harmonics: int | None = None) -> Float64Array:
-    """Peak-to-peak of the average over the sum of the peak amplitudes of mesh orders Z, 2Z, ... HZ.
+    """Compute FM0: peak-to-peak over the sum of the peak amplitudes of mesh orders Z, 2Z, ... HZ.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def fm0(tsa: ArrayLike, *, teeth: int, mesh_harmonics: int | None = None) -> Flo
     Raises
     ------
     InputError
-        If ``tsa`` is empty, complex or not finite, a count is too small or not an integer, or an order asked for is not
+        If ``tsa`` is empty, complex or not finite, a count is too small or not an integer, or a requested order is not
         below n/2.
 
     References
@@ -60,7 +60,7 @@ def fm0(tsa: ArrayLike, *, teeth: int, mesh_harmonics: int | None = None) -> Flo
 
 
 def sideband_index(tsa: ArrayLike, *, teeth: int) -> Float64Array:
-    """Mean of the peak amplitudes of the two first sidebands of the mesh, orders Z - 1 and Z + 1.
+    """Compute the mean peak amplitude of the two first sidebands of the mesh, orders Z - 1 and Z + 1.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def sideband_index(tsa: ArrayLike, *, teeth: int) -> Float64Array:
 
 
 def sideband_level_factor(tsa: ArrayLike, *, teeth: int) -> Float64Array:
-    """Sum of the peak amplitudes of the two first sidebands of the mesh over the average's standard deviation.
+    """Compute the sum of the peak amplitudes of the two first sidebands over the average's standard deviation.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def sideband_level_factor(tsa: ArrayLike, *, teeth: int) -> Float64Array:
 
 
 def sideband_energy_ratio(tsa: ArrayLike, *, teeth: int, pairs: int = 6) -> Float64Array:
-    """Sum of the peak amplitudes of the first pairs of sidebands of the mesh over the amplitude of the mesh, order Z.
+    """Compute the sum of the peak amplitudes of the first pairs of sidebands over that of the mesh, order Z.
 
     Parameters
     ----------
@@ -172,22 +172,22 @@ def sideband_energy_ratio(tsa: ArrayLike, *, teeth: int, pairs: int = 6) -> Floa
 
 
 def peak_to_peak_over_mesh(range_: Float64Array, mesh: Float64Array, floor: Float64Array) -> Float64Array:
-    """The quotient of FM0 from a range and the amplitudes ``(..., H)`` of the mesh, mean square sum A^2 / 2."""
+    """Return the quotient of FM0 from a range and the amplitudes ``(..., H)`` of the mesh, mean square sum A^2 / 2."""
     return _moments.quotient(range_, np.sum(mesh, axis=-1), _moments.dot(mesh, mesh) / 2 <= floor)
 
 
 def sideband_sum(amplitudes: Float64Array, teeth: int, pairs: int, n: int) -> Float64Array:
-    """Sum of the first pairs of sidebands about order ``teeth``."""
+    """Return the sum of the first pairs of sidebands about order ``teeth``."""
     return np.sum(amplitudes[..., sideband_orders(np.array([teeth]), pairs, n)], axis=-1)
 
 
 def over_deviation(pair: Float64Array, variance: Float64Array, floor: Float64Array) -> Float64Array:
-    """A sum of amplitudes over the standard deviation."""
+    """Return a sum of amplitudes over the standard deviation."""
     return _moments.quotient(pair, np.sqrt(variance), variance <= floor)
 
 
 def over_mesh(pairs: Float64Array, mesh: Float64Array, floor: Float64Array) -> Float64Array:
-    """A sum of amplitudes over the mesh's amplitude."""
+    """Return a sum of amplitudes over the mesh's amplitude."""
     return _moments.quotient(pairs, mesh, mesh * mesh / 2 <= floor)
 
 

@@ -21,7 +21,7 @@ def wigner_ville(
     boundary: str = "circular",
     n_bins: int | None = None,
 ) -> Float64Array:
-    r"""Wigner-Ville distribution, (11) and (12) of [1]_, with a window on the lag.
+    r"""Compute the Wigner-Ville distribution, (11) and (12) of [1]_, with a window on the lag.
 
     ``W[i, k] = sum_{m=-L}^{L} h[|m|] z[i+m] conj(z[i-m]) exp(-2 pi j m k / K)``
 

@@ -1,7 +1,5 @@
 """The kernel of the pooled distribution. Importing this module imports numba."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,7 +14,7 @@ def cell_lag_products(
     last: NDArray[np.int64],
     fraction: NDArray[np.float64],
     lags: int,
-    R: Any,
+    R: NDArray[np.float64],
 ) -> None:
     """R[s, c, 0 or 1, m] = Re or Im of sum_i w[c, i] z[i+m] conj(z[i-m]), m = 0 ... lags.
 

@@ -1,7 +1,5 @@
 """Weights of the lags m = 0 ... L of a Wigner-Ville distribution; the other half is their mirror."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -12,8 +10,10 @@ LagWindow = int | str | ArrayLike
 """A half-length L (Hamming), the weights h[0..L] themselves, or ``"full"``."""
 
 
-def lag_weights(owner: str, lag_window: LagWindow, n: int, n_bins: int | None, *, circular: bool) -> tuple[Any, int]:
-    """The weights h[0..L] and the count K of bins, n where not given; ``owner`` is the public function in messages."""
+def lag_weights(
+    owner: str, lag_window: LagWindow, n: int, n_bins: int | None, *, circular: bool
+) -> tuple[Float64Array, int]:
+    """Return the weights h[0..L] and the count K of bins, n by default; ``owner`` is named in messages."""
     K = n if n_bins is None else count(owner, "n_bins", n_bins, least=1)
     if isinstance(lag_window, str):
         h = _full(owner, lag_window, n, circular=circular)
@@ -30,10 +30,10 @@ def lag_weights(owner: str, lag_window: LagWindow, n: int, n_bins: int | None, *
     return h, K
 
 
-def half_window(owner: str, name: str, window: Any, n: int) -> Float64Array:
-    """The half h[0..L] of a symmetric window: given, or of Hamming's from a half-length."""
+def half_window(owner: str, name: str, window: ArrayLike, n: int) -> Float64Array:
+    """Return the half h[0..L] of a symmetric window, from its weights, or as a Hamming window from a half-length."""
     h = np.asarray(window)
-    h = hamming(count(owner, name, window, least=0)) if h.ndim == 0 else _given(owner, name, h)
+    h = hamming(count(owner, name, window, least=0)) if h.ndim == 0 else _checked_weights(owner, name, h)
     if h.size - 1 > n // 2:
         raise InputError(
             f"{owner}: {name} has L = {h.size - 1}, which must be at most n//2 = {n // 2}, half a revolution;"
@@ -59,7 +59,7 @@ def _full(owner: str, name: str, n: int, *, circular: bool) -> Float64Array:
     return h
 
 
-def _given(owner: str, name: str, h: Any) -> Float64Array:
+def _checked_weights(owner: str, name: str, h: NDArray[np.generic]) -> Float64Array:
     if h.ndim != 1 or h.size == 0 or h.dtype.kind not in "iuf" or not np.all(np.isfinite(h)) or h[0] != 1:
         raise InputError(
             f"{owner}: {name} of shape {h.shape} must be real, finite, one-dimensional h[0..L] with h[0] = 1;"
@@ -68,9 +68,9 @@ def _given(owner: str, name: str, h: Any) -> Float64Array:
     return h.astype(np.float64)
 
 
-def analytic(x: NDArray[Any]) -> NDArray[np.complex128]:
-    """A complex signal as it is, a real one with its negative orders moved onto the positive ones, (12)."""
-    return x if np.iscomplexobj(x) else _from_real(x)
+def analytic(x: NDArray[np.float64] | NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Return a complex signal as it is, a real signal with its negative orders moved onto the positive ones, (12)."""
+    return _from_real(x.real) if np.isrealobj(x) else x.astype(np.complex128, copy=False)
 
 
 def _from_real(x: Float64Array) -> NDArray[np.complex128]:

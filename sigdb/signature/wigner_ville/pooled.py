@@ -12,7 +12,7 @@ _SIGNALS_AT_ONCE = 32
 
 
 def mesh_bands(teeth: int, *, per_mesh_order: int = 4, mesh_orders: int = 4) -> Float64Array:
-    """Edges of bands centred on multiples of a fraction of the mesh order: 0, 1/4, ... 4 mesh orders by default.
+    """Return the edges of bands centred on fractions of the mesh order: 0, 1/4, ... 4 mesh orders by default.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def mesh_bands(teeth: int, *, per_mesh_order: int = 4, mesh_orders: int = 4) -> 
 def pooled_wigner_ville(
     x: ArrayLike, *, teeth: int, bands: ArrayLike, lag_window: LagWindow | None = None, n_bins: int | None = None
 ) -> Float64Array:
-    r"""The circular Wigner-Ville distribution summed over each tooth pass and each band of order.
+    r"""Compute the circular Wigner-Ville distribution summed over each tooth pass and each band of order.
 
     ``F[c, b] = sum_i w[c, i] sum_{k in b} W[i, k]`` with W of :func:`wigner_ville`. Sample i stands for the angle from
     i/n to (i+1)/n of a revolution, cell c for that from c/teeth to (c+1)/teeth, and w is the fraction of the sample
