@@ -1,4 +1,4 @@
-"""The templates that a recording is compared with: at its own operating point, as its own sensor would give them."""
+"""Template banks for a recording: at its operating point, behind its transfer path, and with calibrated models."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -19,12 +19,13 @@ from sigdb.transmission import Transmission
 LOSSES = (0.0, 0.1, 0.2, 0.4, 0.6, 0.8)
 SHIFTS_DEG = (0.0, 1.5, 3.0)
 DAMAGED_TEETH = (1, 2)
-"""Severities of the templates that are made for a recording: those of the reference database, and greater losses."""
+"""Severities of the templates for a recording: those of the reference database, and greater losses."""
 
 _DRAWS = 2000
+"""Averages that are drawn for the calibration."""
 
 _PARTS = 4
-"""Parts of a mesh harmonic, within each of which the error of an interpolated gain is one."""
+"""Parts of a mesh harmonic; the error of an interpolated gain is constant within a part."""
 
 
 def rig_bank(
@@ -37,7 +38,7 @@ def rig_bank(
     samples_per_tooth: int,
     index_error: float,
 ) -> TemplateBank:
-    """Templates of a rig at one operating point, simulated now.
+    """Simulate the templates of a rig at one operating point.
 
     Parameters
     ----------
@@ -55,12 +56,12 @@ def rig_bank(
     Raises
     ------
     InputError
-        If the rig has several meshes, or loses contact there.
+        If the rig has several meshes, or loses contact at that operating point.
     """
     at = rig.replace({"operating.speed_rpm": speed_rpm, "operating.torque": torque})
     grid = Grid(tooth=(1,), damaged_teeth=DAMAGED_TEETH, phase_shift_deg=SHIFTS_DEG, stiffness_loss=LOSSES)
     design = SweepSettings(rig=rig.name, gear=gear, healthy=1, grid=(grid,))
-    # A row of each template is all that a bank needs, of nominal gears, so that none of them loses contact.
+    # A bank needs one row of each template. The gears are nominal, so that none of them loses contact.
     cycle = tooth_cycle(rig.gears[gear].teeth, rig.gears[rig.mate(gear)].teeth)
     measured = MeasurementSettings(averages=2 * cycle, index_error=0.0)
     plan = make_plan(design, measured, SignatureSettings(samples_per_tooth=samples_per_tooth, sensors=(sensor,)), at)
@@ -69,25 +70,25 @@ def rig_bank(
         return TemplateBank.of(open_database(folder), index_error=index_error)
 
 
-def at_point(bank: TemplateBank, *, speed_rpm: float, torque: float, teeth: int) -> TemplateBank:
-    """The templates of the operating point that is nearest, of this tooth count."""
-    (place,) = bank.nearest(np.array([speed_rpm]), np.array([torque]), np.array([teeth]))
-    return replace(bank, points=(bank.points[place],))
+def at_operating_point(bank: TemplateBank, *, speed_rpm: float, torque: float, teeth: int) -> TemplateBank:
+    """Return the templates of the nearest operating point with this tooth count."""
+    (nearest,) = bank.nearest(np.array([speed_rpm]), np.array([torque]), np.array([teeth]))
+    return replace(bank, points=(bank.points[nearest],))
 
 
-def through(bank: TemplateBank, path: TransferPath) -> TemplateBank:
-    """A bank as a sensor behind a path would give its averages.
+def behind_path(bank: TemplateBank, path: TransferPath) -> TemplateBank:
+    """Return a bank whose averages are seen through a transfer path.
 
-    Between mesh harmonics the gain is interpolated. Its relative error there is taken as normal, independent in real
-    and imaginary part and in each quarter of a mesh harmonic, of the path's standard deviation. It acts on what a
-    template differs by from the healthy one, which is right by construction. So it joins the modes of the index errors,
-    and the bank's ``index_error`` is 1, both being in the unit of the signal.
+    Between mesh harmonics the gain is interpolated. Its relative error there is assumed to be normal with the path's
+    standard deviation, independent in real and imaginary part and in each quarter of a mesh harmonic. It acts on the
+    difference of a template from the healthy template, which is exact by construction. So it joins the modes of the
+    index errors, and the bank's ``index_error`` is 1, since both are in the unit of the signal.
     """
-    points = tuple(_through(point, path, bank.index_error) for point in bank.points)
+    points = tuple(_point_behind_path(point, path, bank.index_error) for point in bank.points)
     return replace(bank, points=points, index_error=1.0)
 
 
-def _through(point: PointTemplates, path: TransferPath, index_error: float) -> PointTemplates:
+def _point_behind_path(point: PointTemplates, path: TransferPath, index_error: float) -> PointTemplates:
     laws = point.hypotheses
     if laws.signal.shape[1] != path.samples:
         raise InputError(
@@ -109,57 +110,59 @@ def _through(point: PointTemplates, path: TransferPath, index_error: float) -> P
         reference_variance=np.full(len(signal), signal[laws.healthy][0].var()),
     )
     at = (point.speed_rpm, point.torque)
-    (found,) = PointTemplates.of([law], [point.share], points=[at], index_error=1.0)
-    return found
+    (templates,) = PointTemplates.of([law], [point.share], points=[at], index_error=1.0)
+    return templates
 
 
 def _uncertain(change: FloatArray, path: TransferPath, teeth: int) -> FloatArray:
-    """(templates, n, modes) what an error of the gain in each part of the path's band does to each template."""
+    """Return (templates, n, modes) effects on each template of a gain error in each part of the path's band."""
     n, orders = path.samples, np.arange(len(path.gain))
-    part = np.where(path.known & (orders % teeth > 0), orders * _PARTS // teeth, -1)
+    part = np.where(path.covered & (orders % teeth > 0), orders * _PARTS // teeth, -1)
     spectrum = np.fft.rfft(change)
     parts = np.unique(part[part >= 0])[: None if path.error else 0]
     modes = np.zeros((len(change), n, 2 * len(parts)))
-    for i, one in enumerate(parts):
-        some = np.where(part == one, path.error * spectrum, 0)
-        modes[:, :, 2 * i] = np.fft.irfft(some, n)
-        modes[:, :, 2 * i + 1] = np.fft.irfft(1j * some, n)
+    for i, number in enumerate(parts):
+        effect = np.where(part == number, path.error * spectrum, 0)
+        modes[:, :, 2 * i] = np.fft.irfft(effect, n)
+        modes[:, :, 2 * i + 1] = np.fft.irfft(1j * effect, n)
     return modes
 
 
-def draws(bank: TemplateBank, path: TransferPath, *, noise: float, averages: int, seed: int = 0) -> pd.DataFrame:
-    """Averages drawn from the law of a bank of one point, half of them healthy, each of a specimen of its own.
+def draw_averages(
+    bank: TemplateBank, path: TransferPath, *, noise: float, averages: int, seed: int = 0
+) -> pd.DataFrame:
+    """Draw averages from the law of a bank with one operating point, half of them healthy, all of new specimens.
 
     Parameters
     ----------
     bank
-        One operating point.
+        Templates of one operating point.
     path
-        What is not in its band is taken from the noise too.
+        Transfer path; the noise is limited to its band too.
     noise
         Standard deviation of an average's noise.
     averages
-        Revolutions in it, for the frame.
+        Revolutions of an average, for the table.
     seed
-        Of the draws.
+        Seed of the draws.
 
     Returns
     -------
     pandas.DataFrame
-        What estimators of templates read, and ``tooth`` and the severities.
+        The columns that template estimators read, ``tooth`` and the severities.
     """
     (point,), stream = bank.points, np.random.default_rng(seed)
     damaged = stream.random(_DRAWS) < 0.5
-    template = np.array([stream.choice(len(point.share), p=_share(point, one)) for one in damaged])
+    template = np.array([stream.choice(len(point.share), p=_share(point, is_damaged)) for is_damaged in damaged])
     tooth = np.where(damaged, stream.integers(1, point.teeth + 1, _DRAWS), 0)
     x = point.hypotheses.draw(stream, template, np.maximum(tooth, 1), noise=noise, index_error=bank.index_error)
-    frame = averages_frame(point, path.band(x), noise=noise, averages=averages)
+    rows = average_rows(point, path.band(x), noise=noise, averages=averages)
     severity = np.where(damaged[:, None], point.severity[template], 0.0)
-    return frame.assign(tooth=tooth, **dict(zip(QUANTITIES, severity.T, strict=True)))
+    return rows.assign(tooth=tooth, **dict(zip(QUANTITIES, severity.T, strict=True)))
 
 
-def averages_frame(point: PointTemplates, x: FloatArray, *, noise: float, averages: int) -> pd.DataFrame:
-    """Averages (rows, n) as the rows that estimators of templates read."""
+def average_rows(point: PointTemplates, x: FloatArray, *, noise: float, averages: int) -> pd.DataFrame:
+    """Return averages (rows, n) as the rows that template estimators read."""
     return pd.DataFrame(
         {
             "teeth": point.teeth,
@@ -172,14 +175,14 @@ def averages_frame(point: PointTemplates, x: FloatArray, *, noise: float, averag
     )
 
 
-def calibrate(bank: TemplateBank, drawn: pd.DataFrame) -> tuple[TemplateLocation, TemplateSeverity]:
-    """Location and severity by a bank, calibrated on draws of its law: at the recording's own level of noise."""
+def calibrate_models(bank: TemplateBank, drawn: pd.DataFrame) -> tuple[TemplateLocation, TemplateSeverity]:
+    """Return location and severity models of a bank, calibrated on draws from its law."""
     groups = np.arange(len(drawn))
     location = TemplateLocation(bank).fit(drawn, drawn["tooth"], groups)
     return location, TemplateSeverity(bank).fit(drawn, drawn[["tooth", *QUANTITIES]], groups)
 
 
 def _share(point: PointTemplates, damaged: bool) -> FloatArray:
-    """Shares of the templates of a kind; those that weigh nothing are not drawn."""
+    """Return the probabilities of the damaged or of the healthy templates; the others are 0."""
     share = np.where(point.healthy != damaged, point.share, 0.0)
     return share / share.sum()

@@ -1,4 +1,4 @@
-"""An average against the templates of one operating point: how well each fits, and which answer is given."""
+"""Comparison of an average with the templates of one operating point."""
 
 from dataclasses import dataclass, replace
 
@@ -7,54 +7,57 @@ import pandas as pd
 from scipy.special import softmax
 
 from sigdb.core import FloatArray
-from sigdb.diagnosis.bank import averages_frame, calibrate, draws, through
-from sigdb.diagnosis.healthy_reference import Reference
-from sigdb.diagnosis.transfer_path import TransferPath, filtered
+from sigdb.diagnosis.bank import average_rows, behind_path, calibrate_models, draw_averages
+from sigdb.diagnosis.healthy_reference import HealthyReference
+from sigdb.diagnosis.transfer_path import TransferPath, apply_gain
 from sigdb.recognition import QUANTITIES, PointTemplates, TemplateBank
 
 _NEAREST = 5
+"""Number of templates in the list of the nearest."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Compared:
-    """What templates say of an average.
+class Comparison:
+    """Result of the comparison of an average with templates.
 
     Attributes
     ----------
     x
-        (n,) the average, in the band that was compared.
+        (n,) the average in the band of the comparison.
     reference
-        How a healthy recording was used; None without.
+        Healthy reference; None without a healthy recording.
     candidates
-        Answers of a set that holds the truth with a probability of 0.9, 0 for none.
+        Teeth of a set that contains the truth with a probability of 0.9; 0 for no damage.
     probability
-        (1 + teeth,) of 'none' and of each tooth, at even odds before the recording.
+        (1 + teeth,) probability of no damage and of each tooth, at even prior odds of damage.
     severity
-        By target ``estimate``, ``low`` and ``high``, if there is damage.
+        ``target``, ``estimate``, ``low`` and ``high``, valid if there is damage.
     nearest
-        The most probable templates: severities, ``tooth``, ``probability``, ``misfit``.
+        The most probable templates: severities, ``tooth``, ``probability``, ``reduced_chi2``.
     template, healthy
-        (n,) the first of them, and the one of a healthy gear.
-    misfit, limit
-        Squared residual of the best template over what the noise gives, about 1 for what the templates cover; what 1 %
-        of draws from their law exceed.
+        (n,) the most probable template, and the healthy template.
+    reduced_chi2
+        Squared residual of the best template relative to its expectation from the noise: about 1 where a template is
+        true.
+    limit
+        Value of ``reduced_chi2`` that 1 % of draws from the templates' law exceed.
     """
 
     x: FloatArray
-    reference: Reference | None
+    reference: HealthyReference | None
     candidates: tuple[int, ...]
     probability: FloatArray
     severity: pd.DataFrame
     nearest: pd.DataFrame
     template: FloatArray
     healthy: FloatArray
-    misfit: float
+    reduced_chi2: float
     limit: float
 
     @property
     def outside(self) -> bool:
-        """Whether no template fits."""
-        return self.misfit > self.limit
+        """Whether no template fits: ``reduced_chi2`` is above ``limit``."""
+        return self.reduced_chi2 > self.limit
 
 
 def compare(
@@ -64,12 +67,13 @@ def compare(
     *,
     noise: FloatArray,
     averages: int,
-    reference: Reference | None = None,
-) -> Compared:
+    reference: HealthyReference | None = None,
+) -> Comparison:
     """Compare an average with a bank of one operating point behind a path.
 
-    Both are divided by the noise, order by order, so that it is white within the band of the path. Models of location
-    and severity are calibrated on draws from the law of the templates behind the path, at the average's own noise.
+    Both are divided by the noise, order by order, so that the noise is white within the band of the path. The models of
+    location and severity are calibrated on draws from the law of the templates behind the path, at the noise of the
+    average.
 
     Parameters
     ----------
@@ -78,55 +82,55 @@ def compare(
     x
         (n,) average.
     path
-        From the templates to it.
+        Path from the templates to the average.
     noise
         (n / 2 + 1,) standard deviation of its noise at each order, above zero.
     averages
-        Revolutions in it.
+        Revolutions in the average.
     reference
-        Where average and path are from, if from a healthy recording.
+        Healthy reference that average and path come from; None without a healthy recording.
     """
-    mean = float(np.sqrt(np.mean(noise[path.known] ** 2)))
-    whitening = np.where(path.known, mean / noise, 0.0)
-    bank = through(bank, replace(path, gain=path.gain * whitening))
-    (point,), white = bank.points, filtered(x, whitening)
-    location, severity = calibrate(bank, draws(bank, path, noise=mean, averages=averages))
-    row = averages_frame(point, white[None], noise=mean, averages=averages)
-    said = location.judge(row).iloc[0]
-    share = 2 * path.known.sum() / len(x)
+    mean = float(np.sqrt(np.mean(noise[path.covered] ** 2)))
+    whitening = np.where(path.covered, mean / noise, 0.0)
+    bank = behind_path(bank, replace(path, gain=path.gain * whitening))
+    (point,), white = bank.points, apply_gain(x, whitening)
+    location, severity = calibrate_models(bank, draw_averages(bank, path, noise=mean, averages=averages))
+    row = average_rows(point, white[None], noise=mean, averages=averages)
+    verdict = location.judge(row).iloc[0]
+    band = 2 * path.covered.sum() / len(x)
     nearest, template = _nearest(point, bank.index_error, white, mean)
-    coloured = np.where(path.known, noise / mean, 0.0)
-    return Compared(
+    coloured = np.where(path.covered, noise / mean, 0.0)
+    return Comparison(
         x=path.band(x),
         reference=reference,
-        candidates=said["candidates"],
+        candidates=verdict["candidates"],
         probability=location.predict_proba(row)[0],
         severity=_severity(severity.predict(row).iloc[0], point.severity[~point.healthy]),
-        nearest=nearest.assign(misfit=nearest["misfit"] / share),
-        template=filtered(template, coloured),
-        healthy=filtered(point.hypotheses.signal[point.healthy][0], coloured),
-        misfit=float(said["misfit"] / share),
-        limit=float(location.misfit_threshold_ / share),
+        nearest=nearest.assign(reduced_chi2=nearest["reduced_chi2"] / band),
+        template=apply_gain(template, coloured),
+        healthy=apply_gain(point.hypotheses.signal[point.healthy][0], coloured),
+        reduced_chi2=float(verdict["misfit"] / band),
+        limit=float(location.misfit_threshold_ / band),
     )
 
 
-def _severity(said: pd.Series, simulated: FloatArray) -> pd.DataFrame:
-    """Estimates and intervals; their ends half way to the next value that was simulated, for none between was."""
+def _severity(predicted: "pd.Series[float]", simulated: FloatArray) -> pd.DataFrame:
+    """Return estimates and intervals whose ends lie half way to the next simulated value."""
     rows = []
-    for one, values in zip(QUANTITIES, simulated.T, strict=True):
+    for target, values in zip(QUANTITIES, simulated.T, strict=True):
         levels = np.unique(values[np.isfinite(values)])
         middles = (levels[1:] + levels[:-1]) / 2
-        below, above = middles[middles < said[f"{one}_low"]], middles[middles > said[f"{one}_high"]]
+        below, above = middles[middles < predicted[f"{target}_low"]], middles[middles > predicted[f"{target}_high"]]
         low = float(below[-1]) if below.size else float(levels[0])
         high = float(above[0]) if above.size else float(levels[-1])
-        if one == "damaged_teeth":
+        if target == "damaged_teeth":
             low, high = float(np.ceil(low)), float(np.floor(high))
-        rows.append({"target": one, "estimate": float(said[one]), "low": low, "high": high})
+        rows.append({"target": target, "estimate": float(predicted[target]), "low": low, "high": high})
     return pd.DataFrame(rows)
 
 
 def _nearest(point: PointTemplates, index_error: float, x: FloatArray, noise: float) -> tuple[pd.DataFrame, FloatArray]:
-    """The most probable templates, each at its best turn, and the signal of the first of them."""
+    """Return the most probable templates, each at its best turn, and the signal of the first."""
     laws, n = point.hypotheses, len(x)
     likelihood = laws.log_likelihood(x[None], noise=noise, index_error=index_error)[0]
     turn = np.where(laws.healthy, 0, likelihood.argmax(axis=1))
@@ -135,7 +139,7 @@ def _nearest(point: PointTemplates, index_error: float, x: FloatArray, noise: fl
     table = pd.DataFrame(dict(zip(QUANTITIES, np.where(laws.healthy, 0.0, point.severity.T), strict=True))).assign(
         tooth=np.where(laws.healthy, 0, turn + 1),
         probability=softmax(likelihood + point.log_prior).sum(axis=1),
-        misfit=(-2 * likelihood.max(axis=1) - constant) / n,
+        reduced_chi2=(-2 * likelihood.max(axis=1) - constant) / n,
     )
     order = np.argsort(-table["probability"].to_numpy(), kind="stable")[:_NEAREST]
     best = np.roll(laws.signal[order[0]], int(turn[order[0]]) * (n // point.teeth))

@@ -1,33 +1,49 @@
-"""From a recording, its rig and what else there is, to a diagnosis."""
+"""Diagnosis of a recording with its rig, a healthy recording, and a model or a database."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Unpack, cast
 
-from sigdb.core import InputError
+from sigdb.core import InputError, Note, validated
 from sigdb.database import open as open_database
 from sigdb.diagnosis.bank import rig_bank
 from sigdb.diagnosis.diagnosis import Diagnosis, diagnose_signature
 from sigdb.recognition import TemplateBank, bank_of, changed_parts, load_model, model_form
-from sigdb.recording import Recording, in_unit, read_recording, recorded_signature
+from sigdb.recording import (
+    AveragingSettings,
+    FileOptions,
+    Recording,
+    RecordingSettings,
+    SignalOptions,
+    in_unit,
+    read_recording,
+    recorded_signature,
+)
 from sigdb.transmission import Transmission, load_transmission
 
 _INDEX_ERROR = 2e-6
 _SAMPLES_PER_TOOTH = 64
+_READING = set(RecordingSettings.model_fields) - set(AveragingSettings.model_fields) - {"torque"}
+"""Options of reading a recording that are not options of its average too."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Templates:
-    """A bank with what is to be known of where it is from."""
+    """A template bank and notes on its source."""
 
     bank: TemplateBank
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     @property
     def samples_per_tooth(self) -> int:
         point = self.bank.points[0]
         return point.samples // point.teeth
+
+
+class DiagnosisOptions(FileOptions, SignalOptions, total=False):
+    """Options of reading and averaging a recording as keyword arguments of :func:`diagnose`."""
 
 
 def diagnose(
@@ -41,41 +57,44 @@ def diagnose(
     sensor: str | None = None,
     torque: float | None = None,
     index_error: float = _INDEX_ERROR,
-    **options: Any,
+    **options: Unpack[DiagnosisOptions],
 ) -> Diagnosis:
-    """Tell from a recording whether a gear is damaged, at which tooth and how severely, or that it cannot be told.
+    """Diagnose a gear from a recording: whether it is damaged, at which tooth and how severely.
 
-    The averaged recording is compared with simulated templates of the rig. With a ``healthy`` recording of the same rig
-    by the same channel, the path from the mesh to the sensor and the errors of these gears are taken from it; without
-    one the recording is taken to be of the simulated rig itself.
+    The averaged recording is compared with simulated templates of the rig. A ``healthy`` recording of the same rig by
+    the same channel gives the path from the mesh to the sensor and the errors of these gears. Without it, the recording
+    is taken to be of the simulated rig itself.
 
     Parameters
     ----------
-    recording
-        From :func:`sigdb.read_recording`, or the path of a file that needs no options to be read.
-    rig
+    recording : Recording, str or path-like
+        From :func:`sigdb.read_recording`, or the path of a file.
+    rig : Transmission, str or path-like
         The rig, with one mesh; or its name or file.
-    healthy
-        A healthy recording, read like the other.
-    model
-        Folder or name of a trained model, whose templates are used.
-    database
-        A database of the rig, whose templates are used. Without model and database they are simulated now, at the
+    healthy : Recording, str or path-like, optional
+        A healthy recording, read and averaged like the other.
+    model : str or path-like, optional
+        Folder or name of a trained model whose templates are used.
+    database : str or path-like, optional
+        A database of the rig whose templates are used. Without model and database the templates are simulated, at the
         recording's speed and torque.
-    gear
+    gear : str, optional
         Gear on the averaged shaft; the first mesh's driving gear if left out.
-    sensor
-        Sensor of the rig; that of the recorded channel's name, else the first one of database or rig.
-    torque
-        N m, as the rig's ``operating.torque``; the recording's, else the rig's, if left out.
-    index_error
-        Size of the gears' index errors, m, where templates are simulated now; assumed.
-    options
-        Of :func:`recorded_signature`: ``channel``, ``mesh_phase``, ``speed_rpm``, ``revolutions``...
+    sensor : str, optional
+        Sensor of the rig. By default it is the sensor with the channel's name, otherwise the first of database or rig.
+    torque : float, optional
+        Torque in N m, as the rig's ``operating.torque``. By default it is the recording's, otherwise the rig's.
+    index_error : float
+        Size of the gears' index errors, m, where templates are simulated; assumed.
+    **options
+        Fields of :class:`sigdb.recording.AveragingSettings`: ``channel``, ``mesh_phase``, ``speed_rpm``,
+        ``revolutions`` and others. For the path of a file also fields of :class:`sigdb.recording.RecordingSettings`:
+        ``tacho``, ``sampling_rate``, ``units`` and others.
 
     Returns
     -------
     Diagnosis
+        The answer with its evidence.
 
     Raises
     ------
@@ -84,13 +103,15 @@ def diagnose(
     """
     rig = rig if isinstance(rig, Transmission) else load_transmission(str(rig))
     gear = _gear(rig, gear)
-    one, other = _read(recording), None if healthy is None else _read(healthy)
-    torque = torque if torque is not None else one.torque if one.torque is not None else rig.operating.torque
-    templates = _given(rig, model=model, database=database, sensor=sensor)
+    reading, averaging = _split_options(options, recording, healthy)
+    damaged, reference = _read(recording, reading), None if healthy is None else _read(healthy, reading)
+    torque = torque if torque is not None else damaged.torque if damaged.torque is not None else rig.operating.torque
+    templates = _stored_templates(rig, model=model, database=database, sensor=sensor)
     samples = templates.samples_per_tooth if templates else _SAMPLES_PER_TOOTH
-    options = {"rig": rig, "gear": gear, "samples_per_tooth": samples, **options}
-    signature = recorded_signature(one, **options)
-    reference = None if other is None else recorded_signature(other, **options)
+    defaults: dict[str, object] = {"gear": gear, "samples_per_tooth": samples}
+    settings = validated(AveragingSettings, defaults | averaging, owner="diagnose")
+    signature = recorded_signature(damaged, settings, rig=rig)
+    healthy_signature = None if reference is None else recorded_signature(reference, settings, rig=rig)
     speed_rpm = signature.speed_rpm / abs(rig.ratio(rig.gears[gear].shaft))
     if templates is None:
         bank = rig_bank(
@@ -103,36 +124,51 @@ def diagnose(
             index_error=index_error,
         )
         templates = _Templates(bank=bank)
-    if reference is None:
+    if healthy_signature is None:
         signature = in_unit(signature, rig.sensors[templates.bank.sensor].unit)
-    found = diagnose_signature(
+    diagnosis = diagnose_signature(
         signature,
         templates.bank,
         speed_rpm=speed_rpm,
         torque=torque,
-        healthy=reference,
+        healthy=healthy_signature,
     )
-    return replace(found, notes=(*templates.notes, *found.notes))
+    return replace(diagnosis, notes=(*templates.notes, *diagnosis.notes))
 
 
-def _read(recording: Recording | str | PathLike[str]) -> Recording:
-    return recording if isinstance(recording, Recording) else read_recording(Path(recording))
+def _split_options(
+    options: Mapping[str, object],
+    recording: Recording | str | PathLike[str],
+    healthy: Recording | str | PathLike[str] | None,
+) -> tuple[FileOptions, dict[str, object]]:
+    """Return the options of reading and those of averaging; a field of both is an option of averaging."""
+    averaging = {name: value for name, value in options.items() if name not in _READING}
+    reading = {name: value for name, value in options.items() if name in _READING}
+    if reading and all(isinstance(source, Recording | None) for source in (recording, healthy)):
+        raise InputError(
+            f"{', '.join(reading)}: options of reading a file, and no recording is a path; give them to read_recording"
+        )
+    return cast(FileOptions, reading), averaging
 
 
-def _given(
+def _read(recording: Recording | str | PathLike[str], options: FileOptions) -> Recording:
+    return recording if isinstance(recording, Recording) else read_recording(Path(recording), **options)
+
+
+def _stored_templates(
     rig: Transmission,
     *,
     model: str | PathLike[str] | None,
     database: str | PathLike[str] | None,
     sensor: str | None,
 ) -> _Templates | None:
-    """Templates of a model or a database; None where neither is given."""
+    """Return the templates of a model or a database; None without both."""
     if model is not None and database is not None:
         raise InputError("model and database are given together; templates are taken from one of them")
     if database is not None:
         opened = open_database(str(database))
         changed = changed_parts(model_form(opened.manifest.resolved), _form(rig))
-        return _Templates(bank=TemplateBank.of(opened, sensor=sensor), notes=_of_another("database", changed))
+        return _Templates(bank=TemplateBank.of(opened, sensor=sensor), notes=_rig_notes("database", changed))
     if model is None:
         return None
     loaded = load_model(str(model))
@@ -140,22 +176,25 @@ def _given(
     if bank is None:
         raise InputError(f"{model} holds no templates; train it on a database of a rig with one mesh")
     changed = changed_parts(loaded.form, _form(rig))
-    return _Templates(bank=bank, notes=_of_another("model", changed))
+    return _Templates(bank=bank, notes=_rig_notes("model", changed))
 
 
 def _form(rig: Transmission) -> dict[str, str]:
     return model_form({"rig": rig.model_dump(mode="json", exclude_none=True)})
 
 
-def _of_another(kind: str, changed: list[str]) -> tuple[str, ...]:
-    return (f"The {kind} is of a rig that differs in {', '.join(changed)}.",) if changed else ()
+def _rig_notes(source: str, changed: list[str]) -> tuple[Note, ...]:
+    """Return a note on the parts in which the rig of the templates differs from the rig of the recording."""
+    parts = ", ".join(changed)
+    text = f"The {source} is of a rig that differs in {parts}."
+    return (Note(code="other-rig", text=text, values={"source": source, "parts": parts}),) if changed else ()
 
 
-def _gear(rig: Transmission, asked: str | None) -> str:
-    """The averaged gear, on a rig whose damaged teeth are turns of each other."""
-    if asked is not None and asked not in rig.gears:
-        raise InputError(f"gear = {asked!r} is not a gear of {rig.name}; it has {', '.join(rig.gears)}")
-    gear = asked or (next(iter(rig.meshes.values())).driving if rig.meshes else None)
+def _gear(rig: Transmission, requested: str | None) -> str:
+    """Return the averaged gear; templates of its teeth must be turns of each other."""
+    if requested is not None and requested not in rig.gears:
+        raise InputError(f"gear = {requested!r} is not a gear of {rig.name}; it has {', '.join(rig.gears)}")
+    gear = requested or (next(iter(rig.meshes.values())).driving if rig.meshes else None)
     if gear is None or not rig.turns_exactly(gear):
         raise InputError(
             f"rig {rig.name} has {len(rig.meshes)} meshes; a recording is compared with templates of a rig with one: "
@@ -164,8 +203,8 @@ def _gear(rig: Transmission, asked: str | None) -> str:
     return gear
 
 
-def _sensor(rig: Transmission, asked: str | None, channel: str) -> str:
-    """The rig's sensor: the one asked for, that of the channel's name, or the first."""
-    if asked is not None and asked not in rig.sensors:
-        raise InputError(f"sensor = {asked!r} is not a sensor of {rig.name}; it has {', '.join(rig.sensors)}")
-    return asked or (channel if channel in rig.sensors else next(iter(rig.sensors)))
+def _sensor(rig: Transmission, requested: str | None, channel: str) -> str:
+    """Return the requested sensor of the rig, the sensor with the channel's name, or the first."""
+    if requested is not None and requested not in rig.sensors:
+        raise InputError(f"sensor = {requested!r} is not a sensor of {rig.name}; it has {', '.join(rig.sensors)}")
+    return requested or (channel if channel in rig.sensors else next(iter(rig.sensors)))

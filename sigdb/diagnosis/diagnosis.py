@@ -1,104 +1,110 @@
-"""From the signature of a recording to an answer: damage or none, which tooth, how severe, or not to be told."""
+"""Diagnosis of the signature of a recording: damage or none, the tooth, the severity, and the evidence."""
 
-import re
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 
-from sigdb.core import FloatArray, InputError
-from sigdb.diagnosis.bank import at_point
-from sigdb.diagnosis.comparison import Compared, compare
-from sigdb.diagnosis.healthy_reference import Reference, references
+from sigdb.core import FloatArray, InputError, Note, plain
+from sigdb.diagnosis.bank import at_operating_point
+from sigdb.diagnosis.comparison import Comparison, compare
+from sigdb.diagnosis.healthy_reference import HealthyReference, healthy_references
 from sigdb.diagnosis.transfer_path import direct_path
 from sigdb.recognition import PointTemplates, TemplateBank
 from sigdb.recording import SPEED_DOUBT, RecordedSignature
 
-NONE, TOOTH, NOT_SURE, OUTSIDE = "none", "tooth", "not sure", "outside"
+Kind = Literal["none", "tooth", "not sure", "outside"]
 """Kinds of answer."""
 
 _CHANGED_DB = 3.0
-"""Change of a mesh harmonic from which the two recordings are not of the same state of the rig."""
+"""Change of a mesh harmonic, dB, above which the two recordings are not of the same state of the rig."""
 
 _DOUBT = 0.1
-"""Probability of no damage from which on damage is not called found, whatever the set."""
-
-_NUMBER = re.compile(r"[\d.]+")
+"""Probability of no damage above which the answer is not sure, whatever the set."""
 
 _FAR = 0.02
-"""Relative distance of the templates' operating point that is told."""
+"""Relative distance from the templates' operating point above which a note reports it."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Diagnosis:
-    """What can be said of a recording.
+    """The diagnosis of a recording.
 
     Attributes
     ----------
     signature, healthy
-        Of the recording, and of the healthy one; None without.
+        Signatures of the recording and of the healthy recording; the latter is None without one.
     kind
         ``none``, ``tooth``, ``not sure`` or ``outside``.
     answer
         The same as a sentence.
-    compared
-        What the templates say.
+    comparison
+        Result of the comparison with the templates.
     missing
-        What is lacking, and what it would tell, a sentence each.
+        Notes on missing information that would improve the answer.
     notes
-        What else there is to know, a sentence each.
+        Other notes on the answer.
     reading
-        How the recordings were read and averaged, a line each.
+        Notes on the reading and averaging of the recordings.
     """
 
     signature: RecordedSignature
     healthy: RecordedSignature | None
-    kind: str
+    kind: Kind
     answer: str
-    compared: Compared
-    missing: tuple[str, ...]
-    notes: tuple[str, ...]
-    reading: tuple[str, ...]
+    comparison: Comparison
+    missing: tuple[Note, ...]
+    notes: tuple[Note, ...]
+    reading: tuple[Note, ...]
 
     @property
     def p_damage(self) -> float:
-        """Probability of damage, at even odds before the recording, if one of the templates is true."""
-        return float(self.compared.probability[1:].sum())
+        """Probability of damage at even prior odds, if one of the templates is true."""
+        return float(self.comparison.probability[1:].sum())
 
     @property
     def teeth(self) -> pd.DataFrame:
         """``tooth`` (0 for none), its ``probability``, and whether it is a ``candidate``."""
-        tooth = np.arange(len(self.compared.probability))
-        candidate = np.isin(tooth, self.compared.candidates)
-        return pd.DataFrame({"tooth": tooth, "probability": self.compared.probability, "candidate": candidate})
+        tooth = np.arange(len(self.comparison.probability))
+        candidate = np.isin(tooth, self.comparison.candidates)
+        return pd.DataFrame({"tooth": tooth, "probability": self.comparison.probability, "candidate": candidate})
 
     @property
     def severity(self) -> pd.DataFrame | None:
-        """By target ``estimate``, ``low`` and ``high``; None where no damage was found or nothing fits."""
-        return None if self.kind in (NONE, OUTSIDE) else self.compared.severity
+        """``target``, ``estimate``, ``low`` and ``high``; None where there is no damage or nothing fits."""
+        return None if self.kind in ("none", "outside") else self.comparison.severity
 
     def as_json(self) -> dict[str, Any]:
-        """All of it but signals, as numbers, text, lists and dictionaries."""
-        found = self.compared
-        return {
+        """Return the diagnosis without signals as plain values for JSON.
+
+        Returns
+        -------
+        dict
+            ``answer``, ``kind``, ``p_damage``, ``absolute``, ``channel``, ``unit``, ``teeth``, ``severity``,
+            ``nearest``, ``reduced_chi2``, ``limit``, ``path``, ``missing``, ``notes`` and ``reading``. Tables are lists
+            of rows, and notes have ``code``, ``text`` and ``values``.
+        """
+        severity, reference = self.severity, self.comparison.reference
+        facts = {
             "answer": self.answer,
             "kind": self.kind,
             "p_damage": self.p_damage,
             "absolute": self.signature.absolute,
             "channel": self.signature.channel,
             "unit": self.signature.unit,
-            "teeth": _records(self.teeth),
-            "severity": None if self.severity is None else _records(self.severity),
-            "nearest": _records(found.nearest),
-            "misfit": found.misfit,
-            "limit": found.limit,
-            "path": None if found.reference is None else _path_facts(found.reference),
-            "missing": list(self.missing),
-            "notes": list(self.notes),
-            "reading": list(self.reading),
+            "teeth": self.teeth.to_dict("records"),
+            "severity": None if severity is None else severity.to_dict("records"),
+            "nearest": self.comparison.nearest.to_dict("records"),
+            "reduced_chi2": self.comparison.reduced_chi2,
+            "limit": self.comparison.limit,
+            "path": None if reference is None else _path_facts(reference),
+            "missing": self.missing,
+            "notes": self.notes,
+            "reading": self.reading,
         }
+        return {name: plain(value) for name, value in facts.items()}
 
 
 def diagnose_signature(
@@ -111,44 +117,44 @@ def diagnose_signature(
 ) -> Diagnosis:
     """Compare the signature of a recording with a bank of templates.
 
-    With a healthy recording both its uses (:func:`~sigdb.diagnosis.healthy_reference.references`) are tried: the path
-    as it was, and a changed one where no template fits the first and one fits better.
+    With a healthy recording both references (:func:`~sigdb.diagnosis.healthy_reference.healthy_references`) may be
+    used: first the unchanged path, and the changed path where no template fits behind the first and the fit is better.
 
     Parameters
     ----------
     signature
-        Of the recording.
+        Signature of the recording.
     bank
-        Templates of the rig; those of the nearest operating point are used.
+        Templates of the rig; only those of the nearest operating point are used.
     speed_rpm, torque
-        In the recording, rpm and N m, as in the rig's ``operating``.
+        Speed and torque in the recording, rpm and N m, as in the rig's ``operating``.
     healthy
         Signature of a healthy recording of the same rig, by the same channel.
 
     Raises
     ------
     InputError
-        If the averages have other lengths than the templates, or no mesh harmonic stands above the noise.
+        If the averages and the templates have different lengths, or no mesh harmonic stands above the noise.
     """
-    bank = at_point(bank, speed_rpm=speed_rpm, torque=torque, teeth=signature.teeth)
+    bank = at_operating_point(bank, speed_rpm=speed_rpm, torque=torque, teeth=signature.teeth)
     (point,) = bank.points
     if healthy is None:
         path = direct_path(len(signature.tsa), highest=signature.highest_order)
-        compared = compare(bank, signature.tsa, path, noise=_noise(signature), averages=signature.averages)
+        comparison = compare(bank, signature.tsa, path, noise=_noise(signature), averages=signature.averages)
     else:
-        compared = _behind_path(bank, signature, healthy)
-    kind, answer = _answer(compared, signature.absolute)
+        comparison = _compare_behind_path(bank, signature, healthy)
+    kind, answer = _answer(comparison, signature.absolute)
     return Diagnosis(
         signature=signature,
         healthy=healthy,
         kind=kind,
         answer=answer,
-        compared=compared,
+        comparison=comparison,
         missing=tuple(_missing(signature, healthy)),
         notes=(
-            *_far(point, speed_rpm, torque),
-            *_path_notes(compared.reference),
-            *_event_notes(signature, healthy),
+            *_operating_point_notes(point, speed_rpm, torque),
+            *_path_notes(comparison.reference),
+            *_fm4_notes(signature, healthy),
         ),
         reading=tuple(_reading(signature, healthy)),
     )
@@ -158,15 +164,15 @@ def _noise(signature: RecordedSignature) -> FloatArray:
     if not np.all(signature.noise > 0):
         raise InputError(
             f"{signature.source}: an average of {signature.averages} revolutions without any noise cannot be compared: "
-            "how well a template fits is told by the noise; record longer"
+            "the noise is needed to evaluate the fit of a template; record longer"
         )
     return signature.noise
 
 
-def _behind_path(bank: TemplateBank, signature: RecordedSignature, healthy: RecordedSignature) -> Compared:
-    """With the path as it was; if no template fits, with a changed one where one fits better."""
+def _compare_behind_path(bank: TemplateBank, signature: RecordedSignature, healthy: RecordedSignature) -> Comparison:
+    """Compare behind the unchanged path; if no template fits, behind the changed path where the fit is better."""
     laws = bank.points[0].hypotheses
-    same, changed = references(
+    same, changed = healthy_references(
         signature.tsa,
         healthy.tsa,
         laws.signal[laws.healthy][0],
@@ -176,90 +182,112 @@ def _behind_path(bank: TemplateBank, signature: RecordedSignature, healthy: Reco
         absolute=signature.absolute and healthy.absolute,
     )
 
-    def through(one: Reference) -> Compared:
-        return compare(bank, one.x, one.path, noise=one.noise, averages=signature.averages, reference=one)
+    def compare_with(reference: HealthyReference) -> Comparison:
+        x, path, noise = reference.x, reference.path, reference.noise
+        return compare(bank, x, path, noise=noise, averages=signature.averages, reference=reference)
 
-    found = through(same)
-    return min(found, through(changed), key=lambda one: one.misfit / one.limit) if found.outside else found
+    first = compare_with(same)
+    if not first.outside:
+        return first
+    return min(first, compare_with(changed), key=lambda comparison: comparison.reduced_chi2 / comparison.limit)
 
 
-def _answer(compared: Compared, absolute: bool) -> tuple[str, str]:
-    """Kind of answer, and a sentence."""
-    named = [one for one in compared.candidates if one]
+def _answer(comparison: Comparison, absolute: bool) -> tuple[Kind, str]:
+    """Return the kind of the answer, and a sentence."""
+    teeth = [tooth for tooth in comparison.candidates if tooth]
     counted = "" if absolute else ", counted from where the average begins, since there is no tacho mark"
-    if compared.outside:
-        return OUTSIDE, (
+    if comparison.outside:
+        return "outside", (
             "Outside the database: neither a healthy gear nor any simulated damage fits this recording, so nothing is "
             "said of its teeth."
         )
-    if not named:
-        return NONE, "No tooth damage found."
-    if 0 in compared.candidates or compared.probability[0] > _DOUBT:
-        return NOT_SURE, "Not sure: an undamaged gear and a damaged one would both fit this recording."
-    if len(named) == 1:
-        return TOOTH, f"Damage at tooth {named[0]}{counted}."
-    return NOT_SURE, f"Damage, but it is not sure at which tooth: {', '.join(map(str, named))}{counted}."
+    if not teeth:
+        return "none", "No tooth damage found."
+    if 0 in comparison.candidates or comparison.probability[0] > _DOUBT:
+        return "not sure", "Not sure: an undamaged gear and a damaged one would both fit this recording."
+    if len(teeth) == 1:
+        return "tooth", f"Damage at tooth {teeth[0]}{counted}."
+    return "not sure", f"Damage, but it is not sure at which tooth: {', '.join(map(str, teeth))}{counted}."
 
 
-def _missing(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[str]:
+def _missing(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[Note]:
     if healthy is None:
-        yield (
-            "A healthy recording of the same rig by the same channel: without it the path from the mesh to the sensor "
-            "is taken to be that of the simulated rig, and errors of these gears are not told from damage."
+        yield Note(
+            code="no-healthy-recording",
+            text="A healthy recording of the same rig by the same channel: without it the path from the mesh to the "
+            "sensor is taken to be that of the simulated rig, and errors of these gears cannot be separated from "
+            "damage.",
         )
     if not signature.absolute:
-        yield "A tacho mark: without it teeth are counted from where the average begins."
-    for whose, one in (("", signature), (" in the healthy recording", healthy)):
-        if one is not None:
-            yield from (f"A speed to be sure of{whose}: {note}." for note in one.notes if note.startswith(SPEED_DOUBT))
+        text = "A tacho mark: without it teeth are counted from where the average begins."
+        yield Note(code="no-tacho-mark", text=text)
+    for where, recording in (("", signature), (" in the healthy recording", healthy)):
+        for note in () if recording is None else recording.notes:
+            if note.code == SPEED_DOUBT:
+                yield replace(note, text=f"A reliable speed{where}: {note.text}.")
 
 
-def _reading(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[str]:
-    """What reading and averaging tell, of the healthy recording only what is more than another number."""
-    yield from (one for one in signature.notes if not one.startswith(SPEED_DOUBT))
-    if healthy is not None:
-        known = {_NUMBER.sub("", one) for one in signature.notes}
-        others = (one for one in healthy.notes if _NUMBER.sub("", one) not in known)
-        yield from (f"healthy recording: {one}" for one in others if not one.startswith(SPEED_DOUBT))
+def _reading(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[Note]:
+    """Yield the notes on reading and averaging; of the healthy recording those that differ in more than numbers."""
+    yield from (note for note in signature.notes if note.code != SPEED_DOUBT)
+    subjects = [_subject(note) for note in signature.notes]
+    for note in () if healthy is None else healthy.notes:
+        if note.code != SPEED_DOUBT and _subject(note) not in subjects:
+            values = {**note.values, "recording": "healthy"}
+            yield replace(note, text=f"healthy recording: {note.text}", values=values)
 
 
-def _far(point: PointTemplates, speed_rpm: float, torque: float) -> Iterator[str]:
-    given = (("speed", speed_rpm, "rpm", point.speed_rpm), ("torque", torque, "N m", point.torque))
-    for name, value, unit, there in given:
-        if abs(value - there) > _FAR * abs(there):
-            yield f"The templates have a {name} of {there:g} {unit}, the recording {value:g} {unit}."
+def _subject(note: Note) -> tuple[str, dict[str, str]]:
+    """Return the code of a note with those of its values that are no numbers."""
+    return note.code, {name: value for name, value in note.values.items() if isinstance(value, str)}
 
 
-def _path_notes(reference: Reference | None) -> Iterator[str]:
+def _operating_point_notes(point: PointTemplates, speed_rpm: float, torque: float) -> Iterator[Note]:
+    quantities = (("speed", speed_rpm, "rpm", point.speed_rpm), ("torque", torque, "N m", point.torque))
+    for name, value, unit, simulated in quantities:
+        if abs(value - simulated) > _FAR * abs(simulated):
+            yield Note(
+                code=f"other-{name}",
+                text=f"The templates have a {name} of {simulated:g} {unit}, the recording {value:g} {unit}.",
+                values={"templates": simulated, "recording": value},
+            )
+
+
+def _path_notes(reference: HealthyReference | None) -> Iterator[Note]:
     if reference is None:
         return
     used = reference.path.harmonics
-    named = f"mesh harmonic{'s' if len(used) > 1 else ''} {', '.join(map(str, used))}"
-    yield f"The path from the mesh to the sensor is that of {named} of the healthy recording."
-    least, most = reference.change_db.min(), reference.change_db.max()
+    harmonics = f"mesh harmonic{'s' if len(used) > 1 else ''} {', '.join(map(str, used))}"
+    text = f"The path from the mesh to the sensor is that of {harmonics} of the healthy recording."
+    yield Note(code="path", text=text, values={"harmonics": len(used)})
+    least, most = float(reference.change_db.min()), float(reference.change_db.max())
     if reference.changed or max(-least, most) > _CHANGED_DB:
-        yield (
-            f"Since the healthy recording the mesh harmonics have changed by {least:+.1f} to {most:+.1f} dB: load, "
-            "mounting or sensor may not be the same, and what else has changed need not be damage."
+        yield Note(
+            code="changed-path",
+            text=f"Since the healthy recording the mesh harmonics have changed by {least:+.1f} to {most:+.1f} dB: "
+            "load, mounting or sensor may not be the same, and other changes need not be damage.",
+            values={"least_db": least, "most_db": most},
         )
 
 
-def _event_notes(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[str]:
-    """FM4, which needs no template."""
-    fm4 = [one.indicators["fm4"] for one in (signature, healthy) if one is not None and "fm4" in one.indicators]
-    if fm4:
-        beside = f" ({fm4[1]:.3g} in the healthy recording)" if len(fm4) > 1 else ""
-        yield f"FM4 is {fm4[0]:.3g}{beside}; one damaged tooth that stands out raises it well above 3."
+def _fm4_notes(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[Note]:
+    """Yield a note on FM4, which needs no template."""
+    recordings = {"recording": signature} | ({} if healthy is None else {"healthy": healthy})
+    fm4 = {name: recording.indicators["fm4"] for name, recording in recordings.items() if "fm4" in recording.indicators}
+    if "recording" in fm4:
+        healthy_value = f" ({fm4['healthy']:.3g} in the healthy recording)" if "healthy" in fm4 else ""
+        yield Note(
+            code="fm4",
+            text=f"FM4 is {fm4['recording']:.3g}{healthy_value}; one damaged tooth that stands out raises it well "
+            "above 3.",
+            values=fm4,
+        )
 
 
-def _path_facts(reference: Reference) -> dict[str, Any]:
+def _path_facts(reference: HealthyReference) -> dict[str, Any]:
     return {
-        "harmonics": reference.path.harmonics.tolist(),
+        "harmonics": reference.path.harmonics,
         "changed": reference.changed,
-        "change_db": reference.change_db.tolist(),
+        "change_db": reference.change_db,
         "turned": reference.turned,
     }
-
-
-def _records(table: pd.DataFrame) -> list[dict[Any, Any]]:
-    return table.astype(object).where(table.notna(), None).to_dict("records")

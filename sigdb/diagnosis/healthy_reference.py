@@ -1,34 +1,34 @@
-"""What a healthy recording of the same rig tells: the path to the sensor, and what this pair of gears looks like."""
+"""Healthy recording of the same rig as a reference: it gives the path to the sensor and the errors of the gears."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sigdb.core import ComplexArray, FloatArray
-from sigdb.diagnosis.transfer_path import TransferPath, filtered, sensor_path
+from sigdb.diagnosis.transfer_path import TransferPath, apply_gain, transfer_path
 
 _MODEL_ERROR = 0.1
-"""What a template may be wrong by, as a share of what has changed about each order; assumed."""
+"""Error of a template, as a fraction of the change about each order; assumed."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Reference:
-    """A measured average brought to what templates behind a path would give.
+class HealthyReference:
+    """A measured average, made comparable with templates behind a path.
 
     Attributes
     ----------
     path
-        From simulated averages to those of this recording.
+        Path from simulated averages to the averages of this recording.
     x
-        (n,) the average to compare with templates behind the path.
+        (n,) average to compare with templates behind the path.
     noise
-        (n / 2 + 1,) standard deviation of its noise at each order, with what templates may be wrong by.
+        (n / 2 + 1,) standard deviation of its noise at each order, including the error of templates.
     changed
-        Whether the path is taken to have changed since the healthy recording.
+        Whether the path is assumed to have changed since the healthy recording.
     change_db
-        Gain of each mesh harmonic of the path in this recording over that in the healthy one, dB.
+        Gain of each mesh harmonic of the path in this recording relative to the healthy recording, dB.
     turned
-        Teeth by which the healthy average was turned to lie on the other.
+        Teeth by which the healthy average was turned to match the other.
     """
 
     path: TransferPath
@@ -39,7 +39,7 @@ class Reference:
     turned: int
 
 
-def references(
+def healthy_references(
     measured: FloatArray,
     healthy: FloatArray,
     simulated: FloatArray,
@@ -48,51 +48,50 @@ def references(
     noise: FloatArray,
     healthy_noise: FloatArray,
     absolute: bool,
-) -> tuple[Reference, Reference]:
-    """Bring a measured average to a simulated rig by a healthy average of the same rig (healthy-only calibration).
+) -> tuple[HealthyReference, HealthyReference]:
+    """Relate a measured average to a simulated rig by a healthy average of the same rig (healthy-only calibration).
 
-    With X, X_h and Y_h the spectra of the recording, of the healthy one and of the simulated healthy rig, the mesh
-    harmonics give the path ``H = X_h / Y_h`` (:func:`sensor_path`). What is compared with templates behind H is ::
+    Let X, X_h and Y_h be the spectra of the recording, of the healthy recording and of the simulated healthy rig. The
+    mesh harmonics give the path ``H = X_h / Y_h`` (:func:`transfer_path`). Templates behind H are compared with ::
 
         H Y_h + (X - X_h),
 
-    the simulated healthy average and what has changed in the measured one: errors of these gears, and all else that
-    both recordings hold, cancel. Where load, mounting or sensor are not the same any more, the mesh harmonics give
-    their change ``g = X / X_h`` too, and ``X - g X_h`` is compared with templates behind ``g H``, the mesh harmonics
-    themselves left out.
+    the simulated healthy average plus the measured change: errors of these gears, and everything else that both
+    recordings contain, cancel. Where load, mounting or sensor have changed, the mesh harmonics also give the change
+    ``g = X / X_h``. Then ``X - g X_h`` is compared with templates behind ``g H``, without the mesh harmonics.
 
-    No simulated damage is exact, nor is a path between the harmonics that tell it. A tenth (assumed) of what has
-    changed, as an rms over one mesh harmonic about each order, counts as noise: in a recording almost without noise it
-    is what limits how well a template can fit.
+    Neither simulated damage nor a path between its harmonics is exact. Therefore a tenth (assumed) of the change, as an
+    rms over one mesh harmonic about each order, counts as noise. In a recording almost without noise it limits the fit
+    of a template.
 
     Parameters
     ----------
     measured, healthy, simulated
-        (n,) averages of one revolution.
+        (n,) averages over one revolution.
     teeth
         Tooth count of the averaged gear.
     noise, healthy_noise
         (n / 2 + 1,) standard deviations of the noise of the two measured averages at each order.
     absolute
-        Whether both begin at the tacho mark. If not, the healthy one is turned by the whole teeth at which it is most
-        like the other, and both by the part of a tooth at which their first mesh harmonic has the simulated phase: the
-        shorter way from gain to gain is then that of the structure, not of where the averages begin.
+        Whether both begin at the tacho mark. If not, the healthy average is turned by the whole teeth that make it most
+        similar to the other. Both are turned by the part of a tooth that gives their first mesh harmonic the simulated
+        phase. The phase of the gain then follows the structure, not the beginning of the averages.
 
     Returns
     -------
     same, changed
-        With the path as it was, and with its change.
+        References with the unchanged path and with the changed path.
     """
     turned = 0 if absolute else _best_turn(measured, healthy, teeth)
     healthy = np.roll(healthy, turned * (len(healthy) // teeth))
     if not absolute:
-        late = _late(healthy, simulated, teeth)
-        measured, healthy = (filtered(x, late) for x in (measured, healthy))
-    path = sensor_path(healthy, simulated, teeth=teeth, noise=healthy_noise)
-    change = sensor_path(measured, healthy, teeth=teeth, noise=np.maximum(noise, healthy_noise))
+        delay = _delay(healthy, simulated, teeth)
+        measured, healthy = (apply_gain(x, delay) for x in (measured, healthy))
+    path = transfer_path(healthy, simulated, teeth=teeth, noise=healthy_noise)
+    change = transfer_path(measured, healthy, teeth=teeth, noise=np.maximum(noise, healthy_noise))
     gain = np.abs(change.gain[change.harmonics * teeth])
     differs = path.band(measured - healthy)
-    same = Reference(
+    same = HealthyReference(
         path=path,
         x=path(simulated) + differs,
         noise=_with_model_error(np.hypot(noise, healthy_noise), differs, path, teeth),
@@ -115,24 +114,24 @@ def references(
 
 
 def _with_model_error(noise: FloatArray, differs: FloatArray, path: TransferPath, teeth: int) -> FloatArray:
-    """Noise and model error, as standard deviations of white noise of the density at each order."""
+    """Return noise and model error as the standard deviation of white noise of the density at each order."""
     near = np.ones(teeth)
     power = np.convolve(np.abs(np.fft.rfft(differs)) ** 2 / len(differs), near, mode="same")
-    known = np.convolve(path.known, near, mode="same")
-    return np.sqrt(noise**2 + _MODEL_ERROR**2 * power / np.maximum(known, 1.0))
+    covered = np.convolve(path.covered, near, mode="same")
+    return np.sqrt(noise**2 + _MODEL_ERROR**2 * power / np.maximum(covered, 1.0))
 
 
-def _late(healthy: FloatArray, simulated: FloatArray, teeth: int) -> ComplexArray:
-    """Gain (n / 2 + 1,) of a delay, by less than half a tooth, to the simulated phase of the first mesh harmonic."""
+def _delay(healthy: FloatArray, simulated: FloatArray, teeth: int) -> ComplexArray:
+    """Return the gain (n / 2 + 1,) of the delay, below half a tooth, that gives the first mesh harmonic its phase."""
     phase = np.angle(np.fft.rfft(healthy)[teeth] / np.fft.rfft(simulated)[teeth])
     return np.asarray(np.exp(-1j * phase / teeth * np.arange(len(healthy) // 2 + 1)))
 
 
 def _best_turn(measured: FloatArray, healthy: FloatArray, teeth: int) -> int:
-    """Teeth by which the healthy average is to be turned to be most like the measured one, mesh harmonics aside."""
-    one, other = (_without_mesh(x, teeth) for x in (measured, healthy))
-    step = len(one) // teeth
-    return int(np.argmax([one @ np.roll(other, j * step) for j in range(teeth)]))
+    """Return the teeth by which the healthy average must turn to be most similar, without mesh harmonics."""
+    x, y = (_without_mesh(average, teeth) for average in (measured, healthy))
+    step = len(x) // teeth
+    return int(np.argmax([x @ np.roll(y, j * step) for j in range(teeth)]))
 
 
 def _without_mesh(x: FloatArray, teeth: int) -> FloatArray:

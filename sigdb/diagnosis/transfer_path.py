@@ -1,4 +1,4 @@
-"""The path from the mesh to a sensor, as the mesh harmonics of a healthy recording tell it."""
+"""Transfer path from the mesh to a sensor, from the mesh harmonics of a healthy recording."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from sigdb.core import BoolArray, ComplexArray, FloatArray, InputError, IntArray
 
 _ABOVE_NOISE = 10.0
-"""Amplitude of a mesh harmonic, in standard deviations of the noise at an order, from which its gain is known."""
+"""Amplitude of a mesh harmonic, in standard deviations of the noise at an order, above which its gain is used."""
 
 _ERROR = 0.3
 """Standard deviation of the relative error of an interpolated gain; assumed."""
@@ -24,12 +24,12 @@ class TransferPath:
     Attributes
     ----------
     gain
-        (n / 2 + 1,) complex gain of each order, unit of the measured signal per unit of the simulated one; 0 at orders
-        whose gain is not known.
+        (n / 2 + 1,) complex gain of each order, in units of the measured signal per unit of the simulated one; 0 at
+        orders whose gain is unknown.
     harmonics
-        Mesh harmonics that tell it.
+        Mesh harmonics from which the gain is determined.
     samples
-        n, of an average.
+        Samples n of an average.
     error
         Standard deviation of the relative error of the gain between mesh harmonics.
     """
@@ -40,33 +40,33 @@ class TransferPath:
     error: float = _ERROR
 
     @property
-    def known(self) -> BoolArray:
-        """(n / 2 + 1,) orders whose gain is known."""
+    def covered(self) -> BoolArray:
+        """(n / 2 + 1,) whether the gain of each order is determined."""
         return self.gain != 0
 
     def __call__(self, x: ArrayLike, axis: int = -1) -> FloatArray:
-        """Averages (..., n) along an axis, as the sensor would give them."""
-        return filtered(x, self.gain, axis)
+        """Return averages (..., n) along an axis behind the path."""
+        return apply_gain(x, self.gain, axis)
 
     def band(self, x: ArrayLike, axis: int = -1) -> FloatArray:
-        """What averages (..., n) hold at the orders whose gain is known."""
-        return filtered(x, self.known, axis)
+        """Return the part of averages (..., n) at the orders that the path covers."""
+        return apply_gain(x, self.covered, axis)
 
 
 def direct_path(samples: int, *, highest: float) -> TransferPath:
-    """No path at all, for averages (samples,) of records that reach to this order."""
+    """Return a path of gain 1, for averages (samples,) of records up to a highest order."""
     order = np.arange(samples // 2 + 1)
     return TransferPath(gain=((order > 0) & (order <= highest)) + 0j, harmonics=order[:0], samples=samples, error=0.0)
 
 
-def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise: ArrayLike) -> TransferPath:
-    """The path from a simulated average of a healthy gear to a measured one.
+def transfer_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise: ArrayLike) -> TransferPath:
+    """Return the path from a simulated average of a healthy gear to a measured average.
 
-    At the mesh harmonics both are known, and their quotient is the gain. Between two neighbouring harmonics the
-    logarithm of its magnitude and its phase are straight lines, the phase by the shorter way. For half a harmonic
-    beyond the ends of a row of neighbours the magnitude is constant and the line of the phase goes on. That holds as
-    far as the structure between mesh and sensor changes little over one mesh harmonic. Other orders have the gain 0: of
-    them the comparison says nothing.
+    At the mesh harmonics both averages are known, and their quotient is the gain. Between two neighbouring harmonics
+    the logarithm of its magnitude and its phase are straight lines, the phase by the shorter way. For half a harmonic
+    beyond the ends of a row of neighbours the magnitude is constant and the line of the phase continues. This holds
+    if the structure between mesh and sensor changes little over one mesh harmonic. Other orders have the gain 0 and
+    take no part in the comparison.
 
     Parameters
     ----------
@@ -75,11 +75,11 @@ def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise:
     teeth
         Tooth count of the averaged gear.
     noise
-        Standard deviation of the measured average's noise, of all orders or (n / 2 + 1,) of each.
+        Standard deviation of the measured average's noise: a number, or (n / 2 + 1,) of each order.
 
     Returns
     -------
-    SensorPath
+    TransferPath
 
     Raises
     ------
@@ -91,8 +91,8 @@ def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise:
     >>> import numpy as np
     >>> angle = 2 * np.pi * np.arange(128) / 128
     >>> simulated = np.cos(8 * angle) + 0.5 * np.cos(16 * angle)
-    >>> path = sensor_path(3 * simulated, simulated, teeth=8, noise=0.01)
-    >>> path.harmonics.tolist(), bool(np.allclose(path.gain[path.known], 3))
+    >>> path = transfer_path(3 * simulated, simulated, teeth=8, noise=0.01)
+    >>> path.harmonics.tolist(), bool(np.allclose(path.gain[path.covered], 3))
     ([1, 2], True)
     """
     x, y = np.asarray(measured, float), np.asarray(simulated, float)
@@ -100,13 +100,13 @@ def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise:
     X, Y = np.fft.rfft(x), np.fft.rfft(y)
     k = np.arange(1, (n // 2 - teeth // 2) // teeth + 1)
     floor = np.broadcast_to(np.asarray(noise, float), X.shape) * np.sqrt(n / 2)
-    heard = np.abs(X[k * teeth]) > _ABOVE_NOISE * floor[k * teeth]
+    audible = np.abs(X[k * teeth]) > _ABOVE_NOISE * floor[k * teeth]
     excited = np.abs(Y[k * teeth]) > _OF_GREATEST * np.abs(Y[k * teeth]).max(initial=0.0)
-    used = k[heard & excited]
+    used = k[audible & excited]
     if not used.size:
         raise InputError(
             f"no mesh harmonic of {teeth} teeth stands above the noise of the healthy recording, so the path from mesh "
-            "to sensor cannot be told from it; give a longer one, another channel, or the right tooth count"
+            "to sensor cannot be determined; give a longer one, another channel, or the right tooth count"
         )
     gain = np.zeros(len(X), complex)
     for row in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1):
@@ -118,7 +118,7 @@ def sensor_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, noise:
 
 
 def _continued(x: IntArray, xp: IntArray, fp: FloatArray) -> FloatArray:
-    """Linear interpolation, the first and last lines continued: a delay is a line."""
+    """Interpolate linearly and continue the first and last lines: a delay is a line."""
     inside = np.interp(x, xp, fp)
     if len(xp) < 2:
         return inside
@@ -126,8 +126,8 @@ def _continued(x: IntArray, xp: IntArray, fp: FloatArray) -> FloatArray:
     return inside + slope[0] * np.minimum(x - xp[0], 0) + slope[-1] * np.maximum(x - xp[-1], 0)
 
 
-def filtered(x: ArrayLike, gain: ArrayLike, axis: int = -1) -> FloatArray:
-    """Averages (..., n) along an axis behind a gain (n / 2 + 1,)."""
+def apply_gain(x: ArrayLike, gain: ArrayLike, axis: int = -1) -> FloatArray:
+    """Return averages (..., n) along an axis behind a gain (n / 2 + 1,)."""
     x = np.asarray(x, float)
     shape = [1] * x.ndim
     shape[axis] = -1

@@ -1,10 +1,11 @@
-"""Recordings: files read, the shaft angle found, the signature of a gear; and synthetic recordings."""
+"""Recordings: files, the shaft angle, the signature of a gear, and synthetic recordings."""
 
 import lazy_loader
 
 __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
+    "AveragingSettings",
     "Channel",
     "RecordedSignature",
     "Recording",

@@ -1,35 +1,48 @@
-"""What is to be known of an average of a recording, one sentence each."""
+"""Notes on the average of a recording."""
 
 from typing import TYPE_CHECKING
 
+from sigdb.core import Note
 from sigdb.recording.orders import AveragedGear
 
 if TYPE_CHECKING:
     from sigdb.recording.recording import Channel, Recording
 
 
-def channel_notes(recording: "Recording", signal: "Channel") -> list[str]:
-    """Which channel it is, and whether its unit is known."""
-    names = [one.name for one in recording.signals]
-    said = [f"channel {signal.name} of {', '.join(names)}"] if len(names) > 1 else []
-    return said + ([] if signal.unit else [f"the unit of channel {signal.name} is not stated"])
+def channel_notes(recording: "Recording", signal: "Channel") -> list[Note]:
+    """Return notes on the choice of the channel and on a missing unit."""
+    names = [channel.name for channel in recording.signals]
+    notes = []
+    if len(names) > 1:
+        text = f"channel {signal.name} of {', '.join(names)}"
+        notes.append(Note(code="channel", text=text, values={"channel": signal.name}))
+    if not signal.unit:
+        text = f"the unit of channel {signal.name} is not stated"
+        notes.append(Note(code="unit-not-stated", text=text, values={"channel": signal.name}))
+    return notes
 
 
-def average_notes(known: AveragedGear, M: int, available: int) -> list[str]:
-    """Revolutions used and dropped, and whether they are tooth cycles."""
-    used = f"{M} of {available} whole revolutions averaged"
-    if known.cycle is None:
-        return [f"{used}: whole revolutions, not tooth cycles, since the mate's tooth count is not known"]
-    if M % known.cycle:
-        return [f"{used}: no whole number of tooth cycles of {known.cycle} revolutions, so traces of other orders stay"]
-    return [f"{used}: {M // known.cycle} tooth cycles of {known.cycle} revolutions"]
+def average_note(gear: AveragedGear, revolutions: int, available: int) -> Note:
+    """Return the note on the averaged and available revolutions, and on whether they are whole tooth cycles."""
+    average = f"{revolutions} of {available} whole revolutions averaged"
+    values = {"revolutions": revolutions, "available": available}
+    if gear.cycle is None:
+        text = f"{average}: whole revolutions, not tooth cycles, since the mate's tooth count is not known"
+        return Note(code="whole-revolutions", text=text, values=values)
+    values = values | {"cycle": gear.cycle}
+    if revolutions % gear.cycle:
+        text = f"{average}: no whole number of tooth cycles of {gear.cycle} revolutions, so traces of other orders stay"
+        return Note(code="broken-tooth-cycles", text=text, values=values)
+    text = f"{average}: {revolutions // gear.cycle} tooth cycles of {gear.cycle} revolutions"
+    return Note(code="whole-tooth-cycles", text=text, values=values)
 
 
-def range_notes(teeth: int, highest: float, samples_per_tooth: int) -> list[str]:
-    """How far up a recording reaches, where that is less than what a simulated average holds."""
+def range_notes(teeth: int, highest: float, samples_per_tooth: int) -> list[Note]:
+    """Return a note on the highest order of a recording where a simulated average reaches further."""
     if 2 * highest >= samples_per_tooth * teeth:
         return []
-    return [
+    text = (
         f"the recording reaches to order {highest:.1f}, {highest / teeth:.1f} mesh orders: above it the average holds"
         f" nothing, where simulated ones of {samples_per_tooth} samples a tooth reach to {samples_per_tooth / 2:g}"
-    ]
+    )
+    return [Note(code="highest-order", text=text, values={"order": highest, "samples_per_tooth": samples_per_tooth})]

@@ -1,7 +1,7 @@
-"""Orders at which a gear's shaft, its mesh and the rest of its rig vibrate, by name, and their tooth cycle."""
+"""Named orders of a gear's shaft, its mesh and the rest of its rig, and the tooth cycle."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -11,23 +11,23 @@ from sigdb.transmission import Transmission
 
 MESH_HARMONICS = 4
 _SHAFT_HARMONICS = 2, 10
-"""Of the shafts that are not averaged, and of the averaged one."""
+"""Harmonics that are named: of the other shafts, and of the averaged shaft."""
 _SIDEBANDS = 2
-"""Pairs of sidebands named about each mesh harmonic, for each of its shafts."""
+"""Pairs of sidebands that are named about each mesh harmonic, for each of its shafts."""
 _SAME = 1e-6
-"""Orders that differ by less are one."""
+"""Difference below which two orders are equal."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class NamedOrder:
-    """An order with the part that it comes from.
+    """An order and the part of the rig that causes it.
 
     Attributes
     ----------
     name
-        In words.
+        Name in words.
     kind
-        ``shaft``, ``mesh``, ``sideband``, or ``unnamed`` of a line that no part explains.
+        ``shaft``, ``mesh``, ``sideband``, or ``unnamed`` for a line that no part explains.
     order
         Cycles per revolution of the averaged shaft.
     """
@@ -39,7 +39,7 @@ class NamedOrder:
 
 @dataclass(frozen=True, kw_only=True)
 class AveragedGear:
-    """The gear over whose revolution is averaged.
+    """The gear over whose revolution the recording is averaged.
 
     Attributes
     ----------
@@ -53,10 +53,8 @@ class AveragedGear:
         Revolutions after which the same teeth meet again and all meshes of the rig repeat; None without a rig.
     speed_rpm
         Speed of its shaft at the rig's operating point; None without a rig.
-    drive_ratio
-        Speed of its shaft per speed of the rig's drive shaft; 1 without a rig.
     orders
-        Named orders, increasing, each once.
+        Named orders in increasing order, without repetitions.
     """
 
     name: str | None
@@ -64,12 +62,11 @@ class AveragedGear:
     teeth: int
     cycle: int | None
     speed_rpm: float | None
-    drive_ratio: float
     orders: tuple[NamedOrder, ...]
 
 
 def averaged_gear(teeth: int | None, rig: Transmission | None = None, gear: str | None = None) -> AveragedGear:
-    """What is known of the averaged gear, by its tooth count or from its rig.
+    """Return the averaged gear, from its tooth count or from its rig.
 
     Parameters
     ----------
@@ -78,12 +75,12 @@ def averaged_gear(teeth: int | None, rig: Transmission | None = None, gear: str 
     rig
         The rig.
     gear
-        Name of its gear; may be left out where a single gear has that many teeth.
+        Name of its gear; it may be left out where a single gear has that many teeth.
 
     Raises
     ------
     InputError
-        If tooth count or gear are missing, unknown, ambiguous, or contradict each other.
+        If tooth count or gear is missing, unknown or ambiguous, or if they contradict each other.
     """
     if rig is None:
         if gear is not None:
@@ -96,14 +93,12 @@ def averaged_gear(teeth: int | None, rig: Transmission | None = None, gear: str 
     here = rig.gears[name]
     if teeth not in (None, here.teeth):
         raise InputError(f"rig {rig.name!r}: gear {name!r} has {here.teeth} teeth, not {teeth}; leave teeth out")
-    ratio = abs(rig.ratio(here.shaft))
     return AveragedGear(
         name=name,
         shaft=here.shaft,
         teeth=here.teeth,
         cycle=_cycle(rig, name),
-        speed_rpm=ratio * rig.operating.speed_rpm or None,
-        drive_ratio=ratio,
+        speed_rpm=abs(rig.ratio(here.shaft)) * rig.operating.speed_rpm or None,
         orders=_distinct(_of_rig(rig, here.shaft)),
     )
 
@@ -115,24 +110,23 @@ def _without_rig(teeth: int) -> AveragedGear:
         teeth=teeth,
         cycle=None,
         speed_rpm=None,
-        drive_ratio=1.0,
         orders=_distinct([*_shaft("shaft", 1.0, _SHAFT_HARMONICS[1]), *_mesh("mesh", teeth, {"shaft": 1.0})]),
     )
 
 
 def _only_gear(rig: Transmission, teeth: int | None) -> str:
-    fitting = [name for name, one in rig.gears.items() if teeth in (None, one.teeth)]
+    fitting = [name for name, gear in rig.gears.items() if teeth in (None, gear.teeth)]
     if len(fitting) != 1:
-        listed = ", ".join(f"{name} ({one.teeth} teeth)" for name, one in rig.gears.items()) or "none"
-        asked = "" if teeth is None else f" with {teeth} teeth"
+        listed = ", ".join(f"{name} ({gear.teeth} teeth)" for name, gear in rig.gears.items()) or "none"
+        condition = "" if teeth is None else f" with {teeth} teeth"
         raise InputError(
-            f"rig {rig.name!r} has {len(fitting)} gears{asked}; name the gear whose shaft is averaged: {listed}"
+            f"rig {rig.name!r} has {len(fitting)} gears{condition}; name the gear whose shaft is averaged: {listed}"
         )
     return fitting[0]
 
 
 def _cycle(rig: Transmission, gear: str) -> int:
-    """Revolutions after which the same teeth meet again and every mesh is at the same point of a tooth pass."""
+    """Return the revolutions after which the same teeth meet again and each mesh is at the same phase."""
     shaft = rig.gears[gear].shaft
     mates = [
         other
@@ -173,17 +167,17 @@ def _mesh(name: str, order: float, shafts: dict[str, float]) -> Iterator[NamedOr
             for k in (*range(-_SIDEBANDS, 0), *range(1, _SIDEBANDS + 1)):
                 times = "" if abs(k) == 1 else f"{abs(k)} "
                 sign = "+" if k > 0 else "-"
-                said = f"{harmonic} {sign} {times}{shaft}"
-                yield NamedOrder(name=said, kind="sideband", order=h * order + k * turns)
+                sideband = f"{harmonic} {sign} {times}{shaft}"
+                yield NamedOrder(name=sideband, kind="sideband", order=h * order + k * turns)
 
 
 _RANK = {"mesh": 0, "shaft": 1, "sideband": 2}
 
 
-def _distinct(orders: "Iterator[NamedOrder] | list[NamedOrder]") -> tuple[NamedOrder, ...]:
-    """Increasing and above 0; of those that coincide the mesh before a shaft, a shaft before a sideband."""
+def _distinct(orders: Iterable[NamedOrder]) -> tuple[NamedOrder, ...]:
+    """Return increasing orders above 0; where orders coincide, a mesh wins over a shaft, a shaft over a sideband."""
     kept: list[NamedOrder] = []
-    for one in sorted(orders, key=lambda one: (_RANK[one.kind], one.order)):
-        if one.order > _SAME and all(abs(one.order - other.order) > _SAME for other in kept):
-            kept.append(one)
-    return tuple(sorted(kept, key=lambda one: one.order))
+    for named in sorted(orders, key=lambda named: (_RANK[named.kind], named.order)):
+        if named.order > _SAME and all(abs(named.order - other.order) > _SAME for other in kept):
+            kept.append(named)
+    return tuple(sorted(kept, key=lambda named: named.order))

@@ -1,10 +1,10 @@
-"""A recording: what was measured, channel by channel."""
+"""A recording: the channels of one measurement."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from sigdb.core import FloatArray, InputError, suggestion
+from sigdb.core import FloatArray, InputError, Note, suggestion
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -14,13 +14,13 @@ class Channel:
     Attributes
     ----------
     name
-        What it is called in its recording.
+        Name in its recording.
     samples
         (n,) float64, finite, in ``unit``; sample i is taken i / sampling_rate seconds after the first.
     sampling_rate
-        Hz.
+        Sampling rate, Hz.
     unit
-        As the file or the user writes it; empty where none is stated.
+        Unit as the file or the user writes it; empty where none is stated.
 
     Raises
     ------
@@ -52,20 +52,20 @@ class Channel:
 
     @property
     def duration(self) -> float:
-        """Number of samples over the sampling rate, s."""
+        """Duration in s: the number of samples over the sampling rate."""
         return self.samples.size / self.sampling_rate
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Recording:
-    """Channels of one measurement, and what is known of the shaft.
+    """Channels of one measurement, and facts about the shaft.
 
     Attributes
     ----------
     source
-        The file, or what else it came from.
+        The file, or another source.
     channels
-        In the order of the file; all begin at the same instant.
+        Channels in the order of the file; all begin at the same instant.
     tacho
         Name of the channel with the tacho, if there is one.
     pulses_per_rev
@@ -75,18 +75,18 @@ class Recording:
     teeth, speed_rpm, torque
         Tooth count of the gear of interest, mean speed of its shaft (rev/min) and torque on it (N m), where stated.
     notes
-        What was handled on reading, one sentence each.
+        Notes on what was changed on reading.
 
     Raises
     ------
     InputError
-        If there is no channel, two have the same name, or the tacho is none of them.
+        If there is no channel, if two have the same name, or if the tacho is not among them.
 
     Examples
     --------
     >>> import numpy as np
     >>> a1 = Channel(name="a1", samples=np.zeros(100), sampling_rate=1000.0)
-    >>> recording = Recording(source="made here", channels=(a1,))
+    >>> recording = Recording(source="example", channels=(a1,))
     >>> recording.channel("a1").sampling_rate
     1000.0
     """
@@ -99,7 +99,7 @@ class Recording:
     teeth: int | None = None
     speed_rpm: float | None = None
     torque: float | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def __post_init__(self) -> None:
         names = [channel.name for channel in self.channels]
@@ -111,19 +111,28 @@ class Recording:
             self.channel(self.tacho)
 
     def channel(self, name: str) -> Channel:
-        """The channel of that name.
+        """Return the channel of a name.
+
+        Parameters
+        ----------
+        name : str
+            Name of the channel.
+
+        Returns
+        -------
+        Channel
 
         Raises
         ------
         InputError
-            If there is none; it names those there are.
+            If there is no such channel; the message names the others.
         """
-        found = {channel.name: channel for channel in self.channels}
-        if name not in found:
-            raise InputError(f"{self.source}: no channel {name!r}{suggestion(name, found)}")
-        return found[name]
+        by_name = {channel.name: channel for channel in self.channels}
+        if name not in by_name:
+            raise InputError(f"{self.source}: no channel {name!r}{suggestion(name, by_name)}")
+        return by_name[name]
 
     @property
     def signals(self) -> tuple[Channel, ...]:
-        """All channels but the tacho."""
+        """All channels except the tacho."""
         return tuple(channel for channel in self.channels if channel.name != self.tacho)

@@ -1,44 +1,47 @@
-"""The angle of a shaft in a recording: pulses of its tacho, or the phase of a mesh harmonic."""
+"""Angle of a shaft in a recording, from the pulses of its tacho or the phase of a mesh harmonic."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from sigdb.core import FloatArray, InputError
-from sigdb.recording.speed import HARMONICS, FoundSpeed, find_speed
+from sigdb.core import FloatArray, InputError, NotApplicableError, Note
+from sigdb.recording.speed import HARMONICS, SpeedTrack, find_speed
 from sigdb.signature import mesh_pulses, tacho_pulses
 
 if TYPE_CHECKING:
     from sigdb.recording.recording import Channel, Recording
 
-SPEED_DOUBT = "the speed is not certain"
-"""How a note on a speed that may be another one begins."""
+SPEED_DOUBT = "speed-doubt"
+"""Code of the note that another speed explains the spectrum nearly as well."""
+
+RELATIVE_TEETH = "relative-teeth"
+"""Code of the note that tooth numbers are relative."""
 
 _NEARLY_AS_LIKELY = 0.9
-"""Score of the next likely speed, over that of the one found, from which on it is told."""
+"""Relative score of the next likely speed above which the speed is doubtful."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShaftAngle:
-    """Pulses that tell the angle of a shaft.
+    """Pulses that give the angle of a shaft.
 
     Attributes
     ----------
     pulses
-        Times, s.
+        (pulses,) times, s.
     pulses_per_rev
-        Pulses in a revolution of the shaft that gives them.
+        Pulses in a revolution of the shaft that they are on.
     ratio
-        Revolutions of the averaged shaft in one of that shaft.
+        Revolutions of the averaged shaft in a revolution of that shaft.
     absolute
         Whether the first pulse is always at the same angle of the averaged shaft.
     source
-        What the pulses are, in words.
+        Source of the pulses, in words.
     notes
-        What is to be known of them, one sentence each.
+        Notes on the pulses.
     """
 
     pulses: FloatArray
@@ -46,27 +49,28 @@ class ShaftAngle:
     ratio: float
     absolute: bool
     source: str
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def revolutions(self, duration: float) -> int:
-        """Whole revolutions of the averaged shaft from the first pulse to the last within a record of this length."""
+        """Return the whole revolutions of the averaged shaft between the first and last pulse of a record."""
         within = int(np.count_nonzero(self.pulses <= duration))
         return int((within - 1) / self.pulses_per_rev * self.ratio + 1e-9) if within else 0
 
     def speed_track(self) -> pd.DataFrame:
-        """Speed of the averaged shaft over each revolution of the one that gives the pulses: time, s; speed_rpm."""
+        """Return ``time`` (s) and ``speed_rpm`` of the averaged shaft for each revolution of the pulses' shaft."""
         t, k = self.pulses, self.pulses_per_rev
         start, stop = t[:-k], t[k:]
         return pd.DataFrame({"time": (start + stop) / 2, "speed_rpm": 60 * self.ratio / (stop - start)})
 
 
 def tacho_angle(recording: "Recording") -> ShaftAngle:
-    """The angle by the recording's tacho.
+    """Return the angle from the recording's tacho.
 
     Raises
     ------
     InputError
-        If the recording has no tacho channel, it has too few pulses, or a revolution has no whole number of them.
+        If the recording has no tacho channel, if the tacho has too few pulses, or if a revolution has no whole number
+        of pulses.
     """
     if recording.tacho is None:
         raise InputError(
@@ -85,22 +89,32 @@ def tacho_angle(recording: "Recording") -> ShaftAngle:
             " check that it is the tacho, or record longer"
         )
     absolute = each == 1 and round(ratio) == ratio
-    notes = [f"tacho {channel.name}: {len(pulses)} pulses, {each:g} a revolution of its shaft"]
-    if ratio != 1:
-        notes.append(f"the averaged shaft turns {ratio:.6g} times a revolution of the tacho's shaft")
-    if not absolute:
-        notes.append(
-            "tooth numbers are relative: the tacho's pulses do not tell one angle of the averaged shaft, so tooth 1 is"
-            " the one at the first pulse of this recording"
-        )
     return ShaftAngle(
         pulses=pulses,
         pulses_per_rev=int(each),
         ratio=ratio,
         absolute=absolute,
         source=f"tacho {channel.name}",
-        notes=tuple(notes),
+        notes=tuple(_tacho_notes(channel.name, len(pulses), recording, absolute)),
     )
+
+
+def _tacho_notes(name: str, pulses: int, recording: "Recording", absolute: bool) -> Iterator[Note]:
+    each, ratio = recording.pulses_per_rev, recording.ratio
+    yield Note(
+        code="tacho",
+        text=f"tacho {name}: {pulses} pulses, {each:g} a revolution of its shaft",
+        values={"channel": name, "pulses": pulses, "pulses_per_rev": each},
+    )
+    if ratio != 1:
+        text = f"the averaged shaft turns {ratio:.6g} times a revolution of the tacho's shaft"
+        yield Note(code="tacho-ratio", text=text, values={"ratio": ratio})
+    if not absolute:
+        text = (
+            "tooth numbers are relative: the tacho has no pulse at a fixed angle of the averaged shaft, so tooth 1 is"
+            " the tooth at the first pulse of this recording"
+        )
+        yield Note(code=RELATIVE_TEETH, text=text)
 
 
 def mesh_angle(
@@ -111,32 +125,32 @@ def mesh_angle(
     range_rpm: tuple[float, float],
     harmonic: int | None = None,
 ) -> ShaftAngle:
-    """The angle by the phase of a mesh harmonic, about the speed that the spectrum of all channels tells.
+    """Return the angle from the phase of a mesh harmonic, about the speed that the spectrum of all channels gives.
 
     Parameters
     ----------
     recording
-        Its signals of the same rate and length take part in finding the speed.
+        The recording; its signals of the same rate and length take part in the search for the speed.
     channel
-        The channel whose phase is taken.
+        Channel whose phase is used.
     teeth
         Tooth count of the gear on the averaged shaft.
     range_rpm
-        Where the shaft's speed lies.
+        Range in which the speed of the shaft lies.
     harmonic
-        Mesh harmonic; by default that of the first three whose pulses come most evenly, revolution after revolution:
-        the shaft's own unevenness is in each of them, the noise of the phase adds to it.
+        Mesh harmonic. By default it is that of the first three whose pulses are most even from revolution to
+        revolution: the unevenness of the shaft is the same in all of them, and the noise of the phase adds to it.
 
     Raises
     ------
     InputError
-        If no speed or no phase is found.
+        If there is no speed or no phase.
     """
     fs, size = channel.sampling_rate, len(channel.samples)
-    others = [one for one in recording.signals if one.name != channel.name]
-    alike = [one.samples for one in others if one.sampling_rate == fs and len(one.samples) == size]
-    found = find_speed(np.stack([channel.samples, *alike]), fs, teeth=teeth, range_rpm=range_rpm)
-    speed = np.interp(np.arange(size) / fs, found.time, found.speed_rpm) / 60
+    others = [signal for signal in recording.signals if signal.name != channel.name]
+    alike = [signal.samples for signal in others if signal.sampling_rate == fs and len(signal.samples) == size]
+    track = find_speed(np.stack([channel.samples, *alike]), fs, teeth=teeth, range_rpm=range_rpm)
+    speed = np.interp(np.arange(size) / fs, track.time, track.speed_rpm) / 60
     pulses, used = _pulses(channel, teeth, speed, range(1, HARMONICS + 1) if harmonic is None else (harmonic,))
     return ShaftAngle(
         pulses=pulses,
@@ -144,52 +158,62 @@ def mesh_angle(
         ratio=1.0,
         absolute=False,
         source=f"phase of mesh harmonic {used} of {channel.name}",
-        notes=(*_speed_notes(found, range_rpm, len(alike) + 1), *_phase_notes(used, pulses, size / fs)),
+        notes=(*_speed_notes(track, range_rpm, len(alike) + 1), *_phase_notes(used, pulses, size / fs)),
     )
 
 
 def _pulses(channel: "Channel", teeth: int, speed: FloatArray, harmonics: Sequence[int]) -> tuple[FloatArray, int]:
-    """Tooth passes by the harmonic that gives them most evenly, and that harmonic."""
-    found: list[tuple[float, FloatArray, int]] = []
-    refused: list[InputError] = []
-    for one in harmonics:
+    """Return the most even tooth passes that a harmonic gives, and that harmonic."""
+    candidates: list[tuple[float, FloatArray, int]] = []
+    refusals: list[NotApplicableError] = []
+    for harmonic in harmonics:
         try:
             x, fs = channel.samples, channel.sampling_rate
-            pulses = mesh_pulses(x, fs, teeth=teeth, mesh_frequency=teeth * speed, harmonic=one)
-            found.append((_unevenness(pulses, teeth), pulses, one))
-        except InputError as error:
-            refused.append(error)
-    if not found:
-        raise refused[0]
-    best = min(found, key=lambda one: one[0])
-    return best[1], best[2]
+            pulses = mesh_pulses(x, fs, teeth=teeth, mesh_frequency=teeth * speed, harmonic=harmonic)
+            candidates.append((_unevenness(pulses, teeth), pulses, harmonic))
+        except NotApplicableError as error:
+            refusals.append(error)
+    if not candidates:
+        raise refusals[0]
+    _, best, used = min(candidates, key=lambda candidate: candidate[0])
+    return best, used
 
 
 def _unevenness(pulses: FloatArray, each: int) -> float:
-    """Standard deviation of how much a revolution is longer than the one before, s; infinite where it is not known."""
+    """Return the standard deviation of the change of a revolution's length, s; infinite for too few revolutions."""
     if len(pulses) <= 2 * each:
         return np.inf
     return float(np.std(pulses[2 * each :] - 2 * pulses[each:-each] + pulses[: -2 * each]))
 
 
-def _speed_notes(found: FoundSpeed, range_rpm: tuple[float, float], channels: int) -> list[str]:
+def _speed_notes(track: SpeedTrack, range_rpm: tuple[float, float], channels: int) -> Iterator[Note]:
     low, high = range_rpm
-    said = [
-        f"speed found in the spectrum of {channels} channel{'s' if channels > 1 else ''} between {low:g} and"
-        f" {high:g} rpm: {found.speed_rpm.min():.1f} to {found.speed_rpm.max():.1f} rpm"
-    ]
-    if found.runner_up > _NEARLY_AS_LIKELY:
-        said.append(
-            f"{SPEED_DOUBT}: {found.runner_up_rpm:.1f} rpm explains the spectrum nearly as well (score"
-            f" {found.runner_up:.2f} of the best); give the speed"
+    least, most = float(track.speed_rpm.min()), float(track.speed_rpm.max())
+    yield Note(
+        code="speed-from-spectrum",
+        text=f"speed found in the spectrum of {channels} channel{'s' if channels > 1 else ''} between {low:g} and"
+        f" {high:g} rpm: {least:.1f} to {most:.1f} rpm",
+        values={"channels": channels, "low_rpm": low, "high_rpm": high, "least_rpm": least, "most_rpm": most},
+    )
+    if track.runner_up > _NEARLY_AS_LIKELY:
+        yield Note(
+            code=SPEED_DOUBT,
+            text=f"the speed is not certain: {track.runner_up_rpm:.1f} rpm explains the spectrum nearly as well (score"
+            f" {track.runner_up:.2f} of the best); give the speed",
+            values={"other_rpm": track.runner_up_rpm, "score": track.runner_up},
         )
-    return said
 
 
-def _phase_notes(harmonic: int, pulses: FloatArray, duration: float) -> list[str]:
-    return [
-        f"angle from the phase of mesh harmonic {harmonic}, in {pulses[-1] - pulses[0]:.3g} s of {duration:.3g} s: the"
-        " window of the phase reaches beyond the record at its ends, and changes of speed within a revolution are not"
-        " followed",
-        "tooth numbers are relative: without a tacho mark, tooth 1 is the one at the first pass of this recording",
-    ]
+def _phase_notes(harmonic: int, pulses: FloatArray, duration: float) -> Iterator[Note]:
+    covered = float(pulses[-1] - pulses[0])
+    yield Note(
+        code="mesh-phase",
+        text=f"angle from the phase of mesh harmonic {harmonic}, in {covered:.3g} s of {duration:.3g} s: the window of"
+        " the phase reaches beyond the record at its ends, and changes of speed within a revolution are not followed",
+        values={"harmonic": harmonic, "covered_s": covered, "duration_s": duration},
+    )
+    yield Note(
+        code=RELATIVE_TEETH,
+        text="tooth numbers are relative: without a tacho mark, tooth 1 is the tooth at the first pass of this"
+        " recording",
+    )

@@ -1,63 +1,62 @@
-"""The signature of a recording, and how it is handed on: as a row for estimators, as plain numbers."""
+"""The signature of a recording, with its conversions to a row for estimators, to plain values and to other units."""
 
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
-from sigdb.core import FloatArray, InputError
+from sigdb.core import FloatArray, InputError, Note, plain
 from sigdb.signature import FEATURES, features
 
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedSignature:
-    """The signature of a recording: one revolution of a shaft, averaged, and what is made of it.
+    """The signature of a recording: the average over a revolution of a shaft, and quantities derived from it.
 
     Attributes
     ----------
     source, channel, unit
-        The recording, the channel, and the unit of its samples ("" if it is not known).
+        The recording, the channel, and the unit of its samples ("" if it is unknown).
     gear, shaft
-        Names in the rig of the averaged gear and its shaft; None without a rig.
+        Names of the averaged gear and its shaft in the rig; None without a rig.
     teeth
-        Its tooth count Z.
+        Tooth count Z of the gear.
     angle
-        What gave the shaft's angle, in words.
+        Source of the shaft's angle, in words.
     absolute
-        Whether tooth numbers are those of the rig's conventions, tooth 1 passing after the tacho's mark. Else tooth 1
-        is the one that passes at the first pulse of this recording.
+        Whether tooth 1 is the first after the tacho's mark, as in the rig's conventions. Otherwise it is the tooth that
+        passes at the first pulse of this recording.
     tsa
         (n,) synchronous average over ``averages`` revolutions.
     scatter
-        Standard deviation between the revolutions, as an rms over the angle: the database's column of that name. All
-        that does not repeat every revolution is in it, other shafts too.
+        Standard deviation between the revolutions, as an rms over the angle: the database's column of that name. It
+        contains everything that does not repeat every revolution, also other shafts.
     noise
-        (n / 2 + 1,) standard deviation that white noise of the density of the average's at each order has: from what
-        the record holds between its lines; nan with one revolution.
+        (n / 2 + 1,) standard deviation of white noise with the density of the average's noise at each order, estimated
+        between the lines of the record; nan for a single revolution.
     averages, dropped
-        Revolutions in the average, and those of the recording that are not.
+        Revolutions in the average, and the other revolutions of the recording.
     cycle
         Revolutions of a tooth cycle; None without a rig.
     speed_rpm
         Mean speed of the shaft over the average.
     speed_track
-        ``time`` (s) and ``speed_rpm``, of each revolution.
+        ``time`` (s) and ``speed_rpm`` of each revolution.
     kept
-        Standard deviation of the average over that of the record: the share of its rms that repeats every revolution.
+        Standard deviation of the average over that of the record: the part of its rms that repeats every revolution.
     highest_order
-        The record's Nyquist frequency, in orders, at the mean speed. Above it the average holds nothing.
+        The record's Nyquist frequency, in orders, at the mean speed. The average is zero above it.
     order_spectrum
         ``order`` and ``amplitude`` (peak) of the average: the database's column ``spectrum``.
     record_spectrum
-        ``order``, ``amplitude`` and ``level`` of the record over the angle, between whole orders too.
+        ``order``, ``amplitude`` and ``level`` of the record over the angle, also between whole orders.
     lines
-        Named orders, and lines between whole orders that nothing named explains: ``name``, ``kind``, ``order``,
-        ``amplitude`` (peak), ``over_level`` (amplitude over the level about it), ``found`` (stands out of it).
+        Named orders, and unnamed lines between whole orders: ``name``, ``kind``, ``order``, ``amplitude`` (peak),
+        ``over_level`` (amplitude over the level about it), ``stands_out`` (whether the line stands out of the level).
     indicators
-        :data:`sigdb.signature.INDICATORS` by name.
+        Values of :data:`sigdb.signature.INDICATORS` by name.
     notes
-        What is to be known, one sentence each: the reader's first.
+        Notes on the reading, the angle and the average, in this order.
     """
 
     source: str
@@ -82,17 +81,17 @@ class RecordedSignature:
     record_spectrum: pd.DataFrame
     lines: pd.DataFrame
     indicators: dict[str, float]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     def row(self, *, torque: float, speed_rpm: float | None = None) -> pd.DataFrame:
-        """One row with the columns that estimators read, as a database has them.
+        """Return a row with the columns that estimators read, as in a database.
 
         Parameters
         ----------
-        torque
+        torque : float
             Torque at the rig's operating point, N m.
-        speed_rpm
-            Speed of the rig's drive shaft, which a database's column means; by default that of the averaged shaft.
+        speed_rpm : float, optional
+            Speed of the rig's drive shaft, as in a database's column; by default that of the averaged shaft.
 
         Returns
         -------
@@ -114,23 +113,21 @@ class RecordedSignature:
         )
 
     def as_json(self) -> dict[str, Any]:
-        """All of it by name as plain lists, dictionaries and numbers, tables as columns; None for what is not known."""
-        return {name: _plain(value) for name, value in vars(self).items()}
+        """Return all attributes as plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Attributes by name. Tables are columns by name, notes have ``code``, ``text`` and ``values``, and None
+            stands for a number that is unknown.
+        """
+        return {
+            name: plain(value.to_dict("list") if isinstance(value, pd.DataFrame) else value)
+            for name, value in vars(self).items()
+        }
 
 
-def _plain(value: Any) -> Any:
-    if isinstance(value, pd.DataFrame):
-        return {str(column): _plain(value[column].to_numpy()) for column in value}
-    if isinstance(value, dict):
-        return {name: _plain(one) for name, one in value.items()}
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-_KNOWN = {
+_SI_UNITS = {
     "m/s^2": ("m/s^2", 1.0),
     "m/s2": ("m/s^2", 1.0),
     "m/s²": ("m/s^2", 1.0),
@@ -143,25 +140,29 @@ _KNOWN = {
     "um": ("m", 1e-6),
     "µm": ("m", 1e-6),
 }
-"""SI unit and factor of units; standard gravity and inch as defined."""
+"""SI unit and factor by unit; standard gravity and inch as defined."""
 
 
 def in_unit(signature: RecordedSignature, wanted: str) -> RecordedSignature:
-    """The signature in the unit of a simulated sensor; a note where the recording's is not stated.
+    """Return the signature in the unit of a simulated sensor, with a note where the recording states no unit.
 
     Raises
     ------
     InputError
-        If it is another quantity or not a known unit.
+        If the unit is unknown or of another quantity.
     """
     if not signature.unit:
-        note = f"The unit of {signature.channel} is not stated; it was taken to be {wanted}."
+        note = Note(
+            code="unit-assumed",
+            text=f"The unit of {signature.channel} is not stated; it was taken to be {wanted}.",
+            values={"channel": signature.channel, "unit": wanted},
+        )
         return replace(signature, unit=wanted, notes=(*signature.notes, note))
-    unit, factor = _KNOWN.get(signature.unit, ("", 0.0))
+    unit, factor = _SI_UNITS.get(signature.unit, ("", 0.0))
     if unit != wanted:
         raise InputError(
             f"{signature.source}: {signature.channel} is in {signature.unit!r}, the simulated sensor in {wanted!r}; "
-            "give a healthy recording, which tells the path, or a sensor of that quantity, or the right unit"
+            "give a healthy recording, which gives the path, or a sensor of that quantity, or the right unit"
         )
     return replace(
         signature,

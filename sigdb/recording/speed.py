@@ -1,4 +1,4 @@
-"""The speed of a shaft from the spectrum of a record: the speed whose mesh harmonics and their sidebands stand out."""
+"""Speed of a shaft from the spectrum of a record: the mesh harmonics and sidebands of that speed stand out."""
 
 from dataclasses import dataclass
 
@@ -7,36 +7,37 @@ import numpy as np
 from sigdb.core import FloatArray, InputError, IntArray
 
 HARMONICS = 3
-"""Mesh harmonics that are looked for, each with its two first sidebands."""
+"""Mesh harmonics that are searched, each with its two first sidebands."""
 _TURNS = 10
 """Revolutions of a frame: sidebands lie ten bins from their mesh harmonic."""
 _SURVEYED = 64
-"""Frames, spread over the record, of the first look at a wide range."""
+"""Frames, spread over the record, of the first survey of a wide range."""
 _WIDE = 1.5
-"""Ratio of the ends of a range from which on it is first surveyed, then narrowed."""
+"""Ratio of the ends of a range above which it is first surveyed, then narrowed."""
 _NARROWED = 0.15
+"""Half-width of the narrowed range, relative to its centre."""
 _SAME = 0.05
-"""Speeds that differ by less are one answer, at a speed that drifts."""
+"""Relative difference below which two speeds are one answer: a speed drifts."""
 _CHANGE = 0.02
-"""Greatest change of the speed from frame to frame, half a frame apart."""
+"""Greatest relative change of the speed between frames, which are half a frame apart."""
 _FLOOR = 4
-"""Shaft orders to either side over which the level about a line is taken, as a median."""
+"""Shaft orders to either side of a line over which the median gives its level."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class FoundSpeed:
-    """A shaft's speed over a record, as its spectrum tells it.
+class SpeedTrack:
+    """Speed of a shaft over a record, from its spectrum.
 
     Attributes
     ----------
     time
-        (frames,) middles of the frames, s.
+        (frames,) centres of the frames, s.
     speed_rpm
-        (frames,) speed in each; good to about one part in a thousand.
+        (frames,) speed in each frame, accurate to about one part in a thousand.
     runner_up_rpm
-        The next likely speed, more than 5 % away; nan where the range holds none.
+        The next likely speed that is more than 5 % away; nan where there is none.
     runner_up
-        Its score over that of the speed found.
+        Score of that speed relative to the score of the track.
     """
 
     time: FloatArray
@@ -45,13 +46,13 @@ class FoundSpeed:
     runner_up: float
 
 
-def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, float]) -> FoundSpeed:
+def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, float]) -> SpeedTrack:
     """Follow the speed at which the mesh harmonics and their first sidebands stand out most.
 
-    The score of a speed in a frame is the sum, over orders ``h Z - 1, h Z, h Z + 1`` for h = 1..3, of the logarithm of
-    the spectrum's power over the level about it, those below the level counting nothing. The track is the sequence of
-    speeds with the greatest sum of scores that changes by at most 2 % from one frame to the next (dynamic programming).
-    All channels vote: in one alone a sideband may stand out more than its mesh harmonic.
+    The score of a speed in a frame is a sum over orders ``h Z - 1, h Z, h Z + 1`` for h = 1..3. Each term is the
+    logarithm of the spectrum's power over the level about it, and 0 below the level. The track is the sequence of
+    speeds with the greatest sum of scores that changes by at most 2 % between frames (dynamic programming). All
+    channels vote: in a single channel a sideband may stand out more than its mesh harmonic.
 
     Parameters
     ----------
@@ -66,13 +67,13 @@ def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, 
 
     Returns
     -------
-    FoundSpeed
+    SpeedTrack
 
     Raises
     ------
     InputError
-        If the range is not one, its mesh frequencies do not fit the record, the record is too short for it, or nothing
-        stands out of its spectrum.
+        If the range does not rise, if its mesh frequencies do not fit the record, if the record is too short, or if
+        nothing stands out of its spectrum.
 
     References
     ----------
@@ -86,7 +87,7 @@ def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, 
         low, high = max(low, best * (1 - _NARROWED)), min(high, best * (1 + _NARROWED))
     frames = _Frames(x, fs, teeth, low, high, most=None)
     track = frames.best_track()
-    return FoundSpeed(
+    return SpeedTrack(
         time=frames.time,
         speed_rpm=60 * frames.speeds[track],
         runner_up_rpm=60 * rival,
@@ -95,7 +96,7 @@ def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, 
 
 
 def _likeliest(speeds: FloatArray, scores: FloatArray) -> tuple[float, float, float]:
-    """The likeliest speed, the likeliest of those that are not near it, and its score over that of the first."""
+    """Return the likeliest speed, the likeliest speed that is not near it, and the ratio of their scores."""
     best = int(np.argmax(scores))
     if not scores[best] > 0:
         raise InputError("no speed is found: nothing stands out of the record's spectrum; check the channel")
@@ -107,7 +108,7 @@ def _likeliest(speeds: FloatArray, scores: FloatArray) -> tuple[float, float, fl
 
 
 def _checked(range_rpm: tuple[float, float], samples: int, fs: float, teeth: int) -> tuple[float, float]:
-    """The range in revolutions a second, as far up as the first mesh harmonic is below half the sampling rate."""
+    """Return the range in rev/s, cut where the first mesh harmonic reaches half the sampling rate."""
     low, high = range_rpm[0] / 60, min(range_rpm[1] / 60, fs / 2 / (teeth + 1.5))
     if not 0 < low < high:
         raise InputError(
@@ -141,22 +142,22 @@ class _Frames:
 
     @property
     def scores(self) -> FloatArray:
-        """(frames, speeds)."""
+        """(frames, speeds) scores."""
         total = np.zeros((len(self.time), len(self.speeds)), dtype=np.float32)
         for bins in self._bins:
             total += self._line(bins)
         return total
 
     def surveyed(self) -> FloatArray:
-        """(speeds,) sums over the frames, each of which may lie a few per cent off."""
+        """Return (speeds,) sums over the frames, whose speeds may differ by a few per cent."""
         from scipy.ndimage import maximum_filter1d
 
-        # A drift is a shift of the logarithm of speed; the greatest window serves all, at the low end too wide.
+        # A drift shifts the logarithm of speed; one window serves all speeds and is too wide at the low end.
         width = max(1, int(_SAME / 4 * np.mean(self.speeds) / np.diff(self.speeds[:2])[0]))
         return np.asarray(maximum_filter1d(self.scores, 2 * width + 1, axis=1).sum(axis=0))
 
     def best_track(self) -> IntArray:
-        """(frames,) places among the speeds: the likeliest sequence without jumps."""
+        """Return (frames,) indices of the likeliest sequence of speeds without jumps."""
         from scipy.ndimage import maximum_filter1d
 
         scores = self.scores
@@ -176,13 +177,13 @@ class _Frames:
 
 
 def _at(level: FloatArray, bins: IntArray) -> FloatArray:
-    """(frames, speeds) the level in these bins; none beyond the spectrum."""
+    """Return (frames, speeds) levels in bins; 0 beyond the spectrum."""
     inside = bins < level.shape[1]
     return np.where(inside, level[:, np.where(inside, bins, 0)], np.float32(0))
 
 
 def _outstanding(x: FloatArray, starts: IntArray, length: int, reach: int, last: int) -> FloatArray:
-    """(frames, bins) logarithm of power over the level about each bin, at least 0."""
+    """Return (frames, bins) logarithms of power over the level about each bin, at least 0."""
     from scipy.ndimage import median_filter
 
     window = np.hanning(length + 1)[:-1]

@@ -1,4 +1,4 @@
-"""From the columns of a file to a recording: names, time, rates, scale, units, missing samples."""
+"""Assembly of a recording from the columns of a file: names, time, rates, scale, units, missing samples."""
 
 from collections import Counter
 from dataclasses import replace
@@ -6,56 +6,58 @@ from hashlib import blake2b
 
 import numpy as np
 
-from sigdb.core import FloatArray, InputError, suggestion
+from sigdb.core import FloatArray, InputError, Note, suggestion
 from sigdb.recording.files.formats.contents import Contents, DataColumn
-from sigdb.recording.files.missing_samples import common_part, ends, filled
+from sigdb.recording.files.missing_samples import common_part, ends, fill_gaps
 from sigdb.recording.files.sampling_rates import sampling_rates, split_time
 from sigdb.recording.files.settings import RecordingSettings
 from sigdb.recording.recording import Channel, Recording
 
 
 def assemble(contents: Contents, settings: RecordingSettings, *, source: str) -> Recording:
-    """The recording that a file and its settings describe.
+    """Return the recording that a file and its settings describe.
 
     Raises
     ------
     InputError
-        If they do not describe one.
+        If they describe none.
     """
     named, notes = _named(contents, settings)
-    time, columns, found = split_time(named, time=settings.time, named=contents.named or bool(settings.names))
+    time, columns, time_notes = split_time(named, time=settings.time, named=contents.named or bool(settings.names))
     columns = _chosen(columns, settings)
     _refuse_unknown(columns, settings)
     series = [_number(column) for column in columns]
-    rates, told = sampling_rates(
+    rates, rate_notes = sampling_rates(
         columns,
-        given=settings.sampling_rate,
+        requested=settings.sampling_rate,
         time=time,
         stated=contents.sampling_rate,
         source=contents.rate_from,
     )
-    series, cut = _aligned(series, columns, rates)
-    channels, handled = _channels(series, columns, rates, settings)
-    everything = (*contents.notes, *notes, *found, *told, *cut, *handled, *_remarks(channels))
+    series, cut_notes = _aligned(series, columns, rates)
+    channels, sample_notes = _channels(series, columns, rates, settings)
+    everything = (
+        *contents.notes, *notes, *time_notes, *rate_notes, *cut_notes, *sample_notes, *_remarks(channels)
+    )  # fmt: skip
     return Recording(
         source=source, channels=channels, tacho=settings.tacho, pulses_per_rev=settings.pulses_per_rev,
         ratio=settings.ratio, teeth=settings.teeth, speed_rpm=settings.speed_rpm, torque=settings.torque,
-        notes=tuple(dict.fromkeys(everything)),
+        notes=tuple({note.text: note for note in everything}.values()),
     )  # fmt: skip
 
 
-def _named(contents: Contents, settings: RecordingSettings) -> tuple[tuple[DataColumn, ...], list[str]]:
-    """Columns with the names that were given, all different."""
+def _named(contents: Contents, settings: RecordingSettings) -> tuple[tuple[DataColumn, ...], list[Note]]:
+    """Return the columns with the names from the settings, all different."""
     columns = contents.columns
     if settings.names is not None:
         if len(settings.names) != len(columns):
             raise InputError(
                 f"names gives {len(settings.names)} names, the file holds {len(columns)} columns; name all"
             )
-        columns = tuple(replace(one, name=name) for one, name in zip(columns, settings.names, strict=True))
-    columns = tuple(replace(one, name=_clean(one.name), unit=_clean(one.unit)) for one in columns)
+        columns = tuple(replace(column, name=name) for column, name in zip(columns, settings.names, strict=True))
+    columns = tuple(replace(column, name=_clean(column.name), unit=_clean(column.unit)) for column in columns)
     taken: Counter[str] = Counter()
-    made, notes = [], []
+    renamed, notes = [], []
     used = {column.name for column in columns}
     for column in columns:
         taken[column.name] += 1
@@ -65,13 +67,14 @@ def _named(contents: Contents, settings: RecordingSettings) -> tuple[tuple[DataC
             taken[column.name] += name in used
         if name != column.name:
             used.add(name)
-            notes.append(f"a second column {column.name} is called {name}")
-        made.append(replace(column, name=name))
-    return tuple(made), notes
+            text = f"a second column {column.name} is called {name}"
+            notes.append(Note(code="renamed-column", text=text, values={"column": column.name, "name": name}))
+        renamed.append(replace(column, name=name))
+    return tuple(renamed), notes
 
 
 def _clean(text: str) -> str:
-    """Printable text of a bounded length."""
+    """Return printable text of a bounded length."""
     return "".join(sign for sign in text.strip()[:100] if sign.isprintable())
 
 
@@ -89,14 +92,14 @@ def _chosen(columns: tuple[DataColumn, ...], settings: RecordingSettings) -> tup
 
 
 def _refuse_unknown(columns: tuple[DataColumn, ...], settings: RecordingSettings) -> None:
-    """Units, scales and a tacho of channels that are not there."""
-    known = [column.name for column in columns]
-    for what, given in (("units", settings.units), ("scale", settings.scale)):
-        for name in given if isinstance(given, dict) else ():
-            if name not in known:
-                raise InputError(f"{what} names {name!r}, which is no channel{suggestion(name, known)}")
-    if settings.tacho is not None and settings.tacho not in known:
-        raise InputError(f"tacho names {settings.tacho!r}, which is no channel{suggestion(settings.tacho, known)}")
+    """Refuse units, scales and a tacho of channels that do not exist."""
+    names = [column.name for column in columns]
+    for key, by_channel in (("units", settings.units), ("scale", settings.scale)):
+        for name in by_channel if isinstance(by_channel, dict) else ():
+            if name not in names:
+                raise InputError(f"{key} names {name!r}, which is no channel{suggestion(name, names)}")
+    if settings.tacho is not None and settings.tacho not in names:
+        raise InputError(f"tacho names {settings.tacho!r}, which is no channel{suggestion(settings.tacho, names)}")
 
 
 def _number(column: DataColumn) -> FloatArray:
@@ -113,34 +116,37 @@ def _number(column: DataColumn) -> FloatArray:
 
 def _aligned(
     series: list[FloatArray], columns: tuple[DataColumn, ...], rates: list[float]
-) -> tuple[list[FloatArray], list[str]]:
-    """Series of one rate cut to the part that they share, so that sample i of all is the same instant."""
+) -> tuple[list[FloatArray], list[Note]]:
+    """Return the series; those of one rate are cut to their common part, so that sample i is the same instant."""
     if len(set(rates)) > 1:
-        return [x[: ends(x, column.name)[1]] for x, column in zip(series, columns, strict=True)], [
-            f"channels have {len(set(rates))} sampling rates"
-        ]
+        text = f"channels have {len(set(rates))} sampling rates"
+        note = Note(code="several-sampling-rates", text=text, values={"rates": len(set(rates))})
+        return [x[: ends(x, column.name)[1]] for x, column in zip(series, columns, strict=True)], [note]
     first, end = common_part(series, [column.name for column in columns])
     cut = max(x.size for x in series) - (end - first)
-    notes = [f"cut to samples {first} to {end}, which all channels have"] if cut else []
-    return [x[first:end] for x in series], notes
+    text = f"cut to samples {first} to {end}, which all channels have"
+    note = Note(code="cut-to-common-part", text=text, values={"first": first, "end": end})
+    return [x[first:end] for x in series], [note] if cut else []
 
 
 def _channels(
     series: list[FloatArray], columns: tuple[DataColumn, ...], rates: list[float], settings: RecordingSettings
-) -> tuple[tuple[Channel, ...], list[str]]:
+) -> tuple[tuple[Channel, ...], list[Note]]:
     channels: list[Channel] = []
-    notes: list[str] = []
+    notes: list[Note] = []
     for x, column, rate in zip(series, columns, rates, strict=True):
         is_tacho = column.name == settings.tacho
-        whole, handled = filled(x, name=column.name, longest=settings.longest_gap, is_tacho=is_tacho)
+        whole, gap_notes = fill_gaps(x, name=column.name, longest=settings.longest_gap, is_tacho=is_tacho)
         factor = _scale(column.name, settings, is_tacho=is_tacho)
         unit = _unit(column, settings, is_tacho=is_tacho)
-        notes += handled
+        notes += gap_notes
         if factor != 1:
-            notes.append(f"{column.name} was multiplied by {factor:.9g}")
+            text = f"{column.name} was multiplied by {factor:.9g}"
+            notes.append(Note(code="scaled", text=text, values={"channel": column.name, "factor": factor}))
         elif column.values.dtype.kind in "iu" and not unit:
-            notes.append(f"{column.name} holds integers ({column.values.dtype}) and was not scaled; see scale")
-        with np.errstate(over="ignore"):  # told below
+            text = f"{column.name} holds integers ({column.values.dtype}) and was not scaled; see scale"
+            notes.append(Note(code="integers-not-scaled", text=text, values={"channel": column.name}))
+        with np.errstate(over="ignore"):  # refused below
             samples = whole * factor if factor != 1 else whole
         if not np.isfinite(samples).all():
             raise InputError(f"channel {column.name}: scale = {factor} makes it infinite")
@@ -160,13 +166,15 @@ def _unit(column: DataColumn, settings: RecordingSettings, *, is_tacho: bool) ->
     return column.unit if settings.units is None or is_tacho else settings.units
 
 
-def _remarks(channels: tuple[Channel, ...]) -> list[str]:
-    """What a person should know of channels that are as they were stored."""
+def _remarks(channels: tuple[Channel, ...]) -> list[Note]:
+    """Return notes on constant channels and on channels with the same samples."""
     notes = []
     seen: dict[bytes, str] = {}
-    for one in channels:
-        if one.samples.min() == one.samples.max():
-            notes.append(f"{one.name} is constant")
-        elif (same := seen.setdefault(blake2b(one.samples.data).digest(), one.name)) != one.name:
-            notes.append(f"{one.name} is the same as {same}")
+    for channel in channels:
+        name = channel.name
+        if channel.samples.min() == channel.samples.max():
+            notes.append(Note(code="constant-channel", text=f"{name} is constant", values={"channel": name}))
+        elif (same := seen.setdefault(blake2b(channel.samples.data).digest(), name)) != name:
+            text = f"{name} is the same as {same}"
+            notes.append(Note(code="same-channel", text=text, values={"channel": name, "same": same}))
     return notes

@@ -1,4 +1,4 @@
-"""The format of a file of a recording: by its suffix, and by its first bytes."""
+"""The kinds of files that can be read, told apart by their suffix and first bytes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ HDF5_STARTS = (0, 512, 1024, 2048)
 
 @dataclass(frozen=True, kw_only=True)
 class FileKind:
-    """A format: its name, suffixes and reader, and what its libraries raise on damaged files."""
+    """A format: its name, its suffixes, its reader, and the errors that its libraries raise on damaged files."""
 
     name: str
     suffixes: tuple[str, ...]
@@ -41,7 +41,7 @@ KINDS = (TEXT, GZIP, MAT, HDF5, WAV, PARQUET, NPZ, NPY, UFF, TDMS)
 
 
 def suffix_of(path: Path) -> str:
-    """The suffix of a name, with the one before ``.gz``.
+    """Return the suffix of a file name, with the suffix before ``.gz``.
 
     Examples
     --------
@@ -53,12 +53,12 @@ def suffix_of(path: Path) -> str:
 
 
 def file_kind(path: Path) -> FileKind:
-    """The format of a file.
+    """Return the format of a file.
 
     Raises
     ------
     InputError
-        If the suffix is of no known format, or the file begins like one of another.
+        If the suffix belongs to no format, or the file begins like a file of another format.
     """
     suffix = suffix_of(path)
     by_name = [kind for kind in KINDS if suffix in kind.suffixes]
@@ -68,8 +68,8 @@ def file_kind(path: Path) -> FileKind:
         raise InputError("is empty")
     content = _by_content(begin)
     if not by_name:
-        known = ", ".join(dict.fromkeys(suffix for kind in KINDS for suffix in kind.suffixes))
-        raise InputError(f"has the suffix {suffix or '(none)'}; known: {known}")
+        suffixes = ", ".join(dict.fromkeys(suffix for kind in KINDS for suffix in kind.suffixes))
+        raise InputError(f"has the suffix {suffix or '(none)'}; known: {suffixes}")
     if content in by_name:
         return content
     names = " or ".join(kind.name for kind in by_name)
@@ -84,7 +84,7 @@ def file_kind(path: Path) -> FileKind:
 
 
 def _by_content(begin: bytes) -> FileKind | None:
-    """The format that the first bytes are of; text if they are of no other and hold no zero bytes."""
+    """Return the format of the first bytes; text if they match no other format and hold no zero bytes."""
     if begin[:2] == b"\x1f\x8b":
         return GZIP
     if any(begin[at : at + 8] == HDF5_MARK for at in HDF5_STARTS):

@@ -1,23 +1,23 @@
-"""Missing samples: short gaps are filled, ends are cut, the rest is refused."""
+"""Missing samples: short gaps are filled, ends are cut, other gaps are refused."""
 
 import numpy as np
 
-from sigdb.core import FloatArray, InputError, IntArray
+from sigdb.core import FloatArray, InputError, IntArray, Note
 
 MOST_FILLED = 0.01
-"""Largest part of a channel that may be filled."""
+"""Largest fraction of a channel that may be filled."""
 
 MOST_CUT = 0.1
-"""Largest part of a recording that may be cut at its ends."""
+"""Largest fraction of a recording that may be cut at its ends."""
 
 
 def gaps(x: FloatArray) -> tuple[IntArray, IntArray]:
-    """First samples and lengths of runs of nan.
+    """Return the first samples and the lengths of runs of nan.
 
     Examples
     --------
     >>> import numpy as np
-    >>> [found.tolist() for found in gaps(np.array([1.0, np.nan, np.nan, 4.0]))]
+    >>> [part.tolist() for part in gaps(np.array([1.0, np.nan, np.nan, 4.0]))]
     [[1], [2]]
     """
     edges = np.diff(np.concatenate([[0], np.isnan(x).astype(np.int8), [0]]))
@@ -25,8 +25,8 @@ def gaps(x: FloatArray) -> tuple[IntArray, IntArray]:
     return starts, np.flatnonzero(edges == -1) - starts
 
 
-def filled(x: FloatArray, *, name: str, longest: int, is_tacho: bool = False) -> tuple[FloatArray, tuple[str, ...]]:
-    """The series with short gaps filled by straight lines, and what was done.
+def fill_gaps(x: FloatArray, *, name: str, longest: int, is_tacho: bool = False) -> tuple[FloatArray, list[Note]]:
+    """Return the series with short gaps filled by straight lines, and a note on them.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def filled(x: FloatArray, *, name: str, longest: int, is_tacho: bool = False) ->
     """
     starts, lengths = gaps(x)
     if not starts.size:
-        return x, ()
+        return x, []
     worst = int(np.argmax(lengths))
     where = f"{lengths[worst]} samples are missing from sample {starts[worst]} on"
     if is_tacho:
@@ -52,14 +52,21 @@ def filled(x: FloatArray, *, name: str, longest: int, is_tacho: bool = False) ->
     missing = np.isnan(x)
     y = x.copy()
     y[missing] = np.interp(np.flatnonzero(missing), np.flatnonzero(~missing), x[~missing])
-    return y, (
+    text = (
         f"{name}: {lengths.sum()} missing samples in {starts.size} gaps, the longest of {lengths.max()}, "
-        "were filled by straight lines",
+        "were filled by straight lines"
     )
+    values: dict[str, str | int] = {
+        "channel": name,
+        "samples": int(lengths.sum()),
+        "gaps": starts.size,
+        "longest": int(lengths.max()),
+    }
+    return y, [Note(code="filled-gaps", text=text, values=values)]
 
 
 def common_part(series: list[FloatArray], names: list[str]) -> tuple[int, int]:
-    """First sample that all series have, and the one after the last.
+    """Return the first sample that all series have, and the sample after the last.
 
     Raises
     ------
@@ -79,7 +86,7 @@ def common_part(series: list[FloatArray], names: list[str]) -> tuple[int, int]:
 
 
 def ends(x: FloatArray, name: str) -> tuple[int, int]:
-    """The first sample that is there, and the one after the last.
+    """Return the first sample that is present, and the sample after the last.
 
     Raises
     ------

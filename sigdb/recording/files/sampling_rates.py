@@ -1,11 +1,11 @@
-"""The sampling rate of each channel: as given, as stated with it, by a column of times, or as stated for the file."""
+"""Sampling rates: from an option, from each column, from a column of times, or from the file."""
 
 import re
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sigdb.core import FloatArray, InputError, suggestion
+from sigdb.core import FloatArray, InputError, Note, suggestion
 from sigdb.recording.files.formats.contents import DataColumn
 
 SECONDS = {
@@ -14,28 +14,28 @@ SECONDS = {
 }  # fmt: skip
 
 EVEN = 0.01
-"""Times within this part of a step of even ones are even."""
+"""Distance from even times, in steps, up to which times are even."""
 
 CLEARLY_EVEN = 0.1
-"""A series without a name within this part of a step of an even one is taken for times."""
+"""Distance from an even series, in steps, up to which a series without a name is taken for times."""
 
 MISSING = 1.75
-"""A step longer than so many mean ones leaves a sample out."""
+"""Length of a step, in mean steps, from which on a sample is missing."""
 
 MISPLACED = 0.5
-"""Times further than this part of a step from even ones are refused: they may belong to another sample."""
+"""Distance from even times, in steps, beyond which times are refused: they may belong to another sample."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TimeBase:
-    """The rate (Hz) of the even times nearest to those given, and the largest deviation from them, in steps."""
+    """Rate (Hz) of the even times nearest to measured times, and the largest deviation from them, in steps."""
 
     sampling_rate: float
     jitter: float
 
 
 def time_base(t: FloatArray, *, name: str, unit: str = "") -> TimeBase:
-    """The sampling rate of times that rise evenly.
+    """Return the sampling rate of times that rise evenly.
 
     The step is the slope of the straight line through the times by least squares; the deviation is from that line.
 
@@ -75,62 +75,79 @@ def time_base(t: FloatArray, *, name: str, unit: str = "") -> TimeBase:
 
 
 def rises_evenly(t: FloatArray) -> bool:
-    """Whether a series can only be times or counts of samples: it rises, a tenth of a step from even at most."""
+    """Return whether a series can only be times or counts of samples: it rises within a tenth of a step from even."""
     if t.size < 16 or not np.isfinite(t).all() or np.diff(t).min() <= 0:
         return False
     return _even_times(t)[1] <= CLEARLY_EVEN
 
 
 def _even_times(t: FloatArray) -> tuple[float, float]:
-    """Step of the straight line through the times, and the largest distance from it in steps."""
+    """Return the step of the straight line through the times, and the largest distance from it in steps."""
     i = np.arange(t.size) - (t.size - 1) / 2
     step = float(i @ (t - t.mean()) / (i @ i))
     return step, float(np.abs(t - t.mean() - step * i).max() / step)
 
 
 SAME = 1e-3
-"""Rates nearer than this part are not told as different."""
+"""Relative difference below which two rates are equal."""
 
 HIGHEST = 1e9
-"""Hz; a file that states more is wrong."""
+"""Highest sampling rate in Hz; a file that states more is wrong."""
 
 
 def sampling_rates(
-    columns: tuple[DataColumn, ...], *, given: float | None, time: DataColumn | None, stated: float | None, source: str
-) -> tuple[list[float], list[str]]:
-    """Rate of each column, Hz, and where they are from.
+    columns: tuple[DataColumn, ...],
+    *,
+    requested: float | None,
+    time: DataColumn | None,
+    stated: float | None,
+    source: str,
+) -> tuple[list[float], list[Note]]:
+    """Return the rate of each column in Hz, and notes on their sources.
 
     Parameters
     ----------
     columns
         Series, with the rate that the file states for each, if any.
-    given
-        By the user; it wins.
+    requested
+        Rate from the options; it wins.
     time
         A column of times, if there is one.
     stated
-        By the file for all.
+        Rate that the file states for all columns.
     source
-        What in the file states it.
+        Name of the entry in the file that states it.
 
     Raises
     ------
     InputError
         If there is none, or the times are not even.
     """
-    if given is not None:
-        return [given] * len(columns), _disagreeing(given, columns, time, stated)
-    general, notes = stated, [] if stated is None else [f"sampling rate {stated:.9g} Hz from {source}"]
+    if requested is not None:
+        return [requested] * len(columns), _disagreements(requested, columns, time, stated)
+    general, notes = stated, [] if stated is None else [_rate_note(stated, source)]
     if time is not None:
         general, notes = _from_times(time, columns)
         if stated is not None and abs(stated - general) > SAME * general:
-            notes.append(f"{source} states {stated:.9g} Hz; the times were taken")
-    rates = [_known(column, column.sampling_rate or general) for column in columns]
-    own = sorted({column.sampling_rate for column in columns if column.sampling_rate})
-    return rates, [*notes, *(f"sampling rate {rate:.9g} Hz from the file" for rate in own)]
+            notes.append(_ignored_rate(stated, f"{source} states {stated:.9g} Hz; the times were taken"))
+    rates = [_checked_rate(column, column.sampling_rate or general) for column in columns]
+    of_columns = sorted({column.sampling_rate for column in columns if column.sampling_rate})
+    return rates, [*notes, *(_rate_note(rate, "the file") for rate in of_columns)]
 
 
-def _from_times(time: DataColumn, columns: tuple[DataColumn, ...]) -> tuple[float, list[str]]:
+def _rate_note(rate: float, source: str) -> Note:
+    return Note(
+        code="sampling-rate",
+        text=f"sampling rate {rate:.9g} Hz from {source}",
+        values={"sampling_rate": rate, "source": source},
+    )
+
+
+def _ignored_rate(rate: float, text: str) -> Note:
+    return Note(code="ignored-sampling-rate", text=text, values={"sampling_rate": rate})
+
+
+def _from_times(time: DataColumn, columns: tuple[DataColumn, ...]) -> tuple[float, list[Note]]:
     for column in columns:
         if column.values.size != time.values.size and column.sampling_rate is None:
             raise InputError(
@@ -138,27 +155,28 @@ def _from_times(time: DataColumn, columns: tuple[DataColumn, ...]) -> tuple[floa
                 "choose channels that belong to it"
             )
     base = time_base(np.asarray(time.values, dtype=float), name=time.name, unit=time.unit)
-    notes = [f"sampling rate {base.sampling_rate:.9g} Hz from column {time.name}, in {time.unit or 's'}"]
+    notes = [_rate_note(base.sampling_rate, f"column {time.name}, in {time.unit or 's'}")]
     if base.jitter > EVEN:
-        notes.append(f"column {time.name} is up to {base.jitter:.2g} steps away from even times, which were taken")
+        text = f"column {time.name} is up to {base.jitter:.2g} steps away from even times, which were taken"
+        notes.append(Note(code="uneven-times", text=text, values={"column": time.name, "steps": base.jitter}))
     return base.sampling_rate, notes
 
 
-def _disagreeing(
-    given: float, columns: tuple[DataColumn, ...], time: DataColumn | None, stated: float | None
-) -> list[str]:
-    """What the file says otherwise; times with samples missing are refused also where a rate is given."""
+def _disagreements(
+    requested: float, columns: tuple[DataColumn, ...], time: DataColumn | None, stated: float | None
+) -> list[Note]:
+    """Return notes on other rates in the file; times with missing samples are refused in this case too."""
     rates = {column.sampling_rate for column in columns if column.sampling_rate} | ({stated} if stated else set())
     if time is not None:
         rates.add(time_base(np.asarray(time.values, dtype=float), name=time.name, unit=time.unit).sampling_rate)
     return [
-        f"the file states {rate:.9g} Hz; the given {given:.9g} Hz was taken"
+        _ignored_rate(rate, f"the file states {rate:.9g} Hz; the given {requested:.9g} Hz was taken")
         for rate in sorted(rates)
-        if abs(rate - given) > SAME * given
+        if abs(rate - requested) > SAME * requested
     ]
 
 
-def _known(column: DataColumn, rate: float | None) -> float:
+def _checked_rate(column: DataColumn, rate: float | None) -> float:
     if rate is None:
         raise InputError(
             f"channel {column.name}: the file does not state the sampling rate; give sampling_rate, in Hz, or the "
@@ -174,14 +192,16 @@ _TIME = re.compile(r"(?:.*[./\s])?(t|time|times|zeit|temps|tiempo|x_value|timest
 
 def split_time(
     columns: tuple[DataColumn, ...], *, time: str | bool | None, named: bool
-) -> tuple[DataColumn | None, tuple[DataColumn, ...], tuple[str, ...]]:
-    """The column of times, if there is one, the other columns, and what was handled.
+) -> tuple[DataColumn | None, tuple[DataColumn, ...], tuple[Note, ...]]:
+    """Return the column of times, if there is one, the other columns, and notes.
 
     Parameters
     ----------
+    columns
+        All columns of the file.
     time
-        Its name; False if there is none; None to find it by its name, or, among columns without names, as a first
-        one that rises evenly.
+        Name of the column of times; False if there is none; None to find it. It is then found by its name; among
+        columns without names it is the first column if that rises evenly.
     named
         Whether the file names its columns.
 
@@ -193,34 +213,36 @@ def split_time(
     if time is False or len(columns) == 1:
         return None, columns, ()
     if isinstance(time, str):
-        found = [column for column in columns if column.name == time]
-        if not found:
-            raise InputError(f"no column {time!r} with the time{suggestion(time, [one.name for one in columns])}")
+        times = [column for column in columns if column.name == time]
+        if not times:
+            raise InputError(f"no column {time!r} with the time{suggestion(time, [column.name for column in columns])}")
     else:
-        found = [column for column in columns if named and _TIME.fullmatch(column.name.lower())]
-    if len(found) > 1:
-        raise InputError(f"both {found[0].name} and {found[1].name} may hold the time; give time='{found[0].name}'")
-    if found:
-        return _with_unit(found[0]), _without(columns, found[0]), ()
+        times = [column for column in columns if named and _TIME.fullmatch(column.name.lower())]
+    if len(times) > 1:
+        raise InputError(f"both {times[0].name} and {times[1].name} may hold the time; give time='{times[0].name}'")
+    if times:
+        return _with_unit(times[0]), _without(columns, times[0]), ()
     return _unnamed(columns) if not named else (None, columns, ())
 
 
-def _unnamed(columns: tuple[DataColumn, ...]) -> tuple[DataColumn | None, tuple[DataColumn, ...], tuple[str, ...]]:
+def _unnamed(columns: tuple[DataColumn, ...]) -> tuple[DataColumn | None, tuple[DataColumn, ...], tuple[Note, ...]]:
     first = columns[0]
     values = first.values.astype(float)
     if not rises_evenly(values):
         return None, columns, ()
     rest = _without(columns, first)
     if np.all(np.diff(values) == 1):
-        return None, rest, (f"{first.name} counts samples and was left out",)
-    return first, rest, (f"{first.name} rises evenly and was taken as the time in seconds; time=false if it is not",)
+        text = f"{first.name} counts samples and was left out"
+        return None, rest, (Note(code="sample-count-left-out", text=text, values={"column": first.name}),)
+    text = f"{first.name} rises evenly and was taken as the time in seconds; time=false if it is not"
+    return first, rest, (Note(code="time-assumed", text=text, values={"column": first.name}),)
 
 
 def _with_unit(column: DataColumn) -> DataColumn:
-    """The column with its unit, which may stand in its name."""
+    """Return the column with its unit, which may be part of its name."""
     end = re.split(r"[ _]", column.name.lower())[-1]
     return replace(column, unit=end) if not column.unit and end in SECONDS else column
 
 
-def _without(columns: tuple[DataColumn, ...], one: DataColumn) -> tuple[DataColumn, ...]:
-    return tuple(column for column in columns if column is not one)
+def _without(columns: tuple[DataColumn, ...], left_out: DataColumn) -> tuple[DataColumn, ...]:
+    return tuple(column for column in columns if column is not left_out)

@@ -1,4 +1,4 @@
-"""The motion that is recorded: a march in time under a speed and a torque that may wander."""
+"""Motion of a rig for a recording: a march in time under a speed and a torque that may drift."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -14,21 +14,21 @@ from sigdb.recording.synthetic.surroundings import Surroundings
 from sigdb.transmission import Damage, Transmission
 
 _SETTLING = 12
-"""Least revolutions before a record: the built-in rigs' slowest motion, at 5 % damping, has then died away."""
+"""Fewest revolutions before a record: the slowest free motion of the built-in rigs then has died away."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """What a sensor says of the mesh alone, with a run-in before the record begins.
+    """Signal of a sensor from the mesh alone, with a run-in before the record begins.
 
     Attributes
     ----------
     rig, gear, sensor, unit
-        The rig, its damaged gear, its sensor and the unit of that.
+        The rig, its damaged gear, its sensor and the sensor's unit.
     sampling_rate
-        Hz.
+        Sampling rate, Hz.
     signal
-        (samples,) of the sensor.
+        (samples,) signal of the sensor.
     turns
         (samples,) revolutions of the damaged gear's shaft.
     pulse_times
@@ -38,7 +38,7 @@ class Motion:
     reference
         Standard deviation of the nominal healthy average at the operating point, in the sensor's unit.
     speed_rpm, torque
-        Means over the record: of the damaged gear's shaft, rpm, and of the drive, N m.
+        Means over the record: speed of the damaged gear's shaft, rpm, and torque of the drive, N m.
     contact
         Fraction of the time in which all meshes are closed.
     """
@@ -58,7 +58,7 @@ class Motion:
     contact: float
 
 
-def motion(
+def simulate_motion(
     rig: Transmission,
     damage: Damage | None = None,
     *,
@@ -71,7 +71,9 @@ def motion(
     steps_per_tooth: int = 256,
     prepared: PeriodicRig | None = None,
 ) -> Motion:
-    """March a rig for a recording; of the surroundings speed, torque and the tacho's place matter.
+    """March a rig in time for a recording.
+
+    Only speed, torque and the tacho's shaft of the surroundings are used.
 
     Parameters
     ----------
@@ -79,13 +81,18 @@ def motion(
         As in :func:`synthetic_recording`.
     prepared
         The rig prepared for the damaged gear, where many motions share it.
+
+    Raises
+    ------
+    InputError
+        If something does not fit the rig, or revolutions is no whole number.
     """
     if not isinstance(revolutions, int | np.integer) or revolutions < 1:
         raise InputError(f"revolutions = {revolutions} must be a whole number of at least 1")
     damage, surroundings = damage or Damage(), surroundings or Surroundings()
     prepared = prepared or prepare(rig, gear=damage.gear)
     shaft = rig.gears[prepared.gear].shaft
-    sensor = _known_sensor(rig, sensor)
+    sensor = _checked_sensor(rig, sensor)
     errors = checked_index_errors(index_errors, prepared.teeth)
     stream = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,)))
     phases = stream.uniform(0, 2 * np.pi, 2)
@@ -135,7 +142,7 @@ def motion(
     )
 
 
-def _known_sensor(rig: Transmission, sensor: str | None) -> str:
+def _checked_sensor(rig: Transmission, sensor: str | None) -> str:
     names = list(rig.sensors)
     if sensor is None:
         return names[0]
@@ -145,10 +152,10 @@ def _known_sensor(rig: Transmission, sensor: str | None) -> str:
 
 
 def _common_revolutions(rig: Transmission, shaft: str, tacho: str) -> int:
-    """Revolutions of a shaft after which the tacho's has made whole ones too."""
+    """Return the revolutions of a shaft after which the tacho's shaft has made whole revolutions too."""
     if not rig.ratio(tacho):
-        known = ", ".join(name for name in rig.shafts if rig.ratio(name))
-        raise InputError(f"tacho.shaft = {tacho!r} is no turning shaft of rig {rig.name!r}; name one of {known}")
+        turning = ", ".join(name for name in rig.shafts if rig.ratio(name))
+        raise InputError(f"tacho.shaft = {tacho!r} is no turning shaft of rig {rig.name!r}; name one of {turning}")
     return Fraction(abs(rig.ratio(tacho) / rig.ratio(shaft))).limit_denominator(10_000).denominator
 
 
@@ -161,5 +168,5 @@ def _profile(drift: Drift | None, nominal: float, duration: float, phase: float)
 
 
 def _reference(rig: Transmission, prepared: PeriodicRig, sensor: str) -> float:
-    """As the databases have it: harmonic excitations are part of the healthy signal."""
+    """Return the deviation of the nominal healthy signal with its harmonic excitations, as in databases."""
     return float(prepared.healthy_signals()[list(rig.sensors).index(sensor)].std())

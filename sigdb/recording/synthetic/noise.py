@@ -6,10 +6,10 @@ from sigdb.core import FloatArray, Section, quantity
 
 
 class Noise(Section):
-    """Gaussian noise of the sensor and of all that is not modelled, white or with more of it at low frequencies.
+    """Gaussian noise of the sensor and of everything that is not modelled, white or stronger at low frequencies.
 
-    Both have the same variance; the colour only says where it lies. A first-order low-pass colour is assumed: it is
-    the simplest that falls with frequency, as the background of machines does.
+    Both kinds have the same variance; the colour only distributes it over frequency. A first-order low-pass colour is
+    assumed: it is the simplest that falls with frequency, as the background of machines does.
     """
 
     snr_db: float = quantity(
@@ -23,24 +23,24 @@ class Noise(Section):
 def coloured_noise(
     stream: np.random.Generator, shape: tuple[int, ...], sampling_rate: float, corner_frequency: float | None = None
 ) -> FloatArray:
-    """Stationary Gaussian noise of variance 1, time on the last axis.
+    """Draw stationary Gaussian noise of variance 1, time on the last axis.
 
-    A first-order autoregression, ``x_n = a x_{n-1} + sqrt(1 - a^2) w_n`` with ``a = exp(-2 pi corner / rate)``; its
-    density against that of white noise is :func:`relative_density`.
+    It is a first-order autoregression, ``x_n = a x_{n-1} + sqrt(1 - a^2) w_n`` with ``a = exp(-2 pi corner / rate)``.
+    :func:`relative_density` is its density relative to white noise.
 
     Parameters
     ----------
     stream
-        Where it is drawn from; the same numbers for any colour.
+        Random stream; the same numbers are drawn for any colour.
     shape
-        (..., samples).
+        (..., samples) shape.
     sampling_rate, corner_frequency
-        Hz; white noise without a corner.
+        Rates in Hz; white noise without a corner.
 
     Returns
     -------
     ndarray
-        (..., samples), of no unit.
+        (..., samples) noise without a unit.
     """
     white = stream.standard_normal(shape)
     if corner_frequency is None:
@@ -50,21 +50,21 @@ def coloured_noise(
     a = np.exp(-2 * np.pi * corner_frequency / sampling_rate)
     b = np.sqrt(1 - a**2)
     # The first sample already has the variance of the others.
-    found, _ = lfilter([b], [1.0, -a], white, zi=(1 - b) * white[..., :1])
-    return np.asarray(found)
+    noise, _ = lfilter([b], [1.0, -a], white, zi=(1 - b) * white[..., :1])
+    return np.asarray(noise)
 
 
 def relative_density(frequency: FloatArray, sampling_rate: float, corner_frequency: float | None) -> FloatArray:
-    """Power density of :func:`coloured_noise` at frequencies, against white noise of the same variance.
+    """Return the power density of :func:`coloured_noise` relative to white noise of the same variance.
 
-    ``(1 - a^2) / |1 - a exp(-2 pi i f / rate)|^2``, mean 1 over the band.
+    It is ``(1 - a^2) / |1 - a exp(-2 pi i f / rate)|^2``, mean 1 over the band.
 
     Parameters
     ----------
     frequency
-        Hz, of any shape.
+        Frequencies in Hz, of any shape.
     sampling_rate, corner_frequency
-        Hz; 1 everywhere without a corner.
+        Rates in Hz; the density is 1 everywhere without a corner.
     """
     frequency = np.asarray(frequency, float)
     if corner_frequency is None:

@@ -1,4 +1,4 @@
-"""An operating point that is not held: speed and torque that are off, and that wander within a record."""
+"""An operating point that is not held: speed and torque with an offset and a slow drift."""
 
 from typing import Self
 
@@ -9,15 +9,15 @@ from sigdb.core import InputError, Section, quantity
 from sigdb.dynamics import TimeProfile
 
 _POINTS_A_PERIOD = 64
-"""Straight lines a period: a sine is met within 0.12 % of its amplitude."""
+"""Straight lines in a period: they follow a sine within 0.12 % of its amplitude."""
 
 
 class Drift(Section):
-    """How a speed or a torque differs from the operating point: ``1 + offset + depth sin(2 pi t / period + phase)``.
+    """Speed or torque relative to the operating point: ``1 + offset + depth sin(2 pi t / period + phase)``.
 
-    The sine stands for what a drive's controller or a load does slowly; the form is assumed. For its size: in the
-    tests that the built-in spiral bevel rig is modelled after, speed was held within 6 % and load within 18 %
-    (published: Choy et al., Tribology International 29(1), 1996, doi:10.1016/0301-679X(95)00037-2).
+    The sine represents slow changes by a drive's controller or a load; its form is assumed. In the tests that the
+    built-in spiral bevel rig models, speed was held within 6 % and load within 18 % (published: Choy et al., Tribology
+    International 29(1), 1996, doi:10.1016/0301-679X(95)00037-2).
 
     Examples
     --------
@@ -41,16 +41,16 @@ class Drift(Section):
         return self
 
     def profile(self, nominal: float, *, duration: float, phase: float = 0.0) -> TimeProfile:
-        """The value over time.
+        """Return the value over time.
 
         Parameters
         ----------
         nominal
-            The operating point's value, in any unit.
+            Value at the operating point, in any unit.
         duration
-            How long it is to last, s; constant after that.
+            Duration of the drift, s; the value is constant after it.
         phase
-            Of the sine at time 0, rad.
+            Phase of the sine at time 0, rad.
         """
         periods = np.ceil(duration / self.period) if self.depth else 0.0
         t = np.linspace(0.0, periods * self.period, int(periods) * _POINTS_A_PERIOD + 1)

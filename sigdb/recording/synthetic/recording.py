@@ -1,20 +1,20 @@
-"""Raw recordings made by the march in time, with all that a measurement has beside the mesh."""
+"""Synthetic raw recordings by the march in time, with the disturbances of a measurement."""
 
 from math import ceil
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigdb.core import FloatArray, InputError
+from sigdb.core import FloatArray, InputError, Note
 from sigdb.dynamics import damaged_gear
 from sigdb.measurement import noise_deviation
 from sigdb.recording.recording import Channel, Recording
-from sigdb.recording.synthetic.motion import Motion, motion
+from sigdb.recording.synthetic.motion import Motion, simulate_motion
 from sigdb.recording.synthetic.noise import Noise, coloured_noise
 from sigdb.recording.synthetic.sensor_resonance import through_path
 from sigdb.recording.synthetic.surroundings import Surroundings
-from sigdb.recording.synthetic.tacho import jittered, pulse_waveform
-from sigdb.recording.synthetic.tones import tones
+from sigdb.recording.synthetic.tacho import jitter_times, pulse_waveform
+from sigdb.recording.synthetic.tones import sum_of_tones
 from sigdb.transmission import Damage, Transmission
 
 TACHO = "tacho"
@@ -34,10 +34,10 @@ def synthetic_recording(
     seed: int = 0,
     steps_per_tooth: int = 256,
 ) -> Recording:
-    """Record a rig as a sensor and a tacho would, by the march in time with backlash.
+    """Simulate the recording of a rig by a sensor and a tacho, by the march in time with backlash.
 
-    The rig runs in before the record begins, half a pulse's interval before a mark: the tacho's first pulse is the
-    mark from which teeth are numbered, of the damaged gear and of all others.
+    The rig runs in before the record begins. The record begins half a pulse's interval before a mark: the tacho's first
+    pulse is the mark from which the teeth of all gears are numbered.
 
     Parameters
     ----------
@@ -46,33 +46,33 @@ def synthetic_recording(
     damage
         Tooth damage; None for an undamaged gear.
     sampling_rate
-        Of both channels, Hz. What it cannot hold is filtered out before: flat to 0.38 of it.
+        Sampling rate of both channels, Hz. An anti-aliasing filter is applied before: it is flat to 0.38 of the rate.
     revolutions, seconds
-        How long the record is, one of the two: whole revolutions of the damaged gear's shaft from the mark on, or
+        Length of the record, by one of the two: whole revolutions of the damaged gear's shaft from the mark on, or
         seconds at the operating point's speed, rounded up to revolutions.
     sensor
         Sensor of the rig; its first if left out.
     index_errors
-        (teeth,) index error of each tooth of the damaged gear along the mesh normal, m: those of
-        :func:`sigdb.measurement.index_errors` for a specimen; none if left out.
+        (teeth,) index error of each tooth of the damaged gear along the mesh normal, m, for instance from
+        :func:`sigdb.measurement.index_errors`; none if left out.
     surroundings
-        What disturbs the recording; nothing if left out.
+        Disturbances of the recording; none if left out.
     seed
-        Of what is drawn. Each ingredient has a stream of its own: switching one on changes no other.
+        Seed of the random numbers. Each disturbance has its own stream: adding one changes no other.
     steps_per_tooth
-        Least number of steps of the march in a tooth pass.
+        Smallest number of steps of the march in a tooth pass.
 
     Returns
     -------
     Recording
-        Channels of the sensor and, named ``tacho``, of pulses that rise through a half at the marks. ``speed_rpm`` is
-        the mean of the damaged gear's shaft, ``torque`` that of the drive.
+        A channel of the sensor, and a channel ``tacho`` with pulses that rise through a half at the marks.
+        ``speed_rpm`` is the mean of the damaged gear's shaft, ``torque`` that of the drive.
 
     Raises
     ------
     InputError
-        If something does not fit the rig, the record has no length or two, or the sampling rate cannot hold the path's
-        resonance or the pulses.
+        If something does not fit the rig, if the record has no length or two, or if the sampling rate is too low for
+        the path's resonance or the pulses.
 
     Examples
     --------
@@ -88,7 +88,7 @@ def synthetic_recording(
     (['pinion-vertical', 'tacho'], 12)
     """
     surroundings = surroundings or Surroundings()
-    made = motion(
+    motion = simulate_motion(
         rig,
         damage,
         sampling_rate=sampling_rate,
@@ -99,15 +99,15 @@ def synthetic_recording(
         seed=seed,
         steps_per_tooth=steps_per_tooth,
     )
-    return record(made, surroundings, seed=seed)
+    return record(motion, surroundings, seed=seed)
 
 
-def record(made: Motion, surroundings: Surroundings | None = None, *, seed: int = 0) -> Recording:
-    """A recording of a motion: several with other noise may be made of one.
+def record(motion: Motion, surroundings: Surroundings | None = None, *, seed: int = 0) -> Recording:
+    """Record a motion; several recordings with different noise may share one motion.
 
     Parameters
     ----------
-    made
+    motion
         The motion, marched with the same speed, torque and tacho.
     surroundings, seed
         As in :func:`synthetic_recording`.
@@ -115,39 +115,40 @@ def record(made: Motion, surroundings: Surroundings | None = None, *, seed: int 
     Raises
     ------
     InputError
-        As there.
+        As in :func:`synthetic_recording`.
     """
     surroundings = surroundings or Surroundings()
-    of_tones, of_noise, of_tacho = (
-        np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(one,))) for one in (1, 2, 3)
+    tone_stream, noise_stream, tacho_stream = (
+        np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(key,))) for key in (1, 2, 3)
     )
-    x: FloatArray = made.signal + _tones(made, surroundings, of_tones)
+    x: FloatArray = motion.signal + _tones(motion, surroundings, tone_stream)
     if surroundings.path is not None:
-        _check_held("path.frequency", surroundings.path.frequency, made.sampling_rate)
-        x = through_path(x, made.sampling_rate, surroundings.path)
-    x = x[made.begin :]
+        _check_held("path.frequency", surroundings.path.frequency, motion.sampling_rate)
+        x = through_path(x, motion.sampling_rate, surroundings.path)
+    x = x[motion.begin :]
     if surroundings.noise is not None:
-        x = x + _noise(made, surroundings.noise, len(x), of_noise)
-    pulses = jittered(of_tacho, made.pulse_times, surroundings.tacho.jitter)
-    closed = "" if made.contact == 1 else f"; all meshes are closed during {made.contact:.2%} of the time"
+        x = x + _noise(motion, surroundings.noise, len(x), noise_stream)
+    pulses = jitter_times(tacho_stream, motion.pulse_times, surroundings.tacho.jitter)
+    closed = "" if motion.contact == 1 else f"; all meshes are closed during {motion.contact:.2%} of the time"
+    text = f"made by the march in time, not measured{closed}"
     return Recording(
-        source=f"synthetic: {made.rig.name}",
+        source=f"synthetic: {motion.rig.name}",
         channels=(
-            Channel(name=made.sensor, samples=x, sampling_rate=made.sampling_rate, unit=made.unit),
-            Channel(name=TACHO, samples=_waveform(pulses, made, len(x)), sampling_rate=made.sampling_rate, unit=""),
+            Channel(name=motion.sensor, samples=x, sampling_rate=motion.sampling_rate, unit=motion.unit),
+            Channel(name=TACHO, samples=_waveform(pulses, motion, len(x)), sampling_rate=motion.sampling_rate, unit=""),
         ),
         tacho=TACHO,
-        notes=(f"made by the march in time, not measured{closed}",),
-        teeth=made.rig.gears[made.gear].teeth,
-        speed_rpm=made.speed_rpm,
-        torque=made.torque,
+        notes=(Note(code="synthetic", text=text, values={"contact": motion.contact}),),
+        teeth=motion.rig.gears[motion.gear].teeth,
+        speed_rpm=motion.speed_rpm,
+        torque=motion.torque,
         pulses_per_rev=float(surroundings.tacho.pulses_per_revolution),
-        ratio=_ratio(made, surroundings.tacho.shaft),
+        ratio=_ratio(motion, surroundings.tacho.shaft),
     )
 
 
 def _revolutions(rig: Transmission, damage: Damage | None, revolutions: int | None, seconds: float | None) -> int:
-    """The length of a record in whole revolutions of the damaged gear's shaft."""
+    """Return the length of a record in whole revolutions of the damaged gear's shaft."""
     if revolutions is not None and seconds is None:
         return revolutions
     if seconds is None or revolutions is not None:
@@ -158,56 +159,56 @@ def _revolutions(rig: Transmission, damage: Damage | None, revolutions: int | No
     return ceil(seconds * abs(rig.ratio(shaft)) * rig.operating.speed_rpm / 60)
 
 
-def _ratio(made: Motion, shaft: str | None) -> float:
-    """Revolutions of the damaged gear's shaft in one of another."""
-    own = made.rig.gears[made.gear].shaft
-    return abs(made.rig.ratio(own) / made.rig.ratio(shaft or own))
+def _ratio(motion: Motion, shaft: str | None) -> float:
+    """Return the revolutions of the damaged gear's shaft in a revolution of another shaft."""
+    gear_shaft = motion.rig.gears[motion.gear].shaft
+    return abs(motion.rig.ratio(gear_shaft) / motion.rig.ratio(shaft or gear_shaft))
 
 
-def _tones(made: Motion, surroundings: Surroundings, stream: np.random.Generator) -> FloatArray:
-    """Tones of shafts and bearings, in the unit of the sensor."""
+def _tones(motion: Motion, surroundings: Surroundings, stream: np.random.Generator) -> FloatArray:
+    """Return the tones of shafts and bearings, in the unit of the sensor."""
     orders: list[FloatArray] = []
     amplitudes: list[FloatArray] = []
     for shaft in surroundings.shafts:
-        orders.append(np.array(shaft.harmonics, float) / _ratio(made, _known(made, shaft.shaft)))
+        orders.append(np.array(shaft.harmonics, float) / _ratio(motion, _turning(motion, shaft.shaft)))
         amplitudes.append(np.full(len(shaft.harmonics), shaft.amplitude))
     for bearing in surroundings.bearings:
-        orders.append(bearing.orders / _ratio(made, _known(made, bearing.shaft)))
+        orders.append(bearing.orders / _ratio(motion, _turning(motion, bearing.shaft)))
         amplitudes.append(bearing.amplitudes)
     if not orders:
         return np.zeros(1)
-    o, a = np.concatenate(orders), made.reference * np.concatenate(amplitudes)
+    o, a = np.concatenate(orders), motion.reference * np.concatenate(amplitudes)
     phases = stream.uniform(0, 2 * np.pi, len(o))
-    turning = made.rig.gears[made.gear].shaft
-    _check_held(f"a tone of order {o.max():g} of {turning}", o.max() * made.speed_rpm / 60, made.sampling_rate)
-    return tones(made.turns, o, a, phases)
+    turning = motion.rig.gears[motion.gear].shaft
+    _check_held(f"a tone of order {o.max():g} of {turning}", o.max() * motion.speed_rpm / 60, motion.sampling_rate)
+    return sum_of_tones(motion.turns, o, a, phases)
 
 
-def _known(made: Motion, shaft: str | None) -> str | None:
-    if shaft is not None and not made.rig.ratio(shaft):
-        known = ", ".join(name for name in made.rig.shafts if made.rig.ratio(name))
-        raise InputError(f"shaft = {shaft!r} is no turning shaft of rig {made.rig.name!r}; name one of {known}")
+def _turning(motion: Motion, shaft: str | None) -> str | None:
+    if shaft is not None and not motion.rig.ratio(shaft):
+        turning = ", ".join(name for name in motion.rig.shafts if motion.rig.ratio(name))
+        raise InputError(f"shaft = {shaft!r} is no turning shaft of rig {motion.rig.name!r}; name one of {turning}")
     return shaft
 
 
-def _check_held(what: str, frequency: float, sampling_rate: float) -> None:
+def _check_held(name: str, frequency: float, sampling_rate: float) -> None:
     if frequency >= sampling_rate / 2:
         raise InputError(
-            f"{what}, {frequency:g} Hz, is not below half the sampling_rate of {sampling_rate:g} Hz; raise the rate"
+            f"{name}, {frequency:g} Hz, is not below half the sampling_rate of {sampling_rate:g} Hz; raise the rate"
         )
 
 
-def _noise(made: Motion, noise: Noise, samples: int, stream: np.random.Generator) -> FloatArray:
-    deviation = noise_deviation(np.array(made.reference**2), np.array(noise.snr_db))
-    return deviation * coloured_noise(stream, (samples,), made.sampling_rate, noise.corner_frequency)
+def _noise(motion: Motion, noise: Noise, samples: int, stream: np.random.Generator) -> FloatArray:
+    deviation = noise_deviation(np.array(motion.reference**2), np.array(noise.snr_db))
+    return deviation * coloured_noise(stream, (samples,), motion.sampling_rate, noise.corner_frequency)
 
 
-def _waveform(pulses: FloatArray, made: Motion, samples: int) -> FloatArray:
-    """Pulses that last a quarter of the shortest interval."""
-    least = float(np.diff(pulses).min()) if len(pulses) > 1 else samples / made.sampling_rate
-    if least * made.sampling_rate < 12:
+def _waveform(pulses: FloatArray, motion: Motion, samples: int) -> FloatArray:
+    """Return pulses that last a quarter of the shortest interval."""
+    least = float(np.diff(pulses).min()) if len(pulses) > 1 else samples / motion.sampling_rate
+    if least * motion.sampling_rate < 12:
         raise InputError(
-            f"pulses of the tacho are {least:g} s apart, less than 12 samples at {made.sampling_rate:g} Hz; raise the "
-            "sampling_rate, or lower pulses_per_revolution or the jitter"
+            f"pulses of the tacho are {least:g} s apart, less than 12 samples at {motion.sampling_rate:g} Hz; raise "
+            "the sampling_rate, or lower pulses_per_revolution or the jitter"
         )
-    return pulse_waveform(pulses, made.sampling_rate, samples, width=least / 4)
+    return pulse_waveform(pulses, motion.sampling_rate, samples, width=least / 4)

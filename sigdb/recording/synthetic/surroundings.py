@@ -1,4 +1,4 @@
-"""All that a real recording has beside the steady vibration of the mesh, each switched on by its own field."""
+"""Disturbances of a real recording besides the steady vibration of the mesh, a field for each."""
 
 from sigdb.core import Section, quantity
 from sigdb.recording.synthetic.noise import Noise
@@ -9,10 +9,10 @@ from sigdb.recording.synthetic.tones import BearingTones, ShaftTones
 
 
 class Surroundings(Section):
-    """What disturbs a recording; by default nothing does, and the tacho gives one exact pulse a revolution.
+    """Disturbances of a recording; by default there are none, and the tacho gives one exact pulse per revolution.
 
-    Mesh, tones and bearings pass the sensor's path; noise comes behind it. Backlash and loss of contact need no switch:
-    the march in time has them always.
+    Mesh, tones and bearings pass the sensor's path; noise is added behind it. Backlash and loss of contact need no
+    switch: the march in time always includes them.
 
     Examples
     --------
@@ -21,8 +21,8 @@ class Surroundings(Section):
     True
     """
 
-    speed: Drift | None = quantity("-", "Speed against the operating point's; held if left out.", default=None)
-    torque: Drift | None = quantity("-", "Torque against the operating point's; held if left out.", default=None)
+    speed: Drift | None = quantity("-", "Speed relative to the operating point; constant if left out.", default=None)
+    torque: Drift | None = quantity("-", "Torque relative to the operating point; constant if left out.", default=None)
     shafts: tuple[ShaftTones, ...] = quantity("-", "Tones of other shafts.", default=())
     bearings: tuple[BearingTones, ...] = quantity("-", "Tones of damaged bearings.", default=())
     path: SensorResonance | None = quantity("-", "Path to the sensor; direct if left out.", default=None)

@@ -1,4 +1,4 @@
-"""The tacho of a recording: pulses, and how uncertain their times are."""
+"""The tacho of a recording: its pulses and the uncertainty of their times."""
 
 import numpy as np
 
@@ -6,47 +6,48 @@ from sigdb.core import FloatArray, Section, quantity
 
 
 class Tacho(Section):
-    """A tacho that gives pulses which rise through half of their height at the marks."""
+    """A tacho whose pulses rise through half of their height at the marks."""
 
-    shaft: str | None = quantity("-", "Shaft that it is on; the damaged gear's if left out.", default=None)
+    shaft: str | None = quantity("-", "Shaft with the tacho; the damaged gear's if left out.", default=None)
     pulses_per_revolution: int = quantity("-", "Pulses in a revolution of that shaft.", ge=1, default=1)
     jitter: float = quantity(
         "s",
-        "Standard deviation of a pulse's time; a pulse that is found to the nearest of samples at a rate f has "
+        "Standard deviation of a pulse's time; a pulse rounded to the nearest of samples at a rate f has "
         "1 / (f sqrt(12)).",
         ge=0,
         default=0.0,
     )
 
 
-def jittered(stream: np.random.Generator, pulse_times: FloatArray, jitter: float) -> FloatArray:
-    """(pulses,) times, s, each late by an independent normal number of standard deviation ``jitter``, s.
+def jitter_times(stream: np.random.Generator, pulse_times: FloatArray, jitter: float) -> FloatArray:
+    """Return (pulses,) times in s, each with an independent normal delay of standard deviation ``jitter``, s.
 
-    On average, a harmonic of frequency f keeps ``exp(-(2 pi f jitter)^2 / 2)`` of its amplitude in an average that is
-    cut at such pulses.
+    In an average that is cut at such pulses, a harmonic of frequency f keeps ``exp(-(2 pi f jitter)^2 / 2)`` of its
+    amplitude.
     """
     return pulse_times + jitter * stream.standard_normal(len(pulse_times))
 
 
 def pulse_waveform(pulse_times: FloatArray, sampling_rate: float, samples: int, *, width: float) -> FloatArray:
-    """A tacho's waveform, from 0 to 1: ramps of two samples that cross one half at the pulses' times.
+    """Return the waveform of a tacho, from 0 to 1: ramps of two samples that cross one half at the pulses' times.
 
     A ramp is straight over the two samples about its middle, so that linear interpolation finds the time exactly.
 
     Parameters
     ----------
     pulse_times
-        (pulses,) s, sample 0 at time 0, further apart than ``width`` and four samples.
+        (pulses,) times in s, sample 0 at time 0, further apart than ``width`` and four samples.
     sampling_rate
-        Hz.
+        Sampling rate, Hz.
     samples
         Length of the record.
     width
-        From a rise to the fall behind it, s, more than two samples.
+        Time from a rise to the next fall, s, more than two samples.
 
     Returns
     -------
-    (samples,) float64
+    numpy.ndarray
+        (samples,) float64.
 
     Examples
     --------

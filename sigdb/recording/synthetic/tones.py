@@ -1,4 +1,4 @@
-"""What other shafts and bearings add to a signal: tones that follow the angle."""
+"""Tones of other shafts and of bearings, which follow the angle."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -6,8 +6,8 @@ from numpy.typing import ArrayLike
 from sigdb.core import FloatArray, Section, quantity
 
 
-def tones(turns: FloatArray, orders: ArrayLike, amplitudes: ArrayLike, phases: ArrayLike) -> FloatArray:
-    """Sum of tones ``a cos(2 pi o turns + phase)``.
+def sum_of_tones(turns: FloatArray, orders: ArrayLike, amplitudes: ArrayLike, phases: ArrayLike) -> FloatArray:
+    """Return the sum of tones ``a cos(2 pi o turns + phase)``.
 
     Parameters
     ----------
@@ -18,23 +18,22 @@ def tones(turns: FloatArray, orders: ArrayLike, amplitudes: ArrayLike, phases: A
     amplitudes
         (k,) peak amplitudes a, in any unit.
     phases
-        (k,) at angle 0, rad.
+        (k,) phases at angle 0, rad.
 
     Returns
     -------
-    (samples,) float64
-        In the unit of the amplitudes.
+    numpy.ndarray
+        (samples,) float64, in the unit of the amplitudes.
 
     Examples
     --------
-    >>> tones(np.array([0.0, 0.25, 0.5]), [1.0], [2.0], [0.0]).round(9).tolist()
+    >>> sum_of_tones(np.array([0.0, 0.25, 0.5]), [1.0], [2.0], [0.0]).round(9).tolist()
     [2.0, 0.0, -2.0]
     """
-    found = np.zeros(len(turns))
-    for one in np.broadcast(orders, amplitudes, phases):
-        order, amplitude, phase = one
-        found += amplitude * np.cos(2 * np.pi * order * turns + phase)
-    return found
+    total = np.zeros(len(turns))
+    for order, amplitude, phase in zip(*np.broadcast_arrays(orders, amplitudes, phases), strict=True):
+        total += amplitude * np.cos(2 * np.pi * order * turns + phase)
+    return total
 
 
 class ShaftTones(Section):
@@ -42,16 +41,19 @@ class ShaftTones(Section):
 
     shaft: str | None = quantity("-", "A shaft of the rig; the damaged gear's if left out.", default=None)
     harmonics: tuple[float, ...] = quantity(
-        "-", "Cycles in a revolution of that shaft; a belt or a pump may have broken ones.", min_length=1,
+        "-", "Cycles in a revolution of that shaft; a belt or a pump may have fractions.", min_length=1,
         default=(1.0, 2.0),
     )  # fmt: skip
     amplitude: float = quantity(
-        "-", "Peak amplitude of each, against the standard deviation of the nominal healthy average.", ge=0, default=0.5
+        "-",
+        "Peak amplitude of each, relative to the standard deviation of the nominal healthy average.",
+        ge=0,
+        default=0.5,
     )
 
 
 class RollingBearing(Section):
-    """Geometry of a rolling bearing whose outer ring stands still; what passes how often follows from it.
+    """Geometry of a rolling bearing whose outer ring stands still; the passing orders follow from it.
 
     With n rolling elements, ``r = d/D cos(contact angle)`` and one revolution of the shaft: outer race
     ``n/2 (1 - r)``, inner race ``n/2 (1 + r)``, cage ``1/2 (1 - r)``, and a rolling element's spin
@@ -59,7 +61,7 @@ class RollingBearing(Section):
 
     Examples
     --------
-    The 6205 of a much used test rig:
+    The bearing 6205 of a much used test rig:
 
     >>> bearing = RollingBearing(rolling_elements=9, rolling_diameter=7.94e-3, pitch_diameter=39.04e-3)
     >>> round(bearing.outer, 3), round(bearing.inner, 3)
@@ -77,12 +79,12 @@ class RollingBearing(Section):
 
     @property
     def outer(self) -> float:
-        """Order of the shaft at which elements pass a place of the outer race (BPFO)."""
+        """Order at which elements pass a point of the outer race (BPFO)."""
         return self.rolling_elements / 2 * (1 - self._r)
 
     @property
     def inner(self) -> float:
-        """Order at which they pass a place of the inner race (BPFI)."""
+        """Order at which elements pass a point of the inner race (BPFI)."""
         return self.rolling_elements / 2 * (1 + self._r)
 
     @property
@@ -100,9 +102,9 @@ class BearingTones(Section):
     """Tones of a damaged bearing: harmonic h of a passing order, of amplitude a / h. Their sizes are assumed."""
 
     bearing: RollingBearing
-    shaft: str | None = quantity("-", "The shaft that it carries; the damaged gear's if left out.", default=None)
+    shaft: str | None = quantity("-", "The shaft that it supports; the damaged gear's if left out.", default=None)
     outer: float = quantity(
-        "-", "Amplitude a of the outer race, against the standard deviation of the nominal healthy average.", ge=0,
+        "-", "Amplitude a of the outer race, relative to the standard deviation of the nominal healthy average.", ge=0,
         default=0.5,
     )  # fmt: skip
     inner: float = quantity("-", "Amplitude a of the inner race, likewise.", ge=0, default=0.0)
@@ -119,5 +121,5 @@ class BearingTones(Section):
 
     @property
     def amplitudes(self) -> FloatArray:
-        """(4 harmonics,) of the orders."""
+        """(4 harmonics,) amplitudes of the orders."""
         return np.outer([self.outer, self.inner, self.cage, self.spin], 1 / (1 + np.arange(self.harmonics))).ravel()

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigdb.core import InputError
+from sigdb.core import InputError, NotApplicableError
 from sigdb.signature.checks import Float64Array, count, positive, real_signal
 
 _OWNER = "mesh_pulses"
@@ -92,7 +92,7 @@ def mesh_pulses(
     for _ in range(_PASSES):
         psi = psi + np.unwrap(np.angle(_convolved(record * np.exp(-1j * psi), window)))
     if np.any(np.diff(psi) <= 0):
-        raise InputError(
+        raise NotApplicableError(
             f"{_OWNER}: the phase of mesh harmonic {h} runs backwards; check mesh_frequency, take a stronger harmonic"
             " or a smaller bandwidth"
         )
@@ -110,7 +110,7 @@ def _frequency(mesh_frequency: ArrayLike, samples: int, fs: float, harmonic: int
     if f.dtype.kind not in "iuf" or f.shape not in ((), (samples,)):
         raise InputError(f"{_OWNER}: mesh_frequency of shape {f.shape} must be one number or one for each sample, Hz")
     if not np.all((f > 0) & (2 * harmonic * f < fs)):
-        raise InputError(
+        raise NotApplicableError(
             f"{_OWNER}: mesh_frequency from {np.min(f):g} to {np.max(f):g} Hz must be above 0 and, times harmonic ="
             f" {harmonic}, below fs/2 = {fs / 2:g} Hz; check its unit, or take a lower harmonic"
         )
@@ -121,7 +121,7 @@ def _smoothing(bandwidth: float, fs: float, samples: int) -> Float64Array:
     """A Blackman window of unit sum whose spectrum has its first zero at the bandwidth, and others beyond."""
     length = 2 * round(1.5 * fs / bandwidth) + 1
     if length >= samples:
-        raise InputError(
+        raise NotApplicableError(
             f"{_OWNER}: x of {samples} samples must be longer than the {length} that a bandwidth of {bandwidth:g} Hz"
             " smooths over; record longer or raise bandwidth"
         )

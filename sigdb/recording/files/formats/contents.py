@@ -1,61 +1,84 @@
-"""What a reader gives: the columns of a file, as they are stored."""
+"""The columns of a file as a format's reader returns them, and the limits that a file must keep."""
 
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from numpy.typing import NDArray
 
-from sigdb.core import InputError
+from sigdb.core import InputError, Note
+
+StoredArray = NDArray[Any]
+"""Numbers of the type in which a file stores them."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DataColumn:
-    """A series of numbers of a file; nan where a number is missing.
+    """A series of numbers in a file.
 
-    ``values`` (n,) is of any real type; ``sampling_rate`` is Hz, where the file states one for the column.
+    Attributes
+    ----------
+    name
+        Name in the file.
+    values
+        (n,) numbers of any real type; nan where a number is missing.
+    unit
+        Unit that the file states; empty if it states none.
+    sampling_rate
+        Sampling rate in Hz that the file states for this column; None if it states none.
     """
 
     name: str
-    values: np.ndarray[Any, Any]
+    values: StoredArray
     unit: str = ""
     sampling_rate: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Contents:
-    """The columns of a file, the sampling rate (Hz) that it states for all and where, and what was handled.
+    """The columns of a file and what the file states about them.
 
-    ``named`` is False where the file gives its columns no names.
+    Attributes
+    ----------
+    columns
+        Columns in the order of the file.
+    sampling_rate
+        Sampling rate in Hz that the file states for all columns; None if it states none.
+    rate_from
+        Name of the entry that states the rate.
+    notes
+        Notes on what the reader left out or changed.
+    named
+        False where the file gives its columns no names.
     """
 
     columns: tuple[DataColumn, ...]
     sampling_rate: float | None = None
     rate_from: str = "the file"
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     named: bool = True
 
 
 MAX_BYTES = 2**30
-"""Most bytes of a file, and most after decompression."""
+"""Largest number of bytes of a file, before and after decompression."""
 
 MAX_VALUES = 2**27
-"""Most numbers in all columns together: 1 GiB as float64, 40 minutes of a channel at 51.2 kHz."""
+"""Largest number of values in all columns together: 1 GiB as float64, 40 minutes of a channel at 51.2 kHz."""
 
 MAX_CHANNELS = 1024
-"""Most columns."""
+"""Largest number of columns."""
 
 MAX_PARTS = 10_000
-"""Most named parts of a file: variables, fields, groups, attributes."""
+"""Largest number of named parts of a file: variables, fields, groups, attributes."""
 
 MAX_DEPTH = 16
-"""Most levels of structures in structures."""
+"""Deepest nesting of structures."""
 
 MAX_RATIO = 200
-"""Most bytes that a compressed byte may give, from ``FREE_BYTES`` on: measured numbers do not compress so far."""
+"""Largest ratio of expanded to compressed bytes above ``FREE_BYTES``: measured numbers do not compress further."""
 
 FREE_BYTES = 2**25
-"""Bytes that a compressed part may give at any ratio."""
+"""Expanded size in bytes up to which any ratio is accepted."""
 
 
 def check_columns(columns: int) -> None:
@@ -77,7 +100,7 @@ def check_bytes(size: int) -> None:
 
 
 def check_ratio(size: int, compressed: int) -> None:
-    """Refuse what expands to ``size`` bytes from a file or part that is far too small for it."""
+    """Refuse a file or part that expands to ``size`` bytes but is far too small for that."""
     check_bytes(size)
     if size > max(FREE_BYTES, MAX_RATIO * compressed):
         raise InputError(
@@ -92,6 +115,6 @@ def check_parts(parts: int) -> None:
 
 
 def bounded_bytes(path: Path) -> bytes:
-    """All bytes of a file."""
+    """Return all bytes of a file that is not too large."""
     check_bytes(path.stat().st_size)
     return path.read_bytes()

@@ -1,39 +1,42 @@
-"""HDF5, and MAT-files of version 7.3, which are HDF5 files."""
+"""HDF5 files, among them MAT-files of version 7.3."""
 
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sigdb.core import InputError
+from sigdb.core import InputError, Note
 from sigdb.recording.files.formats.contents import (
     MAX_DEPTH,
     Contents,
+    StoredArray,
     check_bytes,
     check_columns,
     check_parts,
     check_ratio,
     check_values,
 )
-from sigdb.recording.files.formats.named_arrays import contents_of, rate_of
+from sigdb.recording.files.formats.named_arrays import contents_of, not_read, rate_of
 from sigdb.recording.files.settings import RecordingSettings
+
+if TYPE_CHECKING:
+    import h5py
 
 FILTERS = {1: "gzip", 2: "shuffle", 3: "fletcher32", 4: "szip", 5: "nbit", 6: "scaleoffset", 32000: "lzf"}
 
-
 LONGEST_TEXT = 1000
-"""Bytes of an attribute."""
+"""Largest size of a text attribute, bytes."""
 
 
-def dataset_problem(item: Any) -> str:
-    """Why a dataset is no series of numbers; empty if it is one.
+def dataset_problem(item: "h5py.Dataset") -> str:
+    """Return why a dataset is no series of numbers; an empty text if it is one.
 
     Raises
     ------
     InputError
-        If it is larger than a recording may be, or much larger than what is stored of it.
+        If it is larger than a recording may be, or much larger than its stored bytes.
     """
     kinds = [item.dtype[name] for name in item.dtype.names] if item.dtype.names else [item.dtype]
     if any(kind.kind not in "biufc" or kind.subdtype for kind in kinds):
@@ -49,7 +52,7 @@ def dataset_problem(item: Any) -> str:
     return ""
 
 
-def _check_storage(item: Any) -> None:
+def _check_storage(item: "h5py.Dataset") -> None:
     if item.chunks is None:
         return
     check_bytes(int(np.prod(item.chunks, dtype=object)) * item.dtype.itemsize)
@@ -64,8 +67,8 @@ def _check_storage(item: Any) -> None:
             raise InputError(f"{item.name} is compressed by filter {code}; known: {', '.join(FILTERS.values())}")
 
 
-def numbers_of(item: Any) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
-    """The array of a dataset, or those of its fields, with what is added to its name."""
+def numbers_of(item: "h5py.Dataset") -> Iterator[tuple[str, StoredArray]]:
+    """Yield the array of a dataset, or the arrays of its fields, each with its suffix to the dataset's name."""
     values = item[()]
     for name in item.dtype.names or ():
         yield f".{name}", values[name]
@@ -73,10 +76,11 @@ def numbers_of(item: Any) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
         yield "", np.asarray(values)
 
 
-def text_attribute(item: Any, name: str) -> str:
-    """What an attribute of fixed length says; empty if there is none, or it is no text of a bounded length.
+def text_attribute(item: "h5py.Dataset", name: str) -> str:
+    """Return a text attribute of fixed, bounded length; an empty text if there is none.
 
-    Text of variable length stands in a heap, in whose damage the HDF5 library may search without end.
+    Text of variable length is not read: it is stored in a heap, and in a damaged heap the HDF5 library may search
+    without end.
     """
     if name not in item.attrs:
         return ""
@@ -86,8 +90,8 @@ def text_attribute(item: Any, name: str) -> str:
     return bytes(item.attrs[name]).decode("utf-8", "replace")
 
 
-def has_variable_text(item: Any, name: str) -> bool:
-    """Whether an attribute is text of variable length, which is not read."""
+def has_variable_text(item: "h5py.Dataset", name: str) -> bool:
+    """Return whether an attribute is text of variable length, which is not read."""
     return name in item.attrs and item.attrs.get_id(name).dtype.kind == "O"
 
 
@@ -95,7 +99,7 @@ FOREIGN: tuple[type[Exception], ...] = (OSError, RuntimeError, ValueError, KeyEr
 
 
 def read_hdf5(path: Path, settings: RecordingSettings) -> Contents:
-    """Columns of all datasets of numbers, ``group/dataset``; in MAT-files ``structure.field``.
+    """Read all datasets of numbers as columns ``group/dataset``; in MAT-files ``structure.field``.
 
     Attributes ``unit`` or ``units`` of a dataset, of fixed length, are its unit. A sampling rate may be an attribute or
     a dataset.
@@ -103,26 +107,30 @@ def read_hdf5(path: Path, settings: RecordingSettings) -> Contents:
     h5py = _h5py()
     check_bytes(path.stat().st_size)
     with h5py.File(path, "r") as file:
-        found = _Found(h5py, file, "." if _is_mat(path) else "/")
-        found.walk(file, "", 0)
+        arrays = _NamedArrays(h5py, file, "." if _is_mat(path) else "/")
+        arrays.walk(file, "", 0)
     return contents_of(
-        found.arrays, variable=settings.variable, left_out=tuple(found.left_out), units=found.units, rates=found.rates
+        arrays.arrays,
+        variable=settings.variable,
+        left_out=tuple(arrays.left_out),
+        units=arrays.units,
+        rates=arrays.rates,
     )
 
 
-class _Found:
-    """Arrays by name with what their attributes say, and what cannot be read."""
+class _NamedArrays:
+    """Arrays by name with units and rates from their attributes, and notes on the parts that cannot be read."""
 
-    def __init__(self, h5py: ModuleType, file: Any, mark: str) -> None:
-        self.arrays: dict[str, np.ndarray[Any, Any]] = {}
+    def __init__(self, h5py: ModuleType, file: "h5py.File", mark: str) -> None:
+        self.arrays: dict[str, StoredArray] = {}
         self.units: dict[str, str] = {}
         self.rates: dict[str, float] = {}
-        self.left_out: list[str] = []
+        self.left_out: list[Note] = []
         self._h5py, self._file, self._mark = h5py, file, mark
         self._parts = self._values = 0
 
-    def walk(self, group: Any, name: str, depth: int) -> None:
-        """All in a group, and in the groups in it."""
+    def walk(self, group: "h5py.Group", name: str, depth: int) -> None:
+        """Take all items of a group and of the groups in it."""
         if depth > MAX_DEPTH:
             raise InputError(f"holds groups {MAX_DEPTH} levels deep, so it is not a recording")
         self._note_rates(group, name)
@@ -131,31 +139,32 @@ class _Found:
             check_parts(self._parts)
             link = group.get(key, getlink=True)
             if not isinstance(link, self._h5py.HardLink):
-                self.left_out.append(f"{key} is a link, which is not followed")
+                self.left_out.append(not_read(key, "a link, which is not followed"))
             else:
                 self._take(group[key], f"{name}{self._mark}{key}" if name else key, depth)
 
-    def _keys(self, group: Any) -> Iterator[str]:
-        """Names in a group without MATLAB's own."""
+    def _keys(self, group: "h5py.Group") -> Iterator[str]:
+        """Return the names in a group without those that MATLAB adds."""
         check_parts(len(group))
         return (key for key in group if not key.startswith("#"))
 
-    def _take(self, item: Any, name: str, depth: int) -> None:
+    def _take(self, item: "h5py.HLObject", name: str, depth: int) -> None:
         if isinstance(item, self._h5py.Group):
             self.walk(item, name, depth + 1)
         elif isinstance(item, self._h5py.Dataset):
             self._take_dataset(item, name, depth)
 
-    def _take_dataset(self, item: Any, name: str, depth: int) -> None:
+    def _take_dataset(self, item: "h5py.Dataset", name: str, depth: int) -> None:
         kind = text_attribute(item, "MATLAB_class")
         if "MATLAB_object_decode" in item.attrs or kind in ("table", "timetable", "datetime", "function_handle"):
-            self.left_out.append(f"{name} is a {kind or 'object'}, which cannot be read; save its columns as arrays")
+            reason = f"a {kind or 'object'}, which cannot be read; save its columns as arrays"
+            self.left_out.append(not_read(name, reason))
         elif kind == "cell" and self._h5py.check_ref_dtype(item.dtype) is self._h5py.Reference:
             self._take_cells(item, name, depth)
         elif kind != "char" and "MATLAB_empty" not in item.attrs:
             self._keep(item, name)
 
-    def _take_cells(self, item: Any, name: str, depth: int) -> None:
+    def _take_cells(self, item: "h5py.Dataset", name: str, depth: int) -> None:
         check_parts(item.size)
         if depth > MAX_DEPTH:
             raise InputError(f"holds cells {MAX_DEPTH} levels deep, so it is not a recording")
@@ -165,31 +174,32 @@ class _Found:
             if reference:
                 self._take(self._file[reference], f"{name}{{{i + 1}}}", depth + 1)
 
-    def _keep(self, item: Any, name: str) -> None:
+    def _keep(self, item: "h5py.Dataset", name: str) -> None:
         problem = dataset_problem(item)
         if problem:
-            self.left_out.append(f"{name} is {problem}")
+            self.left_out.append(not_read(name, problem))
             return
         self._values += item.size
         check_values(self._values)
         unit = text_attribute(item, "unit") or text_attribute(item, "units")
         if has_variable_text(item, "unit") or has_variable_text(item, "units"):
-            self.left_out.append(f"the unit of {name} is text of variable length, which is not read; give units")
+            text = f"the unit of {name} is text of variable length, which is not read; give units"
+            self.left_out.append(Note(code="unit-not-read", text=text, values={"name": name}))
         rates = [rate for key, value in _scalars(item) if (rate := rate_of(key, value)) is not None]
         for part, values in numbers_of(item):
             self.arrays[f"{name}{part}"] = values
             self.units[f"{name}{part}"] = unit
             self.rates |= {f"{name}{part}": rate for rate in rates[:1]}
 
-    def _note_rates(self, group: Any, name: str) -> None:
-        """Rates that attributes of a group state, as if they were datasets in it."""
+    def _note_rates(self, group: "h5py.Group", name: str) -> None:
+        """Keep sampling rates in the attributes of a group as if they were datasets in it."""
         for key, value in _scalars(group):
             if rate_of(key, value) is not None:
                 self.arrays[f"{name}{self._mark}{key}" if name else key] = np.asarray(value)
 
 
-def _scalars(item: Any) -> Iterator[tuple[str, Any]]:
-    """Attributes that are one number."""
+def _scalars(item: "h5py.HLObject") -> Iterator[tuple[str, np.number]]:
+    """Yield the attributes that are a single number."""
     check_parts(len(item.attrs))
     for key in item.attrs:
         kind = item.attrs.get_id(key)

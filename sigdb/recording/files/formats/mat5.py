@@ -1,26 +1,26 @@
-"""MAT-files of version 5: arrays of numbers, also in structures and cells."""
+"""MAT-files of version 5: arrays of numbers, also inside structures and cells."""
 
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from sigdb.core import InputError
+from sigdb.core import InputError, Note
 from sigdb.recording.files.formats.contents import (
     FREE_BYTES,
     MAX_BYTES,
     MAX_DEPTH,
     MAX_RATIO,
     Contents,
+    StoredArray,
     bounded_bytes,
     check_parts,
     check_ratio,
     check_values,
 )
-from sigdb.recording.files.formats.named_arrays import contents_of
+from sigdb.recording.files.formats.named_arrays import contents_of, not_read
 from sigdb.recording.files.settings import RecordingSettings
 
 MATRIX, COMPRESSED = 14, 15
@@ -30,28 +30,28 @@ TEXTS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18:
 
 @dataclass(frozen=True)
 class Element:
-    """Type and bytes of an element; ``order`` is ``<`` or ``>``."""
+    """Type and bytes of an element of a MAT-file; ``order`` is ``<`` or ``>``."""
 
     kind: int
     data: memoryview
     order: str
 
-    def numbers(self) -> "np.ndarray[tuple[int], np.dtype[np.number]]":
-        """The element as numbers of the type in which they are stored."""
+    def numbers(self) -> StoredArray:
+        """Return the element as numbers of the type in which they are stored."""
         if self.kind not in NUMBERS:
             raise InputError(f"is damaged: an element of type {self.kind} where numbers belong")
         dtype = np.dtype(self.order + NUMBERS[self.kind])
         return np.frombuffer(self.data, dtype, len(self.data) // dtype.itemsize)
 
     def text(self) -> str:
-        """The element as text."""
+        """Return the element as text."""
         coding = TEXTS.get(self.kind, "latin-1")
         ends = {"<": "-le", ">": "-be"}[self.order] if coding in ("utf-16", "utf-32") else ""
         return bytes(self.data).decode(coding + ends, "replace")
 
 
 def elements(data: memoryview, order: str) -> Iterator[Element]:
-    """All elements, one after the other."""
+    """Yield all elements in their order."""
     at = 0
     while at + 8 <= len(data):
         kind, size = np.frombuffer(data, f"{order}u4", 2, at).tolist()
@@ -68,13 +68,16 @@ def elements(data: memoryview, order: str) -> Iterator[Element]:
         at += 8 + (size if kind == COMPRESSED else -(-size // 8) * 8)
 
 
-def unpacked(element: Element, packed: int, given: int) -> Element:
-    """The element in a compressed one. ``given`` bytes have come from the file of ``packed`` bytes so far."""
+def unpack(element: Element, packed: int, expanded: int) -> Element:
+    """Return the element inside a compressed one.
+
+    The file has ``packed`` bytes, and ``expanded`` bytes have been unpacked from it so far.
+    """
     stream = zlib.decompressobj()
-    most = min(MAX_BYTES, max(FREE_BYTES, MAX_RATIO * packed)) - given
+    most = min(MAX_BYTES, max(FREE_BYTES, MAX_RATIO * packed)) - expanded
     data = stream.decompress(element.data, max(most, 0) + 1)
     if len(data) > most:
-        check_ratio(given + len(data), packed)
+        check_ratio(expanded + len(data), packed)
         raise InputError(f"expands to more than {MAX_BYTES} bytes; cut it into shorter recordings")
     return next(elements(memoryview(data), element.order), Element(0, memoryview(b""), element.order))
 
@@ -92,32 +95,35 @@ REMEDY = "save its columns as arrays of numbers"
 
 
 def read_mat5(path: Path, settings: RecordingSettings) -> Contents:
-    """Columns of all arrays; fields of a structure are ``name.field``, elements ``name(2).field`` and ``name{2}``."""
+    """Read the columns of all arrays.
+
+    Fields of a structure are ``name.field``, elements are ``name(2).field`` and ``name{2}``.
+    """
     data = memoryview(bounded_bytes(path))
     if len(data) < 128:
         raise InputError("is cut short: a MAT-file begins with 128 bytes")
     order = "<" if bytes(data[126:128]) == b"IM" else ">"
-    found = _Found()
-    given = 0
+    arrays = _NamedArrays()
+    expanded = 0
     for element in elements(data[128:], order):
         if element.kind == COMPRESSED:
-            element = unpacked(element, len(data), given)
-            given += len(element.data)
+            element = unpack(element, len(data), expanded)
+            expanded += len(element.data)
         if element.kind == MATRIX:
-            found.take(element)
-    return contents_of(found.arrays, variable=settings.variable, left_out=tuple(found.left_out))
+            arrays.take(element)
+    return contents_of(arrays.arrays, variable=settings.variable, left_out=tuple(arrays.left_out))
 
 
-class _Found:
-    """Arrays by name, and what cannot be read."""
+class _NamedArrays:
+    """Arrays by name, and notes on the parts that cannot be read."""
 
     def __init__(self) -> None:
-        self.arrays: dict[str, np.ndarray[Any, Any]] = {}
-        self.left_out: list[str] = []
+        self.arrays: dict[str, StoredArray] = {}
+        self.left_out: list[Note] = []
         self._parts = 0
 
     def take(self, element: Element, name: str | None = None, depth: int = 0) -> None:
-        """A matrix, and all in it."""
+        """Take a matrix and all elements in it."""
         if depth > MAX_DEPTH:
             raise InputError(f"holds structures {MAX_DEPTH} levels deep, so it is not a recording")
         self._parts += 1
@@ -128,13 +134,13 @@ class _Found:
         flags = int(parts[0].numbers()[:1].sum())
         kind = flags & 0xFF
         if kind in (OPAQUE, FUNCTION):
-            own = parts[1].text() if kind == OPAQUE and len(parts) > 1 else ""
-            self._leave(name or own or "a variable without a name", UNREAD[kind])
+            stored_name = parts[1].text() if kind == OPAQUE and len(parts) > 1 else ""
+            self._leave(name or stored_name or "a variable without a name", UNREAD[kind])
             return
         if len(parts) < 3:
             raise InputError("is damaged: a variable without dimensions and name")
-        shape, own = _shape(parts[1]), parts[2].text()
-        name = own if name is None else name
+        shape = _shape(parts[1])
+        name = parts[2].text() if name is None else name
         if kind in UNREAD:
             self._leave(name, UNREAD[kind])
         elif kind == CELL:
@@ -151,17 +157,9 @@ class _Found:
         packed = bytes(parts[1].data)
         check_parts(len(packed) // length)
         fields = [packed[i : i + length].split(b"\0")[0].decode("latin-1") for i in range(0, len(packed), length)]
-        one = int(np.prod(shape, dtype=object)) == 1
-        names = (
-            [
-                f"{name}.{fields[i % len(fields)]}"
-                if one
-                else f"{name}({i // len(fields) + 1}).{fields[i % len(fields)]}"
-                for i in range(len(parts) - 2)
-            ]
-            if fields
-            else []
-        )
+        single = int(np.prod(shape, dtype=object)) == 1
+        places = [divmod(i, len(fields)) for i in range(len(parts) - 2)] if fields else []
+        names = [f"{name}{'' if single else f'({element + 1})'}.{fields[field]}" for element, field in places]
         self._take_all(parts[2:], names, depth)
 
     def _take_all(self, parts: list[Element], names: list[str], depth: int) -> None:
@@ -169,17 +167,17 @@ class _Found:
             if part.kind == MATRIX:
                 self.take(part, name, depth + 1)
 
-    def _keep(self, name: str, values: np.ndarray[Any, Any]) -> None:
+    def _keep(self, name: str, values: StoredArray) -> None:
         if name in self.arrays:
             raise InputError(f"holds the variable {name} twice; save it again with different names")
         self.arrays[name] = values
 
-    def _leave(self, name: str, what: str) -> None:
+    def _leave(self, name: str, kind: str) -> None:
         if name.strip("\0"):
-            self.left_out.append(f"{name} is {what}, which cannot be read; {REMEDY}")
+            self.left_out.append(not_read(name, f"{kind}, which cannot be read; {REMEDY}"))
 
 
-def _limited(element: Element) -> Any:
+def _limited(element: Element) -> Iterator[Element]:
     for i, part in enumerate(elements(element.data, element.order)):
         check_parts(i)
         yield part
@@ -193,12 +191,12 @@ def _shape(element: Element) -> tuple[int, ...]:
     return shape
 
 
-def _matrix(parts: list[Element], shape: tuple[int, ...], *, complex_numbers: bool) -> np.ndarray[Any, Any]:
+def _matrix(parts: list[Element], shape: tuple[int, ...], *, complex_numbers: bool) -> StoredArray:
     count = int(np.prod(shape, dtype=object))
     if not parts:
         raise InputError("is damaged: a variable without numbers")
     values = [part.numbers() for part in parts[: 2 if complex_numbers else 1]]
-    if any(one.size != count for one in values):
+    if any(part.size != count for part in values):
         raise InputError(f"is damaged: a variable of dimensions {shape} holds {values[0].size} numbers")
     stored = values[0] + 1j * values[1] if len(values) > 1 else values[0]
     return stored.reshape(shape, order="F")

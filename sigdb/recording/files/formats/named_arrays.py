@@ -1,23 +1,23 @@
-"""Named arrays, as MAT, HDF5 and NPZ hold them, as columns."""
+"""Conversion of the named arrays of MAT, HDF5 and NPZ files to columns."""
 
 import re
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Collection, Mapping
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from sigdb.core import InputError, suggestion
-from sigdb.recording.files.formats.contents import Contents, DataColumn, check_columns, check_values
+from sigdb.core import InputError, Note, suggestion
+from sigdb.recording.files.formats.contents import Contents, DataColumn, StoredArray, check_columns, check_values
 
 SHORTEST = 16
-"""Arrays with fewer numbers are facts about a recording, not signals."""
+"""Length from which on an array is a signal; shorter arrays are facts about a recording."""
 
 RATES = {"fs", "sr", "fsamp", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency"}
 INTERVALS = {"dt", "timestep", "sampletime", "sampleperiod", "sampleinterval", "samplingperiod", "samplinginterval"}
 
 
-def rate_of(name: str, value: Any) -> float | None:
-    """The sampling rate, Hz, that a number of this name states; None if it states none.
+def rate_of(name: str, value: ArrayLike) -> float | None:
+    """Return the sampling rate in Hz that a number of this name states; None if it states none.
 
     Examples
     --------
@@ -34,83 +34,90 @@ def rate_of(name: str, value: Any) -> float | None:
     return 1 / stated if word in INTERVALS else stated
 
 
+def not_read(name: str, reason: str) -> Note:
+    """Return the note that a part of a file is not a channel; ``reason`` completes "NAME is"."""
+    return Note(code="not-read", text=f"{name} is {reason}", values={"name": name})
+
+
 def contents_of(
-    arrays: Mapping[str, np.ndarray[Any, Any]],
+    arrays: Mapping[str, StoredArray],
     *,
     variable: str | None = None,
-    left_out: tuple[str, ...] = (),
+    left_out: tuple[Note, ...] = (),
     units: Mapping[str, str] | None = None,
     rates: Mapping[str, float] | None = None,
     named: bool = True,
 ) -> Contents:
-    """Columns of all arrays that are long enough; a matrix gives one for each of its columns.
+    """Return the columns of all arrays that are long enough; each column of a matrix is a column.
 
     Parameters
     ----------
     arrays
-        By name, parts of a structure or group after ``.`` or ``/``; numbers of any real type.
+        Arrays of numbers of any real type, by name; parts of a structure or group come after ``.`` or ``/``.
     variable
-        The array, structure or group to take; all if left out.
+        The array, structure or group to take; all of them by default.
     left_out
-        What the file holds besides, a sentence each.
+        Notes on the other parts of the file.
     units, rates
-        Unit and sampling rate (Hz) of those arrays that state one.
+        Unit and sampling rate (Hz) of those arrays for which the file states them.
     named
         False where the names were made up.
     """
     chosen = {name: values for name, values in arrays.items() if variable is None or _inside(name, variable)}
     if not chosen:
-        said = "; ".join(left_out[:3])
+        others = "; ".join(note.text for note in left_out[:3])
         if variable is not None and arrays:
             raise InputError(f"holds no numbers named {variable!r}{suggestion(variable, arrays)}")
-        raise InputError(f"holds no arrays of numbers{': ' if said else ''}{said}")
+        raise InputError(f"holds no arrays of numbers{': ' if others else ''}{others}")
     notes = list(left_out if variable is None else ())
     columns: list[DataColumn] = []
     short = {name: values for name, values in chosen.items() if values.size < SHORTEST}
     for name, values in chosen.items():
         if name not in short:
-            made, handled = _columns(name, values, (units or {}).get(name, ""), (rates or {}).get(name))
-            columns += made
-            notes += handled
+            split, split_notes = _columns(name, values, (units or {}).get(name, ""), (rates or {}).get(name))
+            columns += split
+            notes += split_notes
     if not columns:
         raise InputError(f"holds no array of {SHORTEST} numbers or more; there are {_listed(short)}")
     check_columns(len(columns))
     check_values(sum(column.values.size for column in columns))
-    rates_stated = {name: rate for name, one in arrays.items() if (rate := rate_of(name, one)) is not None}
-    told = [name for name in short if name not in rates_stated]
-    if told:
-        notes.append(f"{_listed(told)}: fewer than {SHORTEST} numbers, so not a channel")
+    rates_stated = {name: rate for name, value in arrays.items() if (rate := rate_of(name, value)) is not None}
+    too_short = [name for name in short if name not in rates_stated]
+    if too_short:
+        text = f"{_listed(too_short)}: fewer than {SHORTEST} numbers, so not a channel"
+        notes.append(Note(code="short-arrays", text=text, values={"arrays": len(too_short)}))
     if len({f"{rate:.9g}" for rate in rates_stated.values()}) > 1:
-        notes.append(f"{_listed(rates_stated)} state different sampling rates, so none was taken")
+        text = f"{_listed(rates_stated)} state different sampling rates, so none was taken"
+        notes.append(Note(code="different-rates", text=text))
         rates_stated = {}
     source, rate = next(iter(rates_stated.items()), ("the file", None))
     return Contents(columns=tuple(columns), sampling_rate=rate, rate_from=source, notes=tuple(notes), named=named)
 
 
-def _columns(
-    name: str, values: np.ndarray[Any, Any], unit: str, rate: float | None
-) -> tuple[list[DataColumn], list[str]]:
+def _columns(name: str, values: StoredArray, unit: str, rate: float | None) -> tuple[list[DataColumn], list[Note]]:
     if values.dtype.kind == "c":
         raise InputError(f"{name} holds complex numbers; a channel is real")
     values = np.squeeze(values)
     if values.ndim > 2:
-        return [], [f"{name} of shape {values.shape} is neither a series nor a matrix of columns, so not a channel"]
+        text = f"{name} of shape {values.shape} is neither a series nor a matrix of columns, so not a channel"
+        return [], [Note(code="neither-series-nor-matrix", text=text, values={"name": name})]
     if values.ndim < 2:
         return [DataColumn(name=name, values=values.reshape(-1), unit=unit, sampling_rate=rate)], []
-    turned = values.shape[1] > values.shape[0]
-    matrix = values.T if turned else values
+    wide = values.shape[1] > values.shape[0]
+    matrix = values.T if wide else values
     check_columns(matrix.shape[1])
-    notes = [f"{name} of shape {values.shape} was read with its samples along the rows"] if turned else []
-    return [
+    columns = [
         DataColumn(name=f"{name}{i + 1}", values=matrix[:, i], unit=unit, sampling_rate=rate)
         for i in range(matrix.shape[1])
-    ], notes
+    ]
+    text = f"{name} of shape {values.shape} was read with its samples along the rows"
+    return columns, [Note(code="samples-along-rows", text=text, values={"name": name})] if wide else []
 
 
 def _inside(name: str, variable: str) -> bool:
     return name == variable or name.startswith((f"{variable}.", f"{variable}/", f"{variable}(", f"{variable}{{"))
 
 
-def _listed(names: Any) -> str:
+def _listed(names: Collection[str]) -> str:
     first = list(names)[:8]
     return ", ".join(first) + (" ..." if len(names) > len(first) else "")

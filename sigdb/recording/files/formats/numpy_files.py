@@ -1,17 +1,23 @@
-"""NPY and NPZ, of numbers only: nothing pickled is read."""
+"""NPY and NPZ files of numbers; pickled objects are not read."""
 
 import io
 import tokenize
 import zipfile
 import zlib
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from sigdb.core import InputError
-from sigdb.recording.files.formats.contents import Contents, bounded_bytes, check_parts, check_ratio, check_values
-from sigdb.recording.files.formats.named_arrays import contents_of
+from sigdb.core import InputError, Note
+from sigdb.recording.files.formats.contents import (
+    Contents,
+    StoredArray,
+    bounded_bytes,
+    check_parts,
+    check_ratio,
+    check_values,
+)
+from sigdb.recording.files.formats.named_arrays import contents_of, not_read
 from sigdb.recording.files.settings import RecordingSettings
 
 FOREIGN: tuple[type[Exception], ...] = (
@@ -20,18 +26,18 @@ FOREIGN: tuple[type[Exception], ...] = (
 
 
 def read_npy(path: Path, settings: RecordingSettings) -> Contents:
-    """Columns of one array, ``column1``, ``column2``, ..."""
-    found = _array(bounded_bytes(path))
-    if isinstance(found, str):
-        raise InputError(f"holds {found}")
-    return contents_of({"column": found}, named=False)
+    """Read the columns of one array as ``column1``, ``column2``, ..."""
+    values = _array(bounded_bytes(path))
+    if isinstance(values, str):
+        raise InputError(f"holds {values}")
+    return contents_of({"column": values}, named=False)
 
 
 def read_npz(path: Path, settings: RecordingSettings) -> Contents:
-    """Columns of all arrays of numbers."""
+    """Read the columns of all arrays of numbers."""
     data = bounded_bytes(path)
-    arrays: dict[str, np.ndarray[Any, Any]] = {}
-    left_out: list[str] = []
+    arrays: dict[str, StoredArray] = {}
+    left_out: list[Note] = []
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = archive.infolist()
         check_parts(len(members))
@@ -42,16 +48,16 @@ def read_npz(path: Path, settings: RecordingSettings) -> Contents:
                 raise InputError(f"holds the array {name} twice; write it again with different names")
             if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
                 raise InputError(f"holds {name} in a compression that NumPy does not write")
-            found = _array(archive.read(member)) if member.filename.endswith(".npy") else "no array"
-            if isinstance(found, str):
-                left_out.append(f"{name} is {found}")
+            values = _array(archive.read(member)) if member.filename.endswith(".npy") else "no array"
+            if isinstance(values, str):
+                left_out.append(not_read(name, values))
             else:
-                arrays[name] = found
+                arrays[name] = values
     return contents_of(arrays, variable=settings.variable, left_out=tuple(left_out))
 
 
-def _array(data: bytes) -> np.ndarray[Any, Any] | str:
-    """The array of an NPY file, or what it holds instead; no more is allocated than the file holds."""
+def _array(data: bytes) -> StoredArray | str:
+    """Return the array of an NPY file, or words for its other content; no more is allocated than the file holds."""
     file = io.BytesIO(data)
     version = np.lib.format.read_magic(file)
     if version not in ((1, 0), (2, 0)):

@@ -1,17 +1,17 @@
-"""TDMS, as LabVIEW writes it: channels of numbers, with their scales."""
+"""TDMS files as LabVIEW writes them: numeric channels with their scales."""
 
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from sigdb.core import FloatArray, InputError
+from sigdb.core import FloatArray, InputError, Note
 from sigdb.recording.files.formats.contents import (
     Contents,
     DataColumn,
+    StoredArray,
     bounded_bytes,
     check_columns,
     check_parts,
@@ -30,10 +30,13 @@ NO_DATA, AS_BEFORE = 0xFFFFFFFF, 0
 FROM_DAQMX = (0x1269, 0x126A, 0x1369)
 NOT_FINISHED = 0xFFFFFFFFFFFFFFFF
 
+Properties = dict[str, str | float]
+"""Properties of an object: texts and numbers by name."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Index:
-    """Type of the numbers of an object in a segment, how many in a chunk, and their bytes."""
+    """Type of the numbers of an object in a segment, their count in a chunk, and their bytes."""
 
     kind: int
     count: int
@@ -42,7 +45,7 @@ class Index:
 
 @dataclass(frozen=True, kw_only=True)
 class TdmsSegment:
-    """Objects with numbers in the segment, in their order, and its raw bytes."""
+    """Objects with numbers in a segment, in their order, and its raw bytes."""
 
     order: str
     interleaved: bool
@@ -52,15 +55,15 @@ class TdmsSegment:
 
 @dataclass
 class Meta:
-    """Objects as the segments so far tell of them."""
+    """State of all objects after the segments read so far."""
 
     indices: dict[str, Index] = field(default_factory=dict)
     active: list[str] = field(default_factory=list)
-    properties: dict[str, dict[str, Any]] = field(default_factory=dict)
+    properties: dict[str, Properties] = field(default_factory=dict)
 
 
 def segments(data: memoryview, meta: Meta) -> Iterator[TdmsSegment]:
-    """All segments; ``meta`` is filled on the way."""
+    """Yield all segments and update ``meta`` with each."""
     at = work = 0
     while at + LEAD_IN <= len(data):
         if bytes(data[at : at + 4]) != b"TDSm":
@@ -71,7 +74,9 @@ def segments(data: memoryview, meta: Meta) -> Iterator[TdmsSegment]:
         start = at + LEAD_IN
         end = len(data) if length == NOT_FINISHED else min(len(data), start + length)
         if start + raw_at > end:
-            raise InputError(f"is cut short or damaged: the segment at byte {at} says that it is longer than the file")
+            raise InputError(
+                f"is cut short or damaged: the segment at byte {at} states that it is longer than the file"
+            )
         if contents & META:
             _read_meta(_Cursor(data[start : start + raw_at], order), meta, new=bool(contents & NEW_LIST))
         work += 1 + len(meta.active)
@@ -87,20 +92,23 @@ def segments(data: memoryview, meta: Meta) -> Iterator[TdmsSegment]:
 
 
 class _Cursor:
-    """A place in bytes; reading beyond them is an error."""
+    """A position in bytes; reading beyond their end is an error."""
 
     def __init__(self, data: memoryview, order: str) -> None:
         self._data, self._order, self._at = data, order, 0
 
-    def number(self, kind: str) -> Any:
+    def number(self, kind: str) -> float:
         size = struct.calcsize(kind)
         self._need(size)
         (value,) = struct.unpack_from(self._order + kind, self._data, self._at)
         self._at += size
-        return value
+        return float(value) if kind in "fd" else int(value)
+
+    def whole(self, kind: str) -> int:
+        return int(self.number(kind))
 
     def text(self) -> str:
-        return bytes(self.take(self.number("I"))).decode("utf-8", "replace")
+        return bytes(self.take(self.whole("I"))).decode("utf-8", "replace")
 
     def take(self, size: int) -> memoryview:
         self._need(size)
@@ -115,7 +123,7 @@ class _Cursor:
 def _read_meta(cursor: _Cursor, meta: Meta, *, new: bool) -> None:
     if new:
         meta.active = []
-    for _ in range(cursor.number("I")):
+    for _ in range(cursor.whole("I")):
         name = cursor.text()
         check_parts(len(meta.properties))
         index = _read_index(cursor, meta, name)
@@ -129,7 +137,7 @@ def _read_meta(cursor: _Cursor, meta: Meta, *, new: bool) -> None:
 
 
 def _read_index(cursor: _Cursor, meta: Meta, name: str) -> Index | None:
-    length = cursor.number("I")
+    length = cursor.whole("I")
     if length == NO_DATA:
         return None
     if length == AS_BEFORE:
@@ -138,10 +146,10 @@ def _read_index(cursor: _Cursor, meta: Meta, name: str) -> Index | None:
         return meta.indices[name]
     if length in FROM_DAQMX:
         raise InputError("holds raw DAQmx numbers, which are not read; save it as plain TDMS or as CSV")
-    kind, dimension, count = cursor.number("I"), cursor.number("I"), cursor.number("Q")
+    kind, dimension, count = cursor.whole("I"), cursor.whole("I"), cursor.whole("Q")
     if dimension != 1:
         raise InputError(f"is damaged: {name} has {dimension} dimensions")
-    return Index(kind=kind, count=count, size=count * _width(kind) if kind != TEXT else cursor.number("Q"))
+    return Index(kind=kind, count=count, size=count * _width(kind) if kind != TEXT else cursor.whole("Q"))
 
 
 def _width(kind: int) -> int:
@@ -153,20 +161,20 @@ def _width(kind: int) -> int:
     return widths[kind]
 
 
-def _read_properties(cursor: _Cursor, known: dict[str, Any]) -> None:
-    for _ in range(cursor.number("I")):
-        name, kind = cursor.text(), cursor.number("I")
+def _read_properties(cursor: _Cursor, properties: Properties) -> None:
+    for _ in range(cursor.whole("I")):
+        name, kind = cursor.text(), cursor.whole("I")
         if kind == TEXT:
-            known[name] = cursor.text()
+            properties[name] = cursor.text()
         elif kind in NUMBERS:
-            known[name] = cursor.number(struct_code(kind))
+            properties[name] = cursor.number(struct_code(kind))
         else:
             cursor.take(_width(kind))
-        check_parts(len(known))
+        check_parts(len(properties))
 
 
 def struct_code(kind: int) -> str:
-    """The code of :mod:`struct` of a type of numbers."""
+    """Return the format character of :mod:`struct` for a type of numbers."""
     letter, width = NUMBERS[kind][0], NUMBERS[kind][1]
     if letter == "f":
         return {"4": "f", "8": "d"}[width]
@@ -175,7 +183,7 @@ def struct_code(kind: int) -> str:
 
 
 def without_rest(segment: TdmsSegment) -> TdmsSegment:
-    """The segment without what follows its last whole chunk, or row if interleaved, where a recorder stopped."""
+    """Return the segment up to its last whole chunk, or row if interleaved: a recorder may have stopped after it."""
     sizes = [index.size // max(index.count, 1) if segment.interleaved else index.size for _, index in segment.objects]
     size = sum(sizes)
     return replace(segment, raw=segment.raw[: len(segment.raw) // size * size]) if size else segment
@@ -185,12 +193,12 @@ FOREIGN: tuple[type[Exception], ...] = ()
 
 
 def read_tdms(path: Path, settings: RecordingSettings) -> Contents:
-    """Channels ``group/channel``, or ``channel`` where there is one group; ``variable`` is a group.
+    """Read channels ``group/channel``, or ``channel`` where there is one group; ``variable`` is a group.
 
     The sampling rate is one over the property ``wf_increment``, the unit is ``unit_string``.
     """
     meta = Meta()
-    pieces: dict[str, list[np.ndarray[Any, Any]]] = {}
+    pieces: dict[str, list[StoredArray]] = {}
     torn = False
     for segment in segments(memoryview(bounded_bytes(path)), meta):
         whole = without_rest(segment)
@@ -198,34 +206,34 @@ def read_tdms(path: Path, settings: RecordingSettings) -> Contents:
         for name, values in _numbers(whole):
             pieces.setdefault(name, []).append(values)
     check_columns(len(pieces))
-    check_values(sum(piece.size for all_of in pieces.values() for piece in all_of))
+    check_values(sum(piece.size for parts in pieces.values() for piece in parts))
     names = _channel_names(pieces, settings.variable)
     if not names:
         raise InputError("holds no numbers" + (f" in a group {settings.variable!r}" if settings.variable else ""))
     columns = tuple(_column(names[path], pieces[path], meta.properties.get(path, {})) for path in names)
-    notes = ("the last part is not whole and was left out",) if torn else ()
-    return Contents(columns=columns, notes=notes)
+    note = Note(code="last-part-left-out", text="the last part is not whole and was left out")
+    return Contents(columns=columns, notes=(note,) if torn else ())
 
 
-def _numbers(segment: TdmsSegment) -> list[tuple[str, np.ndarray[Any, Any]]]:
-    """The numbers of each object in a segment, which may repeat its chunk."""
+def _numbers(segment: TdmsSegment) -> list[tuple[str, StoredArray]]:
+    """Return the numbers of each object in a segment, which may repeat its chunk."""
     size = sum(index.size for _, index in segment.objects)
     if not size or not len(segment.raw):
         return []
     if segment.interleaved:
         return _interleaved(segment)
     chunks = np.frombuffer(segment.raw, np.uint8).reshape(-1, size)
-    found, at = [], 0
+    arrays, at = [], 0
     for name, index in segment.objects:
         if index.kind in NUMBERS and index.size:
             part = np.ascontiguousarray(chunks[:, at : at + index.size])
-            found.append((name, part.reshape(-1).view(segment.order + NUMBERS[index.kind])))
+            arrays.append((name, part.reshape(-1).view(segment.order + NUMBERS[index.kind])))
         at += index.size
-    return found
+    return arrays
 
 
-def _interleaved(segment: TdmsSegment) -> list[tuple[str, np.ndarray[Any, Any]]]:
-    """One number of each object in turn."""
+def _interleaved(segment: TdmsSegment) -> list[tuple[str, StoredArray]]:
+    """Return the numbers of each object where one number of each follows in turn."""
     kinds = [index.kind for _, index in segment.objects]
     if any(kind not in NUMBERS for kind in kinds):
         raise InputError("is damaged: other things than numbers are interleaved")
@@ -235,28 +243,28 @@ def _interleaved(segment: TdmsSegment) -> list[tuple[str, np.ndarray[Any, Any]]]
     return [(name, table[f"f{i}"]) for i, (name, _) in enumerate(segment.objects)]
 
 
-def _channel_names(paths: Mapping[str, Any], group: str | None) -> dict[str, str]:
-    """What the channel of each path is called."""
+def _channel_names(paths: Iterable[str], group: str | None) -> dict[str, str]:
+    """Return the channel's name for each path."""
     parts = {path: [part.replace("''", "'") for part in path.strip("/'").split("'/'")] for path in paths}
     chosen = {path: names for path, names in parts.items() if group in (None, names[0], "/".join(names))}
-    one = len({names[0] for names in chosen.values()}) == 1
-    return {path: "/".join(names[1:] if one and len(names) > 1 else names) for path, names in chosen.items()}
+    same_group = len({names[0] for names in chosen.values()}) == 1
+    return {path: "/".join(names[1:] if same_group and len(names) > 1 else names) for path, names in chosen.items()}
 
 
-def _column(name: str, pieces: list[np.ndarray[Any, Any]], properties: Mapping[str, Any]) -> DataColumn:
+def _column(name: str, pieces: list[StoredArray], properties: Mapping[str, str | float]) -> DataColumn:
     values = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
     interval = properties.get("wf_increment")
-    known = isinstance(interval, (int, float)) and 0 < interval < np.inf
+    is_rate = isinstance(interval, (int, float)) and 0 < interval < np.inf
     return DataColumn(
         name=name,
         values=_scaled(name, values, properties),
         unit=str(properties.get("unit_string", "")),
-        sampling_rate=1 / float(interval) if known and interval is not None else None,
+        sampling_rate=1 / float(interval) if is_rate and interval is not None else None,
     )
 
 
-def _scaled(name: str, values: np.ndarray[Any, Any], properties: Mapping[str, Any]) -> np.ndarray[Any, Any]:
-    """Stored numbers as physical ones: the polynomials that the properties name, one after the other."""
+def _scaled(name: str, values: StoredArray, properties: Mapping[str, str | float]) -> StoredArray:
+    """Return stored numbers as physical ones: the polynomials in the properties are applied in their order."""
     scales = properties.get("NI_Number_Of_Scales", 0)
     if not isinstance(scales, int) or not scales or properties.get("NI_Scaling_Status", "unscaled") != "unscaled":
         return values
@@ -268,19 +276,19 @@ def _scaled(name: str, values: np.ndarray[Any, Any], properties: Mapping[str, An
     return values
 
 
-def _polynomial(name: str, i: int, properties: Mapping[str, Any]) -> Any:
+def _polynomial(name: str, i: int, properties: Mapping[str, str | float]) -> Callable[[FloatArray], FloatArray]:
     kind = properties[f"NI_Scale[{i}]_Scale_Type"]
     source = properties.get(f"NI_Scale[{i}]_{kind}_Input_Source", i - 1)
     if kind == "Linear":
         keys = [f"NI_Scale[{i}]_Linear_Y_Intercept", f"NI_Scale[{i}]_Linear_Slope"]
     elif kind == "Polynomial":
         count = properties.get(f"NI_Scale[{i}]_Polynomial_Coefficients_Size", 4)
-        known = count if isinstance(count, int) and 0 < count <= 16 else 0
-        keys = [f"NI_Scale[{i}]_Polynomial_Coefficients[{j}]" for j in range(known)]
+        size = count if isinstance(count, int) and 0 < count <= 16 else 0
+        keys = [f"NI_Scale[{i}]_Polynomial_Coefficients[{j}]" for j in range(size)]
     else:
         raise InputError(f"channel {name} has a scale of kind {kind!r}, which is not read; save it as scaled numbers")
     whole = all(isinstance(properties.get(key), (int, float)) for key in keys) and len(keys) > 0
     if source not in (i - 1, 0xFFFFFFFF) or not whole:
         raise InputError(f"channel {name} has a scale that is not complete; save it as scaled numbers")
     coefficients: FloatArray = np.array([properties[key] for key in keys], dtype=float)
-    return lambda x: np.polynomial.polynomial.polyval(x, coefficients)
+    return lambda x: np.asarray(np.polynomial.polynomial.polyval(x, coefficients))

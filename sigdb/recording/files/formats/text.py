@@ -1,4 +1,4 @@
-"""Numbers in text: CSV, TXT and their relatives, plain or gzipped."""
+"""Tables of numbers in text: CSV, TXT and similar files, plain or gzipped."""
 
 import io
 import re
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sigdb.core import InputError
+from sigdb.core import FloatArray, InputError, Note
 from sigdb.recording.files.formats.contents import (
     FREE_BYTES,
     MAX_BYTES,
@@ -24,10 +24,10 @@ from sigdb.recording.files.formats.contents import (
 from sigdb.recording.files.settings import RecordingSettings
 
 SAMPLE_LINES = 200
-"""A table that begins later than this is not found."""
+"""Number of lines in which the beginning of a table is searched."""
 
 LONGEST_NUMBER = 64
-"""Signs of a number."""
+"""Largest number of characters of a number."""
 
 MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "-nan", "1.#qnan", "-1.#ind", "1.#ind")
 
@@ -42,9 +42,22 @@ _WORDS = {"\t": "tab", ";": "semicolon", ",": "comma", " ": "blanks"}
 
 @dataclass(frozen=True, kw_only=True)
 class TextLayout:
-    """How a table of numbers stands in a text.
+    """Layout of a table of numbers in a text.
 
-    ``first`` is the number of lines before the numbers, ``clocks`` the places of columns of dates or clock times.
+    Attributes
+    ----------
+    separator, decimal
+        Sign between numbers, and decimal sign.
+    first
+        Number of lines before the numbers.
+    columns
+        Number of columns.
+    names, units
+        Names and units of the columns; None where the text states none.
+    clocks
+        Positions of the columns that hold dates or clock times.
+    notes
+        Notes on the format and on lines that are left out.
     """
 
     separator: str
@@ -54,7 +67,7 @@ class TextLayout:
     names: tuple[str, ...] | None
     units: tuple[str, ...] | None
     clocks: tuple[int, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def text_layout(lines: list[str], *, separator: str | None, decimal: str | None) -> TextLayout:
@@ -68,20 +81,24 @@ def text_layout(lines: list[str], *, separator: str | None, decimal: str | None)
     ways = [(s, d) for s, d in _SEPARATORS if separator in (None, s) and decimal in (None, d)] or [
         (separator or ",", decimal or ".")
     ]
-    found = [table for s, d in ways if (table := _table(lines, s, d)) is not None]
-    if not found:
+    tables = [table for s, d in ways if (table := _table(lines, s, d)) is not None]
+    if not tables:
         shown = next((line for line in lines if line.strip()), "")[:60]
-        raise InputError(f"holds no table of numbers in its first {SAMPLE_LINES} lines; the first says {shown!r}")
-    _, columns, _, first, s, d = max(found)
+        raise InputError(f"holds no table of numbers in its first {SAMPLE_LINES} lines; the first is {shown!r}")
+    _, columns, _, first, s, d = max(tables)
     fields = split(lines[first], s)
     _refuse_ragged(lines, first, columns, s, d)
     if separator is None and decimal is None and s == "," and columns == 2:
         _refuse_ambiguous(lines, first)
     names, units, used = _header(lines[:first], s, columns)
     skipped = [line for line in lines[: first - used] if line.strip()]
-    notes = [f"{len(skipped)} lines before the table were left out"] if skipped else []
+    notes = []
+    if skipped:
+        text = f"{len(skipped)} lines before the table were left out"
+        notes.append(Note(code="lines-left-out", text=text, values={"lines": len(skipped)}))
     if (s, d) != (",", "."):
-        notes.append(f"read with {_WORDS[s]} between numbers and decimal {'comma' if d == ',' else 'point'}")
+        text = f"read with {_WORDS[s]} between numbers and decimal {'comma' if d == ',' else 'point'}"
+        notes.append(Note(code="text-format", text=text, values={"separator": s, "decimal": d}))
     clocks = tuple(i for i, field in enumerate(fields) if _is_clock(field) and not _is_number(field, d))
     return TextLayout(
         separator=s, decimal=d, first=first, columns=columns, names=names, units=units, clocks=clocks,
@@ -90,22 +107,24 @@ def text_layout(lines: list[str], *, separator: str | None, decimal: str | None)
 
 
 def split(line: str, separator: str) -> list[str]:
-    """Fields of a line, without the blanks around them; a run of blanks is one separator."""
+    """Return the fields of a line without the blanks around them; a run of blanks is one separator."""
     return line.split() if separator == " " else [field.strip() for field in line.rstrip("\r\n").split(separator)]
 
 
 def is_row(line: str, layout: TextLayout) -> bool:
-    """Whether a line is a whole row of the table."""
+    """Return whether a line is a whole row of the table."""
     fields = split(line, layout.separator)
     return len(fields) == layout.columns and _numeric(fields, layout.decimal)
 
 
 def _table(lines: list[str], separator: str, decimal: str) -> tuple[int, int, int, int, str, str] | None:
-    """Rows in the first that are alike, columns, rank of the way, first line, and the way itself."""
+    """Return the count of rows of one width, the width, the rank of the signs, the first line, and the signs."""
     rows = [(i, split(line, separator)) for i, line in enumerate(lines) if line.strip()]
     numeric = [(i, fields) for i, fields in rows if _numeric(fields, decimal)]
     widths = [len(fields) for _, fields in numeric]
-    starts = [k for k, (one, other) in enumerate(pairwise(widths)) if one == other] or list(range(len(widths)))[:1]
+    starts = [k for k, (width, following) in enumerate(pairwise(widths)) if width == following] or list(
+        range(len(widths))
+    )[:1]
     if not starts:
         return None
     k = starts[0]
@@ -138,7 +157,7 @@ def _refuse_ragged(lines: list[str], first: int, columns: int, separator: str, d
 
 
 def _refuse_ambiguous(lines: list[str], first: int) -> None:
-    """Two integers between which a comma stands may be one number with a decimal comma."""
+    """Refuse two integers around a comma, which may be a single number with a decimal comma."""
     rows = [split(line, ",") for line in lines[first:] if line.strip()]
     header = first > 0 and len(split(lines[first - 1], ",")) == 2
     digits = all(len(row) == 2 and row[1].isdigit() for row in rows)
@@ -152,7 +171,7 @@ def _refuse_ambiguous(lines: list[str], first: int) -> None:
 def _header(
     lines: list[str], separator: str, columns: int
 ) -> tuple[tuple[str, ...] | None, tuple[str, ...] | None, int]:
-    """Names and units of columns from the lines just above the table, and how many lines those are."""
+    """Return names and units of columns from the lines just above the table, and the number of those lines."""
     above = [line.strip().lstrip("#%").strip() if separator != "\t" else line.lstrip("#%") for line in lines[-2:]]
     fields = [[field.strip('"') for field in split(line, separator)] for line in above if line.strip()]
     if len(fields) != len(above) or not fields:
@@ -172,25 +191,25 @@ def _header(
 
 
 def _are_units(fields: list[str]) -> bool:
-    """Short words, at least one of which is a unit and nothing else."""
-    known = {"s", "ms", "us", "v", "mv", "g", "mm/s", "m/s", "m/s2", "m/s^2", "m/s²", "m/s**2", "mm", "um", "pa", "n"}
-    return any(field.strip("[]()").lower() in known for field in fields)
+    """Return whether at least one of the words is a unit."""
+    units = {"s", "ms", "us", "v", "mv", "g", "mm/s", "m/s", "m/s2", "m/s^2", "m/s²", "m/s**2", "mm", "um", "pa", "n"}
+    return any(field.strip("[]()").lower() in units for field in fields)
 
 
 FOREIGN: tuple[type[Exception], ...] = (zlib.error,)
 
 FIRST_BYTES = 2**20
-"""A table begins within these, and no line is longer."""
+"""Number of bytes in which a table must begin; also the longest line."""
 
 LONGEST_LINE = 2**16
-"""Bytes of a line in which a table is looked for."""
+"""Bytes of a line in which the beginning of a table is searched."""
 
 _UTF16 = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _UNIT = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]{1,20})[\])]")
 
 
 def read_text(path: Path, settings: RecordingSettings) -> Contents:
-    """Columns of a table of numbers; ``name [unit]`` and a line of units are understood."""
+    """Read the columns of a table of numbers; ``name [unit]`` and a line of units are understood."""
     data = plain_text(bounded_bytes(path))
     lines = [line[:LONGEST_LINE].decode("utf-8", "replace") for line in _first_lines(data)]
     layout = text_layout(lines, separator=settings.separator, decimal=settings.decimal)
@@ -202,7 +221,7 @@ def read_text(path: Path, settings: RecordingSettings) -> Contents:
 
 
 def plain_text(data: bytes) -> bytes:
-    """Text without compression, byte order mark and foreign line ends."""
+    """Return text without compression, byte order mark and foreign line ends."""
     if data[:2] == b"\x1f\x8b":
         data = _gunzipped(data)
     if data[:2] in _UTF16:
@@ -216,7 +235,7 @@ def plain_text(data: bytes) -> bytes:
 
 
 def _gunzipped(data: bytes) -> bytes:
-    """All members of a gzip file; its length is never more than the limits allow."""
+    """Return the text of all members of a gzip file, as far as the limits allow."""
     most = min(MAX_BYTES, max(FREE_BYTES, MAX_RATIO * len(data)))
     parts: list[bytes] = []
     size, rest = 0, data
@@ -245,17 +264,17 @@ def _below(data: bytes, lines: int) -> bytes:
     return data[start:]
 
 
-def _without_torn_line(table: bytes, layout: TextLayout) -> tuple[bytes, tuple[str, ...]]:
-    """The table without a last line that a recorder did not finish."""
+def _without_torn_line(table: bytes, layout: TextLayout) -> tuple[bytes, tuple[Note, ...]]:
+    """Return the table without a last line that a recorder did not finish."""
     if table.endswith(b"\n"):
         return table, ()
     whole, end, last = table.rpartition(b"\n")
     if not end or not last.strip() or len(last) > FIRST_BYTES or is_row(last.decode("utf-8", "replace"), layout):
         return table, ()
-    return whole + end, ("the last line is not whole and was left out",)
+    return whole + end, (Note(code="last-line-left-out", text="the last line is not whole and was left out"),)
 
 
-def _parsed(table: bytes, layout: TextLayout) -> dict[str, "np.ndarray[tuple[int], np.dtype[np.float64]]"]:
+def _parsed(table: bytes, layout: TextLayout) -> dict[str, FloatArray]:
     import pyarrow as pa
     from pyarrow import csv
 
@@ -284,9 +303,9 @@ def _parsed(table: bytes, layout: TextLayout) -> dict[str, "np.ndarray[tuple[int
         )
     except pa.ArrowInvalid as error:
         if ragged:
-            number, found = ragged[0]
+            number, width = ragged[0]
             raise InputError(
-                f"line {number + layout.first} has {found} columns, others have {layout.columns}; mend or remove it"
+                f"line {number + layout.first} has {width} columns, others have {layout.columns}; mend or remove it"
             ) from None
         raise InputError(_with_line(str(error), layout)) from None
     return {name: read.column(name).to_numpy() for name in names if int(name) not in layout.clocks}
@@ -301,27 +320,25 @@ def _refuse_foreign_signs(table: bytes, layout: TextLayout) -> None:
 
 
 def _with_line(message: str, layout: TextLayout) -> str:
-    found = re.search(r"In CSV column #(\d+): (?:Row #(\d+): )?.*invalid value '(.*)'", message, re.DOTALL)
-    if found is None:
+    cell = re.search(r"In CSV column #(\d+): (?:Row #(\d+): )?.*invalid value '(.*)'", message, re.DOTALL)
+    if cell is None:
         return f"is not a table of numbers ({message})"
-    line = f"line {int(found[2]) + layout.first}, " if found[2] else ""
-    return f"{line}column {int(found[1]) + 1}: {found[3][:40]!r} is not a number; mend it, or leave it empty"
+    line = f"line {int(cell[2]) + layout.first}, " if cell[2] else ""
+    return f"{line}column {int(cell[1]) + 1}: {cell[3][:40]!r} is not a number; mend it, or leave it empty"
 
 
 def _named(layout: TextLayout) -> list[tuple[str, str]]:
-    """Name and unit of each column."""
+    """Return the name and unit of each column."""
     names = layout.names or tuple(f"column{i + 1}" for i in range(layout.columns))
     units = layout.units or ("",) * layout.columns
     return [
-        (found[1], found[2].strip()) if not unit and (found := _UNIT.fullmatch(name[:200])) else (name, unit)
+        (match[1], match[2].strip()) if not unit and (match := _UNIT.fullmatch(name[:200])) else (name, unit)
         for name, unit in zip(names, units, strict=True)
     ]
 
 
-def _columns(
-    named: list[tuple[str, str]], values: dict[str, "np.ndarray[tuple[int], np.dtype[np.float64]]"], layout: TextLayout
-) -> tuple[DataColumn, ...]:
-    """Columns of numbers; what stands behind a last separator is none."""
+def _columns(named: list[tuple[str, str]], values: dict[str, FloatArray], layout: TextLayout) -> tuple[DataColumn, ...]:
+    """Return the columns of numbers; an empty field behind a last separator is no column."""
     kept = [i for i in range(layout.columns) if str(i) in values]
     if len(kept) > 1 and not named[kept[-1]][0].strip() and np.isnan(values[str(kept[-1])]).all():
         kept = kept[:-1]
@@ -330,6 +347,13 @@ def _columns(
     )
 
 
-def _clock_notes(layout: TextLayout) -> tuple[str, ...]:
-    named = _named(layout)
-    return tuple(f"{named[i][0]} holds dates or clock times and was left out" for i in layout.clocks)
+def _clock_notes(layout: TextLayout) -> tuple[Note, ...]:
+    names = [_named(layout)[i][0] for i in layout.clocks]
+    return tuple(
+        Note(
+            code="clock-column-left-out",
+            text=f"{name} holds dates or clock times and was left out",
+            values={"column": name},
+        )
+        for name in names
+    )
