@@ -79,7 +79,7 @@ def judged(found: Diagnosis, damage: sigdb.Damage | None) -> str:
         return "no damage called damage"
     if found.kind == "none":
         return "missed"
-    return "right" if not found.signature.absolute or found.compared.candidates == (damage.tooth,) else "wrong tooth"
+    return "right" if not found.signature.absolute or found.comparison.candidates == (damage.tooth,) else "wrong tooth"
 
 
 def recording(rig: Transmission, damage: sigdb.Damage | None, snr_db: float, *, number: int) -> Any:

@@ -34,7 +34,7 @@ from sigdb.measurement import index_errors
 from sigdb.pipeline import load_recipe
 from sigdb.recognition import ErrorCurve, OperatingPoint, above_bound, error_curve, operating_points, train
 from sigdb.recording import Surroundings
-from sigdb.recording.synthetic.motion import Motion, motion
+from sigdb.recording.synthetic.motion import Motion, simulate_motion
 from sigdb.recording.synthetic.noise import relative_density
 from sigdb.recording.synthetic.recording import record
 from sigdb.signature import difference_signal, fm4, mesh_bands, pooled_wigner_ville, synchronous_average, tacho_pulses
@@ -233,7 +233,7 @@ class Recorder:
     def _motion(self, i: int, case: pd.Series, surroundings: Surroundings, rate: float) -> Motion:
         teeth, (mesh,) = self.prepared.teeth, self.rig.meshes.values()
         mate = self.rig.gears[mesh.driven].teeth
-        return motion(
+        return simulate_motion(
             self.rig,
             damage_of(case, self.prepared.gear),
             sampling_rate=rate,
@@ -282,7 +282,7 @@ def averaged(recording: Any, case: pd.Series) -> dict[str, Any]:
         "scatter": float(np.sqrt(np.mean(average.scatter**2))),
         "speed_rpm": recording.speed_rpm,
         "torque": recording.torque,
-        "noted": recording.notes[0],
+        "contact": recording.notes[0].values["contact"],
     }
 
 
@@ -367,7 +367,7 @@ def recorded_rows(found: Mapping[str, pd.DataFrame]) -> Rows:
                 "average off": float(np.sqrt((off**2).mean() / clean.var())),
                 "speed_rpm": float(one["speed_rpm"].mean()),
                 "torque": float(one["torque"].mean()),
-                "contact lost": int(one["noted"].str.contains("closed").sum()),
+                "contact lost": int((one["contact"] < 1).sum()),
             }
         )
     return rows

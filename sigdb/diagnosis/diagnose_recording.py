@@ -12,11 +12,11 @@ from sigdb.diagnosis.bank import rig_bank
 from sigdb.diagnosis.diagnosis import Diagnosis, diagnose_signature
 from sigdb.recognition import TemplateBank, bank_of, changed_parts, load_model, model_form
 from sigdb.recording import (
+    AngleOptions,
     AveragingSettings,
     FileOptions,
     Recording,
     RecordingSettings,
-    SignalOptions,
     in_unit,
     read_recording,
     recorded_signature,
@@ -42,8 +42,10 @@ class _Templates:
         return point.samples // point.teeth
 
 
-class DiagnosisOptions(FileOptions, SignalOptions, total=False):
+class DiagnosisOptions(FileOptions, AngleOptions, total=False):
     """Options of reading and averaging a recording as keyword arguments of :func:`diagnose`."""
+
+    samples_per_tooth: int
 
 
 def diagnose(

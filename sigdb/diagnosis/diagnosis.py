@@ -1,7 +1,6 @@
 """Diagnosis of the signature of a recording: damage or none, the tooth, the severity, and the evidence."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -11,21 +10,16 @@ from sigdb.core import FloatArray, InputError, Note, plain
 from sigdb.diagnosis.bank import at_operating_point
 from sigdb.diagnosis.comparison import Comparison, compare
 from sigdb.diagnosis.healthy_reference import HealthyReference, healthy_references
+from sigdb.diagnosis.notes import fm4_notes, missing_notes, operating_point_notes, path_notes, reading_notes
 from sigdb.diagnosis.transfer_path import direct_path
-from sigdb.recognition import PointTemplates, TemplateBank
-from sigdb.recording import SPEED_DOUBT, RecordedSignature
+from sigdb.recognition import TemplateBank
+from sigdb.recording import RecordedSignature
 
 Kind = Literal["none", "tooth", "not sure", "outside"]
 """Kinds of answer."""
 
-_CHANGED_DB = 3.0
-"""Change of a mesh harmonic, dB, above which the two recordings are not of the same state of the rig."""
-
 _DOUBT = 0.1
 """Probability of no damage above which the answer is not sure, whatever the set."""
-
-_FAR = 0.02
-"""Relative distance from the templates' operating point above which a note reports it."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -150,13 +144,13 @@ def diagnose_signature(
         kind=kind,
         answer=answer,
         comparison=comparison,
-        missing=tuple(_missing(signature, healthy)),
+        missing=tuple(missing_notes(signature, healthy)),
         notes=(
-            *_operating_point_notes(point, speed_rpm, torque),
-            *_path_notes(comparison.reference),
-            *_fm4_notes(signature, healthy),
+            *operating_point_notes(point, speed_rpm, torque),
+            *path_notes(comparison.reference),
+            *fm4_notes(signature, healthy),
         ),
-        reading=tuple(_reading(signature, healthy)),
+        reading=tuple(reading_notes(signature, healthy)),
     )
 
 
@@ -208,80 +202,6 @@ def _answer(comparison: Comparison, absolute: bool) -> tuple[Kind, str]:
     if len(teeth) == 1:
         return "tooth", f"Damage at tooth {teeth[0]}{counted}."
     return "not sure", f"Damage, but it is not sure at which tooth: {', '.join(map(str, teeth))}{counted}."
-
-
-def _missing(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[Note]:
-    if healthy is None:
-        yield Note(
-            code="no-healthy-recording",
-            text="A healthy recording of the same rig by the same channel: without it the path from the mesh to the "
-            "sensor is taken to be that of the simulated rig, and errors of these gears cannot be separated from "
-            "damage.",
-        )
-    if not signature.absolute:
-        text = "A tacho mark: without it teeth are counted from where the average begins."
-        yield Note(code="no-tacho-mark", text=text)
-    for where, recording in (("", signature), (" in the healthy recording", healthy)):
-        for note in () if recording is None else recording.notes:
-            if note.code == SPEED_DOUBT:
-                yield replace(note, text=f"A reliable speed{where}: {note.text}.")
-
-
-def _reading(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[Note]:
-    """Yield the notes on reading and averaging; of the healthy recording those that differ in more than numbers."""
-    yield from (note for note in signature.notes if note.code != SPEED_DOUBT)
-    subjects = [_subject(note) for note in signature.notes]
-    for note in () if healthy is None else healthy.notes:
-        if note.code != SPEED_DOUBT and _subject(note) not in subjects:
-            values = {**note.values, "recording": "healthy"}
-            yield replace(note, text=f"healthy recording: {note.text}", values=values)
-
-
-def _subject(note: Note) -> tuple[str, dict[str, str]]:
-    """Return the code of a note with those of its values that are no numbers."""
-    return note.code, {name: value for name, value in note.values.items() if isinstance(value, str)}
-
-
-def _operating_point_notes(point: PointTemplates, speed_rpm: float, torque: float) -> Iterator[Note]:
-    quantities = (("speed", speed_rpm, "rpm", point.speed_rpm), ("torque", torque, "N m", point.torque))
-    for name, value, unit, simulated in quantities:
-        if abs(value - simulated) > _FAR * abs(simulated):
-            yield Note(
-                code=f"other-{name}",
-                text=f"The templates have a {name} of {simulated:g} {unit}, the recording {value:g} {unit}.",
-                values={"templates": simulated, "recording": value},
-            )
-
-
-def _path_notes(reference: HealthyReference | None) -> Iterator[Note]:
-    if reference is None:
-        return
-    used = reference.path.harmonics
-    harmonics = f"mesh harmonic{'s' if len(used) > 1 else ''} {', '.join(map(str, used))}"
-    text = f"The path from the mesh to the sensor is that of {harmonics} of the healthy recording."
-    yield Note(code="path", text=text, values={"harmonics": len(used)})
-    least, most = float(reference.change_db.min()), float(reference.change_db.max())
-    if reference.changed or max(-least, most) > _CHANGED_DB:
-        yield Note(
-            code="changed-path",
-            text=f"Since the healthy recording the mesh harmonics have changed by {least:+.1f} to {most:+.1f} dB: "
-            "load, mounting or sensor may not be the same, and other changes need not be damage.",
-            values={"least_db": least, "most_db": most},
-        )
-
-
-def _fm4_notes(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[Note]:
-    """Yield a note on FM4, which needs no template."""
-    recordings = {"recording": signature} | ({} if healthy is None else {"healthy": healthy})
-    fm4 = {name: recording.indicators["fm4"] for name, recording in recordings.items() if "fm4" in recording.indicators}
-    if "recording" in fm4:
-        healthy_value = f" ({fm4['healthy']:.3g} in the healthy recording)" if "healthy" in fm4 else ""
-        yield Note(
-            code="fm4",
-            text=f"FM4 is {fm4['recording']:.3g}{healthy_value}; one damaged tooth that stands out raises it well "
-            "above 3.",
-            values=fm4,
-        )
 
 
 def _path_facts(reference: HealthyReference) -> dict[str, Any]:

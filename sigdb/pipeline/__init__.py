@@ -14,5 +14,4 @@ __all__ = [
     "load_recipe",
     "run_recipe",
     "train_model",
-    "write_diagnosis",
 ]

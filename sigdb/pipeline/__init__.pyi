@@ -2,7 +2,6 @@ from .models import train_model as train_model
 from .pictures import draw_coverage as draw_coverage
 from .pictures import draw_rig as draw_rig
 from .pictures import draw_signature as draw_signature
-from .pictures import write_diagnosis as write_diagnosis
 from .recipe import Recipe as Recipe
 from .recipe import load_recipe as load_recipe
 from .recipe_models import ModelResult as ModelResult

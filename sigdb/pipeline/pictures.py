@@ -7,7 +7,6 @@ import numpy as np
 
 from sigdb.core import InputError
 from sigdb.database import Database
-from sigdb.diagnosis import Diagnosis
 from sigdb.pipeline.models import recipe_section
 from sigdb.report import (
     ReportSettings,
@@ -16,7 +15,6 @@ from sigdb.report import (
     rig_figure,
     save_figure,
     signature_figure,
-    write_diagnosis_report,
 )
 from sigdb.sweep import Coverage
 from sigdb.transmission import Transmission
@@ -110,23 +108,3 @@ def draw_rig(rig: Transmission, folder: str | Path) -> list[Path]:
     for name, figure in figures.items():
         save_figure(figure, Path(folder) / name)
     return [Path(folder) / name for name in figures]
-
-
-def write_diagnosis(diagnosis: Diagnosis, folder: str | Path) -> Path:
-    """Write the page of a diagnosis, ``index.html``, and its numbers, ``diagnosis.json``.
-
-    Returns
-    -------
-    pathlib.Path
-        The page.
-    """
-    found = diagnosis.compared
-    signals = {
-        "tsa": diagnosis.signature.tsa,
-        "compared": found.x,
-        "template": found.template,
-        "healthy": found.healthy,
-    }
-    return write_diagnosis_report(
-        diagnosis.as_json(), signals, folder, title=f"Diagnosis of {Path(diagnosis.signature.source).name}"
-    )

@@ -6,9 +6,9 @@ from .gear_signature import recorded_signature as recorded_signature
 from .history import recorded_history as recorded_history
 from .recording import Channel as Channel
 from .recording import Recording as Recording
+from .settings import AngleOptions as AngleOptions
 from .settings import AveragingOptions as AveragingOptions
 from .settings import AveragingSettings as AveragingSettings
-from .settings import SignalOptions as SignalOptions
 from .shaft_angle import SPEED_DOUBT as SPEED_DOUBT
 from .signature import RecordedSignature as RecordedSignature
 from .signature import in_unit as in_unit

@@ -34,20 +34,20 @@ class AveragingSettings(Section):
     )
 
 
-class SignalOptions(TypedDict, total=False):
-    """Fields of :class:`AveragingSettings` except the gear, as keyword arguments."""
+class AngleOptions(TypedDict, total=False):
+    """Fields of :class:`AveragingSettings` on channel, angle and length, as keyword arguments."""
 
     channel: str | None
-    teeth: int | None
     mesh_phase: bool
     harmonic: int | None
     speed_rpm: float | None
     speed_range_rpm: tuple[float, float] | None
-    samples_per_tooth: int
     revolutions: int | None
 
 
-class AveragingOptions(SignalOptions, total=False):
+class AveragingOptions(AngleOptions, total=False):
     """Fields of :class:`AveragingSettings` as keyword arguments."""
 
+    teeth: int | None
     gear: str | None
+    samples_per_tooth: int

@@ -1,14 +1,15 @@
-"""The page of a diagnosis: the answer first, then what it rests on."""
+"""The page of a diagnosis: the answer first, then its evidence."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
-from sigdb.core import FloatArray
+from sigdb.core import FloatArray, plain
+from sigdb.diagnosis import Diagnosis
 from sigdb.report.evaluation.style import drawing, lay_grid
 from sigdb.report.page import CaptionedFigure, page
 from sigdb.report.panels import DAMAGE, HEALTHY, INK, draw_spectrum, mark_passes
@@ -20,14 +21,22 @@ TITLES = {
     "damaged_teeth": "damaged teeth",
     "tooth": "tooth",
     "probability": "probability",
-    "misfit": "misfit",
+    "reduced_chi2": "reduced chi-square",
 }
+"""Titles of quantities of a diagnosis."""
 
 
-def write_diagnosis_report(
-    facts: Mapping[str, Any], signals: Mapping[str, FloatArray], folder: str | Path, *, title: str
-) -> Path:
-    """Write the page of a diagnosis, ``index.html``, and its facts, ``diagnosis.json``; arguments as below.
+def write_diagnosis_report(diagnosis: Diagnosis, folder: str | Path, *, title: str | None = None) -> Path:
+    """Write the page of a diagnosis, ``index.html``, and its numbers, ``diagnosis.json``.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        From :func:`sigdb.diagnose`.
+    folder : str or path-like
+        Folder of the page; it is created if it does not exist.
+    title : str, optional
+        Heading; by default it names the recording.
 
     Returns
     -------
@@ -36,107 +45,129 @@ def write_diagnosis_report(
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    numbers = dict(facts) | {"signals": {name: one.tolist() for name, one in signals.items()}}
-    (folder / "diagnosis.json").write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
-    (folder / "index.html").write_text(diagnosis_html(facts, signals, title=title), encoding="utf-8")
+    numbers = diagnosis.as_json() | {"signals": plain(_signals(diagnosis))}
+    (folder / "diagnosis.json").write_text(json.dumps(numbers, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    (folder / "index.html").write_text(diagnosis_html(diagnosis, title=title), encoding="utf-8")
     return folder / "index.html"
 
 
-def diagnosis_html(facts: Mapping[str, Any], signals: Mapping[str, FloatArray], *, title: str) -> str:
-    """The page as one string, without scripts: pictures are in it.
+def diagnosis_html(diagnosis: Diagnosis, *, title: str | None = None) -> str:
+    """Return the page as one text without scripts; pictures are part of it.
 
     Parameters
     ----------
-    facts
-        The diagnosis as plain data, of ``Diagnosis.as_json``.
-    signals
-        (n,) ``tsa``, the average of the recording; ``compared``, what the templates were compared with; ``template``,
-        the nearest one; ``healthy``, that of a healthy gear.
+    diagnosis
+        The diagnosis.
     title
-        Heading.
+        Heading; by default it names the recording.
     """
-    names = [name for name in TITLES if name in facts["nearest"][0]]
+    nearest, severity = diagnosis.comparison.nearest, diagnosis.severity
+    names = [name for name in TITLES if name in nearest]
     return page(
         "diagnosis.html",
-        title=title,
-        alarm=facts["kind"] != "none",
-        answer=facts["answer"],
-        evidence=_beside(facts),
-        severity_heading=f"How severe{', if damaged' if facts['teeth'][0]['candidate'] else ''}",
-        severity=[[TITLES[one["target"]], f"{one['estimate']:.3g}", _interval(one)] for one in facts["severity"] or ()],
-        missing=facts["missing"],
-        notes=facts["notes"],
+        title=title or f"Diagnosis of {Path(diagnosis.signature.source).name}",
+        alarm=diagnosis.kind != "none",
+        answer=diagnosis.answer,
+        evidence=_evidence(diagnosis),
+        severity_heading=f"How severe{', if damaged' if 0 in diagnosis.comparison.candidates else ''}",
+        severity=[] if severity is None else _severity_rows(severity),
+        missing=diagnosis.missing,
+        notes=diagnosis.notes,
         nearest_head=[TITLES[name] for name in names],
-        nearest=[[_cell(one, name) for name in names] for one in facts["nearest"]],
-        pictures=list(diagnosis_figures(facts, signals)),
-        reading=facts["reading"],
+        nearest=[[_cell(name, value) for name, value in row.items()] for row in nearest[names].to_dict("records")],
+        pictures=list(diagnosis_figures(diagnosis)),
+        reading=diagnosis.reading,
     )
 
 
-def diagnosis_text(facts: Mapping[str, Any]) -> str:
-    """The answer and what it rests on, for a terminal; ``facts`` as of :func:`diagnosis_html`."""
-    lines = [facts["answer"], _beside(facts)]
-    if facts["severity"]:
+def diagnosis_text(diagnosis: Diagnosis) -> str:
+    """Return the answer and its evidence as text for a terminal."""
+    lines = [diagnosis.answer, _evidence(diagnosis)]
+    if diagnosis.severity is not None:
         columns = [("severity", word("target")), ("estimate", number("estimate", 3))]
         ends = [("low", number("low", 3)), ("high", number("high", 3))]
-        lines += ["", table([*columns, *ends], facts["severity"])]
-    names = [name for name in TITLES if name in facts["nearest"][0]]
-    lines += ["", "nearest templates", table([(name, number(name, 3)) for name in names], facts["nearest"])]
-    for heading in ("missing", "notes", "reading"):
-        sentences = facts[heading]
-        if sentences:
-            lines += ["", heading, *(f"  {one}" for one in sentences)]
+        lines += ["", table([*columns, *ends], diagnosis.severity.to_dict("records"))]
+    nearest = diagnosis.comparison.nearest
+    columns = [(name, number(name, 3)) for name in TITLES if name in nearest]
+    lines += ["", "nearest templates", table(columns, plain(nearest.to_dict("records")))]
+    sections = (("missing", diagnosis.missing), ("notes", diagnosis.notes), ("reading", diagnosis.reading))
+    for heading, notes in sections:
+        if notes:
+            lines += ["", heading, *(f"  {note.text}" for note in notes)]
     return "\n".join(lines) + "\n"
 
 
-def diagnosis_figures(facts: Mapping[str, Any], signals: Mapping[str, FloatArray]) -> Iterator[CaptionedFigure]:
+def diagnosis_figures(diagnosis: Diagnosis) -> Iterator[CaptionedFigure]:
     """Yield the pictures of a diagnosis."""
-    teeth, unit = len(facts["teeth"]) - 1, facts["unit"] or "unit not stated"
+    signature, unit = diagnosis.signature, diagnosis.signature.unit or "unit not stated"
     yield CaptionedFigure(
-        "What is not as on a healthy gear",
+        "Difference from a healthy gear",
         "Recording and nearest template, each less the healthy template, against the angle of rotation. Numbers: tooth "
         "passes, counted from the tacho mark, or from where the average begins where there is none.",
-        _difference(signals, teeth, unit, facts["nearest"][0]),
+        _difference(diagnosis, unit),
     )
-    if facts["kind"] != "outside":
+    if diagnosis.kind != "outside":
         yield CaptionedFigure(
             "Which tooth",
             "Probability of no damage and of each first damaged tooth, if one of the templates is true. Red: in the "
             "set that holds the truth with a probability of 0.9.",
-            _teeth(facts["teeth"]),
+            _teeth(diagnosis.teeth),
         )
     yield CaptionedFigure(
         "The averaged recording",
-        f"Order spectrum of {facts['channel']}, peak amplitudes; marks at the mesh harmonics.",
-        _spectrum(signals["tsa"], teeth, unit),
+        f"Order spectrum of {signature.channel}, peak amplitudes; marks at the mesh harmonics.",
+        _spectrum(signature.tsa, signature.teeth, unit),
     )
 
 
-def _cell(row: Mapping[str, Any], name: str) -> str:
-    return "none" if name == "tooth" and row[name] == 0 else f"{row[name]:.3g}"
+def _signals(diagnosis: Diagnosis) -> dict[str, FloatArray]:
+    comparison = diagnosis.comparison
+    return {
+        "tsa": diagnosis.signature.tsa,
+        "compared": comparison.x,
+        "template": comparison.template,
+        "healthy": comparison.healthy,
+    }
 
 
-def _interval(one: Mapping[str, Any]) -> str:
-    return f"{one['low']:.3g}" if one["low"] == one["high"] else f"{one['low']:.3g} to {one['high']:.3g}"
+def _severity_rows(severity: pd.DataFrame) -> list[list[str]]:
+    return [
+        [TITLES[row["target"]], f"{row['estimate']:.3g}", _interval(row["low"], row["high"])]
+        for row in severity.to_dict("records")
+    ]
 
 
-def _beside(facts: Mapping[str, Any]) -> str:
-    """How far the recording is from what was simulated, and what that means for the probability."""
-    misfit = f"The nearest template leaves {facts['misfit']:.2g} times the noise; up to {facts['limit']:.2g} it fits."
-    if facts["kind"] == "outside":
-        return f"{misfit} Probabilities and templates below are those of the least bad fit, and no evidence."
-    return f"Probability of damage {facts['p_damage']:.3g}, at even odds before the recording. {misfit}"
+def _cell(name: object, value: float) -> str:
+    return "none" if name == "tooth" and value == 0 else f"{value:.3g}"
 
 
-def _difference(signals: Mapping[str, FloatArray], teeth: int, unit: str, nearest: Mapping[str, Any]) -> Figure:
-    first, count = int(nearest["tooth"]), int(nearest["damaged_teeth"])
+def _interval(low: float, high: float) -> str:
+    return f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
+
+
+def _evidence(diagnosis: Diagnosis) -> str:
+    """Return the fit of the nearest template, and the probability of damage where a template fits."""
+    comparison = diagnosis.comparison
+    fit = (
+        f"The squared residual of the nearest template is {comparison.reduced_chi2:.2g} times that of the noise; up to "
+        f"{comparison.limit:.2g} a template fits."
+    )
+    if diagnosis.kind == "outside":
+        return f"{fit} Probabilities and templates below are those of the least bad fit, and no evidence."
+    return f"Probability of damage {diagnosis.p_damage:.3g}, at even odds before the recording. {fit}"
+
+
+def _difference(diagnosis: Diagnosis, unit: str) -> Figure:
+    comparison, teeth = diagnosis.comparison, diagnosis.signature.teeth
+    first, count = (int(comparison.nearest[name].iloc[0]) for name in ("tooth", "damaged_teeth"))
     damaged = tuple((first - 1 + i) % teeth + 1 for i in range(count)) if first else ()
-    angle = np.arange(len(signals["compared"])) * 360 / len(signals["compared"])
+    angle = np.arange(len(comparison.x)) * 360 / len(comparison.x)
+    curves = (("recording", comparison.x, HEALTHY), ("nearest template", comparison.template, INK))
     with drawing() as figure:
         axes = figure.subplots()
         lay_grid(axes)
-        axes.plot(angle, signals["compared"] - signals["healthy"], color=HEALTHY, linewidth=1.2, label="recording")
-        axes.plot(angle, signals["template"] - signals["healthy"], color=INK, linewidth=1.2, label="nearest template")
+        for label, signal, colour in curves:
+            axes.plot(angle, signal - comparison.healthy, color=colour, linewidth=1.2, label=label)
         axes.margins(y=0.12)
         mark_passes(axes, teeth, damaged)
         axes.set(xlabel="angle, deg", ylabel=unit)
@@ -144,15 +175,14 @@ def _difference(signals: Mapping[str, FloatArray], teeth: int, unit: str, neares
     return figure
 
 
-def _teeth(rows: list[Mapping[str, Any]]) -> Figure:
+def _teeth(teeth: pd.DataFrame) -> Figure:
     with drawing() as figure:
         axes = figure.subplots()
         lay_grid(axes)
-        colours = [DAMAGE if one["candidate"] else HEALTHY for one in rows]
-        axes.bar([one["tooth"] for one in rows], [one["probability"] for one in rows], color=colours)
-        step = -(-len(rows) // 14)
-        marked = [one["tooth"] for one in rows if one["tooth"] % step == 0]
-        axes.set_xticks(marked, ["none" if one == 0 else str(one) for one in marked])
+        colours = [DAMAGE if candidate else HEALTHY for candidate in teeth["candidate"]]
+        axes.bar(teeth["tooth"], teeth["probability"], color=colours)
+        marked = range(0, len(teeth), -(-len(teeth) // 14))
+        axes.set_xticks(marked, ["none" if tooth == 0 else str(tooth) for tooth in marked])
         axes.set(ylim=(0, 1), xlabel="first damaged tooth", ylabel="probability")
     return figure
 

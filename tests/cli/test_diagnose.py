@@ -97,8 +97,8 @@ def test_without_a_tacho_teeth_are_counted_from_the_beginning(leave, files, fold
     assert (code, err) == (0, "")
     found = json.loads(out)
     assert not found["absolute"]
-    assert found["missing"][0].startswith("A tacho mark: ")
-    assert [one.startswith("A speed to be sure of in the healthy recording") for one in found["missing"][1:]] == [True]
+    assert [note["code"] for note in found["missing"]] == ["no-tacho-mark", "speed-doubt"]
+    assert found["missing"][1]["text"].startswith("A reliable speed in the healthy recording: ")
     assert found["p_damage"] > 0.9
 
 

@@ -1,4 +1,4 @@
-"""Diagnosis of averages that were simulated apart from the templates and sent through a path that is not told."""
+"""Diagnosis of averages that were simulated apart from the templates and sent through a unknown path."""
 
 from dataclasses import replace
 
@@ -7,11 +7,12 @@ import pandas as pd
 import pytest
 
 import sigdb
-from sigdb.core.errors import InputError
+from sigdb.core import InputError, Note
 from sigdb.diagnosis.bank import rig_bank
 from sigdb.diagnosis.diagnosis import diagnose_signature
-from sigdb.diagnosis.transfer_path import sensor_path
-from sigdb.recording.signature import RecordedSignature, in_unit
+from sigdb.diagnosis.notes import missing_notes, reading_notes
+from sigdb.diagnosis.transfer_path import transfer_path
+from sigdb.recording import SPEED_DOUBT, RecordedSignature, in_unit
 
 SENSOR, N, TEETH, REVOLUTIONS = "pinion-vertical", 768, 12, 102
 ORDERS = np.arange(N // 2 + 1)
@@ -116,7 +117,7 @@ def test_without_a_tacho_mark_the_tooth_is_relative_to_the_recording(clean, gear
     damaged = recorded(clean["tooth 6"] + gears, 1, absolute=False, turn=5)
     found = diagnosed(damaged, recorded(clean["none"] + gears, 2, absolute=False, turn=3))
     assert found.answer.startswith("Damage at tooth 11, counted from where the average begins")
-    assert [one.startswith("A tacho mark") for one in found.missing] == [True]
+    assert [note.code for note in found.missing] == ["no-tacho-mark"]
 
 
 @pytest.mark.parametrize("part", [0.2, 0.45, 0.7])
@@ -126,8 +127,8 @@ def test_where_in_a_tooth_an_average_begins_does_not_matter(clean, gears, diagno
     begun = {name: np.fft.irfft(shift * np.fft.rfft(x + gears), N) for name, x in clean.items()}
     found = diagnosed(recorded(begun["tooth 6"], 1, absolute=False), recorded(begun["none"], 2, absolute=False, turn=3))
     assert found.kind == "tooth"
-    assert found.compared.candidates in {(6,), (7,)}
-    assert found.compared.misfit < found.compared.limit
+    assert found.comparison.candidates in {(6,), (7,)}
+    assert found.comparison.reduced_chi2 < found.comparison.limit
 
 
 def test_coloured_noise_does_not_pass_for_damage(clean, gears, diagnosed):
@@ -144,7 +145,7 @@ def test_coloured_noise_does_not_pass_for_damage(clean, gears, diagnosed):
 
     found = diagnosed(coloured(1), coloured(2))
     assert found.kind in {"none", "not sure"}
-    assert 0 in found.compared.candidates
+    assert 0 in found.comparison.candidates
 
 
 def test_a_recording_without_noise_is_limited_by_the_templates(clean, gears, diagnosed):
@@ -161,13 +162,44 @@ def test_a_recording_without_noise_is_limited_by_the_templates(clean, gears, dia
     assert low <= 0.2 <= high
 
 
-def test_a_doubtful_speed_is_missing_and_what_the_healthy_recording_adds_is_told(clean, gears, diagnosed):
-    doubt = "the speed is not certain: 300 rpm explains the spectrum nearly as well"
-    one = replace(recorded(clean["none"] + gears, 1), notes=("60 of 70 revolutions", doubt))
-    other = replace(recorded(clean["none"] + gears, 2), notes=("61 of 72 revolutions", "2 samples were missing"))
+def notes_of(revolutions, *others, doubt="300 rpm explains the spectrum nearly as well"):
+    average = Note(code="whole-revolutions", text=f"{revolutions} averaged", values={"revolutions": revolutions})
+    return average, *others, Note(code=SPEED_DOUBT, text=doubt, values={"other_rpm": 300.0})
+
+
+GAPS = Note(code="filled-gaps", text="2 samples were missing", values={"channel": "a1", "samples": 2})
+
+
+def test_a_doubtful_speed_is_missing_and_notes_of_the_healthy_recording_are_those_that_it_adds(clean, gears, diagnosed):
+    one = replace(recorded(clean["none"] + gears, 1), notes=notes_of(60))
+    other = replace(recorded(clean["none"] + gears, 2), notes=notes_of(61, GAPS))
     found = diagnosed(one, other)
-    assert found.missing == (f"A speed to be sure of: {doubt}.",)
-    assert found.reading == ("60 of 70 revolutions", "healthy recording: 2 samples were missing")
+    assert [note.text for note in found.missing] == [
+        "A reliable speed: 300 rpm explains the spectrum nearly as well.",
+        "A reliable speed in the healthy recording: 300 rpm explains the spectrum nearly as well.",
+    ]
+    assert [note.text for note in found.reading] == ["60 averaged", "healthy recording: 2 samples were missing"]
+
+
+def test_a_changed_sentence_changes_no_decision(clean):
+    """The same notes in other words: the same ones are missing, and the same ones are left out."""
+    notes = {1: notes_of(60, GAPS), 2: notes_of(61, replace(GAPS, text="other words 3", values={"channel": "a2"}))}
+
+    def codes(rewrite):
+        one, other = (
+            replace(
+                recorded(clean["none"], seed),
+                notes=tuple(replace(note, text=rewrite(i, note.text)) for i, note in enumerate(notes[seed])),
+            )
+            for seed in (1, 2)
+        )
+        return [[note.code for note in part(one, other)] for part in (missing_notes, reading_notes)]
+
+    missing, reading = codes(lambda i, text: text)
+    assert missing == [SPEED_DOUBT] * 2
+    assert reading == ["whole-revolutions", "filled-gaps", "filled-gaps"]
+    assert codes(lambda i, text: f"{'uvw'[i]}: quite another sentence") == [missing, reading]
+    assert codes(lambda i, text: "the speed is not certain") == [missing, reading]
 
 
 def test_an_average_of_one_revolution_cannot_be_compared(clean, diagnosed):
@@ -179,8 +211,8 @@ def test_a_changed_gain_is_told_and_does_not_pass_for_damage(clean, gears, diagn
     healthy = recorded(clean["none"] + gears, 2)
     louder = diagnosed(recorded(clean["none"] + gears, 1, gain=2.0), healthy)
     assert louder.kind == "none"
-    assert louder.compared.reference.change_db[0] == pytest.approx(20 * np.log10(2), abs=0.1)
-    assert "the mesh harmonics have changed by" in louder.notes[-1]
+    assert louder.comparison.reference.change_db[0] == pytest.approx(20 * np.log10(2), abs=0.1)
+    assert "the mesh harmonics have changed by" in louder.notes[-1].text
 
 
 def test_what_is_no_tooth_damage_is_outside_the_database(clean, gears, diagnosed):
@@ -195,7 +227,7 @@ def test_what_is_no_tooth_damage_is_outside_the_database(clean, gears, diagnosed
 def test_without_a_healthy_recording_the_answer_says_what_is_missing(clean, diagnosed):
     found = diagnosed(recorded(clean["tooth 6"], 1))
     assert found.kind == "outside"
-    assert "healthy recording" in found.missing[0]
+    assert [note.code for note in found.missing] == ["no-healthy-recording"]
     assert found.as_json()["path"] is None
 
 
@@ -204,15 +236,15 @@ def test_the_path_is_that_of_the_structure_between_mesh_harmonics():
     stream = np.random.default_rng(0)
     simulated = np.fft.irfft(np.where(ORDERS % TEETH == 0, stream.standard_normal(len(ORDERS)) + 2j, 0), N)
     true = 3.0 * np.exp(-2j * np.pi * ORDERS * 0.3 / TEETH)
-    path = sensor_path(np.fft.irfft(true * np.fft.rfft(simulated), N), simulated, teeth=TEETH, noise=1e-9)
-    np.testing.assert_allclose(path.gain[path.known], true[path.known], rtol=1e-9)
+    path = transfer_path(np.fft.irfft(true * np.fft.rfft(simulated), N), simulated, teeth=TEETH, noise=1e-9)
+    np.testing.assert_allclose(path.gain[path.covered], true[path.covered], rtol=1e-9)
     assert path.harmonics.tolist() == list(range(1, 32))
 
 
 def test_a_recording_without_mesh_harmonics_tells_no_path(clean):
     stream = np.random.default_rng(0)
     with pytest.raises(InputError, match="no mesh harmonic of 12 teeth stands above the noise"):
-        sensor_path(stream.standard_normal(N), clean["none"], teeth=TEETH, noise=1.0)
+        transfer_path(stream.standard_normal(N), clean["none"], teeth=TEETH, noise=1.0)
 
 
 def test_units_are_brought_to_the_sensors(clean):
@@ -221,4 +253,4 @@ def test_units_are_brought_to_the_sensors(clean):
     with pytest.raises(InputError, match=r"a1 is in 'V', the simulated sensor in 'm/s'"):
         in_unit(replace(signature, unit="V"), "m/s")
     unstated = in_unit(replace(signature, unit=""), "m/s")
-    assert unstated.notes[-1] == "The unit of a1 is not stated; it was taken to be m/s."
+    assert unstated.notes[-1].text == "The unit of a1 is not stated; it was taken to be m/s."

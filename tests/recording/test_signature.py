@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 import sigdb
-from sigdb.core.errors import InputError
+from sigdb.core import InputError, Note
 from sigdb.pipeline import load_recipe
-from sigdb.recording import Channel, Recording, recorded_history, recorded_signature
+from sigdb.recording import SPEED_DOUBT, Channel, Recording, recorded_history, recorded_signature
 from sigdb.recording.lines import record_spectrum, spectral_lines
 from sigdb.recording.orders import averaged_gear
 from sigdb.recording.speed import find_speed
+from sigdb.signature import mesh_pulses
 from sigdb.sweep import run
 
 FS = 6400.0
@@ -75,8 +76,9 @@ def test_the_average_by_the_mesh_is_the_same_revolution_turned():
     overlap = np.fft.irfft(np.fft.rfft(found.tsa) * np.fft.rfft(clean).conj())
     assert overlap.max() > 0.99 * np.sqrt(np.sum(found.tsa**2) * np.sum(clean**2))
     assert not found.absolute
-    assert any("tooth numbers are relative" in note for note in found.notes)
-    assert any("between 300 and 6000 rpm" in note for note in found.notes)
+    notes = {note.code: note for note in found.notes}
+    assert "tooth numbers are relative" in notes["relative-teeth"].text
+    assert "between 300 and 6000 rpm" in notes["speed-from-spectrum"].text
     assert found.speed_rpm == pytest.approx(60 * (20 + 0.1 * 4), rel=2e-3)
     assert found.scatter == pytest.approx(1, rel=0.1)
 
@@ -128,11 +130,11 @@ def test_another_speed_that_explains_as_much_is_told():
     two = vibration(20 * t) + vibration(31 * t)  # two such shafts
     both = two + 0.1 * np.random.default_rng(3).normal(size=t.size)
     found = recorded_signature(recording(t, both, tacho=False), teeth=TEETH, mesh_phase=True)
-    assert any("not certain" in note for note in found.notes)
+    assert "not certain" in {note.code: note.text for note in found.notes}[SPEED_DOUBT]
     for given, rpm in (({"speed_rpm": 1870.0}, 1860), ({"speed_range_rpm": (1000.0, 1400.0)}, 1200)):
         near = recorded_signature(recording(t, both, tacho=False), teeth=TEETH, mesh_phase=True, **given)
         assert near.speed_rpm == pytest.approx(rpm, rel=1e-3)
-        assert not any("not certain" in note for note in near.notes)
+        assert SPEED_DOUBT not in {note.code for note in near.notes}
 
 
 def test_orders_of_a_rig_are_those_of_its_tooth_counts():
@@ -158,10 +160,10 @@ def test_a_hunting_pair_is_averaged_over_whole_tooth_cycles():
     turns = turned(6, 20.0)
     found = recorded_signature(recording(turns, vibration(turns)), rig=rig, gear="pinion", revolutions=None)
     assert (found.cycle, found.averages, found.dropped) == (48, 96, 118 - 96)
-    assert any("2 tooth cycles of 48" in note for note in found.notes)
+    assert "2 tooth cycles of 48" in {note.code: note.text for note in found.notes}["whole-tooth-cycles"]
     short = recorded_signature(recording(turns[:9600], vibration(turns[:9600])), rig=rig, gear="pinion")
     assert short.averages < 48
-    assert any("no whole number of tooth cycles" in note for note in short.notes)
+    assert "no whole number of tooth cycles" in {note.code: note.text for note in short.notes}["broken-tooth-cycles"]
 
 
 def test_lines_of_other_shafts_are_found_and_named_with_a_rig():
@@ -179,10 +181,16 @@ def test_lines_of_other_shafts_are_found_and_named_with_a_rig():
         "order 7.77": 0.1,
     }.items():
         assert found.loc[name, "amplitude"] == pytest.approx(amplitude, abs=error + 2e-3), name
-        assert found.loc[name, "found"], name
-    assert found["found"].sum() == 5
+        assert found.loc[name, "stands_out"], name
+    assert found["stands_out"].sum() == 5
     without = recorded_signature(recording(turns, x + noise), teeth=32).lines.set_index("name")
-    assert set(without.index[without["found"]]) == {"mesh", "mesh -0.40", "mesh +0.40", "order 7.77", "order 19.20"}
+    assert set(without.index[without["stands_out"]]) == {
+        "mesh",
+        "mesh -0.40",
+        "mesh +0.40",
+        "order 7.77",
+        "order 19.20",
+    }
 
 
 def test_noise_alone_has_no_lines():
@@ -192,7 +200,7 @@ def test_noise_alone_has_no_lines():
     for _ in range(20):
         spectrum = record_spectrum(stream.normal(size=150 * 512), samples_per_rev=512, highest=140.0)
         lines = spectral_lines(spectrum, known.orders, teeth=32)
-        count, named = count + int(lines["found"].sum()), named + len(lines)
+        count, named = count + int(lines["stands_out"].sum()), named + len(lines)
     # One in 10 000 named orders, and one in 10 000 spectra, by construction.
     assert named > 1500
     assert count <= 3
@@ -294,12 +302,13 @@ def test_a_history_is_na4_of_the_residuals():
 
 def test_all_of_a_signature_is_plain_json():
     turns = turned(2, 20.0)
-    found = recorded_signature(recording(turns, vibration(turns), notes=("2 gaps were filled",)), teeth=TEETH)
+    gaps = Note(code="filled-gaps", text="2 gaps were filled", values={"gaps": 2})
+    found = recorded_signature(recording(turns, vibration(turns), notes=(gaps,)), teeth=TEETH)
     plain = json.loads(json.dumps(found.as_json(), allow_nan=False))
-    assert plain["notes"][0] == "2 gaps were filled"
+    assert plain["notes"][0] == {"code": "filled-gaps", "text": "2 gaps were filled", "values": {"gaps": 2}}
     assert plain["lines"]["order"] == found.lines["order"].tolist()
     assert len(plain["tsa"]) == 768
-    assert any("reaches to order 160.0, 13.3 mesh orders" in note for note in plain["notes"])
+    assert any("reaches to order 160.0, 13.3 mesh orders" in note["text"] for note in plain["notes"])
 
 
 def test_a_single_revolution_has_no_scatter():
@@ -347,5 +356,23 @@ def test_a_record_without_vibration_has_no_speed_and_no_lines():
     with pytest.raises(InputError, match="nothing stands out"):
         recorded_signature(recording(turns, 0 * turns, tacho=False), teeth=TEETH, mesh_phase=True)
     found = recorded_signature(recording(turns, 0 * turns + 1.5), teeth=TEETH)
-    assert (found.kept, found.lines["found"].sum()) == (0, 0)
+    assert (found.kept, found.lines["stands_out"].sum()) == (0, 0)
     assert found.as_json()["indicators"]["fm4"] is None
+
+
+def test_a_harmonic_that_does_not_apply_is_skipped_and_a_wrong_input_is_not(monkeypatch):
+    """Two harmonics lie above half the sampling rate; any other error of a user's input stops the search."""
+    turns = turned(8, 20.0, fs=600.0)
+    noise = 0.1 * np.random.default_rng(9).normal(size=turns.size)
+    slow = recording(turns, np.cos(2 * np.pi * 12 * turns) + noise, tacho=False, fs=600.0)
+    options = {"teeth": TEETH, "mesh_phase": True, "speed_rpm": 1200.0}
+    assert recorded_signature(slow, **options).angle == "phase of mesh harmonic 1 of a1"
+
+    def refuse_second(x, fs, *, harmonic, **rest):
+        if harmonic == 2:
+            raise InputError("x holds text")
+        return mesh_pulses(x, fs, harmonic=harmonic, **rest)
+
+    monkeypatch.setattr("sigdb.recording.shaft_angle.mesh_pulses", refuse_second)
+    with pytest.raises(InputError, match="x holds text"):
+        recorded_signature(slow, **options)

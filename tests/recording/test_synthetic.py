@@ -9,8 +9,8 @@ from sigdb.recording import Surroundings, synthetic_recording
 from sigdb.recording.synthetic.noise import coloured_noise, relative_density
 from sigdb.recording.synthetic.operation import Drift
 from sigdb.recording.synthetic.sensor_resonance import SensorResonance, through_path
-from sigdb.recording.synthetic.tacho import jittered, pulse_waveform
-from sigdb.recording.synthetic.tones import BearingTones, RollingBearing, tones
+from sigdb.recording.synthetic.tacho import jitter_times, pulse_waveform
+from sigdb.recording.synthetic.tones import BearingTones, RollingBearing, sum_of_tones
 from sigdb.signature import synchronous_average, tacho_pulses
 from sigdb.transmission import load_transmission
 
@@ -41,7 +41,7 @@ def test_a_drift_that_stops_the_shaft_is_refused():
 
 def test_tones_stand_at_their_orders():
     turns = np.arange(4096) / 4096 * 16  # bins of a sixteenth of an order
-    x = tones(turns, [5.0625, 20.5], [3.0, 0.25], [0.4, -1.0])
+    x = sum_of_tones(turns, [5.0625, 20.5], [3.0, 0.25], [0.4, -1.0])
     spectrum = 2 * np.fft.rfft(x) / 4096
     np.testing.assert_allclose(spectrum[[81, 328]], [3.0 * np.exp(0.4j), 0.25 * np.exp(-1j)], rtol=1e-10)
     assert np.abs(np.delete(spectrum, [81, 328])).max() < 1e-12
@@ -130,10 +130,10 @@ def test_pulses_are_found_where_they_were_put():
 
 def test_jitter_has_its_deviation_and_no_bias():
     times = np.arange(1, 40_001) / 100
-    late = jittered(np.random.default_rng(4), times, 2e-5) - times
+    late = jitter_times(np.random.default_rng(4), times, 2e-5) - times
     assert np.std(late) == pytest.approx(2e-5, rel=4 / np.sqrt(2 * 40_000))
     assert abs(np.mean(late)) < 4 * 2e-5 / np.sqrt(40_000)
-    assert np.array_equal(jittered(np.random.default_rng(4), times, 0.0), times)
+    assert np.array_equal(jitter_times(np.random.default_rng(4), times, 0.0), times)
 
 
 def test_jitter_takes_from_a_harmonic_what_the_characteristic_function_says():
@@ -141,7 +141,7 @@ def test_jitter_takes_from_a_harmonic_what_the_characteristic_function_says():
     rate, f, sigma, revolutions = 10e3, 600.0, 6e-5, 1000
     t = np.arange(int((revolutions + 2) * 0.02 * rate)) / rate
     x = np.cos(2 * np.pi * f * t)
-    pulses = jittered(np.random.default_rng(5), 0.01 + np.arange(revolutions + 1) * 0.02, sigma)
+    pulses = jitter_times(np.random.default_rng(5), 0.01 + np.arange(revolutions + 1) * 0.02, sigma)
     average = synchronous_average(x, rate, pulses, samples_per_rev=120, revolutions=revolutions)
     kept = np.exp(-((2 * np.pi * f * sigma) ** 2) / 2)
     # cos of a normal phase, averaged over so many revolutions.

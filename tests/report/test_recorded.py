@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from markupsafe import escape
 
+from sigdb.core import Note
 from sigdb.recording import Channel, Recording, recorded_history, recorded_signature
 from sigdb.report import recorded_figures, recorded_text, write_recorded_report
 
@@ -20,7 +21,7 @@ def signature_of(level, source, seconds=3, fs=5000.0):
         Channel(name="a<1>", samples=x, sampling_rate=fs, unit="m/s^2"),
         Channel(name="tacho", samples=np.cos(theta), sampling_rate=fs),
     )
-    notes = ("2 samples were missing & filled",)
+    notes = (Note(code="filled-gaps", text="2 samples were missing & filled"),)
     return recorded_signature(Recording(source=source, channels=channels, tacho="tacho", notes=notes), teeth=12)
 
 
@@ -31,9 +32,8 @@ def signatures():
 
 @pytest.fixture(scope="module")
 def page(signatures, tmp_path_factory):
-    history = recorded_history(signatures, baseline=1).to_dict("records")
-    facts = [one.as_json() for one in signatures]
-    return write_recorded_report(facts, tmp_path_factory.mktemp("page"), history=history, title="A & B")
+    history = recorded_history(signatures, baseline=1)
+    return write_recorded_report(signatures, tmp_path_factory.mktemp("page"), history=history, title="A & B")
 
 
 def test_the_page_needs_nothing_else(page):
@@ -51,7 +51,7 @@ def test_the_page_holds_facts_and_notes_and_no_markup_of_names(page, signatures)
     assert "<h1>A &amp; B</h1>" in text
     for one in signatures:
         for note in one.notes:
-            assert f"<li>{escape(note)}</li>" in text
+            assert f"<li>{escape(note.text)}</li>" in text
         assert f"{one.averages} revolutions; 0 dropped" in text
         assert f"<td>{one.indicators['kurtosis']:.4g}</td>" in text
 
@@ -64,20 +64,19 @@ def test_the_numbers_beside_the_page_are_those_of_the_signatures(page, signature
 
 
 def test_lines_that_are_found_are_marked(signatures):
-    facts = signatures[0].as_json()
-    figures = {heading: figure for heading, _, figure in recorded_figures(facts)}
+    figures = {heading: figure for heading, _, figure in recorded_figures(signatures[0])}
     (spectrum,) = figures["Order spectrum over the angle"].axes
     marked = {line.get_label(): sorted(line.get_xdata()) for line in spectrum.lines if line.get_linestyle() == "None"}
     assert marked["mesh"] == [12]
     assert marked["sideband"] == [11]
     assert marked["unnamed"] == pytest.approx([5.5], abs=1e-3)
     (average,) = figures["Synchronous average"].axes
-    np.testing.assert_array_equal(average.lines[0].get_ydata()[:-1], facts["tsa"])
+    np.testing.assert_array_equal(average.lines[0].get_ydata()[:-1], signatures[0].tsa)
     assert [text.get_text() for text in average.texts] == [str(tooth) for tooth in range(1, 13)]
 
 
 def test_the_text_lists_what_was_found_only(signatures):
-    text = recorded_text(signatures[0].as_json())
+    text = recorded_text(signatures[0])
     lines = text.split("over the angle\n")[1].split("\n\n")[0].splitlines()[1:]
     assert [line.split()[0] for line in lines] == ["5.500", "11.000", "12.000"]
     assert "2 samples were missing & filled" in text
@@ -90,8 +89,8 @@ def test_a_page_of_many_teeth_shows_a_distribution_of_the_mesh_orders_only(tmp_p
         Channel(name="a1", samples=x, sampling_rate=20_000.0),
         Channel(name="tacho", samples=np.cos(theta), sampling_rate=20_000.0),
     )
-    facts = recorded_signature(Recording(source="wide", channels=channels, tacho="tacho"), teeth=100).as_json()
-    *_, (_, _, figure) = recorded_figures(facts)
+    signature = recorded_signature(Recording(source="wide", channels=channels, tacho="tacho"), teeth=100)
+    *_, (_, _, figure) = recorded_figures(signature)
     image = figure.axes[0].images[0]
     # All of the power is at the mesh order, 1 in square of the amplitude: the sum over bins is K |z|^2.
     assert image.get_array().shape[1] == 1600

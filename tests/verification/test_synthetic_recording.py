@@ -132,5 +132,5 @@ def test_torque_and_speed_wander_as_they_are_told(rig):
 def test_a_mesh_that_loses_contact_says_so(rig):
     damage = Damage(tooth=6, stiffness_loss=0.9, damaged_teeth=2)
     assert simulate(rig, damage, solver=Transient()).contact_loss
-    assert "all meshes are closed during" in recording_of(rig, damage, None).notes[0]
-    assert recording_of(rig).notes == ("made by the march in time, not measured",)
+    assert "all meshes are closed during" in recording_of(rig, damage, None).notes[0].text
+    assert [note.text for note in recording_of(rig).notes] == ["made by the march in time, not measured"]

@@ -2,11 +2,14 @@
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
-from sigdb.cli.options.recordings import read, recording_options
+from sigdb.cli.options.recordings import recording_options
+
+if TYPE_CHECKING:
+    from sigdb.recording import AngleOptions, RecordingOptions
 
 
 @click.command()
@@ -36,20 +39,35 @@ def diagnose(
     recording: Path,
     rig: str,
     healthy: Path | None,
+    model: str | None,
+    database: str | None,
+    gear: str | None,
+    sensor: str | None,
+    torque: float | None,
     form: str,
     out: Path | None,
-    **options: Any,
+    reading: "RecordingOptions",
+    averaging: "AngleOptions",
 ) -> None:
     """From a recording to an answer: damaged or not, which tooth, how severe, or why it cannot be told.
 
     Example: sigdb diagnose run.csv --rig rig.toml --healthy new.csv --tacho tacho --out diagnosis
     """
-    from sigdb.diagnosis import diagnose as diagnosed
-    from sigdb.pipeline import write_diagnosis
-    from sigdb.report import diagnosis_text
+    from sigdb.diagnosis import diagnose as diagnose_recording
+    from sigdb.recording import read_recording
+    from sigdb.report import diagnosis_text, write_diagnosis_report
 
-    one, *others = read((recording, *([healthy] if healthy else [])), options)
-    found = diagnosed(one, rig, healthy=others[0] if others else None, **options)
-    click.echo(json.dumps(found.as_json()) if form == "json" else diagnosis_text(found.as_json()), nl=form == "json")
+    diagnosis = diagnose_recording(
+        read_recording(recording, **reading),
+        rig,
+        healthy=None if healthy is None else read_recording(healthy, **reading),
+        model=model,
+        database=database,
+        gear=gear,
+        sensor=sensor,
+        torque=torque,
+        **averaging,
+    )
+    click.echo(json.dumps(diagnosis.as_json()) if form == "json" else diagnosis_text(diagnosis), nl=form == "json")
     if out is not None:
-        click.echo(f"page: {write_diagnosis(found, out)}", err=True)
+        click.echo(f"page: {write_diagnosis_report(diagnosis, out)}", err=True)

@@ -2,14 +2,14 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from sigdb.cli.options.recordings import read, recording_options
+from sigdb.cli.options.recordings import recording_options
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from sigdb.recording import AngleOptions, RecordingOptions
 
 _LARGE = "record_spectrum"
 """What is not printed: tens of thousands of numbers, which a report has."""
@@ -40,11 +40,15 @@ _LARGE = "record_spectrum"
 @click.option("--out", type=click.Path(path_type=Path), help="Also write a page and its numbers into this folder.")
 def signature(
     recordings: tuple[Path, ...],
+    teeth: int | None,
     rig: str | None,
+    gear: str | None,
+    samples_per_tooth: int,
     baseline: int | None,
     form: str,
     out: Path | None,
-    **options: Any,
+    reading: "RecordingOptions",
+    averaging: "AngleOptions",
 ) -> None:
     """From recordings to signatures: speed, synchronous average, spectrum, indicators.
 
@@ -52,27 +56,25 @@ def signature(
 
     Example: sigdb signature run.csv --sampling-rate 12800 --teeth 32 --mesh-phase --out signature
     """
-    from sigdb.recording import recorded_history, recorded_signature
+    from sigdb.recording import AveragingSettings, read_recording, recorded_history, recorded_signature
     from sigdb.report import history_text, recorded_text, write_recorded_report
     from sigdb.transmission import load_transmission
 
     if baseline is not None and len(recordings) < 2:
         raise click.UsageError("--baseline compares recordings; give several.")
-    read_ones = read(recordings, options)
+    settings = AveragingSettings(teeth=teeth, gear=gear, samples_per_tooth=samples_per_tooth, **averaging)
+    files = [read_recording(path, **reading) for path in recordings]
     loaded = None if rig is None else load_transmission(rig)
-    signatures = [recorded_signature(one, rig=loaded, **options) for one in read_ones]
-    facts = [one.as_json() for one in signatures]
-    history = _rows(recorded_history(signatures, baseline=baseline)) if len(facts) > 1 else []
+    signatures = [recorded_signature(recording, settings, rig=loaded) for recording in files]
+    history = recorded_history(signatures, baseline=baseline) if len(signatures) > 1 else None
     if form == "json":
-        click.echo(json.dumps([{name: fact for name, fact in one.items() if name != _LARGE} for one in facts]))
+        facts = [signature.as_json() for signature in signatures]
+        click.echo(
+            json.dumps([{name: value for name, value in signature.items() if name != _LARGE} for signature in facts])
+        )
     else:
-        click.echo("\n".join([*map(recorded_text, facts), *([history_text(history)] if history else [])]), nl=False)
+        texts = [recorded_text(signature) for signature in signatures]
+        click.echo("\n".join(texts if history is None else [*texts, history_text(history)]), nl=False)
     if out is not None:
-        page = write_recorded_report(facts, out, history=history, title=f"Signature of {recordings[0].name}")
+        page = write_recorded_report(signatures, out, history=history, title=f"Signature of {recordings[0].name}")
         click.echo(f"page: {page}", err=True)
-
-
-def _rows(table: "pd.DataFrame") -> list[dict[str, Any]]:
-    """Rows as dictionaries, with None for a number that is not known."""
-    known = table.astype(object).where(table.notna(), None)
-    return [{str(name): value for name, value in row.items()} for row in known.to_dict("records")]

@@ -1,13 +1,10 @@
-"""The options that say how recordings are read, and where their angle is from."""
+"""Options of reading recordings and of their averages."""
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from functools import wraps
+from typing import Any
 
 import click
-
-if TYPE_CHECKING:
-    from sigdb.recording import Recording
-
 
 _ABOVE_ZERO = click.FloatRange(0, min_open=True)
 
@@ -23,11 +20,13 @@ _FILE = {
 }
 """Options of :func:`sigdb.read_recording`."""
 
-_ANGLE = (
-    click.option("--channel", help="Signal; the first one if left out."),
-    click.option("--mesh-phase", is_flag=True, help="Take the angle from the phase of the mesh: no tacho is needed."),
-    click.option("--speed-rpm", type=_ABOVE_ZERO, help="Speed for --mesh-phase, to within 5 %."),
-    click.option(
+_ANGLE = {
+    "channel": click.option("--channel", help="Signal; the first one if left out."),
+    "mesh_phase": click.option(
+        "--mesh-phase", is_flag=True, help="Take the angle from the phase of the mesh: no tacho is needed."
+    ),
+    "speed_rpm": click.option("--speed-rpm", type=_ABOVE_ZERO, help="Speed for --mesh-phase, to within 5 %."),
+    "speed_range_rpm": click.option(
         "--speed-range",
         "speed_range_rpm",
         nargs=2,
@@ -35,31 +34,35 @@ _ANGLE = (
         metavar="LOW HIGH",
         help="Where to seek the speed instead, rpm.",
     ),
-    click.option(
+    "harmonic": click.option(
         "--harmonic",
         type=click.IntRange(1),
         help="Mesh harmonic for --mesh-phase; of the first three the most even if left out.",
     ),
-    click.option("--revolutions", type=click.IntRange(1), help="Revolutions to average; all whole tooth cycles else."),
-)
+    "revolutions": click.option(
+        "--revolutions", type=click.IntRange(1), help="Revolutions to average; all whole tooth cycles else."
+    ),
+}
 """Options of :func:`sigdb.recording.recorded_signature`."""
 
 
-def recording_options(command: Any) -> Any:
-    """``--tacho`` to ``--variable``, which :func:`read` takes out again, and those of the average."""
-    for option in reversed((*_FILE.values(), *_ANGLE)):
-        command = option(command)
-    return command
+def recording_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options of a recording and of its average to a command.
 
+    The command gets them as ``reading``, the options of a file, and ``averaging``, the options of the average.
+    """
 
-def read(paths: tuple[Path, ...], options: dict[str, Any]) -> list["Recording"]:
-    """Recordings by the options of their files, which are taken out of ``options``."""
-    from sigdb.recording import read_recording
+    @wraps(command)
+    def call(**options: Any) -> None:
+        reading = {name: options.pop(name) for name in _FILE}
+        averaging = {name: options.pop(name) for name in _ANGLE}
+        if reading["tacho"] is not None and averaging["mesh_phase"]:
+            raise click.UsageError("Give either --tacho or --mesh-phase.")
+        command(reading=reading, averaging=averaging, **options)
 
-    given = {name: options.pop(name) for name in _FILE}
-    if given["tacho"] is not None and options["mesh_phase"]:
-        raise click.UsageError("Give either --tacho or --mesh-phase.")
-    return [read_recording(path, **{name: one for name, one in given.items() if one is not None}) for path in paths]
+    for option in reversed((*_FILE.values(), *_ANGLE.values())):
+        call = option(call)
+    return call
 
 
 def _checked(context: click.Context, parameter: click.Parameter, jobs: int) -> int:

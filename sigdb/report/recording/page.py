@@ -1,11 +1,14 @@
-"""The page of recordings' signatures: one file that needs no network, and the same as JSON."""
+"""The page of the signatures of recordings: one file that needs no network, and its numbers as JSON."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sigdb.core import __version__
+import pandas as pd
+
+from sigdb.core import __version__, plain
+from sigdb.recording import RecordedSignature
 from sigdb.report.page import page
 from sigdb.report.recording.pictures import history_figure, recorded_figures
 from sigdb.report.recording.tables import (
@@ -14,7 +17,7 @@ from sigdb.report.recording.tables import (
     fact_rows,
     history_columns,
     indicator_rows,
-    line_rows,
+    outstanding_lines,
 )
 from sigdb.report.text_table import Column
 
@@ -23,25 +26,25 @@ PAGE, NUMBERS = "index.html", "signature.json"
 
 
 def write_recorded_report(
-    signatures: Sequence[Mapping[str, Any]],
+    signatures: Sequence[RecordedSignature],
     folder: str | Path,
     *,
-    history: Sequence[Mapping[str, Any]] = (),
+    history: pd.DataFrame | None = None,
     title: str = "Signature of a recording",
 ) -> Path:
-    """Write the page of recordings' signatures, ``index.html``, and what it shows, ``signature.json``.
+    """Write the page of the signatures of recordings, ``index.html``, and its numbers, ``signature.json``.
 
-    The page is one file, without scripts: pictures are in it.
+    The page is one file without scripts; pictures are part of it.
 
     Parameters
     ----------
-    signatures
-        What :meth:`sigdb.pipeline.RecordedSignature.as_json` returns, of each recording.
-    folder
-        Where; made if it does not exist.
-    history
-        Rows of :func:`sigdb.recording.recorded_history`, where there are several recordings.
-    title
+    signatures : sequence of RecordedSignature
+        Signatures from :func:`sigdb.recording.recorded_signature`.
+    folder : str or path-like
+        Folder of the page; it is created if it does not exist.
+    history : pandas.DataFrame, optional
+        From :func:`sigdb.recording.recorded_history`, where there are several recordings.
+    title : str
         Heading of the page.
 
     Returns
@@ -51,31 +54,35 @@ def write_recorded_report(
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    numbers = {"signatures": list(signatures), "history": list(history), "sigdb_version": __version__}
+    numbers = {
+        "signatures": [signature.as_json() for signature in signatures],
+        "history": [] if history is None else plain(history.to_dict("records")),
+        "sigdb_version": __version__,
+    }
     (folder / NUMBERS).write_text(json.dumps(numbers, allow_nan=False) + "\n", encoding="utf-8")
     text = page(
         "recording.html",
         title=title,
-        history=_history(history) if history else None,
-        signatures=[_signature(facts) for facts in signatures],
+        history=None if history is None else _history(history),
+        signatures=[_signature(signature) for signature in signatures],
         numbers=NUMBERS,
     )
     (folder / PAGE).write_text(text, encoding="utf-8")
     return folder / PAGE
 
 
-def _history(history: Sequence[Mapping[str, Any]]) -> dict[str, object]:
-    return _table(history_columns(history), history) | {"picture": history_figure(history)}
+def _history(history: pd.DataFrame) -> dict[str, object]:
+    return _table(history_columns(history), plain(history.to_dict("records"))) | {"picture": history_figure(history)}
 
 
-def _signature(facts: Mapping[str, Any]) -> dict[str, object]:
+def _signature(signature: RecordedSignature) -> dict[str, object]:
     return {
-        "source": facts["source"],
-        "facts": fact_rows(facts),
-        "notes": facts["notes"],
-        "pictures": list(recorded_figures(facts)),
-        "lines": _table(LINE_COLUMNS, [row for row in line_rows(facts) if row["found"]]),
-        "indicators": _table(INDICATOR_COLUMNS, indicator_rows(facts)),
+        "source": signature.source,
+        "facts": fact_rows(signature),
+        "notes": signature.notes,
+        "pictures": list(recorded_figures(signature)),
+        "lines": _table(LINE_COLUMNS, outstanding_lines(signature)),
+        "indicators": _table(INDICATOR_COLUMNS, indicator_rows(signature)),
     }
 
 

@@ -1,13 +1,14 @@
 """Pictures of a recording's signature: speed, average, spectrum over the angle, Wigner-Ville distribution, history."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
 from sigdb.core import FloatArray
+from sigdb.recording import RecordedSignature
 from sigdb.report.evaluation.style import drawing, lay_grid
 from sigdb.report.page import CaptionedFigure
 from sigdb.report.panels import DAMAGE, HEALTHY, INK, draw_distribution, draw_signal
@@ -15,73 +16,90 @@ from sigdb.signature import wigner_ville
 
 _KINDS = {"mesh": DAMAGE, "sideband": "#3c8d7a", "shaft": "#8a6bbd", "unnamed": "#8c8c8c"}
 _HIGHEST = 4
-"""Mesh orders shown of the distribution."""
+"""Highest order of the distribution, in mesh orders."""
 _ABOUT = 2.6
-"""Orders to either side of a mesh harmonic that are shown at large."""
+"""Orders to either side of a mesh harmonic in the enlarged spectra."""
 
 
-def recorded_figures(facts: Mapping[str, Any]) -> Iterator[CaptionedFigure]:
-    """Heading, caption and figure of what a recording's signature holds.
+def recorded_figures(signature: RecordedSignature) -> Iterator[CaptionedFigure]:
+    """Yield the pictures of a recording's signature.
 
     Parameters
     ----------
-    facts
-        What :meth:`sigdb.pipeline.RecordedSignature.as_json` returns.
+    signature : RecordedSignature
+        From :func:`sigdb.recording.recorded_signature`.
+
+    Yields
+    ------
+    CaptionedFigure
+        Heading, caption and figure.
     """
-    yield _speed(facts)
-    yield _average(facts)
-    yield _spectrum(facts)
-    yield _sidebands(facts)
-    yield _distribution(facts)
+    yield _speed(signature)
+    yield _average(signature)
+    yield _spectrum(signature)
+    yield _sidebands(signature)
+    yield _distribution(signature)
 
 
-def history_figure(history: Sequence[Mapping[str, Any]]) -> CaptionedFigure:
-    """The indicators with a history over the recordings, oldest first."""
-    shown = [name for name in ("na4", "nb4", "na4_star", "nb4_star") if name in history[0]]
+def history_figure(history: pd.DataFrame) -> CaptionedFigure:
+    """Return the picture of the indicators over the recordings of a machine.
+
+    Parameters
+    ----------
+    history : pandas.DataFrame
+        From :func:`sigdb.recording.recorded_history`.
+
+    Returns
+    -------
+    CaptionedFigure
+        Heading, caption and figure.
+    """
+    shown = [name for name in ("na4", "nb4", "na4_star", "nb4_star") if name in history]
     with drawing(width=8.0) as figure:
         axes = figure.subplots()
         for name, colour in zip(shown, (INK, DAMAGE, "#3c8d7a", "#8a6bbd"), strict=False):
-            values = [np.nan if row[name] is None else row[name] for row in history]
             label = name.upper().replace("_STAR", "*")
-            axes.plot(np.arange(1, len(history) + 1), values, "o-", color=colour, label=label)
+            axes.plot(np.arange(1, len(history) + 1), history[name], "o-", color=colour, label=label)
         axes.set(xlabel="recording", ylabel="quotient", yscale="log", xticks=np.arange(1, len(history) + 1))
         axes.legend(frameon=False)
         lay_grid(axes)
-    said = "NA4 and NB4 against the mean of the recordings up to each; with a star against the first, healthy ones."
-    return CaptionedFigure("History", f"{said} A change of load or speed changes them as damage does.", figure)
+    caption = "NA4 and NB4 against the mean of the recordings up to each; with a star against the first, healthy ones."
+    return CaptionedFigure("History", f"{caption} A change of load or speed changes them as damage does.", figure)
 
 
-def _speed(facts: Mapping[str, Any]) -> CaptionedFigure:
-    track = facts["speed_track"]
+def _speed(signature: RecordedSignature) -> CaptionedFigure:
+    track = signature.speed_track
     with drawing(width=8.0, height=2.4) as figure:
         axes = figure.subplots()
         axes.plot(track["time"], track["speed_rpm"], color=INK, linewidth=1)
         axes.set(xlabel="time, s", ylabel="speed, rpm")
         axes.ticklabel_format(axis="y", useOffset=False)
         lay_grid(axes)
-    return CaptionedFigure("Speed", f"Of each revolution, from the {facts['angle']}.", figure)
+    return CaptionedFigure("Speed", f"Of each revolution, from the {signature.angle}.", figure)
 
 
-def _average(facts: Mapping[str, Any]) -> CaptionedFigure:
+def _average(signature: RecordedSignature) -> CaptionedFigure:
     with drawing(width=8.0, height=3.0) as figure:
         axes = figure.subplots()
-        draw_signal(axes, np.array(facts["tsa"]), facts["teeth"], ())
-        axes.set(xlabel="angle, deg (tooth passes numbered)", ylabel=_with_unit(facts))
+        draw_signal(axes, signature.tsa, signature.teeth, ())
+        axes.set(xlabel="angle, deg (tooth passes numbered)", ylabel=_with_unit(signature))
     counted = (
         "tooth 1 is the first after the tacho mark"
-        if facts["absolute"]
+        if signature.absolute
         else "numbers are relative: tooth 1 is arbitrary"
     )
-    return CaptionedFigure("Synchronous average", f"{facts['averages']} revolutions; {counted}.", figure)
+    return CaptionedFigure("Synchronous average", f"{signature.averages} revolutions; {counted}.", figure)
 
 
-def _spectrum(facts: Mapping[str, Any]) -> CaptionedFigure:
-    spectrum = facts["record_spectrum"]
+def _spectrum(signature: RecordedSignature) -> CaptionedFigure:
+    spectrum = signature.record_spectrum
     with drawing(width=8.0, height=3.4) as figure:
         axes = figure.subplots()
-        _draw_spectrum(axes, spectrum, np.array(spectrum["order"]) > 0)
-        _mark(axes, facts, ("shaft", "mesh", "sideband", "unnamed"), names=False)
-        axes.set(xlim=(0, spectrum["order"][-1]), xlabel="order, 1/rev", ylabel=f"peak amplitude, {_unit(facts)}")
+        _draw_spectrum(axes, spectrum[spectrum["order"] > 0])
+        _mark(axes, signature.lines, ("shaft", "mesh", "sideband", "unnamed"), names=False)
+        axes.set(
+            xlim=(0, spectrum["order"].iloc[-1]), xlabel="order, 1/rev", ylabel=f"peak amplitude, {_unit(signature)}"
+        )
         axes.legend(frameon=False, ncols=5, fontsize=8, loc="upper left", bbox_to_anchor=(0, 1.12))
     return CaptionedFigure(
         "Order spectrum over the angle",
@@ -91,32 +109,34 @@ def _spectrum(facts: Mapping[str, Any]) -> CaptionedFigure:
     )
 
 
-def _sidebands(facts: Mapping[str, Any]) -> CaptionedFigure:
-    spectrum, teeth = facts["record_spectrum"], facts["teeth"]
-    order = np.array(spectrum["order"])
+def _sidebands(signature: RecordedSignature) -> CaptionedFigure:
+    spectrum, teeth = signature.record_spectrum, signature.teeth
+    order = spectrum["order"].to_numpy()
     centres = [h * teeth for h in (1, 2, 3) if h * teeth + _ABOUT <= order[-1]] or [teeth]
     with drawing(width=8.0, height=1.0 + 2.1 * len(centres)) as figure:
         for axes, centre in zip(figure.subplots(len(centres), 1, squeeze=False)[:, 0], centres, strict=True):
-            _draw_spectrum(axes, spectrum, np.abs(order - centre) <= _ABOUT)
-            axes.set(xlim=(centre - _ABOUT, centre + _ABOUT), ylabel=_unit(facts))
+            _draw_spectrum(axes, spectrum[np.abs(order - centre) <= _ABOUT])
+            axes.set(xlim=(centre - _ABOUT, centre + _ABOUT), ylabel=_unit(signature))
             axes.set_ylim(top=axes.get_ylim()[1] * 12)  # room for the names
-            _mark(axes, facts, ("mesh", "sideband", "unnamed"), names=True)
+            _mark(axes, signature.lines, ("mesh", "sideband", "unnamed"), names=True)
         axes.set_xlabel("order, 1/rev")
     return CaptionedFigure(
         "Mesh harmonics and sidebands", "The same spectrum about the first mesh harmonics, lines named.", figure
     )
 
 
-def _distribution(facts: Mapping[str, Any]) -> CaptionedFigure:
-    teeth = facts["teeth"]
-    x = _below(np.array(facts["tsa"]), 2 * _HIGHEST * teeth)
+def _distribution(signature: RecordedSignature) -> CaptionedFigure:
+    teeth = signature.teeth
+    x = _below(signature.tsa, 2 * _HIGHEST * teeth)
     with drawing(width=8.0, height=4.2) as figure:
         axes = figure.subplots()
         image = draw_distribution(axes, wigner_ville(x - x.mean()), teeth, _HIGHEST * teeth, ())
         axes.set(xlabel="angle, deg (tooth passes numbered)", ylabel="order, 1/rev")
-        figure.colorbar(image, ax=axes, extend="both", pad=0.01, format="%.1e", label=f"({_unit(facts)})$^2$ per bin")
-    said = f"Of the average's orders up to {2 * _HIGHEST} mesh orders; half-window 60 deg of rotation."
-    return CaptionedFigure("Wigner-Ville distribution", said, figure)
+        figure.colorbar(
+            image, ax=axes, extend="both", pad=0.01, format="%.1e", label=f"({_unit(signature)})$^2$ per bin"
+        )
+    caption = f"Of the average's orders up to {2 * _HIGHEST} mesh orders; half-window 60 deg of rotation."
+    return CaptionedFigure("Wigner-Ville distribution", caption, figure)
 
 
 def _below(tsa: FloatArray, highest: int) -> FloatArray:
@@ -128,8 +148,8 @@ def _below(tsa: FloatArray, highest: int) -> FloatArray:
     return np.fft.irfft(X, 2 * highest) * (2 * highest / len(tsa))
 
 
-def _draw_spectrum(axes: Axes, spectrum: Mapping[str, Any], shown: Any) -> None:
-    order, amplitude, level = (np.array(spectrum[name])[shown] for name in ("order", "amplitude", "level"))
+def _draw_spectrum(axes: Axes, spectrum: pd.DataFrame) -> None:
+    order, amplitude, level = (spectrum[name].to_numpy() for name in ("order", "amplitude", "level"))
     least = max(float(level.min()), 1e-6 * float(amplitude.max()), np.finfo(float).tiny) / 10
     axes.plot(order, np.maximum(amplitude, least), color=HEALTHY, linewidth=0.7)
     axes.plot(order, np.maximum(level, least), color=INK, linewidth=1, label="level")
@@ -140,21 +160,17 @@ def _draw_spectrum(axes: Axes, spectrum: Mapping[str, Any], shown: Any) -> None:
     lay_grid(axes)
 
 
-def _mark(axes: Axes, facts: Mapping[str, Any], kinds: Sequence[str], *, names: bool) -> None:
-    """Dots at the lines that were found; what they are beside them."""
-    columns = facts["lines"]
+def _mark(axes: Axes, lines: pd.DataFrame, kinds: Sequence[str], *, names: bool) -> None:
+    """Draw dots at the lines that stand out, with their names."""
     low, high = axes.get_xlim() if names else (0, np.inf)
+    shown = lines[lines["stands_out"] & lines["order"].between(low, high)]
     for kind in kinds:
-        at = [
-            i for i, one in enumerate(columns["kind"])
-            if one == kind and columns["found"][i] and low <= columns["order"][i] <= high
-        ]  # fmt: skip
-        x, y = ([columns[name][i] for i in at] for name in ("order", "amplitude"))
-        axes.plot(x, y, "o", color=_KINDS[kind], markersize=3.5, label=kind)
-        for i in at if names else ():
+        dots = shown[shown["kind"] == kind]
+        axes.plot(dots["order"], dots["amplitude"], "o", color=_KINDS[kind], markersize=3.5, label=kind)
+        for line in dots.itertuples() if names else ():
             axes.annotate(
-                _last_words(columns["name"][i]),
-                (columns["order"][i], columns["amplitude"][i]),
+                _last_words(str(line.name)),
+                (line.order, line.amplitude),
                 xytext=(0, 7),
                 textcoords="offset points",
                 rotation=90,
@@ -166,13 +182,13 @@ def _mark(axes: Axes, facts: Mapping[str, Any], kinds: Sequence[str], *, names: 
 
 
 def _last_words(name: str) -> str:
-    """Of a sideband what is beside its mesh harmonic."""
+    """Return the part of a sideband's name behind its mesh harmonic."""
     return name[max(name.rfind(sign) for sign in (" + ", " - ", " +", " -")) + 1 :]
 
 
-def _unit(facts: Mapping[str, Any]) -> str:
-    return facts["unit"] or "unit not stated"
+def _unit(signature: RecordedSignature) -> str:
+    return signature.unit or "unit not stated"
 
 
-def _with_unit(facts: Mapping[str, Any]) -> str:
-    return f"{facts['channel']}, {_unit(facts)}"
+def _with_unit(signature: RecordedSignature) -> str:
+    return f"{signature.channel}, {_unit(signature)}"

@@ -1,9 +1,12 @@
 """The signature of a recording as tables of text."""
 
 import re
-from collections.abc import Mapping, Sequence
-from typing import Any
+from math import isnan
 
+import pandas as pd
+
+from sigdb.core import plain
+from sigdb.recording import RecordedSignature
 from sigdb.report.text_table import Column, number, table, word
 from sigdb.signature import INDICATORS
 
@@ -25,72 +28,81 @@ LINE_COLUMNS: tuple[Column, ...] = (
     ("over level", lambda row: f"{row['over_level']:.1f}"),
     ("what", word("name")),
 )
-"""Columns of :func:`line_rows`."""
+"""Columns of the table of :func:`outstanding_lines`."""
 
 
-def recorded_text(facts: Mapping[str, Any]) -> str:
-    """Facts, indicators, lines found and notes of a recording's signature.
+def recorded_text(signature: RecordedSignature) -> str:
+    """Return facts, indicators, outstanding lines and notes of a recording's signature as text.
 
     Parameters
     ----------
-    facts
-        What :meth:`sigdb.pipeline.RecordedSignature.as_json` returns.
+    signature : RecordedSignature
+        From :func:`sigdb.recording.recorded_signature`.
+
+    Returns
+    -------
+    str
+        Several lines.
     """
-    width = max(len(name) for name, _ in fact_rows(facts))
-    head = "\n".join(f"  {name.ljust(width)}  {value}" for name, value in fact_rows(facts))
-    lines = [row for row in line_rows(facts) if row["found"]]
+    facts = fact_rows(signature)
+    width = max(len(name) for name, _ in facts)
+    head = "\n".join(f"  {name.ljust(width)}  {value}" for name, value in facts)
+    lines = outstanding_lines(signature)
     blocks = [
-        f"{facts['source']}\n{head}",
-        f"Indicators\n{table(INDICATOR_COLUMNS, indicator_rows(facts))}",
+        f"{signature.source}\n{head}",
+        f"Indicators\n{table(INDICATOR_COLUMNS, indicator_rows(signature))}",
         f"Lines that stand out of the spectrum over the angle\n{table(LINE_COLUMNS, lines)}"
         if lines
         else "No line stands out",
-        "Notes\n" + "\n".join(f"  - {note}" for note in facts["notes"]),
+        "Notes\n" + "\n".join(f"  - {note.text}" for note in signature.notes),
     ]
     return "\n\n".join(blocks) + "\n"
 
 
-def history_text(history: Sequence[Mapping[str, Any]]) -> str:
-    """The recordings of a machine, one a line, oldest first.
+def history_text(history: pd.DataFrame) -> str:
+    """Return the recordings of a machine as text, a line for each, oldest first.
 
     Parameters
     ----------
-    history
-        Rows of :func:`sigdb.recording.recorded_history`.
+    history : pandas.DataFrame
+        From :func:`sigdb.recording.recorded_history`.
+
+    Returns
+    -------
+    str
+        Several lines.
     """
-    return f"History, oldest first\n{table(history_columns(history), history)}\n"
+    return f"History, oldest first\n{table(history_columns(history), plain(history.to_dict('records')))}\n"
 
 
-def history_columns(history: Sequence[Mapping[str, Any]]) -> list[Column]:
-    """Columns of a history."""
-    shown = [(title, number(key, 5)) for key, title in _HISTORY.items() if key in history[0]]
+def history_columns(history: pd.DataFrame) -> list[Column]:
+    """Return the columns of the table of a history."""
+    shown = [(title, number(key, 5)) for key, title in _HISTORY.items() if key in history]
     return [("recording", lambda row: re.split(r"[/\\]", row["source"])[-1]), *shown]
 
 
-def fact_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What was averaged and how, a name and a sentence each."""
-    unit, speeds = facts["unit"] or "unit not stated", facts["speed_track"]["speed_rpm"]
-    gear = (
-        f"{facts['gear']}, {facts['teeth']} teeth, on {facts['shaft']}" if facts["gear"] else f"{facts['teeth']} teeth"
-    )
+def fact_rows(signature: RecordedSignature) -> list[tuple[str, str]]:
+    """Return facts about the average, a name and a text each."""
+    unit, speeds, teeth = signature.unit or "unit not stated", signature.speed_track["speed_rpm"], signature.teeth
+    order = signature.highest_order
     return [
-        ("channel", f"{facts['channel']} ({unit})"),
-        ("gear", gear),
-        ("angle", facts["angle"]),
-        ("tooth numbers", "absolute: tooth 1 follows the tacho mark" if facts["absolute"] else "relative"),
-        ("speed", f"{facts['speed_rpm']:.2f} rpm ({facts['speed_rpm'] / 60:.3f} Hz)"),
+        ("channel", f"{signature.channel} ({unit})"),
+        ("gear", f"{signature.gear}, {teeth} teeth, on {signature.shaft}" if signature.gear else f"{teeth} teeth"),
+        ("angle", signature.angle),
+        ("tooth numbers", "absolute: tooth 1 follows the tacho mark" if signature.absolute else "relative"),
+        ("speed", f"{signature.speed_rpm:.2f} rpm ({signature.speed_rpm / 60:.3f} Hz)"),
         ("speed range", f"{min(speeds):.2f} to {max(speeds):.2f} rpm, revolution by revolution"),
-        ("averages", _averages(facts)),
-        ("rms kept", f"{100 * facts['kept']:.1f} % of the record's"),
-        ("scatter", "not known of one revolution" if facts["scatter"] is None else f"{facts['scatter']:.4g} ({unit})"),
-        ("highest order", f"{facts['highest_order']:.1f}, {facts['highest_order'] / facts['teeth']:.1f} mesh orders"),
+        ("averages", _averages(signature)),
+        ("rms kept", f"{100 * signature.kept:.1f} % of the record's"),
+        ("scatter", "unknown for one revolution" if isnan(signature.scatter) else f"{signature.scatter:.4g} ({unit})"),
+        ("highest order", f"{order:.1f}, {order / teeth:.1f} mesh orders"),
     ]
 
 
-def _averages(facts: Mapping[str, Any]) -> str:
-    M, cycle = facts["averages"], facts["cycle"]
+def _averages(signature: RecordedSignature) -> str:
+    M, cycle = signature.averages, signature.cycle
     whole = f", {M // cycle} tooth cycles of {cycle}" if cycle and M % cycle == 0 else ""
-    return f"{M} revolutions{whole}; {facts['dropped']} dropped"
+    return f"{M} revolutions{whole}; {signature.dropped} dropped"
 
 
 INDICATOR_COLUMNS: tuple[Column, ...] = (
@@ -101,14 +113,15 @@ INDICATOR_COLUMNS: tuple[Column, ...] = (
 """Columns of :func:`indicator_rows`."""
 
 
-def indicator_rows(facts: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Indicators with what they are."""
+def indicator_rows(signature: RecordedSignature) -> list[dict[str, str | float | None]]:
+    """Return the indicators with their descriptions."""
     return [
-        {"name": name, "value": value, "help": INDICATORS[name].help} for name, value in facts["indicators"].items()
+        {"name": name, "value": plain(value), "help": INDICATORS[name].help}
+        for name, value in signature.indicators.items()
     ]
 
 
-def line_rows(facts: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Lines, one a dictionary."""
-    columns = facts["lines"]
-    return [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)]
+def outstanding_lines(signature: RecordedSignature) -> list[dict[str, str | float]]:
+    """Return the lines that stand out of the spectrum over the angle."""
+    lines = signature.lines[signature.lines["stands_out"]]
+    return [{str(name): value for name, value in row.items()} for row in lines.to_dict("records")]

@@ -178,7 +178,7 @@ def test_a_damaged_heap_of_hdf5_is_not_searched(tmp_path):
     at = data.index(b"GCOL") + 16
     data[at : at + 16] = b"\x09" + bytes(15)
     path.write_bytes(data)
-    assert "variable length, which is not read" in read_recording(path, sampling_rate=10).notes[0]
+    assert "variable length, which is not read" in read_recording(path, sampling_rate=10).notes[0].text
 
 
 def test_depth_and_rings_of_hdf5(tmp_path):

@@ -17,6 +17,10 @@ def table(path, header="a1,a2,n", rows=40):
     return path
 
 
+def texts(recording):
+    return [note.text for note in recording.notes]
+
+
 def test_the_tacho_is_no_signal():
     recording = Recording(source="here", channels=(channel("a1"), channel("n"), channel("a2")), tacho="n")
     assert [one.name for one in recording.signals] == ["a1", "a2"]
@@ -62,7 +66,7 @@ def test_options_name_scale_and_describe(tmp_path):
     assert read.channel("x").samples[:4].tolist() == [0, 0.5, 1, 1.5]
     assert (read.tacho, read.pulses_per_rev, read.ratio) == ("mark", 2, 0.4)
     assert (read.teeth, read.speed_rpm, read.torque) == (32, 1780.0, 12.0)
-    assert "x was multiplied by 0.5" in read.notes
+    assert "x was multiplied by 0.5" in texts(read)
 
 
 def test_one_scale_is_not_the_tachos(tmp_path):
@@ -121,13 +125,18 @@ def test_options_are_checked(tmp_path, options, told):
 def test_columns_of_one_name_are_told_apart(tmp_path):
     read = sigdb.read_recording(table(tmp_path / "run.csv", header="a,a,a (2)"), sampling_rate=1000)
     assert len({one.name for one in read.channels}) == 3
-    assert any("a second column a is called" in note for note in read.notes)
+    assert any("a second column a is called" in note for note in texts(read))
 
 
 def test_dead_and_doubled_channels_are_told(tmp_path):
     path = tmp_path / "run.csv"
     path.write_text("a,b,c\n" + "".join(f"{i % 7}.5,3,{i % 7}.5\n" for i in range(40)), encoding="utf-8")
-    assert sigdb.read_recording(path, sampling_rate=1000).notes == ("b is constant", "c is the same as a")
+    read = sigdb.read_recording(path, sampling_rate=1000)
+    assert texts(read) == ["b is constant", "c is the same as a"]
+    assert [(note.code, dict(note.values)) for note in read.notes] == [
+        ("constant-channel", {"channel": "b"}),
+        ("same-channel", {"channel": "c", "same": "a"}),
+    ]
 
 
 def test_what_is_no_file_is_told(tmp_path):

@@ -38,7 +38,7 @@ def test_separators_and_decimal_signs_are_found(tmp_path, header, separator, dec
     assert_array_equal(matrix(found), X)
     assert [one.name for one in found.channels] == (header or ["column1,column2,column3"])[0].split(",")
     plain = separator.strip(" ") == "," and decimal == "."
-    assert any(note.startswith("read with ") for note in found.notes) != plain
+    assert any(note.code == "text-format" for note in found.notes) != plain
 
 
 @pytest.mark.parametrize("coding", ["utf-8-sig", "utf-16", "latin-1"])
@@ -112,7 +112,7 @@ def test_a_last_line_that_was_not_finished_is_left_out(tmp_path):
     path.write_bytes(path.read_bytes()[:-9])
     found = read(path)
     assert_array_equal(matrix(found), X[:-1])
-    assert found.notes == ("the last line is not whole and was left out",)
+    assert [note.text for note in found.notes] == ["the last line is not whole and was left out"]
 
 
 def test_a_whole_last_line_needs_no_line_end(tmp_path):
@@ -123,7 +123,7 @@ def test_a_whole_last_line_needs_no_line_end(tmp_path):
 
 def test_a_wrong_separator_is_an_error(tmp_path):
     with pytest.raises(
-        InputError, match=r"no table of numbers in its first 200 lines; the first says '56.500;110.625;95.250'"
+        InputError, match=r"no table of numbers in its first 200 lines; the first is '56.500;110.625;95.250'"
     ):
         read(written(tmp_path / "run.csv", separator=";"), separator="\t")
 
@@ -139,7 +139,7 @@ def test_clock_times_are_left_out(tmp_path):
     path.write_text("when,a,b\n" + "".join(rows), encoding="utf-8")
     found = read(path)
     assert [one.name for one in found.channels] == ["a", "b"]
-    assert "when holds dates or clock times and was left out" in found.notes
+    assert "when holds dates or clock times and was left out" in [note.text for note in found.notes]
 
 
 @pytest.mark.parametrize("word", ["", "NaN", "nan", "NA", "null", "#N/A"])
@@ -150,7 +150,7 @@ def test_words_for_missing_numbers(tmp_path, word):
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     found = read(path)
     assert found.channel("b").samples[49] == (found.channel("b").samples[48] + found.channel("b").samples[50]) / 2
-    assert "b: 1 missing samples in 1 gaps" in found.notes[0]
+    assert "b: 1 missing samples in 1 gaps" in found.notes[0].text
 
 
 def test_more_columns_than_a_recording_has(tmp_path):

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from sigdb.core.errors import InputError
 from sigdb.recording import read_recording
-from sigdb.recording.files.missing_samples import filled
+from sigdb.recording.files.missing_samples import fill_gaps
 from sigdb.recording.files.sampling_rates import rises_evenly, time_base
 
 T = 3.25 + np.arange(2000) / 12_800
@@ -17,6 +17,10 @@ def table(path, t, x, header="t,x"):
     lines = [",".join("" if np.isnan(one) else repr(float(one)) for one in row) for row in zip(t, x, strict=True)]
     path.write_text("\n".join([*([header] if header else []), *lines]) + "\n", encoding="utf-8")
     return path
+
+
+def texts(recording):
+    return [note.text for note in recording.notes]
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("", 1), ("s", 1), ("ms", 1e3), ("us", 1e6), ("min", 1 / 60)])
@@ -79,7 +83,7 @@ def test_a_column_of_times_is_found(tmp_path, header):
     assert_allclose(read.channels[0].sampling_rate, 12_800, rtol=1e-9)
     assert_array_equal(read.channels[0].samples, X)
     assert len(read.channels) == 1
-    assert any("12800 Hz from column" in note for note in read.notes)
+    assert any("12800 Hz from column" in note for note in texts(read))
 
 
 def test_a_named_column_of_times(tmp_path):
@@ -104,19 +108,19 @@ def test_a_count_of_samples_is_no_time(tmp_path):
         read_recording(path)
     read = read_recording(path, sampling_rate=12_800)
     assert len(read.channels) == 1
-    assert "column1 counts samples and was left out" in read.notes
+    assert "column1 counts samples and was left out" in texts(read)
 
 
 def test_jitter_is_told(tmp_path):
     t = T + np.random.default_rng(1).uniform(-0.2, 0.2, T.size) / 12_800
     read = read_recording(table(tmp_path / "run.csv", t, X))
-    assert "column t is up to 0.2 steps away from even times, which were taken" in read.notes
+    assert "column t is up to 0.2 steps away from even times, which were taken" in texts(read)
 
 
 def test_a_given_rate_wins_and_the_other_is_told(tmp_path):
     read = read_recording(table(tmp_path / "run.csv", T, X), sampling_rate=10_000)
     assert read.channels[0].sampling_rate == 10_000
-    assert "the file states 12800 Hz; the given 10000 Hz was taken" in read.notes
+    assert "the file states 12800 Hz; the given 10000 Hz was taken" in texts(read)
 
 
 def test_missing_samples_are_refused_with_a_given_rate_too(tmp_path):
@@ -129,9 +133,10 @@ def test_short_gaps_are_filled_by_straight_lines():
     x = 3.0 - 0.5 * np.arange(1000)
     holed = x.copy()
     holed[[4, 5, 6, 500]] = np.nan
-    y, notes = filled(holed, name="x", longest=3)
+    y, (note,) = fill_gaps(holed, name="x", longest=3)
     assert_allclose(y, x, rtol=0, atol=1e-12)
-    assert notes == ("x: 4 missing samples in 2 gaps, the longest of 3, were filled by straight lines",)
+    assert note.text == "x: 4 missing samples in 2 gaps, the longest of 3, were filled by straight lines"
+    assert (note.code, note.values["samples"], note.values["gaps"]) == ("filled-gaps", 4, 2)
     assert np.isnan(holed).sum() == 4
 
 
@@ -151,7 +156,7 @@ def test_other_gaps_are_refused(missing, options, told):
     x = np.zeros(1000)
     x[missing] = np.nan
     with pytest.raises(InputError, match=told):
-        filled(x, name="x", longest=5, **options)
+        fill_gaps(x, name="x", longest=5, **options)
 
 
 def test_the_ends_that_a_channel_lacks_are_cut_from_all(tmp_path):
@@ -160,7 +165,7 @@ def test_the_ends_that_a_channel_lacks_are_cut_from_all(tmp_path):
     read = read_recording(table(tmp_path / "run.csv", X, x, "a,b"), sampling_rate=1000)
     assert_array_equal(read.channel("a").samples, X[30:1950])
     assert_array_equal(read.channel("b").samples, X[30:1950])
-    assert "cut to samples 30 to 1950, which all channels have" in read.notes
+    assert "cut to samples 30 to 1950, which all channels have" in texts(read)
 
 
 def test_channels_that_share_little_are_refused(tmp_path):
