@@ -187,8 +187,8 @@ class _Run:
 
 
 def _said(folder: Path, summary: SweepSummary) -> str:
-    if summary.made == 0:
+    if summary.new_rows == 0:
         said = f"{folder}: unchanged, all {summary.rows} rows are there"
     else:
-        said = f"{folder}: made {summary.made} rows, {summary.bytes / 1e6:.1f} MB"
+        said = f"{folder}: made {summary.new_rows} rows, {summary.bytes / 1e6:.1f} MB"
     return f"{said}; {summary.failed} have no result" if summary.failed else said

@@ -77,7 +77,7 @@ def out(recipe, tmp_path_factory):
 def test_every_stage_says_what_it_made(out):
     folder, made, said = out
     assert made.database == folder / "signatures"
-    assert made.summary.made == len(sigdb.open(made.database)) > 0
+    assert made.summary.new_rows == len(sigdb.open(made.database)) > 0
     assert made.figures == (folder / "figures" / "both.png", folder / "figures" / "pitted.png")
     assert made.claims is None
     assert not (folder / "claims.md").exists()
@@ -93,7 +93,7 @@ def test_figures_that_are_gone_are_drawn_again_and_nothing_else(recipe, out):
         path.unlink()
     said = []
     again = run_recipe(recipe, folder, jobs=1, on_stage=said.append)
-    assert again.summary.made == 0
+    assert again.summary.new_rows == 0
     assert f"unchanged, all {made.summary.rows} rows are there" in said[1]
     assert said[2:] == [f"{path}: drawn" for path in made.figures]
     assert {path: path.stat().st_mtime_ns for path in made.database.rglob("*.parquet")} == parts

@@ -224,7 +224,7 @@ def crash(folder: Path, *, kills: int, seed: int) -> str:
                 check(process, sweeps.log)
                 done = process.returncode == 0
             sweeps.end()
-            assert run(recipe.plan(), here, recipe=recipe.text, jobs=1).made == 0
+            assert run(recipe.plan(), here, recipe=recipe.text, jobs=1).new_rows == 0
             assert digests(here) == expected
             assert not list(here.rglob("*.tmp"))
             assert verify(here, deep=True, sample=1) == ()

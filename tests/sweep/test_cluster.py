@@ -23,7 +23,7 @@ def test_the_same_bytes(cluster, parts_plan, parts_text, parts_folder, tmp_path,
     summary = run(
         parts_plan, tmp_path / "db", recipe=parts_text, scheduler=cluster.scheduler_address, on_progress=seen.append
     )
-    assert summary.made == parts_plan.rows
+    assert summary.new_rows == parts_plan.rows
     assert [one.done for one in seen if one.stage == "rows"][-1] == parts_plan.rows
     assert digests(tmp_path / "db") == digests(parts_folder)
 
@@ -43,7 +43,7 @@ def test_a_killed_worker_s_part_is_made_again(cluster, parts_plan, parts_text, p
     summary = run(parts_plan, folder, recipe=parts_text, scheduler=cluster.scheduler_address)
     killer.join()
     assert killed
-    assert summary.made == parts_plan.rows
+    assert summary.new_rows == parts_plan.rows
     assert digests(folder) == digests(parts_folder)
 
 

@@ -226,7 +226,7 @@ def test_planning_a_hundred_thousand_cases_builds_no_object_for_each(monkeypatch
     )
     assert (plan.n_templates, plan.rows, len(plan.rig_points)) == (200_000, 12_000_000, 100_000)
     assert built["rigs"] < 10
-    arrays = [plan.templates, plan.segments, plan.damages, plan.rig_points]
+    arrays = [plan.templates, plan.row_runs, plan.damages, plan.rig_points]
     held = sum(one.nbytes for part in arrays for one in vars(part).values() if isinstance(one, np.ndarray))
     assert held < 200 * plan.n_templates
     last = plan.table(plan.rows - 10, plan.rows)

@@ -50,7 +50,7 @@ def test_no_room_for_a_part(copy, recipe_of, parts_text, parts_plan, parts_folde
     assert database.cases()["id"].tolist() == list(range(4096, 5060))
     assert not list(copy.rglob("*.tmp"))
     assert not (copy / ".owner").exists()
-    assert run(parts_plan, copy, recipe=parts_text, jobs=1).made == 4096
+    assert run(parts_plan, copy, recipe=parts_text, jobs=1).new_rows == 4096
     assert digests(copy) == digests(parts_folder)
     assert verify(copy) == ()
 

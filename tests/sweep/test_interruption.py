@@ -113,7 +113,7 @@ def test_a_worker_that_dies_does_not_end_the_sweep(
     monkeypatch.setitem(SWEEP_RUN._MAKERS, "rows", deadly(str(marker), SWEEP_RUN._MAKERS["rows"]))
     summary = run(parts_plan, tmp_path / "signatures", recipe=parts_text, jobs=2)
     assert marker.exists()
-    assert summary.made == 5060
+    assert summary.new_rows == 5060
     assert digests(tmp_path / "signatures") == digests(parts_folder)
 
 

@@ -64,8 +64,8 @@ def test_a_sweep_goes_on_there(made, small_plan):
     store = Store.at(made)
     before = parquet(store)
     store.delete("receipts/rows-00000.json")
-    assert run(small_plan, made, jobs=1).made == small_plan.rows
-    assert run(small_plan, made, jobs=1).made == 0
+    assert run(small_plan, made, jobs=1).new_rows == small_plan.rows
+    assert run(small_plan, made, jobs=1).new_rows == 0
     assert parquet(store) == before
 
 
@@ -90,7 +90,7 @@ def test_a_second_sweep_is_refused_while_the_first_gives_signs_of_life(place, sm
     with pytest.raises(DatabaseError, match=r"already running on it \(process 17 on elsewhere\)"):
         run(small_plan, place, jobs=1)
     store.put(".owner", json.dumps(owner | {"alive": time.time() - 1000}).encode())
-    assert run(small_plan, place, jobs=1).made == small_plan.rows
+    assert run(small_plan, place, jobs=1).new_rows == small_plan.rows
     assert store.size(".owner") is None
 
 

@@ -293,7 +293,7 @@ def test_the_sweep_finishes_an_extension_that_was_begun(copy, recipe, stopped, k
     with pytest.raises(DatabaseError, match="finish the sweep first"):
         coverage(copy, jobs=1)
     summary = run(recipe.plan(), copy, recipe=recipe.text, jobs=1)
-    assert summary.made == extension.rows
+    assert summary.new_rows == extension.rows
     assert summary.rows == len(sigdb.open(copy)) == database.manifest.rows
 
 

@@ -49,7 +49,7 @@ def test_all_kinds_of_damage_at_once(copy, parts_folder, digests):
     flipped(copy / "schema.json", 1000)
     (copy / "features" / ".part-00001.parquet.1.ab.tmp").write_bytes(b"half")
     done = repair(copy, jobs=1)
-    assert {one.file for one in done.found} == {
+    assert {one.file for one in done.before} == {
         "templates/part-00000.parquet",
         "signals/part-00000.parquet",
         "receipts/rows-00001.json",
@@ -81,7 +81,7 @@ def test_only_damaged_parts_are_made_again(copy):
 def test_a_whole_database_is_left_alone(copy):
     before = {path: path.stat().st_mtime_ns for path in copy.rglob("*")}
     done = repair(copy, jobs=1)
-    assert (done.found, done.left) == ((), ())
+    assert (done.before, done.left) == ((), ())
     assert {path: path.stat().st_mtime_ns for path in copy.rglob("*")} == before
 
 
@@ -101,8 +101,8 @@ def test_a_damaged_description_is_written_again_by_a_sweep_and_then_parts_by_a_r
     flipped(copy / "signals" / "part-00002.parquet", 200)
     before = {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
     done = repair(copy, jobs=1)
-    assert done.left == done.found
-    assert "sigdb sweep RECIPE --out" in next(one.remedy for one in done.found if one.file == "sigdb.toml")
+    assert done.left == done.before
+    assert "sigdb sweep RECIPE --out" in next(one.remedy for one in done.before if one.file == "sigdb.toml")
     assert {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()} == before
     with pytest.raises(CorruptionError, match=r"rows-00001\.json is damaged .* sigdb verify .* --repair"):
         run(parts_plan, copy, recipe=parts_text, jobs=1)

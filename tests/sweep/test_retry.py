@@ -67,10 +67,10 @@ def test_parts_with_failures_are_made_again(plan, failed, tmp_path, digests):
         "the motion did not settle"
     }
     before = times(failed)
-    assert run(plan, failed, jobs=1).made == 0
+    assert run(plan, failed, jobs=1).new_rows == 0
     assert times(failed) == before
     summary = run(plan, failed, jobs=1, retry_failed=True)
-    assert (summary.made, summary.failed) == (plan.rows - 2048, 0)
+    assert (summary.new_rows, summary.failed) == (plan.rows - 2048, 0)
     changed = {name for name, time in times(failed).items() if before.get(name) != time}
     assert changed == {
         "templates/part-00001.parquet",
@@ -93,7 +93,7 @@ def test_what_fails_again_stays_as_it_was(plan_of, tmp_path, digests):
     content = digests(tmp_path / "db")
     again = run(plan, tmp_path / "db", jobs=1, retry_failed=True)
     assert 0 < again.failed == first.failed < 20
-    assert again.made == 20
+    assert again.new_rows == 20
     assert digests(tmp_path / "db") == content
 
 

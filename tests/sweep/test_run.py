@@ -33,7 +33,7 @@ def times(folder):
 
 def test_the_number_of_jobs_changes_no_byte(parts_plan, parts_folder, parts_text, digests, tmp_path):
     summary = run(parts_plan, tmp_path / "two", recipe=parts_text, jobs=2)
-    assert summary.made == summary.rows == 5060
+    assert summary.new_rows == summary.rows == 5060
     expected = digests(parts_folder)
     assert len(expected) == 1 + 3 + 3
     assert digests(tmp_path / "two") == expected
@@ -44,7 +44,7 @@ def test_the_number_of_jobs_changes_no_byte(parts_plan, parts_folder, parts_text
 def test_a_finished_sweep_has_nothing_to_do(parts_plan, parts_text, copy):
     before = times(copy)
     summary = run(parts_plan, copy, recipe=parts_text, jobs=1)
-    assert summary.made == 0
+    assert summary.new_rows == 0
     assert (summary.rows, summary.templates) == (5060, 5)
     assert summary.bytes == sum(path.stat().st_size for path in copy.rglob("*.parquet"))
     assert times(copy) == before
@@ -56,7 +56,7 @@ def test_a_part_without_receipt_is_made_again_and_no_other(parts_plan, parts_tex
     receipt = copy / "receipts" / f"rows-{part:05d}.json"
     receipt.unlink()
     summary = run(parts_plan, copy, recipe=parts_text, jobs=1)
-    assert summary.made == (2048, 2048, 5060 - 2 * 2048)[part]
+    assert summary.new_rows == (2048, 2048, 5060 - 2 * 2048)[part]
     assert digests(copy) == content
     name = f"part-{part:05d}.parquet"
     again = {receipt, copy / "features" / name, copy / "signals" / name}
@@ -67,7 +67,7 @@ def test_templates_without_receipt_are_made_again(parts_plan, parts_text, copy, 
     content = digests(copy)
     (copy / "receipts" / "templates-00000.json").unlink()
     (copy / "receipts" / "rows-00002.json").unlink()
-    assert run(parts_plan, copy, recipe=parts_text, jobs=1).made == 5060 - 2 * 2048
+    assert run(parts_plan, copy, recipe=parts_text, jobs=1).new_rows == 5060 - 2 * 2048
     assert digests(copy) == content
 
 
@@ -122,7 +122,7 @@ def test_a_second_sweep_is_refused_with_the_owner_while_the_first_runs(
 def test_the_owner_that_died_does_not_block(parts_plan, parts_text, copy):
     """What a killed sweep leaves: the lock's file and its owner's name, but no lock."""
     (copy / ".owner").write_text("process 1 on another\n", encoding="utf-8")
-    assert run(parts_plan, copy, recipe=parts_text, jobs=1).made == 0
+    assert run(parts_plan, copy, recipe=parts_text, jobs=1).new_rows == 0
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def test_another_rig_is_refused_by_its_first_difference(recipe_of, parts_text, c
 
 def test_a_recipe_that_makes_the_same_rows_goes_on_and_is_kept(plan_of, parts_text, copy):
     reworded = parts_text + '\n[recognition]\nlearner = "lda"\n'
-    assert run(plan_of(reworded), copy, recipe=reworded, jobs=1).made == 0
+    assert run(plan_of(reworded), copy, recipe=reworded, jobs=1).new_rows == 0
     assert sigdb.open(copy).manifest.recipe == reworded
 
 
@@ -213,7 +213,7 @@ DESCRIPTIONS = {
 def test_a_damaged_description_is_written_again_from_the_recipe(parts_plan, parts_text, parts_folder, copy, damage):
     before = times(copy)
     DESCRIPTIONS[damage](copy / "sigdb.toml")
-    assert run(parts_plan, copy, recipe=parts_text, jobs=1).made == 0
+    assert run(parts_plan, copy, recipe=parts_text, jobs=1).new_rows == 0
     after = times(copy)
     assert {path.name for path in after if after[path] != before[path]} == {"sigdb.toml"}
     for name in ("sigdb.toml", "schema.json"):

@@ -58,11 +58,11 @@ def sweep(
             on_progress=on_progress,
         )
     seconds = time.perf_counter() - started
-    if summary.made == 0:
+    if summary.new_rows == 0:
         click.echo(f"{out}: nothing to do, all {summary.rows} rows are there")
     else:
         click.echo(
-            f"{out}: made {summary.made} rows in {seconds:.1f} s ({summary.made / seconds:.0f} rows/s); "
+            f"{out}: made {summary.new_rows} rows in {seconds:.1f} s ({summary.new_rows / seconds:.0f} rows/s); "
             f"{summary.rows} rows, {summary.bytes / 1e6:.1f} MB"
         )
     if summary.failed:

@@ -49,7 +49,7 @@ def verify(database: str, deep: bool, sample: int, mend: bool, jobs: int, form: 
     with show_progress() as on_progress:
         if mend:
             done = repair(database, deep=deep, sample=sample, jobs=jobs, on_progress=on_progress)
-            found, left = done.found, done.left
+            found, left = done.before, done.left
         else:
             found = left = verify_database(database, deep=deep, sample=sample, on_progress=on_progress)
     if form == "json":

@@ -1,4 +1,4 @@
-"""Whether a part holds what its plan says: parameters, results where the status is ``ok``, nulls where it is not."""
+"""Comparison of a part's contents with its plan: parameters, results where the status is ``ok``, nulls elsewhere."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -13,14 +13,18 @@ from sigdb.database import Receipt
 from sigdb.signature import FEATURES
 from sigdb.sweep.plan.plan import Plan
 
-_OF_FAILURES = ("min_compression", "contact_loss")
-"""What is known of some rows without a result, too."""
+_WITHOUT_RESULT = ("min_compression", "contact_loss")
+"""Columns that may have a value in a row without a result."""
 
 _NULL = -1
+"""Length of a list that is null."""
+
+Fault = tuple[str, str]
+"""A table, and a sentence about what is wrong in it."""
 
 
-def wrong_rows(plan: Plan, receipt: Receipt, files: Mapping[str, pq.ParquetFile]) -> Iterator[tuple[str, str]]:
-    """What is wrong with a part of rows: the table, and a sentence."""
+def check_row_contents(plan: Plan, receipt: Receipt, files: Mapping[str, pq.ParquetFile]) -> Iterator[Fault]:
+    """Yield what is wrong with the values in a part of rows."""
     features = files["features"].read()
     cases = plan.table(receipt.first, receipt.first + receipt.rows)
     ids, ok = cases["id"].to_numpy(), _ok(features)
@@ -41,8 +45,8 @@ def wrong_rows(plan: Plan, receipt: Receipt, files: Mapping[str, pq.ParquetFile]
         yield from _each("signals", _wrong_lists(signals, lengths, ids[here]))
 
 
-def wrong_templates(plan: Plan, receipt: Receipt, files: Mapping[str, pq.ParquetFile]) -> Iterator[tuple[str, str]]:
-    """What is wrong with a part of templates: the table, and a sentence."""
+def check_template_contents(plan: Plan, receipt: Receipt, files: Mapping[str, pq.ParquetFile]) -> Iterator[Fault]:
+    """Yield what is wrong with the values in a part of templates."""
     table = files["templates"].read()
     numbers = np.arange(receipt.first, receipt.first + receipt.rows)
     cases = [
@@ -57,14 +61,17 @@ def wrong_templates(plan: Plan, receipt: Receipt, files: Mapping[str, pq.Parquet
 
 
 def doubtful_rows(features: pq.ParquetFile) -> IntArray:
-    """Places of rows whose result lacks a number, which is right for a quotient without variance, and else wrong."""
+    """Return the places of rows whose result lacks a number.
+
+    That is right for a quotient whose denominator is 0, and wrong otherwise: only computing the row again decides.
+    """
     results = [field.name for field in features.schema_arrow if pa.types.is_float32(field.type)]
     table = features.read(columns=["status", *results])
     missing = np.any([table[name].is_null().to_numpy() for name in results], axis=0)
     return np.flatnonzero(missing & _ok(table))
 
 
-def _each(table: str, sentences: Iterable[str]) -> Iterator[tuple[str, str]]:
+def _each(table: str, sentences: Iterable[str]) -> Iterator[Fault]:
     return ((table, sentence) for sentence in sentences)
 
 
@@ -78,7 +85,7 @@ def _wrong_count(receipt: Receipt, ok: BoolArray) -> Iterator[str]:
 
 
 def _wrong_parameters(table: pa.Table, planned: Mapping[str, np.ndarray], numbers: IntArray) -> Iterator[str]:
-    """Columns that are not those of the plan, each with its first row that differs."""
+    """Yield a sentence for each column that differs from the plan, with its first row that differs."""
     for name, values in planned.items():
         stored, due = table[name], pa.array(values, table.schema.field(name).type, from_pandas=True)
         same = pc.fill_null(pc.equal(stored, due), False).to_numpy()
@@ -89,13 +96,13 @@ def _wrong_parameters(table: pa.Table, planned: Mapping[str, np.ndarray], number
 
 
 def _wrong_numbers(table: pa.Table, left_out: Iterable[str], numbers: IntArray, ok: BoolArray | None) -> Iterator[str]:
-    """Results that are nan or infinite, or that a row without a result has."""
+    """Yield a sentence for each column of results with a number that is not finite, or in a row without a result."""
     for field in table.schema:
         if not pa.types.is_floating(field.type) or field.name in left_out:
             continue
         missing = table[field.name].is_null().to_numpy()
         wrong = ~missing & ~np.isfinite(table[field.name].to_numpy())
-        if ok is not None and field.name not in _OF_FAILURES:
+        if ok is not None and field.name not in _WITHOUT_RESULT:
             wrong |= ~missing & ~ok
         if wrong.any():
             row = int(np.argmax(wrong))
@@ -103,13 +110,13 @@ def _wrong_numbers(table: pa.Table, left_out: Iterable[str], numbers: IntArray, 
 
 
 def _wrong_lists(table: pa.Table, lengths: Mapping[str, IntArray], numbers: IntArray) -> Iterator[str]:
-    """Lists that are missing, too many, of another length, or hold a value that is no finite number."""
+    """Yield a sentence for each column of lists with a list too many or too few, of another length, or not finite."""
     for name, due in lengths.items():
-        for column in (one for one in table.schema.names if one.partition("__")[0] == name):
-            found = pc.fill_null(pc.list_value_length(table[column]), _NULL).to_numpy()
-            if (found != due).any():
-                row = int(np.argmax(found != due))
-                yield f"{column} of row {numbers[row]} {_length(found[row])}, by the recipe it {_length(due[row])}"
+        for column in (stored for stored in table.schema.names if stored.partition("__")[0] == name):
+            length = pc.fill_null(pc.list_value_length(table[column]), _NULL).to_numpy()
+            if (length != due).any():
+                row = int(np.argmax(length != due))
+                yield f"{column} of row {numbers[row]} {_length(length[row])}, by the recipe it {_length(due[row])}"
                 continue
             values = pc.list_flatten(table[column])
             wrong = ~np.isfinite(values.to_numpy())  # a null becomes nan
@@ -123,7 +130,7 @@ def _length(values: int) -> str:
 
 
 def _row_lengths(plan: Plan, teeth: IntArray, ok: BoolArray) -> dict[str, IntArray]:
-    """Number of values that each list of a row must have."""
+    """Return the number of values that each list of a row must have."""
     step = plan.signature.samples_per_tooth
     counts, which = np.unique(teeth, return_inverse=True)
     due = {"tsa": teeth * step} | {
@@ -135,7 +142,7 @@ def _row_lengths(plan: Plan, teeth: IntArray, ok: BoolArray) -> dict[str, IntArr
 
 
 def _template_lengths(plan: Plan, table: pa.Table, numbers: IntArray) -> dict[str, IntArray]:
-    """Number of values that each list of a template must have; without contact there are no responses."""
+    """Return the number of values that each list of a template must have; without contact it has no responses."""
     points = [plan.rig_points[plan.case(number).rig_point] for number in numbers.tolist()]
     teeth = np.array([point.teeth for point in points])
     n = teeth * plan.signature.samples_per_tooth

@@ -1,4 +1,4 @@
-"""Whether parts hold what making them again gives, bit for bit: a sample of templates and of noise blocks."""
+"""Comparison of parts with what making them again gives, bit for bit: a sample of templates and of noise blocks."""
 
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -15,14 +15,14 @@ from sigdb.sweep.work.stored_schema import computable
 from sigdb.sweep.work.templates import template_table
 
 
-def differing_parts(
+def remake_sample(
     store: Store,
     parts: Mapping[PartKey, tuple[Plan, Receipt]],
     schema: Schema,
     sample: int,
     doubtful: Iterable[tuple[PartKey, int]],
 ) -> Iterator[IntegrityFinding]:
-    """Parts of a database of which a template or a block of rows is not what making it again gives.
+    """Make a sample of templates and blocks of rows again, and yield the parts in which one differs.
 
     Parameters
     ----------
@@ -33,26 +33,26 @@ def differing_parts(
     schema
         Columns of the database. Those that this version does not compute are left out.
     sample
-        Templates, and blocks of 256 rows, to make again; they are spread evenly over the database.
+        Number of templates, and of blocks of 256 rows, to make again; they are spread evenly over the database.
     doubtful
-        Rows, by part and id, whose blocks are made again besides.
+        Rows, by part and id, whose blocks are made again too.
     """
     blocks = [(key, row - row % NOISE_BLOCK) for key, row in doubtful if key in parts]
     chosen = [(place, _differing_template) for place in _spread(parts, "templates", 1, sample)] + [
         (place, _differing_block) for place in dict.fromkeys([*_spread(parts, "rows", NOISE_BLOCK, sample), *blocks])
     ]
-    found: set[PartKey] = set()
+    damaged: set[PartKey] = set()
     for (key, first), differing in chosen:
         plan, receipt = parts[key]
-        if key not in found and (what := differing(store, plan, computable(schema, plan), receipt, first)):
-            found.add(key)
+        if key not in damaged and (what := differing(store, plan, computable(schema, plan), receipt, first)):
+            damaged.add(key)
             yield damaged_part(key, *what)
 
 
 def _spread(
     parts: Mapping[PartKey, tuple[Plan, Receipt]], stage: str, size: int, sample: int
 ) -> list[tuple[PartKey, int]]:
-    """Some templates or blocks, from the first to the last: part, and number or first id."""
+    """Return some templates or blocks, from the first to the last: part, and number or first id."""
     places = [
         (key, first)
         for key, (_, receipt) in parts.items()
@@ -60,7 +60,7 @@ def _spread(
         for first in range(receipt.first, receipt.first + receipt.rows, size)
     ]
     at = np.linspace(0, len(places) - 1, min(sample, len(places))).round().astype(int)
-    return [places[one] for one in at]
+    return [places[i] for i in at]
 
 
 Difference = tuple[str, str] | None
@@ -81,7 +81,7 @@ def _differing_block(store: Store, plan: Plan, schema: Schema, receipt: Receipt,
         with threadpool_limits(1):
             (again,) = row_pieces(plan, store, schema, first, stop)
     except DatabaseError:
-        return None  # its templates are damaged, which is told already
+        return None  # its templates are damaged, which is a finding already
     for table, content in again.items():
         group, row = divmod(first - receipt.first, ROW_GROUP[table])
         file = pq.ParquetFile(open_checked(store, receipt.file(table)))
@@ -91,16 +91,16 @@ def _differing_block(store: Store, plan: Plan, schema: Schema, receipt: Receipt,
     return None
 
 
-def _difference(receipt: Receipt, table: str, stored: pa.Table, again: pa.Table, name: str) -> Difference:
-    columns = [one for one in again.schema.names if _encoded(stored, one) != _encoded(again, one)]
+def _difference(receipt: Receipt, table: str, stored: pa.Table, again: pa.Table, rows: str) -> Difference:
+    columns = [name for name in again.schema.names if _encode(stored, name) != _encode(again, name)]
     if not columns:
         return None
     more = f" and {len(columns) - 1} more columns" if len(columns) > 1 else ""
-    return receipt.file(table).path, f"{name}: {columns[0]}{more} are not what making them again gives"
+    return receipt.file(table).path, f"{rows}: {columns[0]}{more} are not what making them again gives"
 
 
-def _encoded(table: pa.Table, column: str) -> bytes:
-    """A column as bytes: the same for the same values, bit for bit, however they lie in memory."""
+def _encode(table: pa.Table, column: str) -> bytes:
+    """Return a column as bytes: the same for the same values, bit for bit, however they lie in memory."""
     sink = pa.BufferOutputStream()
     pq.write_table(table.select([column]), sink, compression="none", use_dictionary=False, write_statistics=False)
     return bytes(sink.getvalue())

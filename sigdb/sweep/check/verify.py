@@ -1,4 +1,4 @@
-"""Whether a database is whole and right, and making damaged parts again from the recipe in it."""
+"""Verification of a database, and repair: damaged parts are made again from the recipe in it."""
 
 from bisect import bisect_left
 from collections.abc import Iterator
@@ -27,9 +27,9 @@ from sigdb.database import (
     read_manifest,
     receipt_name,
 )
-from sigdb.sweep.check.contents import doubtful_rows, wrong_rows, wrong_templates
+from sigdb.sweep.check.contents import check_row_contents, check_template_contents, doubtful_rows
 from sigdb.sweep.check.descriptions import Owners, check_descriptions
-from sigdb.sweep.check.remake import differing_parts
+from sigdb.sweep.check.remake import remake_sample
 from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.describe_database import check_version
@@ -46,28 +46,30 @@ def verify(
     sample: int = 8,
     on_progress: OnProgress = ignore,
 ) -> tuple[IntegrityFinding, ...]:
-    """Look for anything in a database that is not as it should be; nothing is changed.
+    """Return everything in a database that is not as it should be; nothing is changed.
 
-    Every byte of every file is read: descriptions and receipts are compared with their seals, parts with their
-    receipts (size, SHA-256), their columns with the schema, parts and descriptions with the plan that the recipe in
-    ``sigdb.toml`` gives, and what is none of the database's is named. So any flipped byte is found, any missing file
-    and any foreign one.
+    Every byte of every file is read. Descriptions and receipts are compared with their seals, parts with their receipts
+    (size, SHA-256), and their columns with ``schema.json``. Parts and descriptions are compared with the plan that the
+    recipe in ``sigdb.toml`` gives. Foreign files are named. So any flipped byte, missing file or foreign file is found.
+
+    A database keeps the columns that it was begun with. A column of results that another version of sigdb would add, or
+    no longer has, is no damage.
 
     Parameters
     ----------
-    location
-        The database's directory, or its place in an object store.
-    deep
-        Decode all values, too: ids, parameters and labels must be the recipe's, results finite numbers where the status
-        is ``ok`` and null where it is not; and a sample is made again and compared bit for bit.
-    sample
-        How many templates, and how many blocks of 256 rows, ``deep`` makes again, spread evenly over the database.
-    on_progress
-        Called as files are checked, with the stage ``files``.
+    location : str or path-like
+        Directory of the database, or its place in an object store.
+    deep : bool
+        Whether to decode all values, too. Ids, parameters and labels must be those of the recipe. Results must be
+        finite numbers where the status is ``ok``, and null elsewhere. A sample is made again and compared bit for bit.
+    sample : int
+        Number of templates, and of blocks of 256 rows, that ``deep`` makes again, spread evenly over the database.
+    on_progress : callable
+        Called with a :class:`sigdb.core.Progress` as files are checked, with the stage ``files``.
 
     Returns
     -------
-    tuple of Finding
+    tuple of IntegrityFinding
         Empty for a database that is finished and whole.
 
     Raises
@@ -83,22 +85,22 @@ def verify(
     ...
     sigdb.core.errors.InputError: nowhere is not a sigdb database (it has no sigdb.toml); make one with: ...
     """
-    return _found(Store.at(location), deep, sample, on_progress)
+    return _verify(Store.at(location), deep, sample, on_progress)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Repair:
-    """What a repair found, and what is left of it.
+    """Findings in a database before and after a repair.
 
     Attributes
     ----------
-    found
-        Findings before.
-    left
-        Findings after.
+    before : tuple of IntegrityFinding
+        Findings before the repair.
+    left : tuple of IntegrityFinding
+        Findings after it.
     """
 
-    found: tuple[IntegrityFinding, ...]
+    before: tuple[IntegrityFinding, ...]
     left: tuple[IntegrityFinding, ...]
 
 
@@ -110,18 +112,30 @@ def repair(
     jobs: int = -1,
     on_progress: OnProgress = ignore,
 ) -> Repair:
-    """Make again from the recipe what :func:`verify` finds damaged, and what is missing.
+    """Make again from the recipe everything that :func:`verify` finds damaged or missing.
 
-    Damaged parts lose their receipt and are made again, bit for bit as they were, templates before rows; a damaged
-    ``schema.json`` is written again. A foreign file is never deleted, but for temporary ones of stopped sweeps. A
-    damaged ``sigdb.toml`` holds the recipe itself: sweep with the original recipe to write it again, then repair.
+    Damaged parts lose their receipts and are made again, bit for bit as they were, templates before rows. A damaged
+    ``schema.json`` is written again from the parts. No foreign file is deleted, except temporary files of stopped
+    sweeps. The recipe itself stands in ``sigdb.toml``: if that is damaged, sweep with the original recipe to write it
+    again, then repair.
 
     Parameters
     ----------
-    location, deep, sample, on_progress
+    location : str or path-like
+        Directory of the database, or its place in an object store.
+    deep : bool
         As in :func:`verify`.
-    jobs
-        Worker processes; -1 for one on each core.
+    sample : int
+        As in :func:`verify`.
+    jobs : int
+        Number of worker processes; -1 for one on each core.
+    on_progress : callable
+        Called with a :class:`sigdb.core.Progress` as files are checked and parts are made.
+
+    Returns
+    -------
+    Repair
+        The findings before and after.
 
     Raises
     ------
@@ -131,43 +145,34 @@ def repair(
         If a sweep is running on it, or it cannot be written.
     """
     store = Store.at(location)
-    found = _found(store, deep, sample, on_progress)
-    if not found or any(finding.file == MANIFEST_FILE for finding in found):
-        return Repair(found=found, left=found)
+    before = _verify(store, deep, sample, on_progress)
+    if not before or any(finding.file == MANIFEST_FILE for finding in before):
+        return Repair(before=before, left=before)
     with ownership_of(store):
         store.clear_temporary()
         manifest = read_manifest(store)
         check_version(store, manifest.sigdb_version)
         plans = [plan_from(record.resolved) for record in manifest.plans]
-        if any(finding.file == SCHEMA_FILE for finding in found):
+        if any(finding.file == SCHEMA_FILE for finding in before):
             keep_schema(plans[0], store)  # from the parts, before damaged ones lose their receipts
-        for key in {finding.key for finding in found if finding.key}:
+        for key in {finding.key for finding in before if finding.key}:
             store.delete(receipt_name(*key))
         run_parts(plans, store, Processes(jobs), on_progress)
-    return Repair(found=found, left=_found(store, deep, sample, on_progress))
+    return Repair(before=before, left=_verify(store, deep, sample, on_progress))
 
 
-def _found(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> tuple[IntegrityFinding, ...]:
+def _verify(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> tuple[IntegrityFinding, ...]:
     descriptions = check_descriptions(store)
-    owners, findings = descriptions.owners, [*descriptions.findings]
-    receipts, damaged = read_all_receipts(store)
-    if owners:
-        damaged = [one for one in damaged if one.key in owners]
-        strangers = {key for key, receipt in receipts.items() if key in owners and not _fits(receipt, owners[key])}
-        what = "the receipt is not that of the recipe's part: another plan, other rows or other files"
-        findings += [damaged_part(key, receipts[key].path, what) for key in strangers]
-        findings += _unfinished(owners, {*receipts, *(one.key for one in damaged if one.key)})
-        findings += foreign_files(store, owners)
-        receipts = {key: receipt for key, receipt in receipts.items() if key in owners and key not in strangers}
-    findings += damaged
+    receipts, findings = _check_receipts(store, descriptions.owners)
+    findings = [*descriptions.findings, *findings]
     whole: dict[PartKey, tuple[Plan, Receipt]] = {}
     doubtful: list[tuple[PartKey, int]] = []
     total, done = sum(len(receipt.files) for receipt in receipts.values()), 0
     for key, receipt in receipts.items():
-        plan = owners.get(key)
+        plan = descriptions.owners.get(key)
         files, wrong = _read_part(store, receipt, descriptions.schema)
         if deep and plan and not wrong:
-            wrong = [(part_name(table, key[1]), what) for table, what in _WRONG[key[0]](plan, receipt, files)]
+            wrong = [(part_name(table, key[1]), what) for table, what in _CHECK_CONTENTS[key[0]](plan, receipt, files)]
             if "features" in files:
                 doubtful += [(key, receipt.first + int(row)) for row in doubtful_rows(files["features"])[:1]]
         if plan and not wrong:
@@ -176,17 +181,37 @@ def _found(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> tu
         done += len(receipt.files)
         on_progress(Progress(stage="files", done=done, total=total, before=0))
     if deep and descriptions.schema:
-        findings += differing_parts(store, whole, descriptions.schema, sample, doubtful)
+        findings += remake_sample(store, whole, descriptions.schema, sample, doubtful)
     return tuple(findings)
 
 
-_WRONG = {"templates": wrong_templates, "rows": wrong_rows}
+def _check_receipts(store: Store, owners: Owners) -> tuple[dict[PartKey, Receipt], list[IntegrityFinding]]:
+    """Return the receipts of a database's parts, and what is wrong with receipts and the names of files.
+
+    Without owners, which a damaged ``sigdb.toml`` has none of, all receipts that can be read are returned.
+    """
+    receipts, damaged = read_all_receipts(store)
+    if not owners:
+        return receipts, damaged
+    damaged = [finding for finding in damaged if finding.key in owners]
+    strangers = {key for key, receipt in receipts.items() if key in owners and not _fits(receipt, owners[key])}
+    what = "the receipt is not that of the recipe's part: another plan, other rows or other files"
+    findings = [damaged_part(key, receipts[key].path, what) for key in strangers]
+    findings += _unfinished(owners, {*receipts, *(finding.key for finding in damaged if finding.key)})
+    findings += foreign_files(store, owners)
+    return {key: receipt for key, receipt in receipts.items() if key in owners and key not in strangers}, [
+        *findings,
+        *damaged,
+    ]
+
+
+_CHECK_CONTENTS = {"templates": check_template_contents, "rows": check_row_contents}
 
 
 def _read_part(
     store: Store, receipt: Receipt, schema: Schema | None
 ) -> tuple[dict[str, pq.ParquetFile], list[tuple[str, str]]]:
-    """A part's files that are as they were written, by table, and what is wrong with others, by name."""
+    """Return the files of a part that are as they were written, by table, and what is wrong with others, by name."""
     files, wrong = {}, []
     for table, record in zip(TABLES_OF[receipt.name], receipt.files, strict=True):
         file, what = read_file(store, record, receipt.rows, schema.arrow(table) if schema else None)
@@ -198,12 +223,13 @@ def _read_part(
 
 
 def _fits(receipt: Receipt, plan: Plan) -> bool:
-    """Whether a receipt is that of the plan's part of its number."""
+    """Return whether a receipt is that of the plan's part of its number."""
     first, stop = _range(plan, receipt)
     return (
         receipt.plan == plan.hash
         and (receipt.first, receipt.rows) == (first, stop - first)
-        and [file.path for file in receipt.files] == [part_name(one, receipt.part) for one in TABLES_OF[receipt.name]]
+        and [file.path for file in receipt.files]
+        == [part_name(table, receipt.part) for table in TABLES_OF[receipt.name]]
     )
 
 
@@ -215,7 +241,7 @@ def _range(plan: Plan, receipt: Receipt) -> tuple[int, int]:
 
 
 def _unfinished(owners: Owners, begun: set[PartKey]) -> Iterator[IntegrityFinding]:
-    """What is not made yet, in a sentence for templates and one for rows."""
+    """Yield a finding for templates, and one for rows, if some of their parts are missing."""
     for stage in KINDS:
         planned = [part for name, part in owners if name == stage]
         missing = [part for part in planned if (stage, part) not in begun]
@@ -229,6 +255,6 @@ def _unfinished(owners: Owners, begun: set[PartKey]) -> Iterator[IntegrityFindin
 
 
 def _runs(numbers: list[int]) -> str:
-    """Numbers in order as runs: 3, 5-7."""
+    """Return ascending numbers as text of runs: 3, 5-7."""
     runs = [list(run) for _, run in groupby(numbers, key=lambda number: number - bisect_left(numbers, number))]
     return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)

@@ -1,4 +1,4 @@
-"""Coverage: how well a database's templates stand for what lies between them."""
+"""Grid coverage: how well the templates of a database represent the cases between them."""
 
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
@@ -17,21 +17,21 @@ from sigdb.sweep.design.axes import WHOLE_AXES
 
 COLUMNS = ("axis", "from", "to", "cases", "least_match", "median_match", "greatest_separation")
 _INTERVALS = 10
-"""Of an axis with more intervals than these, so many equal ones are told of."""
+"""Most intervals reported for an axis."""
 
 
 def coarseness(cases: pd.DataFrame, values: Mapping[str, FloatArray], whole: Container[str]) -> pd.DataFrame:
-    """Cases off the grid by the interval between neighbouring values of an axis that they lie in.
+    """Return the match and the separation of cases off the grid, by interval between neighbouring values of an axis.
 
     Parameters
     ----------
-    cases
+    cases : pandas.DataFrame
         As :attr:`Coverage.cases`.
-    values
-        The grid's values of each axis to look at, ascending. An axis that has more than ten intervals, as a sampled one
-        has, is divided into ten equal ones.
-    whole
-        Axes of whole numbers: they are told by value.
+    values : mapping
+        Values of each axis in the grid, ascending. An axis with more than ten intervals, as a sampled axis has, is
+        divided into ten equal intervals.
+    whole : container of str
+        Axes of whole numbers, which are reported by value.
 
     Returns
     -------
@@ -54,32 +54,33 @@ def _intervals(grid: FloatArray) -> list[tuple[float, float]]:
 
 
 QUANTILE = 0.99
-"""Share of signatures within the database that are within the threshold."""
+"""Share of the database's own measured rows that lie within the threshold."""
 USUAL_MATCH = 0.97
-"""Least match that template banks for gravitational waves are laid out for."""
+"""Least match of template banks for gravitational waves."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Coverage:
-    """How well the templates stand for what lies between them.
+    """How well the templates of a database represent the cases between them.
 
     Attributes
     ----------
-    cases
-        One row a case off the grid, without noise and index errors: its parameters, ``match`` (the greatest normalised
-        overlap with a template; 1 where damage leaves no residual, as no damage does), ``template`` (the one of least
-        misfit), ``misfit``, and ``separation``, its distance from that template in standard deviations of the noise.
-    grid
-        Values of the axes between which the cases lie, those that the database was begun with.
-    coarse
-        Where the cases lie: for each axis and each interval between neighbouring values, the number of cases, the least
-        and the median match, the greatest separation.
-    measured
-        (rows,) misfit of measured rows of these cases and of undamaged gears, with specimens and noise.
-    failed
-        Cases without a result.
-    record
-        What is stored with the database: the threshold of *outside the database*, and a summary.
+    cases : pandas.DataFrame
+        A row for each case off the grid, without noise and index errors. Its columns are the parameters of the case;
+        ``match``, the greatest normalised overlap with a template, 1 where damage leaves no residual; ``template``, the
+        number of the template of least misfit; ``misfit``; and ``separation``, the distance from that template in
+        standard deviations of the noise.
+    grid : dict of ndarray
+        Values of the axes between which the cases lie, as the database was begun with them.
+    coarse : pandas.DataFrame
+        For each axis and each interval between neighbouring values, the number of cases, the least and the median
+        match, and the greatest separation.
+    measured : ndarray, (rows,)
+        Misfit of measured rows of these cases and of undamaged gears, with specimens and noise.
+    failed : int
+        Number of cases without a result.
+    record : CoverageRecord
+        The threshold of *outside the database* and a summary, as the database stores them.
     """
 
     cases: pd.DataFrame
@@ -99,33 +100,38 @@ def coverage(
     jobs: int = -1,
     on_progress: OnProgress = ignore,
 ) -> Coverage:
-    """Simulate random cases between those of a database, compare them with its templates, and store the threshold.
+    """Compare random cases between those of a database with its templates, and store the threshold of *outside*.
 
     The match of a case is the greatest normalised overlap of its residual signal with that of a template, over all
-    turns; a template bank is dense enough where the match stays above 0.97, which costs 1 / 0.97^2 - 1 = 6 % more
-    revolutions [1]_. It tells of shapes only. Severity acts as amplitude: there the separation from the nearest
-    template tells, which should not be more than about one standard deviation of the noise. It is
-    ``misfit std(y) sqrt(n) / sigma``, with y the case's clean average of n samples, and sigma the standard deviation of
-    the noise in the least noisy average of the database.
+    turns. A template bank is dense enough where the match stays above 0.97, which costs 1 / 0.97^2 - 1 = 6 % more
+    revolutions [1]_. The match compares shapes only. Severity acts as amplitude, which the separation from the nearest
+    template compares: it should not be more than about one standard deviation of the noise. The separation is
+    ``misfit std(y) sqrt(n) / sigma``. Here y is the clean average of the case, of n samples, and sigma the standard
+    deviation of the noise in the least noisy average of the database.
 
-    The threshold is the misfit (:meth:`sigdb.database.Database.match`) that 1 % of measured rows exceed, of damaged
-    rows off the grid or of undamaged ones, whichever is greater; they have gear pairs and noise of their own.
+    The threshold is the misfit (:meth:`sigdb.database.Database.match`) that 1 % of measured rows exceed: of damaged
+    rows off the grid or of undamaged rows, whichever is greater. These rows have their own gear pairs and noise.
 
     Parameters
     ----------
-    location
-        A finished database; it is given ``coverage.json``.
-    cases
-        Cases off the grid, about.
-    sensor
-        Name of a stored sensor; the first one if left out.
-    seed
-        Seed of the cases, their specimens and their noise; one more than the database's if left out, and one more
-        for each extension of it.
-    jobs
-        Worker processes; -1 for one on each core.
-    on_progress
-        Called with what is finished whenever that changes.
+    location : str or path-like
+        A finished database, in which ``coverage.json`` is written.
+    cases : int
+        Approximate number of cases off the grid.
+    sensor : str, optional
+        Name of a stored sensor; the first sensor if left out.
+    seed : int, optional
+        Seed of the cases, their specimens and their noise. If left out, the seed of the database plus 1, plus 1 for
+        each extension.
+    jobs : int
+        Number of worker processes; -1 for one on each core.
+    on_progress : callable
+        Called with a :class:`sigdb.core.Progress` whenever something is finished.
+
+    Returns
+    -------
+    Coverage
+        The cases, where they match badly, and the stored threshold.
 
     Raises
     ------
@@ -140,33 +146,33 @@ def coverage(
            Physical Review D 53 (1996) 6749-6761, doi:10.1103/PhysRevD.53.6749.
     """
     database = Database(location)
-    looked = study(database, cases=cases, sensor=sensor, seed=seed, jobs=jobs, on_progress=on_progress)
-    found = summary(looked)
-    write_coverage(database.store, found.record)
-    return found
+    result = study(database, cases=cases, sensor=sensor, seed=seed, jobs=jobs, on_progress=on_progress)
+    measured = summarize(result)
+    write_coverage(database.store, measured.record)
+    return measured
 
 
-def summary(looked: Study) -> Coverage:
-    """What a study tells."""
-    base, cases = looked.base, looked.cases
-    grid = {axis: values for axis, values in _grid(looked).items() if cases[axis].nunique() > 1}
+def summarize(study: Study) -> Coverage:
+    """Return the coverage that a study measured."""
+    base, cases = study.base, study.cases
+    grid = {axis: values for axis, values in _grid(study).items() if cases[axis].nunique() > 1}
     return Coverage(
         cases=cases.drop(columns="off_grid"),
         grid=grid,
         coarse=coarseness(cases, grid, {"teeth", *WHOLE_AXES, *whole_axes(base, base.rig_points.swept)}),
-        measured=looked.measured["misfit"].to_numpy(),
-        failed=looked.failed,
+        measured=study.measured["misfit"].to_numpy(),
+        failed=study.failed,
         record=CoverageRecord(
-            threshold=_threshold(looked.measured),
-            sensor=looked.sensor,
-            plans=tuple(plan.hash for plan in looked.database.manifest.plans),
-            details=_details(cases, looked.measured, looked.seed),
+            threshold=_threshold(study.measured),
+            sensor=study.sensor,
+            plans=tuple(plan.hash for plan in study.database.manifest.plans),
+            details=_details(cases, study.measured, study.seed),
         ),
     )
 
 
 def _threshold(measured: pd.DataFrame) -> float:
-    """The quantile of the misfit, of damaged rows or of undamaged ones, whichever is greater."""
+    """Return the quantile of the misfit, of damaged rows or of undamaged rows, whichever is greater."""
     return float(measured.groupby(measured["tooth"] > 0)["misfit"].quantile(QUANTILE).max())
 
 
@@ -185,10 +191,10 @@ def _details(clean: pd.DataFrame, measured: pd.DataFrame, seed: int) -> dict[str
     }
 
 
-def _grid(looked: Study) -> dict[str, FloatArray]:
-    """Values of each axis that the database was begun with, those that have several."""
-    axes = case_axes(looked.base)
-    found = pa.Table.from_batches(looked.database.scan("templates", ["template", "tooth", *axes])).to_pandas()
-    damaged = found[(found["tooth"] > 0) & (found["template"] < looked.base.n_templates)]
+def _grid(study: Study) -> dict[str, FloatArray]:
+    """Return the values of each axis that had several when the database was begun."""
+    axes = case_axes(study.base)
+    templates = pa.Table.from_batches(study.database.scan("templates", ["template", "tooth", *axes])).to_pandas()
+    damaged = templates[(templates["tooth"] > 0) & (templates["template"] < study.base.n_templates)]
     values = {axis: np.unique(damaged[axis].dropna().to_numpy(float)) for axis in axes}
     return {axis: some for axis, some in values.items() if len(some) > 1}

@@ -1,10 +1,8 @@
-"""The plan of cases that are appended to a database."""
-
-from typing import Any
+"""Extensions: plans of cases that are appended to a database."""
 
 import numpy as np
 
-from sigdb.core import FloatArray, validated
+from sigdb.core import ComplexArray, FloatArray, validated
 from sigdb.database import Manifest, root_mean_square, unit_residuals
 from sigdb.sweep.density.study import Study
 from sigdb.sweep.design.axes import MEASUREMENT_AXES
@@ -15,12 +13,12 @@ from sigdb.sweep.plan.plan import Plan
 
 
 def extension(manifest: Manifest, study: Study, match: float) -> Plan:
-    """The plan of the cases that a study found poorly matched, with all else as the database was begun with.
+    """Return the plan of the poorly matched cases of a study, with all else as the database was begun.
 
     Each case has its own measurements, and all teeth that the database has for its tooth count.
     """
     base, last = plan_from(manifest.resolved), plan_from(manifest.plans[-1].resolved)
-    rows = study.cases.loc[apart(study, match)].merge(study.measurements, on="off_grid")
+    rows = study.cases.loc[distant_cases(study, match)].merge(study.measurements, on="off_grid")
     axes = _columns_of_axes(base)
     grids = [
         {
@@ -42,43 +40,44 @@ def extension(manifest: Manifest, study: Study, match: float) -> Plan:
     )
 
 
-def apart(study: Study, match: float) -> list[int]:
-    """The worst matched case, the worst of those that do not match that one either, and so on: their places."""
+def distant_cases(study: Study, match: float) -> list[int]:
+    """Return the places of poorly matched cases, of which no two match each other.
+
+    The worst matched case is first taken, then the worst of those that do not match it, and so on.
+    """
     poor = study.cases["match"][study.cases["match"] < match].sort_values(kind="stable")
     kept: list[int] = []
     residuals = {at: _unit_spectrum(study.signals[at], int(study.cases.loc[at, "teeth"])) for at in poor.index}
     for at in poor.index:
         n = len(study.signals[at])
-        alike = (
-            np.fft.irfft(residuals[at] * residuals[one].conj(), n).max() for one in kept if len(study.signals[one]) == n
-        )
+        alike = (np.fft.irfft(residuals[at] * residuals[i].conj(), n).max() for i in kept if len(study.signals[i]) == n)
         if all(overlap < match for overlap in alike):
             kept.append(at)
     return sorted(kept)
 
 
-def _unit_spectrum(tsa: FloatArray, teeth: int) -> Any:
-    """FFT of the residual, scaled so that a circular correlation of two is their overlap."""
+def _unit_spectrum(tsa: FloatArray, teeth: int) -> ComplexArray:
+    """Return the FFT of the residual, scaled so that a circular correlation of two is their overlap."""
     z = unit_residuals(tsa, teeth)
     return np.fft.rfft(z / (root_mean_square(z) * np.sqrt(len(z))))
 
 
 def _columns_of_axes(base: Plan) -> dict[str, str]:
-    """Column of a case for each axis of the database: damage, what of the rig was swept, and measurements."""
-    own = {
+    """Return the column of a case for each axis of the database: damage, swept parameters of the rig, measurements."""
+    columns = {
         ("operating", "speed_rpm"): "speed_rpm",
         ("operating", "torque"): "torque",
         ("gears", base.gear, "teeth"): "teeth",
     }
-    rig = {axis: own.get(base.rig.path(axis), axis) for axis in base.rig_points.swept}
+    rig = {axis: columns.get(base.rig.path(axis), axis) for axis in base.rig_points.swept}
     return {name: name for name in ("damaged_teeth", *base.damage_fields, *MEASUREMENT_AXES)} | rig
 
 
 def _teeth(base: Plan, teeth: int) -> list[int] | str:
-    """First damaged teeth that a plan has rows for on a gear of that many teeth."""
-    segments = base.segments
-    of_gear = base.rig_points.teeth[base.templates.rig[segments.template]] == teeth
-    at = consecutive(segments.tooth_start[of_gear], segments.tooth_count[of_gear])
-    named = np.unique(segments.teeth[at])
+    """Return the first damaged teeth that a plan has rows for on a gear of that many teeth."""
+    runs = base.row_runs
+    of_gear = base.rig_points.teeth[base.templates.rig[runs.template]] == teeth
+    at = consecutive(runs.tooth_start[of_gear], runs.tooth_count[of_gear])
+    named = np.unique(runs.teeth[at])
     damaged = named[named > 0].tolist()
     return "all" if len(damaged) == teeth else damaged

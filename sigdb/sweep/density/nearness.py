@@ -1,4 +1,4 @@
-"""How near cases off the grid, and measured rows of them, are to a database's templates."""
+"""Distances of cases off the grid, and of their measured rows, from the templates of a database."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
@@ -24,7 +24,7 @@ from sigdb.database import (
 
 
 class Nearness:
-    """A database's templates, of one sensor, and what is compared with them."""
+    """Distances from the templates of a database, for one of its sensors."""
 
     def __init__(self, database: Database, sensor: str) -> None:
         self._database, self._sensor = database, sensor
@@ -34,17 +34,17 @@ class Nearness:
     def clean(
         self, off_grid: Database, columns: Sequence[str], noise: float, on_progress: OnProgress
     ) -> tuple[pd.DataFrame, list[FloatArray]]:
-        """The cases of a database off the grid against the templates, one row a case, and their clean averages.
+        """Return the cases of a database off the grid with their distances, a row for each, and their clean averages.
 
         Parameters
         ----------
         off_grid
             Cases off the grid, with the same sensors.
         columns
-            Parameters of a case to tell beside ``off_grid`` (its template there), ``match``, ``template``, ``misfit``
-            and ``separation``.
+            Parameters of a case that the result has too. Its other columns are ``off_grid`` (the number of the template
+            there), ``match``, ``template``, ``misfit`` and ``separation``.
         noise
-            Standard deviation of an average's noise, in those of the undamaged clean average.
+            Standard deviation of the noise of an average, in standard deviations of the undamaged clean average.
         """
         tsa, variance = (suffixed(name, off_grid.sensors, self._sensor) for name in ("tsa", "reference_variance"))
         names = dict.fromkeys(["template", "tooth", "status", *columns, tsa, variance])
@@ -52,17 +52,17 @@ class Nearness:
         templates = templates[(templates["tooth"] > 0) & (templates["status"] == "ok")]
         signals = [y.astype(float) for y in templates[tsa]]
         deviation = noise * np.sqrt(templates[variance])
-        found = [
-            self._case(y, one)
-            for y, one in with_progress(
+        distances = [
+            self._distances(y, sigma)
+            for y, sigma in with_progress(
                 zip(signals, deviation, strict=True), len(signals), "off-grid cases", on_progress
             )
         ]
-        compared = pd.DataFrame(found, columns=["match", "template", "misfit", "separation"])
+        compared = pd.DataFrame(distances, columns=["match", "template", "misfit", "separation"])
         cases = templates[list(columns)].assign(off_grid=templates["template"]).reset_index(drop=True)
         return pd.concat([cases, compared], axis=1), signals
 
-    def _case(self, y: FloatArray, deviation: float) -> dict[str, float]:
+    def _distances(self, y: FloatArray, deviation: float) -> dict[str, float]:
         near = self._nearest(y, misfit)
         least = float(near.misfit[0])
         return {
@@ -73,13 +73,13 @@ class Nearness:
         }
 
     def _match(self, y: FloatArray) -> float:
-        """Greatest overlap; 1 where there is no residual, as of the undamaged gear, whose template has none either."""
+        """Return the greatest overlap; 1 without residual, as the undamaged gear's template has none either."""
         if not root_mean_square(unit_residuals(y, len(y) // self._step)):
             return 1.0
         return float(self._nearest(y, mismatch).match[0])
 
     def measured(self, off_grid: Database, on_progress: OnProgress) -> pd.DataFrame:
-        """Tooth and misfit of the measured rows of a database off the grid."""
+        """Return tooth and misfit of the measured rows of a database off the grid."""
         column, done = suffixed("tsa", off_grid.sensors, self._sensor), "status = 'ok'"
         tooth = off_grid.cases(done)["tooth"].to_numpy()
         batches = off_grid.batches(done, table="signals", columns=[column])
@@ -88,14 +88,14 @@ class Nearness:
         return pd.DataFrame({"tooth": tooth, "misfit": [float(self._nearest(x, misfit).misfit[0]) for x in each]})
 
     def _nearest(self, x: FloatArray, distance: Distance) -> Nearest:
-        """The nearest template, over all turns."""
+        """Return the nearest template, over all turns."""
         bank, n = self._bank(len(x)), len(x)
         every = np.ones(bank.cases.num_rows, dtype=bool)
         return nearest(bank, x, teeth=n // self._step, k=1, shifts=np.arange(n), among=every, distance=distance)
 
 
 def with_progress(rows: Iterable[Any], total: int, stage: str, on_progress: OnProgress) -> Iterator[Any]:
-    """The same rows; what was worked on is told when the next one is asked for."""
+    """Yield the rows and report progress."""
     on_progress(Progress(stage=stage, done=0, total=total, before=0))
     for done, row in enumerate(rows, start=1):
         yield row

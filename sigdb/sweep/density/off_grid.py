@@ -1,4 +1,4 @@
-"""Designs of cases that lie between those of a plan."""
+"""Designs of random cases that lie between those of a plan."""
 
 import math
 from collections.abc import Iterable
@@ -15,12 +15,12 @@ Spans = dict[str, tuple[float, float]]
 
 
 def off_grid(base: Plan, *, cases: int, seed: int, specimens: int) -> SweepSettings:
-    """A design of about that many random cases between those of a plan.
+    """Return a design of about ``cases`` random cases between those of a plan.
 
     Numbers that are not whole (sizes of damage, operating points, other parameters of the rig) are drawn evenly between
-    the least and the greatest value that a grid names; so are measurements that a grid samples or takes from a table.
-    Whole numbers and listed measurements stay as they are. The damage is at tooth 1 where other teeth are turns of it.
-    Grids of patterns, and of a single value on every axis, have nothing between.
+    the least and the greatest value in a grid. So are measurements that a grid samples or takes from a table. Whole
+    numbers and listed measurements stay as they are. The damage is at tooth 1 where other teeth are turns of it. Grids
+    of patterns, and grids with a single value on every axis, are left out.
 
     Raises
     ------
@@ -52,14 +52,14 @@ def off_grid(base: Plan, *, cases: int, seed: int, specimens: int) -> SweepSetti
 
 
 def whole_axes(base: Plan, axes: Iterable[str]) -> frozenset[str]:
-    """Those of some axes that are whole numbers."""
+    """Return the axes, of some, whose values are whole numbers."""
     return frozenset(
         axis for axis in axes if axis in WHOLE_AXES or (axis not in AXIS_NAMES and is_whole(base.rig, axis))
     )
 
 
 def _axes(base: Plan, grid: Grid) -> dict[str, Any]:
-    """Values of each axis of a grid, or its range; its teeth and the measurements that it lists aside."""
+    """Return the values of each axis of a grid, or its range, but teeth and listed measurements."""
     swept = {base.rig.path(axis): axis for axis in base.rig_points.swept}
     axes = {axis: getattr(grid, axis) for axis in grid.listed_damage} | grid.rig | grid.ranges | (grid.table or {})
     # One parameter of the rig may be written in several ways: the plan's is that of its columns.
@@ -77,21 +77,21 @@ def _ends(values: Any) -> tuple[float, float]:
 
 
 def _wholes(values: Any) -> list[int]:
-    """Whole numbers, each once; all of a range."""
+    """Return whole numbers in order, each once; all numbers of a range."""
     if isinstance(values, Range):
         return list(range(int(values.min), int(values.max) + 1))
     return sorted({int(value) for value in values})
 
 
 def _spans(base: Plan, grid: Grid) -> Spans:
-    """Ends of each axis of numbers that are not whole, measurements aside."""
+    """Return the ends of each axis of numbers that are not whole, but measurements."""
     axes = _axes(base, grid)
     aside = {*whole_axes(base, axes), *MEASUREMENT_AXES}
     return {axis: _ends(values) for axis, values in axes.items() if axis not in aside}
 
 
 def _random(base: Plan, grid: Grid, spans: Spans, cases: int) -> dict[str, Any]:
-    """A grid of random points within the spans, crossed with the whole numbers of another grid."""
+    """Return a grid of random points within the spans, crossed with the whole numbers of a grid."""
     axes, teeth = _axes(base, grid), _teeth(base, grid)
     drawn = spans | {axis: _ends(axes[axis]) for axis in MEASUREMENT_AXES if axis in axes}
     whole = {axis: _wholes(axes[axis]) for axis in sorted(whole_axes(base, axes)) if axis not in drawn}

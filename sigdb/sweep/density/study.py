@@ -1,4 +1,4 @@
-"""A study of cases off a database's grid: they are simulated, and compared with its templates."""
+"""Study of random cases off a database's grid: they are simulated, and compared with its templates."""
 
 import tempfile
 from dataclasses import dataclass, replace
@@ -26,9 +26,9 @@ class Study:
     Attributes
     ----------
     database, base, sensor, seed
-        What was studied, the plan that it was begun with, and the seed of the cases.
+        The database, the plan that it was begun with, the sensor, and the seed of the cases.
     cases
-        One row a case, clean: as :attr:`Coverage.cases`, and ``off_grid``, its number.
+        A row for each clean case: as :attr:`Coverage.cases`, and ``off_grid``, its number.
     signals
         Clean average of each case.
     measured
@@ -36,7 +36,7 @@ class Study:
     measurements
         Measurements of the rows of each case, by ``off_grid``.
     failed
-        Cases without a result.
+        Number of cases without a result.
     """
 
     database: Database
@@ -69,7 +69,7 @@ def study(
     design = off_grid(base, cases=cases, seed=seed, specimens=_SPECIMENS)
     trial = make_plan(design, base.measurement, base.signature, base.rig, base_fields=base.damage_fields)
     with tempfile.TemporaryDirectory() as folder:
-        run(trial, folder, jobs=jobs, on_progress=lambda one: on_progress(replace(one, stage=f"off-grid {one.stage}")))
+        run(trial, folder, jobs=jobs, on_progress=_with_stage(on_progress))
         between, nearness = Database(folder), Nearness(database, sensor)
         clean, signals = nearness.clean(between, case_axes(base), _noise(base), on_progress)
         measured = nearness.measured(between, on_progress)
@@ -93,13 +93,17 @@ def study(
 
 
 def fresh_seed(manifest: Manifest) -> int:
-    """Seed of cases that no extension was made from: each extension moves it on."""
+    """Return a seed of cases that no extension was made from: each extension moves it on."""
     return manifest.seed + 1 + len(manifest.extensions)
 
 
 def case_axes(base: Plan) -> tuple[str, ...]:
-    """Columns of numbers that say what a case is."""
+    """Return the columns of numbers that describe a case."""
     return ("teeth", "speed_rpm", "torque", "damaged_teeth", *base.damage_fields, *base.swept)
+
+
+def _with_stage(on_progress: OnProgress) -> OnProgress:
+    return lambda progress: on_progress(replace(progress, stage=f"off-grid {progress.stage}"))
 
 
 def _check_any_result(database: Database) -> None:
@@ -112,6 +116,6 @@ def _check_any_result(database: Database) -> None:
 
 
 def _noise(base: Plan) -> float:
-    """Standard deviation of the noise of the database's least noisy average, in those of the undamaged gear's."""
-    of_one = 10 ** (-base.measurements["snr_db"] / 20)
-    return float((of_one / np.sqrt(base.measurements["averages"])).min())
+    """Return the standard deviation of the least noise of an average, in that of the undamaged gear's average."""
+    of_revolution = 10 ** (-base.measurements["snr_db"] / 20)
+    return float((of_revolution / np.sqrt(base.measurements["averages"])).min())

@@ -1,7 +1,7 @@
-"""A grid's cases: its joint points, from a sample or a table, crossed with the values that its axes list.
+"""Cases of a grid: its joint points, from a sample or a table, crossed with the values that its axes list.
 
-A place is a joint point at one combination of the listed values of the rig. Joint points that differ in their
-measurement only are one place, with several measurements.
+A place is a joint point at one combination of the listed values of the rig. Joint points that differ only in their
+measurement are the same place, with several measurements.
 """
 
 import math
@@ -24,11 +24,11 @@ from sigdb.transmission import Transmission
 
 
 def product(axes: Mapping[str, Sequence[Any]]) -> tuple[dict[str, Any], int]:
-    """Each combination of values as columns, the last axis fastest, and how many there are; a value counts once."""
+    """Return each combination of distinct values as columns, the last axis fastest, and their number."""
     lists = [np.array(list(dict.fromkeys(values))) for values in axes.values()]
     mesh = np.meshgrid(*lists, indexing="ij") if lists else []
     columns = {axis: column.ravel() for axis, column in zip(axes, mesh, strict=True)}
-    return columns, int(np.prod([len(one) for one in lists], dtype=int))
+    return columns, int(np.prod([len(values) for values in lists], dtype=int))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +51,7 @@ class Crossing:
 
     @cached_property
     def _joint_groups(self) -> tuple[IntArray, IntArray]:
-        """Group of each joint point by all but its measurement, and each group's first point."""
+        """Group number of each joint point, by all but its measurement, and the first point of each group."""
         n = len(next(iter(self.joint.values()))) if self.joint else 1
         return distinct(np.zeros(n), *(self.joint[axis] for axis in self.joint if axis not in MEASUREMENT_AXES))
 
@@ -66,18 +66,18 @@ class Crossing:
 
     @property
     def cases(self) -> int:
-        """Number of cases of damage, those that damage nothing included."""
+        """Number of cases of damage, including those that damage nothing."""
         listed = ("pattern",) if self.grid.pattern else self.grid.listed_damage
         return self.places * math.prod(len(set(getattr(self.grid, axis))) for axis in listed)
 
     @property
     def _group(self) -> IntArray:
-        """(places,) group of joint points of each place."""
+        """(places,) number of the group of joint points of each place."""
         return np.repeat(np.arange(len(self._joint_groups[1])), self._listed_rig[1])
 
     @property
     def rig_values(self) -> dict[str, FloatArray]:
-        """(places,) values of the rig's swept parameters."""
+        """(places,) values of each swept parameter of the rig."""
         listed, _ = self._listed_rig
         first = self._joint_groups[1][self._group]
         repeats = len(self._joint_groups[1])
@@ -86,9 +86,10 @@ class Crossing:
         }
 
     def damages(self) -> tuple[dict[str, FloatArray], Any, int]:
-        """Columns of damage of each case, place by place, the names of their patterns, and cases in a place.
+        """Return the damage of each case as columns, the names of the patterns, and the number of cases in a place.
 
-        Without patterns the names are None. Only axes that are not at their default have a column.
+        Cases stand place by place. Without patterns the names are None. Only axes that are not at their default have a
+        column.
         """
         first = self._joint_groups[1][self._group]
         joint = {axis: np.asarray(self.joint[axis])[first] for axis in (*DAMAGE_AXES, "pattern") if axis in self.joint}
@@ -104,9 +105,9 @@ class Crossing:
         return meaningful(columns), names, n
 
     def teeth(self, teeth: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-        """(places,) where the teeth of each place stand in a list, how many they are, and the list.
+        """Return where the teeth of each place begin in a list, their number, both (places,), and the list.
 
-        Without a list of its own, which is empty then, they stand in that of all numbers from 0 on.
+        If the list is empty, the teeth stand in the list of all numbers from 0 on.
 
         Parameters
         ----------
@@ -132,6 +133,7 @@ class Crossing:
         return np.zeros_like(teeth), count, listed
 
     def _check_teeth(self, named: IntArray, teeth: IntArray) -> None:
+        """Refuse teeth that the gear of a place does not have."""
         for at in np.flatnonzero((named < 1) | (named > teeth))[:1]:
             raise InputError(
                 f"{self.owner}: tooth = {named[at]} is not on a gear of {teeth[at]} teeth; "
@@ -141,7 +143,7 @@ class Crossing:
     def measurements(
         self, default: MeasurementSettings, cycles: IntArray
     ) -> tuple[dict[str, FloatArray], IntArray, IntArray]:
-        """Columns of measurements, and where those of each place begin and how many they are.
+        """Return measurements as columns, and where those of each place begin and their number, both (places,).
 
         Parameters
         ----------
@@ -169,7 +171,7 @@ class Crossing:
         return {axis: column[first] for axis, column in columns.items()}, np.cumsum(count) - count, count
 
     def _points_of_places(self) -> tuple[IntArray, IntArray]:
-        """The joint points of each place, place by place, and the place of each."""
+        """Return the joint points of the places, place by place, and the place of each."""
         groups, first = self._joint_groups
         sizes = np.bincount(groups, minlength=len(first))
         starts = np.cumsum(sizes) - sizes
@@ -178,7 +180,7 @@ class Crossing:
         return point, np.repeat(np.arange(self.places), sizes[self._group])
 
     def _whole_cycles(self, u: FloatArray, cycles: IntArray) -> FloatArray:
-        """Averages at unit coordinates of the range: whole tooth cycles, both ends included, all equally likely."""
+        """Return averages at unit coordinates of the range: whole tooth cycles from end to end, all equally likely."""
         ends = self.grid.ranges["averages"]
         least, most = np.ceil(ends.min / cycles), np.floor(ends.max / cycles)
         for at in np.flatnonzero(most < least)[:1]:
@@ -191,9 +193,9 @@ class Crossing:
 
 
 def joint_points(grid: Grid, rig: Transmission, *, owner: str, number: int, seed: int) -> dict[str, FloatArray]:
-    """(points,) values of each axis that a grid's sample or table gives; none for a product alone.
+    """Return the (points,) values of each axis in a grid's sample or table; no axes for a product alone.
 
-    Averages from a range stay unit coordinates: which are whole tooth cycles depends on the rig's tooth counts.
+    Averages from a range stay unit coordinates, since whole tooth cycles depend on the rig's tooth counts.
 
     Parameters
     ----------
@@ -207,13 +209,13 @@ def joint_points(grid: Grid, rig: Transmission, *, owner: str, number: int, seed
     Raises
     ------
     InputError
-        If a whole number of the rig, as a tooth count, is given a fraction.
+        If a parameter of the rig that is a whole number, as a tooth count, has a fraction.
     """
     whole = {axis for axis in grid.joint_axes if axis in WHOLE_AXES or (axis not in AXIS_NAMES and is_whole(rig, axis))}
     if grid.ranges:
         method, points = grid.method or "latin-hypercube", grid.points or 1
         sample = grid_sample(method, points, grid.joint_axes, seed=seed, grid=number)
-        return {axis: _placed(axis, u, grid.ranges[axis], axis in whole, owner) for axis, u in sample.items()}
+        return {axis: _values_at(axis, u, grid.ranges[axis], axis in whole, owner) for axis, u in sample.items()}
     columns = {axis: np.array(values) for axis, values in (grid.table or {}).items()}
     for axis in whole:
         for row in np.flatnonzero(columns[axis] % 1)[:1]:
@@ -221,7 +223,7 @@ def joint_points(grid: Grid, rig: Transmission, *, owner: str, number: int, seed
     return columns
 
 
-def _placed(axis: str, u: FloatArray, ends: Range, whole: bool, owner: str) -> FloatArray:
+def _values_at(axis: str, u: FloatArray, ends: Range, whole: bool, owner: str) -> FloatArray:
     if axis == "averages":
         return u
     if not whole:

@@ -1,4 +1,4 @@
-"""Kinds of damage as columns: a hundred thousand of them are a few arrays, and an object only when one is asked for."""
+"""Kinds of damage as columns: a hundred thousand of them are a few arrays, and single objects only on request."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ Pattern = tuple[str, tuple[ToothDamage, ...]]
 
 
 def default_of(axis: str) -> float:
-    """Value of an axis of damage that no grid names."""
+    """Return the value of an axis of damage that no grid names."""
     return float(AXES[axis].field.default)
 
 
@@ -41,7 +41,7 @@ class Damages:
     Attributes
     ----------
     columns
-        (n,) values of each axis that some grid names; all others have their default.
+        (n,) values of each axis that a grid names; all others have their default.
     pattern
         (n,) number of the pattern, from 1; 0 where all damaged teeth are alike.
     patterns
@@ -56,7 +56,7 @@ class Damages:
         return len(self.pattern)
 
     def column(self, axis: str) -> FloatArray:
-        """(n,) values of an axis; those of a pattern mean nothing."""
+        """Return the (n,) values of an axis; those of a pattern mean nothing."""
         return self.columns[axis] if axis in self.columns else np.full(len(self), default_of(axis))
 
     @property
@@ -74,7 +74,7 @@ class Damages:
         return changes
 
     def _acts(self, size: str) -> BoolArray:
-        """(n,) whether teeth have damage of that size, all alike."""
+        """Return (n,) whether teeth have damage of that size, all alike."""
         acts: BoolArray = self.pattern == 0
         if size not in self.columns:
             return np.zeros_like(acts)
@@ -102,14 +102,14 @@ class Damages:
         return has
 
     def damage(self, number: int, gear: str, tooth: int) -> Damage:
-        """One of them on a gear, from a tooth on."""
+        """Return the damage of a number on a gear, from a tooth on."""
         if self.pattern[number]:
             name, each = self.patterns[self.pattern[number] - 1]
             return Damage(gear=gear, tooth=tooth, pattern=name, each=each)
         return Damage(gear=gear, tooth=tooth, **self._values(number))
 
     def teeth(self, number: int) -> tuple[ToothDamage, ...]:
-        """The different damages of teeth in one of them."""
+        """Return the distinct damages of teeth in the damage of a number."""
         if self.pattern[number]:
             return tuple(dict.fromkeys(self.patterns[self.pattern[number] - 1][1]))
         values = self._values(number)

@@ -1,18 +1,17 @@
-"""From the cases of grids to templates and segments: each distinct case once, a case that grids share in the first."""
+"""Layout of templates and rows: each distinct case is a template, and rows that grids share stand in the first."""
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sigdb.core import BoolArray, IntArray
 
 
-def distinct(*columns: Any) -> tuple[IntArray, IntArray]:
-    """Number of each row's combination of values, and the row in which each combination appears first.
+def distinct(*columns: ArrayLike) -> tuple[IntArray, IntArray]:
+    """Return the number of each row's combination of values, and the row in which each combination appears first.
 
     Parameters
     ----------
@@ -22,8 +21,9 @@ def distinct(*columns: Any) -> tuple[IntArray, IntArray]:
     Returns
     -------
     codes : ndarray of int, (n,)
-        From 0, in order of first appearance.
+        Numbers from 0, in order of first appearance.
     first : ndarray of int, (combinations,)
+        Rows of first appearance.
 
     Examples
     --------
@@ -31,17 +31,17 @@ def distinct(*columns: Any) -> tuple[IntArray, IntArray]:
     >>> codes.tolist(), first.tolist()
     ([0, 1, 0, 2], [0, 1, 3])
     """
-    codes = np.zeros(len(columns[0]), np.int64)
+    codes = np.zeros(len(np.asarray(columns[0])), np.int64)
     for column in columns:
-        own, values = pd.factorize(np.asarray(column))
+        numbers, values = pd.factorize(np.asarray(column))
         if len(values) > 1:
-            codes = pd.factorize(codes * len(values) + own)[0]
+            codes = pd.factorize(codes * len(values) + numbers)[0]
     before = np.maximum.accumulate(np.concatenate([[-1], codes]))[:-1]
     return codes, np.flatnonzero(codes > before)
 
 
-def consecutive(start: Any, count: Any) -> IntArray:
-    """Ranges ``start ... start + count - 1``, one after another.
+def consecutive(start: ArrayLike, count: ArrayLike) -> IntArray:
+    """Return the ranges ``start ... start + count - 1``, joined.
 
     Examples
     --------
@@ -55,22 +55,22 @@ def consecutive(start: Any, count: Any) -> IntArray:
 
 @dataclass(frozen=True, kw_only=True)
 class RowRuns:
-    """Products of teeth, measurements, specimens and noise draws, the last fastest, each of one template.
+    """Rows in runs: products of teeth, measurements, specimens and noise draws of a template, the last fastest.
 
     Attributes
     ----------
     template
-        (segments,) number of the template.
+        (runs,) number of the template.
     tooth_start, tooth_count
-        (segments,) where the segment's teeth stand in ``teeth``, and how many there are.
+        (runs,) where the teeth of the run begin in ``teeth``, and their number.
     measured_start, measured_count
-        (segments,) the same of its measurements in ``measured``.
+        (runs,) where its measurements begin in ``measured``, and their number.
     draws
-        (segments,) noise draws of each specimen.
+        (runs,) number of noise draws of each specimen.
     specimens
-        Specimens of every segment.
+        Number of specimens of every run.
     teeth, measured
-        Numbers of teeth, and of measurements, which segments share.
+        Numbers of teeth, and of measurements, which runs share.
     """
 
     template: NDArray[np.int32]
@@ -85,7 +85,7 @@ class RowRuns:
 
     @cached_property
     def first(self) -> IntArray:
-        """(segments + 1,) first row of each, and the number of rows at the end."""
+        """(runs + 1,) first row of each run, and the number of rows at the end."""
         each = self.tooth_count.astype(np.int64) * self.measured_count * self.specimens * self.draws
         return np.concatenate([np.zeros(1, np.int64), np.cumsum(each)])
 
@@ -94,16 +94,16 @@ class RowRuns:
         """Number of rows."""
         return int(self.first[-1])
 
-    def located(self, rows: IntArray) -> dict[str, IntArray]:
-        """Template, tooth, measurement, specimen and draw of rows."""
-        segment = np.searchsorted(self.first, rows, side="right") - 1
-        within, draw = np.divmod(rows - self.first[segment], self.draws[segment])
+    def locate(self, rows: IntArray) -> dict[str, IntArray]:
+        """Return template, tooth, measurement, specimen and draw of rows."""
+        run = np.searchsorted(self.first, rows, side="right") - 1
+        within, draw = np.divmod(rows - self.first[run], self.draws[run])
         within, specimen = np.divmod(within, self.specimens)
-        tooth, measured = np.divmod(within, self.measured_count[segment])
+        tooth, measured = np.divmod(within, self.measured_count[run])
         return {
-            "template": self.template[segment].astype(np.int64),
-            "tooth": self.teeth[self.tooth_start[segment] + tooth],
-            "measured": self.measured[self.measured_start[segment] + measured].astype(np.int64),
+            "template": self.template[run].astype(np.int64),
+            "tooth": self.teeth[self.tooth_start[run] + tooth],
+            "measured": self.measured[self.measured_start[run] + measured].astype(np.int64),
             "specimen": specimen,
             "draw": draw,
         }
@@ -111,14 +111,14 @@ class RowRuns:
 
 @dataclass(frozen=True, kw_only=True)
 class Blocks:
-    """Cases of grids, each with the teeth and the measurements that it is wanted for.
+    """Cases of grids, each with its teeth and its measurements.
 
     Attributes
     ----------
     grid, rig, damage
         (cases,) numbers of the grid, the rig and the damage.
     tooth_start, tooth_count, measured_start, measured_count
-        (cases,) where teeth and measurements stand in their lists, and how many they are.
+        (cases,) where teeth and measurements begin in their lists, and their numbers.
     """
 
     grid: IntArray
@@ -133,11 +133,11 @@ class Blocks:
         return len(self.rig)
 
     def at(self, rows: IntArray | BoolArray) -> "Blocks":
-        """Some of them, in that order, or repeated."""
+        """Return some blocks, in that order, or repeated."""
         return Blocks(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
     def tooth_by_tooth(self) -> "Blocks":
-        """The same with a case for each tooth."""
+        """Return the same blocks with a case for each tooth."""
         each = self.at(np.repeat(np.arange(len(self)), self.tooth_count))
         start = consecutive(self.tooth_start, self.tooth_count)
         return Blocks(**vars(each) | {"tooth_start": start, "tooth_count": np.ones_like(start)})
@@ -145,7 +145,7 @@ class Blocks:
 
 @dataclass(frozen=True, kw_only=True)
 class TemplateTable:
-    """Templates by number, ordered by their rig, the undamaged one of each rig first.
+    """Templates by number, ordered by rig; the undamaged template of each rig is the first.
 
     Attributes
     ----------
@@ -177,22 +177,22 @@ def lay_out(
     draws: int,
     healthy_draws: int,
 ) -> tuple[TemplateTable, RowRuns]:
-    """Templates and segments of the cases of grids.
+    """Return the templates, and the rows in runs, of the cases of grids.
 
     Parameters
     ----------
     blocks
         The cases, grid by grid.
     teeth, measured
-        Lists of teeth and of measurements; the first teeth are 0, 1, 2 ... up to the most that a gear has.
+        Lists of teeth and of measurements; the first teeth are 0, 1, 2 ... up to the greatest tooth count.
     healthy
-        Rig and measurement of undamaged rows, each combination once.
+        Numbers of rig and measurement of undamaged rows, each combination once.
     rigs
         Number of rigs.
     turns
-        Whether other teeth are turns of tooth 1, so that a template is at tooth 1.
+        Whether other teeth are turns of tooth 1, so that the damage of a template is at tooth 1.
     specimens, draws, healthy_draws
-        Specimens, noise draws of a damaged case and specimen, and of an undamaged one.
+        Number of specimens, and of noise draws of a specimen with damage and without.
     """
     blocks = blocks if turns else blocks.tooth_by_tooth()
     tooth = np.ones(len(blocks), np.int64) if turns else teeth[blocks.tooth_start]
@@ -203,48 +203,48 @@ def lay_out(
     number[order] = np.arange(len(order)) + blocks.rig[first][order] + 1
     undamaged = np.arange(rigs) + np.searchsorted(blocks.rig[first][order], np.arange(rigs))
     templates = TemplateTable(
-        rig=_merged(undamaged, number, np.arange(rigs), blocks.rig[first]),
-        damage=_merged(undamaged, number, np.full(rigs, -1), blocks.damage[first]),
-        tooth=_merged(undamaged, number, np.zeros(rigs, np.int64), tooth[first]),
+        rig=_merge(undamaged, number, np.arange(rigs), blocks.rig[first]),
+        damage=_merge(undamaged, number, np.full(rigs, -1), blocks.damage[first]),
+        tooth=_merge(undamaged, number, np.zeros(rigs, np.int64), tooth[first]),
     )
-    kept, case, measured = _shared_once(blocks, case, teeth, measured)
+    kept, case, measured = _drop_repeated(blocks, case, teeth, measured)
     of_rig, start, count = _runs(healthy[0] if healthy_draws else np.empty(0, np.int64))
     return templates, RowRuns(
-        template=_joined(undamaged[of_rig], number[case]),
-        tooth_start=_joined(np.zeros_like(of_rig), kept.tooth_start),
-        tooth_count=_joined(np.ones_like(of_rig), kept.tooth_count),
-        measured_start=_joined(start + len(measured), kept.measured_start),
-        measured_count=_joined(count, kept.measured_count),
+        template=_join(undamaged[of_rig], number[case]),
+        tooth_start=_join(np.zeros_like(of_rig), kept.tooth_start),
+        tooth_count=_join(np.ones_like(of_rig), kept.tooth_count),
+        measured_start=_join(start + len(measured), kept.measured_start),
+        measured_count=_join(count, kept.measured_count),
         draws=np.repeat([healthy_draws, draws], [len(of_rig), len(kept)]),
         specimens=specimens,
         teeth=teeth,
-        measured=_joined(measured, healthy[1]),
+        measured=_join(measured, healthy[1]),
     )
 
 
-def _joined(healthy: IntArray, damaged: IntArray) -> NDArray[np.int32]:
-    """Numbers of both, in half the room."""
+def _join(healthy: IntArray, damaged: IntArray) -> NDArray[np.int32]:
+    """Return the numbers of both as int32, to save memory."""
     return np.concatenate([healthy, damaged]).astype(np.int32)
 
 
-def _merged(undamaged: IntArray, damaged: IntArray, *values: IntArray) -> IntArray:
+def _merge(undamaged: IntArray, damaged: IntArray, *values: IntArray) -> IntArray:
     whole = np.empty(len(undamaged) + len(damaged), np.int64)
     whole[undamaged], whole[damaged] = values
     return whole
 
 
 def _runs(values: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Value, start and length of each run of equal values."""
+    """Return value, start and length of each run of equal values."""
     start = np.flatnonzero(np.diff(values, prepend=-1))
     return values[start], start, np.diff(np.append(start, len(values)))
 
 
-def _shared_once(
+def _drop_repeated(
     blocks: Blocks, case: IntArray, teeth: IntArray, measured: IntArray
 ) -> tuple[Blocks, IntArray, IntArray]:
-    """Blocks without rows that an earlier one has too, the case of each, and the list of measurements they need.
+    """Return blocks without the rows of earlier blocks, the case of each, and the list of their measurements.
 
-    Blocks of a template that no other block has stay as they are. Of the others, each tooth becomes a block.
+    A block whose template no other block has stays as it is. Other blocks are split into a block for each tooth.
     """
     several = np.bincount(case, minlength=1)[case] > 1
     if not several.any():
@@ -254,9 +254,9 @@ def _shared_once(
     tooth = teeth[consecutive(blocks.tooth_start[at], blocks.tooth_count[at])]
     block = np.repeat(by_tooth, blocks.measured_count[by_tooth])
     tooth = np.repeat(tooth, blocks.measured_count[by_tooth])
-    one = measured[consecutive(blocks.measured_start[by_tooth], blocks.measured_count[by_tooth])]
-    _, first = distinct(case[block], tooth, one)
-    block, tooth, one = block[first], tooth[first], one[first]
+    measurement = measured[consecutive(blocks.measured_start[by_tooth], blocks.measured_count[by_tooth])]
+    _, first = distinct(case[block], tooth, measurement)
+    block, tooth, measurement = block[first], tooth[first], measurement[first]
     group, starts = distinct(blocks.grid[block], case[block])
     of_tooth, _ = distinct(group, tooth)
     order = np.lexsort((of_tooth, group))
@@ -276,4 +276,4 @@ def _shared_once(
     whole = Blocks(**{name: np.concatenate([value, getattr(split, name)]) for name, value in vars(alone).items()})
     order_of = np.argsort(place, kind="stable")
     cases = np.concatenate([case[~several], case[block[cell]]])
-    return whole.at(order_of), cases[order_of], np.concatenate([measured, one[order]])
+    return whole.at(order_of), cases[order_of], np.concatenate([measured, measurement[order]])

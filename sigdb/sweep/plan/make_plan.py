@@ -1,4 +1,4 @@
-"""Making a plan: the design's grids, checked against the rig, as templates and segments."""
+"""Plans from designs: the grids of a design, checked against the rig, become templates and runs of rows."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -15,7 +15,7 @@ from sigdb.sweep.plan.crossing import Crossing, joint_points
 from sigdb.sweep.plan.damages import Damages, Pattern, default_of
 from sigdb.sweep.plan.layout import Blocks, consecutive, distinct, lay_out
 from sigdb.sweep.plan.plan import Plan, rows_of_a_part
-from sigdb.sweep.plan.resolved import same_content, without_uncounted
+from sigdb.sweep.plan.resolved import same_content, without_sources
 from sigdb.sweep.plan.rig_points import RigPoints, rig_points
 from sigdb.transmission import PRESETS, ToothDamage, Transmission, damaged_profile, preset_teeth
 
@@ -34,18 +34,29 @@ def make_plan(
     part_rows: int | None = None,
     base_fields: Sequence[str] = (),
 ) -> Plan:
-    """Plan a sweep.
+    """Return the plan of a sweep.
 
     Parameters
     ----------
-    design, measurement, signature
-        Sections of a recipe.
-    rig
+    design : SweepSettings
+        Section ``[sweep]`` of a recipe.
+    measurement : MeasurementSettings
+        Section ``[measurement]``.
+    signature : SignatureSettings
+        Section ``[signature]``.
+    rig : Transmission
         The rig that the design is for.
-    first_row_part, first_template_part, part_rows
-        Of an extension of a database: numbers of its first parts, and the rows in a part of the database.
-    base_fields
-        Of an extension: the fields of damage that the database has columns for.
+    first_row_part, first_template_part : int
+        Numbers of the first parts, for an extension of a database.
+    part_rows : int, optional
+        Rows in a part of the database, for an extension.
+    base_fields : sequence of str
+        Fields of damage that the database has columns for, for an extension.
+
+    Returns
+    -------
+    Plan
+        All templates and rows, by arithmetic: a plan of millions of rows takes little memory.
 
     Raises
     ------
@@ -58,17 +69,19 @@ def make_plan(
         if sensor not in rig.sensors:
             raise InputError(f"signature.sensors: rig {rig.name!r} has no {sensor!r}; known: {', '.join(rig.sensors)}")
     crossings = [_crossing(design, number, rig) for number in range(len(design.grid))]
-    points, numbers = rig_points(rig, gear, [(one.owner, one.rig_values, one.places) for one in crossings])
-    gathered = _Gathered(design, measurement, points, gear)
+    points, numbers = rig_points(
+        rig, gear, [(crossing.owner, crossing.rig_values, crossing.places) for crossing in crossings]
+    )
+    gathered = _GridCases(design, measurement, points, gear)
     for crossing, rigs in zip(crossings, numbers, strict=True):
         gathered.add(crossing, rigs)
     blocks, damages, teeth = gathered.blocks()
-    _fits(damages, blocks, points, gear)
+    _check_damages(damages, blocks, points, gear)
     measurements, measured = gathered.measurements()
     _check_specimens(design, signature, measurements["index_error"])
     rig_measured = _rig_measured(gathered, measured)
-    _whole_cycles(measurements["averages"].astype(np.int64), rig_measured, points)
-    templates, segments = lay_out(
+    _check_whole_cycles(measurements["averages"].astype(np.int64), rig_measured, points)
+    templates, row_runs = lay_out(
         blocks,
         teeth,
         measured,
@@ -79,7 +92,7 @@ def make_plan(
         draws=design.draws,
         healthy_draws=design.healthy,
     )
-    if not segments.rows:
+    if not row_runs.rows:
         raise InputError(
             "the sweep has no rows: no grid damages anything and healthy = 0; give a loss, a shift or healthy"
         )
@@ -93,9 +106,9 @@ def make_plan(
         rig_points=points,
         templates=templates,
         damages=damages,
-        segments=segments,
+        row_runs=row_runs,
         measurements=measurements,
-        part_rows=part_rows or rows_of_a_part(segments.rows),
+        part_rows=part_rows or rows_of_a_part(row_runs.rows),
         first_row_part=first_row_part,
         first_template_part=first_template_part,
         base_fields=tuple(base_fields),
@@ -123,18 +136,18 @@ def _crossing(design: SweepSettings, number: int, rig: Transmission) -> Crossing
 
 
 def _own_patterns(design: SweepSettings, teeth: int) -> dict[str, tuple[ToothDamage, ...]]:
-    """Patterns of the design but those that are a preset of their name: they follow the tooth count as it does."""
+    """Return the patterns of the design, but those equal to the preset of their name, which follows the tooth count."""
     return {
         name: each for name, each in design.patterns.items() if name not in PRESETS or each != preset_teeth(name, teeth)
     }
 
 
-class _Gathered:
+class _GridCases:
     """The cases of all grids, grid after grid."""
 
     def __init__(self, design: SweepSettings, measurement: MeasurementSettings, points: RigPoints, gear: str) -> None:
         self.measurement, self.points = measurement, points
-        self.own = _own_patterns(design, points.base.gears[gear].teeth)
+        self.defined = _own_patterns(design, points.base.gears[gear].teeth)
         self.patterns: dict[Pattern, int] = {}
         self.pieces: list[dict[str, Any]] = []
         # Each tooth stands at its own number, then come the grids' lists.
@@ -146,7 +159,7 @@ class _Gathered:
         """Add a grid whose places have those rigs."""
         of_gear, cycles = self.points.teeth[rigs], self.points.cycles[rigs]
         measured, start, count = crossing.measurements(self.measurement, cycles)
-        start = start + sum(len(one["averages"]) for one in self.measured)
+        start = start + sum(len(columns["averages"]) for columns in self.measured)
         self.measured.append(measured)
         self.places.append((rigs, start, count))
         columns, names, n = crossing.damages()
@@ -174,22 +187,24 @@ class _Gathered:
         )
 
     def _numbered(self, names: Any, teeth: IntArray) -> tuple[IntArray, Any]:
-        """Number of each case's pattern, 0 for none, and whether it damages all teeth of the gear alike."""
+        """Return the number of each case's pattern, 0 for none, and whether it damages all teeth of the gear alike."""
         if names is None:
             return np.zeros(len(teeth), np.int64), False
         pairs, first = distinct(names, teeth)
         each = [self._pattern(str(names[at]), int(teeth[at])) for at in first]
-        numbers = [self.patterns.setdefault(one, len(self.patterns) + 1) for one in each]
-        alike = [len(one[1]) == teeth[at] and len(set(one[1])) == 1 for one, at in zip(each, first, strict=True)]
+        numbers = [self.patterns.setdefault(pattern, len(self.patterns) + 1) for pattern in each]
+        alike = [
+            len(damages) == teeth[at] and len(set(damages)) == 1 for (_, damages), at in zip(each, first, strict=True)
+        ]
         return np.array(numbers)[pairs], np.array(alike)[pairs]
 
     def _pattern(self, name: str, teeth: int) -> Pattern:
-        """A pattern on a gear of that many teeth; own ones go before presets."""
-        each = self.own.get(name)
+        """Return a pattern on a gear of that many teeth; patterns of the design go before presets."""
+        each = self.defined.get(name)
         return name, each if each is not None else preset_teeth(name, teeth)
 
     def blocks(self) -> tuple[Blocks, Damages, IntArray]:
-        """All cases, the kinds of damage that they have, and the list of teeth."""
+        """Return all cases, the kinds of damage that they have, and the list of teeth."""
         axes = dict.fromkeys(axis for piece in self.pieces for axis in piece["columns"])
         pattern = np.concatenate([piece["pattern"] for piece in self.pieces])
         columns = {
@@ -210,26 +225,27 @@ class _Gathered:
         return Blocks(damage=damage, **whole), damages, np.concatenate(self.teeth)
 
     def measurements(self) -> tuple[dict[str, FloatArray], IntArray]:
-        """Columns of the distinct measurements, and the number of each in the list."""
+        """Return the distinct measurements as columns, and the number of each measurement in the list."""
         columns = {
-            name: np.concatenate([one[name] for one in self.measured]) for name in MeasurementSettings.model_fields
+            name: np.concatenate([columns[name] for columns in self.measured])
+            for name in MeasurementSettings.model_fields
         }
         codes, first = distinct(*columns.values())
-        found = {name: column[first] for name, column in columns.items()}
-        return found | {"averages": found["averages"].astype(np.int64)}, codes
+        unique = {name: column[first] for name, column in columns.items()}
+        return unique | {"averages": unique["averages"].astype(np.int64)}, codes
 
 
-def _rig_measured(gathered: _Gathered, measured: IntArray) -> tuple[IntArray, IntArray]:
-    """Each rig with each measurement that a grid has for it, once."""
+def _rig_measured(gathered: _GridCases, measured: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the numbers of each rig and each measurement that a grid has for it, each combination once."""
     rigs, start, count = (np.concatenate(column) for column in zip(*gathered.places, strict=True))
     _, once = distinct(rigs, start, count)
     rig = np.repeat(rigs[once], count[once])
-    one = measured[consecutive(start[once], count[once])]
-    _, first = distinct(rig, one)
-    return rig[first], one[first]
+    measurement = measured[consecutive(start[once], count[once])]
+    _, first = distinct(rig, measurement)
+    return rig[first], measurement[first]
 
 
-def _whole_cycles(averages: IntArray, rig_measured: tuple[IntArray, IntArray], points: RigPoints) -> None:
+def _check_whole_cycles(averages: IntArray, rig_measured: tuple[IntArray, IntArray], points: RigPoints) -> None:
     rig, measured = rig_measured
     cycles = points.cycles[rig]
     for at in np.flatnonzero(averages[measured] % cycles)[:1]:
@@ -241,39 +257,39 @@ def _whole_cycles(averages: IntArray, rig_measured: tuple[IntArray, IntArray], p
         )
 
 
-def _fits(damages: Damages, blocks: Blocks, points: RigPoints, gear: str) -> None:
-    """Refuse damage that does not fit the gear that it is on; of each kind and tooth count one is asked."""
+def _check_damages(damages: Damages, blocks: Blocks, points: RigPoints, gear: str) -> None:
+    """Refuse damage that does not fit its gear; each kind of damage is checked once for each tooth count."""
     teeth = points.teeth[blocks.rig]
     _, first = distinct(blocks.damage, teeth)
     damage, count = blocks.damage[first], teeth[first]
     shift = np.abs(damages.column("phase_shift_deg")) * (damages.pattern == 0)
-    # A shift at the limit is asked too.
+    # A shift at the limit is checked too.
     wide = shift[damage] * count > 180 * (1 - 1e-9)
     for at in np.flatnonzero((damages.damaged_teeth[damage] > count) | wide | (damages.pattern[damage] > 0)):
-        with _of_grid(blocks.grid[first[at]]):
+        with _naming_grid(blocks.grid[first[at]]):
             damages.damage(int(damage[at]), gear, 1).on_teeth(int(count[at]))
     if damages.has_geometry.any():
-        _fits_geometry(damages, blocks.at(damages.has_geometry[blocks.damage]), points, gear)
+        _check_geometry(damages, blocks.at(damages.has_geometry[blocks.damage]), points, gear)
 
 
-def _fits_geometry(damages: Damages, blocks: Blocks, points: RigPoints, gear: str) -> None:
+def _check_geometry(damages: Damages, blocks: Blocks, points: RigPoints, gear: str) -> None:
     build = points.builds[blocks.rig]
     _, first = distinct(blocks.damage, build)
-    known: dict[int, tuple[Any, bool]] = {}
+    profiles: dict[int, tuple[Any, bool]] = {}
     for at in first:
         point = points[int(blocks.rig[at])]
-        if build[at] not in known:
+        if build[at] not in profiles:
             mesh = point.rig.meshes[point.rig.meshes_of(gear)[0]]
-            known[build[at]] = mesh.profile, gear == mesh.driving
-        profile, driving = known[build[at]]
-        with _of_grid(blocks.grid[at]):
+            profiles[build[at]] = mesh.profile, gear == mesh.driving
+        profile, driving = profiles[build[at]]
+        with _naming_grid(blocks.grid[at]):
             for of_tooth in damages.teeth(int(blocks.damage[at])):
                 damaged_profile(profile, of_tooth, point.teeth, driving=driving)
 
 
 @contextmanager
-def _of_grid(number: int) -> Iterator[None]:
-    """Name the grid in what is wrong with its damage."""
+def _naming_grid(number: int) -> Iterator[None]:
+    """Name the grid in messages about its damage."""
     try:
         yield
     except InputError as error:
@@ -284,17 +300,22 @@ _OTHER_VERSION = "it was made by another version of sigdb; use that version, or 
 
 
 def plan_from(resolved: dict[str, Any]) -> Plan:
-    """The plan of a database from its resolved recipe, as ``sigdb.toml`` holds it.
+    """Return the plan of a database from its resolved recipe, as ``sigdb.toml`` holds it.
 
     Parameters
     ----------
-    resolved
-        What :attr:`Plan.resolved` was, or the same without the keys that hold None.
+    resolved : dict
+        The content of :attr:`Plan.resolved`; keys that hold None may be left out.
+
+    Returns
+    -------
+    Plan
+        The plan that the database was made by.
 
     Raises
     ------
     DatabaseError
-        If the plan would not be the same: another version of sigdb resolved the recipe.
+        If the plan would be another: another version of sigdb resolved the recipe.
 
     Examples
     --------
@@ -308,17 +329,17 @@ def plan_from(resolved: dict[str, Any]) -> Plan:
     True
     """
     try:
-        plan = _rebuilt(resolved)
+        plan = _rebuild(resolved)
     except (InputError, KeyError, TypeError) as error:
         raise DatabaseError(
             f"the plan cannot be made again from the resolved recipe ({error}); {_OTHER_VERSION}"
         ) from None
-    if not same_content(without_uncounted(plan.resolved), without_uncounted(resolved)):
+    if not same_content(without_sources(plan.resolved), without_sources(resolved)):
         raise DatabaseError(f"the plan made again from the resolved recipe is another one; {_OTHER_VERSION}")
     return plan
 
 
-def _rebuilt(resolved: dict[str, Any]) -> Plan:
+def _rebuild(resolved: dict[str, Any]) -> Plan:
     owner = "resolved recipe"
     rig = validated(Transmission, resolved["rig"], owner=owner)
     sweep = resolved["sweep"] | {"rig": rig.name} | {key: resolved[key] for key in ("solver",) if key in resolved}

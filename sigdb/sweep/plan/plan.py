@@ -1,8 +1,8 @@
 """The plan of a sweep: a pure function of the recipe, and arithmetic from a row's id to its case.
 
-Templates are the distinct cases, with the damage at tooth 1 where a turn is exact. A segment is one template with the
-teeth, measurements, specimens and noise draws that it is stored for; rows are numbered through the segments in order.
-Ids and template numbers are those of the database: an extension has its parts from the next free ones.
+Templates are the distinct cases, with the damage at tooth 1 where a turn is exact. A run of rows is a template with its
+teeth, measurements, specimens and noise draws. Rows are numbered through the runs in order. Ids and template numbers
+are those of the database: the parts of an extension follow those of the database.
 """
 
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ assert _LEAST_PART % NOISE_BLOCK == 0
 
 
 def rows_of_a_part(rows: int) -> int:
-    """Rows in a part: fixed by the number of rows alone, whole noise blocks, some parts for every worker."""
+    """Return the number of rows in a part: whole noise blocks, fixed by the number of rows alone."""
     wanted = 1 << max(0, (rows // _PARTS_WANTED - 1)).bit_length()
     return min(max(wanted, _LEAST_PART), _GREATEST_PART)
 
@@ -47,26 +47,38 @@ class TemplateCase:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """All that a sweep will do, before it does it; made by :func:`make_plan`.
+    """Plan of a sweep, made by :func:`make_plan`: every template and row, before any is computed.
 
     Attributes
     ----------
-    design, measurement, signature, rig
-        What it was made from.
-    gear, sensors
-        The damaged gear, and the stored sensors.
-    rig_points
+    design : SweepSettings
+        Section ``[sweep]`` of the recipe.
+    measurement : MeasurementSettings
+        Section ``[measurement]``.
+    signature : SignatureSettings
+        Section ``[signature]``.
+    rig : Transmission
+        The rig of the recipe.
+    gear : str
+        Name of the damaged gear.
+    sensors : tuple of str
+        Names of the stored sensors.
+    rig_points : RigPoints
         The rigs of the sweep.
-    templates, damages
-        The distinct cases, and the kinds of damage that they have.
-    segments, measurements
-        The rows, and the values of the measurements that they have.
-    part_rows
-        Rows in a part.
-    first_row_part, first_template_part
-        Number of the first part of rows and of templates; 0 but for an extension of a database.
-    base_fields
-        Of an extension: the fields of damage that the database has columns for.
+    templates : TemplateTable
+        The distinct cases.
+    damages : Damages
+        The kinds of damage of the cases.
+    row_runs : RowRuns
+        The rows.
+    measurements : dict of ndarray
+        The values of the measurements of the rows.
+    part_rows : int
+        Number of rows in a part.
+    first_row_part, first_template_part : int
+        Number of the first part of rows and of templates; 0 except for an extension of a database.
+    base_fields : tuple of str
+        Fields of damage that the database of an extension has columns for.
     """
 
     design: SweepSettings
@@ -78,7 +90,7 @@ class Plan:
     rig_points: RigPoints
     templates: TemplateTable
     damages: Damages
-    segments: RowRuns
+    row_runs: RowRuns
     measurements: dict[str, FloatArray]
     part_rows: int
     first_row_part: int = 0
@@ -88,7 +100,7 @@ class Plan:
     @property
     def rows(self) -> int:
         """Number of rows."""
-        return self.segments.rows
+        return self.row_runs.rows
 
     @property
     def n_templates(self) -> int:
@@ -116,8 +128,8 @@ class Plan:
         return range(self.first_template_part, self.first_template_part + self.template_parts)
 
     @property
-    def own_parts(self) -> dict[str, Any]:
-        """What of its parts does not follow from its rows, as in an extension: their numbers, and columns."""
+    def parts_settings(self) -> dict[str, Any]:
+        """Numbers and columns of its parts that do not follow from its rows, as in an extension."""
         if self.first_row_part == self.first_template_part == 0 and self.part_rows == rows_of_a_part(self.rows):
             return {}
         return {
@@ -138,12 +150,12 @@ class Plan:
         return self.first_template_part * PART_TEMPLATES
 
     def row_range(self, part: int) -> tuple[int, int]:
-        """First id of a part, and the one after its last."""
+        """Return the first id of a part, and the id after its last."""
         start = part * self.part_rows
         return start, min(start + self.part_rows, self.first_row + self.rows)
 
     def template_range(self, part: int) -> range:
-        """Numbers of the templates of a part."""
+        """Return the numbers of the templates of a part."""
         start = part * PART_TEMPLATES
         return range(start, min(start + PART_TEMPLATES, self.first_template + self.n_templates))
 
@@ -153,12 +165,12 @@ class Plan:
         return range(self.first_template, self.first_template + self.n_templates)
 
     def templates_at(self, rig_point: int) -> range:
-        """Numbers of the templates of a rig point, the undamaged one first."""
+        """Return the numbers of the templates of a rig point; the undamaged template is the first."""
         start, stop = np.searchsorted(self.templates.rig, [rig_point, rig_point + 1])
         return range(self.first_template + int(start), self.first_template + int(stop))
 
     def case(self, number: int) -> TemplateCase:
-        """The case of a template."""
+        """Return the case of a template, by its number."""
         at = number - self.first_template
         damage, tooth = int(self.templates.damage[at]), int(self.templates.tooth[at])
         return TemplateCase(
@@ -167,14 +179,14 @@ class Plan:
         )
 
     def cases(self) -> Iterator[TemplateCase]:
-        """The cases of all templates, in order."""
+        """Yield the cases of all templates, in order."""
         return map(self.case, self.template_numbers)
 
     @property
     def swept(self) -> tuple[str, ...]:
         """Dotted paths of the rig's swept parameters that have no column of their own."""
-        own = {("operating", "speed_rpm"), ("operating", "torque"), ("gears", self.gear, "teeth")}
-        return tuple(path for path in self.rig_points.swept if self.rig.path(path) not in own)
+        with_column = {("operating", "speed_rpm"), ("operating", "torque"), ("gears", self.gear, "teeth")}
+        return tuple(path for path in self.rig_points.swept if self.rig.path(path) not in with_column)
 
     @cached_property
     def damage_fields(self) -> tuple[str, ...]:
@@ -193,7 +205,7 @@ class Plan:
 
     @cached_property
     def resolved(self) -> dict[str, Any]:
-        """All that determines the rows, with every default filled in."""
+        """Everything that determines the rows, with every default filled in."""
         return resolved_content(self)
 
     @cached_property
@@ -202,15 +214,17 @@ class Plan:
         return hash_of(self.resolved)
 
     def case_columns(self, number: int) -> dict[str, Any]:
-        """Parameters that a template and its rows share."""
+        """Return the parameters that a template and its rows share, by column."""
         columns = self._case_columns(np.array([number - self.first_template]))
-        found = {name: one.tolist()[0] if isinstance(one, np.ndarray) else one for name, one in columns.items()}
-        if found["pattern"]:
-            return found | dict.fromkeys(self.damage_fields)
-        return found | {name: int(found[name]) for name in WHOLE_DAMAGE_AXES if name in found}
+        case = {
+            name: values.tolist()[0] if isinstance(values, np.ndarray) else values for name, values in columns.items()
+        }
+        if case["pattern"]:
+            return case | dict.fromkeys(self.damage_fields)
+        return case | {name: int(case[name]) for name in WHOLE_DAMAGE_AXES if name in case}
 
     def _case_columns(self, at: IntArray) -> dict[str, Any]:
-        """Columns of templates, counted from this plan's first; one value where it is the same for all."""
+        """Return columns of templates, counted from this plan's first; a single value where it is the same for all."""
         rig, damage = self.templates.rig[at], self.templates.damage[at]
         of_damage = self._damage_table
         return {
@@ -230,7 +244,7 @@ class Plan:
 
     @cached_property
     def _damage_table(self) -> dict[str, Any]:
-        """Columns of the kinds of damage; the last row, which -1 names too, is that of none."""
+        """Columns of the kinds of damage; the last row, which -1 names too, is that of no damage."""
         none = Damage(gear=self.gear)
         patterned = self.damages.pattern > 0
         names = np.array(["", *(name for name, _ in self.damages.patterns)], dtype=object)
@@ -245,22 +259,22 @@ class Plan:
         return table
 
     def table(self, start: int, stop: int) -> pd.DataFrame:
-        """Rows ``start`` to ``stop - 1`` of the plan: id, template, parameters and labels."""
+        """Return rows ``start`` to ``stop - 1`` of the plan: id, template, parameters and labels."""
         return self.table_of(np.arange(start, stop))
 
     def table_of(self, ids: IntArray) -> pd.DataFrame:
-        """Rows of the plan by their ids: the columns of :meth:`table`."""
-        found = self.segments.located(ids - self.first_row)
-        columns: dict[str, Any] = {"id": ids, "template": found["template"] + self.first_template}
-        for name, values in self._case_columns(found["template"]).items():
+        """Return rows of the plan by their ids, with the columns of :meth:`table`."""
+        place = self.row_runs.locate(ids - self.first_row)
+        columns: dict[str, Any] = {"id": ids, "template": place["template"] + self.first_template}
+        for name, values in self._case_columns(place["template"]).items():
             columns[name] = pd.Series(values, dtype="str") if name == "pattern" else values
-        columns |= {name: found[name] for name in ("tooth", "specimen", "draw")}
-        return pd.DataFrame(columns | {name: values[found["measured"]] for name, values in self.measurements.items()})
+        columns |= {name: place[name] for name in ("tooth", "specimen", "draw")}
+        return pd.DataFrame(columns | {name: values[place["measured"]] for name, values in self.measurements.items()})
 
     def sample_ids(self, rows: int, damaged: int) -> IntArray:
-        """The first ids, and those of the first damaged rows."""
-        template = self.segments.template
-        segment = np.flatnonzero(self.templates.tooth[template] > 0)[:1]
-        first = self.segments.first[segment]
-        found = [np.arange(min(rows, self.rows)), *(np.arange(at, min(at + damaged, self.rows)) for at in first)]
-        return np.unique(np.concatenate(found)) + self.first_row
+        """Return the first ids, and those of the first damaged rows."""
+        template = self.row_runs.template
+        run = np.flatnonzero(self.templates.tooth[template] > 0)[:1]
+        first = self.row_runs.first[run]
+        ids = [np.arange(min(rows, self.rows)), *(np.arange(at, min(at + damaged, self.rows)) for at in first)]
+        return np.unique(np.concatenate(ids)) + self.first_row

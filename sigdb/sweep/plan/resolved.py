@@ -1,4 +1,4 @@
-"""What a plan is made from, as it is stored with a database, and its hash."""
+"""The resolved recipe of a plan, which a database stores, and its hash."""
 
 import hashlib
 import json
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def resolved_content(plan: "Plan") -> dict[str, Any]:
-    """All that determines a plan's rows, with every default filled in."""
+    """Return everything that determines a plan's rows, with every default filled in."""
     content: dict[str, Any] = {
         "format": FORMAT,
         "sweep": plan.design.model_dump(mode="json", exclude={"rig", "solver"}),
@@ -26,24 +26,24 @@ def resolved_content(plan: "Plan") -> dict[str, Any]:
     content["signature"]["sensors"] = list(plan.sensors)
     # Defaults that came later are left out, so that older hashes hold.
     content |= {"solver": plan.design.solver} if plan.design.solver != DEFAULT_SOLVER else {}
-    return content | ({"parts": plan.own_parts} if plan.own_parts else {})
+    return content | ({"parts": plan.parts_settings} if plan.parts_settings else {})
 
 
 def hash_of(resolved: dict[str, Any]) -> str:
-    """SHA-256 of a resolved recipe, sources of the rig's numbers and descriptions aside."""
-    return hashlib.sha256(json.dumps(without_uncounted(resolved), sort_keys=True).encode()).hexdigest()
+    """Return the SHA-256 of a resolved recipe without sources of the rig's numbers and descriptions."""
+    return hashlib.sha256(json.dumps(without_sources(resolved), sort_keys=True).encode()).hexdigest()
 
 
-def without_uncounted(resolved: dict[str, Any]) -> dict[str, Any]:
-    """What of a resolved recipe determines rows: all but sources of the rig's numbers and descriptions."""
+def without_sources(resolved: dict[str, Any]) -> dict[str, Any]:
+    """Return a resolved recipe without sources of the rig's numbers and descriptions, which determine no row."""
     return resolved | {"rig": _without(resolved["rig"], ("sources", "title"))}
 
 
 def _presets(plan: "Plan") -> dict[str, Any]:
-    """Patterns that the grids name and the design does not define, on the rig's own tooth count."""
+    """Return the patterns that the grids name and the design does not define, on the rig's tooth count."""
     teeth = plan.rig.gears[plan.gear].teeth
     return {
-        name: [one.model_dump(mode="json") for one in preset_teeth(name, teeth)]
+        name: [damage.model_dump(mode="json") for damage in preset_teeth(name, teeth)]
         for name in plan.design.named_patterns
         if name not in plan.design.patterns
     }
@@ -57,11 +57,11 @@ def _without(value: Any, keys: tuple[str, ...]) -> Any:
     return value
 
 
-def same_content(one: Any, other: Any) -> bool:
-    """Whether two resolved recipes say the same; a key that holds None is not in TOML."""
-    if isinstance(one, dict) and isinstance(other, dict):
-        keys = {key for key in {*one, *other} if one.get(key) is not None or other.get(key) is not None}
-        return all(same_content(one.get(key), other.get(key)) for key in keys)
-    if isinstance(one, list | tuple) and isinstance(other, list | tuple):
-        return len(one) == len(other) and all(map(same_content, one, other))
-    return bool(one == other)
+def same_content(content: Any, other: Any) -> bool:
+    """Return whether two resolved recipes have the same content; TOML has no key that holds None."""
+    if isinstance(content, dict) and isinstance(other, dict):
+        keys = {key for key in {*content, *other} if content.get(key) is not None or other.get(key) is not None}
+        return all(same_content(content.get(key), other.get(key)) for key in keys)
+    if isinstance(content, list | tuple) and isinstance(other, list | tuple):
+        return len(content) == len(other) and all(map(same_content, content, other))
+    return bool(content == other)

@@ -1,4 +1,4 @@
-"""The rigs of a sweep: the recipe's rig at each combination of swept values, built when it is asked for."""
+"""The rigs of a sweep: the recipe's rig at each combination of swept values, built on first use."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ from sigdb.sweep.plan.layout import distinct
 from sigdb.transmission import Transmission
 
 _OPERATING = (("operating", "speed_rpm"), ("operating", "torque"))
-"""Paths whose values change no other part of a rig: of these the extremes are checked, not every combination."""
+"""Paths whose values change no other part of a rig: only their extremes are checked, not every combination."""
 
 FullPath = tuple[str, ...]
 
@@ -33,7 +33,7 @@ class RigPoint:
 
     @cached_property
     def rig(self) -> Transmission:
-        """The rig itself, built when it is first asked for."""
+        """The rig itself, built on first use."""
         return self.base.replace(self.values)
 
 
@@ -52,7 +52,7 @@ class RigPoints(Sequence[RigPoint]):
     teeth, mate_teeth, revolutions
         (points,) tooth counts of the damaged gear and its mate, and the common period of all meshes.
     builds
-        (points,) number of the build: points of one differ in their operating point only.
+        (points,) number of the build; points of the same build differ only in speed and torque.
     """
 
     base: Transmission
@@ -83,7 +83,7 @@ class RigPoints(Sequence[RigPoint]):
 
     @property
     def cycles(self) -> IntArray:
-        """(points,) revolutions after which the same teeth meet again and all meshes repeat."""
+        """(points,) number of revolutions after which the same teeth meet again and all meshes repeat."""
         pairs, first = distinct(self.teeth, self.mate_teeth, self.revolutions)
         each = [
             math.lcm(tooth_cycle(int(self.teeth[i]), int(self.mate_teeth[i])), int(self.revolutions[i])) for i in first
@@ -91,7 +91,7 @@ class RigPoints(Sequence[RigPoint]):
         return np.array(each, np.int64)[pairs]
 
     def parameter(self, dotted: str) -> FloatArray:
-        """(points,) value of any numeric parameter of the rig."""
+        """Return the (points,) values of any numeric parameter of the rig."""
         path = self.base.path(dotted)
         for i, name in enumerate(self.swept):
             if self.base.path(name) == path:
@@ -102,7 +102,7 @@ class RigPoints(Sequence[RigPoint]):
 def rig_points(
     rig: Transmission, gear: str, grids: Sequence[tuple[str, Mapping[str, FloatArray], int]]
 ) -> tuple[RigPoints, list[IntArray]]:
-    """The distinct rigs of grids, checked, and the number of the rig of each of a grid's points.
+    """Return the distinct rigs of grids, checked, and the (points,) numbers of the rigs of each grid's points.
 
     Parameters
     ----------
@@ -118,20 +118,20 @@ def rig_points(
     """
     swept: dict[FullPath, str] = {}
     for owner, values, _ in grids:
-        _named_once(rig, owner, values)
+        _check_named_once(rig, owner, values)
         for dotted in values:
             swept.setdefault(rig.path(dotted), dotted)
     columns = [np.concatenate([_column(rig, path, values, n) for _, values, n in grids]) for path in swept]
     total = sum(n for *_, n in grids)
     codes, first = distinct(np.zeros(total), *columns)
     table = np.stack([column[first] for column in columns], axis=1) if columns else np.empty((1, 0))
-    counts = _checked(rig, gear, swept, table)
+    counts = _count_teeth(rig, gear, swept, table)
     points = RigPoints(base=rig, swept=tuple(swept.values()), values=table, **counts)
     return points, np.split(codes, np.cumsum([n for *_, n in grids])[:-1])
 
 
-def declared(rig: Transmission, dotted: str) -> FieldInfo | None:
-    """The field of the rig that a dotted path names, with its unit and help; None inside a vector or a table."""
+def field_at(rig: Transmission, dotted: str) -> FieldInfo | None:
+    """Return the field of the rig at a dotted path, with its unit and help; None inside a vector or a table."""
     here: Any = rig
     *parents, name = rig.path(dotted)
     for part in parents:
@@ -140,21 +140,21 @@ def declared(rig: Transmission, dotted: str) -> FieldInfo | None:
 
 
 def is_whole(rig: Transmission, dotted: str) -> bool:
-    """Whether a parameter of the rig is a whole number, as a tooth count is."""
-    field = declared(rig, dotted)
+    """Return whether a parameter of the rig is a whole number, as a tooth count is."""
+    field = field_at(rig, dotted)
     return field is not None and field.annotation is int
 
 
-def _named_once(rig: Transmission, owner: str, values: Mapping[str, Any]) -> None:
-    known: dict[FullPath, str] = {}
+def _check_named_once(rig: Transmission, owner: str, values: Mapping[str, FloatArray]) -> None:
+    names: dict[FullPath, str] = {}
     for dotted in values:
-        other = known.setdefault(rig.path(dotted), dotted)
+        other = names.setdefault(rig.path(dotted), dotted)
         if other != dotted:
             raise InputError(f"{owner}: {other} and {dotted} are the same parameter of the rig; name it once")
 
 
 def _column(rig: Transmission, path: FullPath, values: Mapping[str, FloatArray], n: int) -> FloatArray:
-    """(n,) values of a parameter in one grid; the rig's own where the grid does not sweep it."""
+    """Return the (n,) values of a parameter in a grid; that of the rig where the grid does not sweep it."""
     for dotted, column in values.items():
         if rig.path(dotted) == path:
             return np.asarray(column, float) + 0.0
@@ -165,19 +165,22 @@ def _changed(rig: Transmission, values: dict[str, float]) -> dict[str, float]:
     return {dotted: value for dotted, value in values.items() if value != rig.value(dotted)}
 
 
-def _checked(rig: Transmission, gear: str, swept: Mapping[FullPath, str], table: FloatArray) -> dict[str, IntArray]:
-    """Build each rig once that differs in more than its operating point; its tooth counts and common period."""
+def _count_teeth(rig: Transmission, gear: str, swept: Mapping[FullPath, str], table: FloatArray) -> dict[str, IntArray]:
+    """Build each rig that differs in more than speed and torque once, and return tooth counts and common periods.
+
+    The extremes of speed and torque are built too, so that a value out of bounds is refused.
+    """
     names = list(swept.values())
     apart = [i for i, path in enumerate(swept) if path not in _OPERATING]
     build, first = distinct(np.zeros(len(table)), *(table[:, i] for i in apart))
-    found = []
+    counts = []
     for at in first:
         built = rig.replace(_changed(rig, dict(zip(names, table[at].tolist(), strict=True))))
-        teeth, mate = (built.gears[one].teeth for one in (gear, built.mate(gear)))
-        found.append((teeth, mate, common_period(built, gear)[0]))
+        teeth, mate = (built.gears[name].teeth for name in (gear, built.mate(gear)))
+        counts.append((teeth, mate, common_period(built, gear)[0]))
     for i, path in enumerate(swept):
         if path in _OPERATING:
             for extreme in (table[:, i].min(), table[:, i].max()):
                 rig.replace({names[i]: float(extreme)})
-    teeth, mates, revolutions = np.array(found, np.int64)[build].T
+    teeth, mates, revolutions = np.array(counts, np.int64)[build].T
     return {"teeth": teeth, "mate_teeth": mates, "revolutions": revolutions, "builds": build}

@@ -1,4 +1,4 @@
-"""The columns of the database that a plan makes, and those that no database of it can be without."""
+"""The schema of a plan's database: the columns that this version makes, and those that every database has."""
 
 import numpy as np
 import pyarrow as pa
@@ -8,7 +8,7 @@ from sigdb.database import Column, Schema, database_schema
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import FEATURES
 from sigdb.sweep.plan.plan import Plan
-from sigdb.sweep.plan.rig_points import declared
+from sigdb.sweep.plan.rig_points import field_at
 from sigdb.transmission import Damage, Gear, Operating, ToothDamage, Transmission
 
 _TYPES = {int: pa.int32(), float: pa.float64(), str: pa.string()}
@@ -20,19 +20,19 @@ def plan_schema(plan: Plan) -> Schema:
         cases=[
             Column(name="gear", type=pa.string(), help="The damaged gear, by its name in the rig."),
             Column(name="shaft", type=pa.string(), help="The shaft over whose revolution is averaged."),
-            _declared(Gear, "teeth", "Tooth count of the damaged gear."),
-            _declared(Operating, "speed_rpm"),
-            _declared(Operating, "torque"),
-            _declared(Damage, "damaged_teeth"),
-            *(_declared(ToothDamage, name) for name in plan.damage_fields),
-            _declared(Damage, "pattern"),
+            _column_of(Gear, "teeth", "Tooth count of the damaged gear."),
+            _column_of(Operating, "speed_rpm"),
+            _column_of(Operating, "torque"),
+            _column_of(Damage, "damaged_teeth"),
+            *(_column_of(ToothDamage, name) for name in plan.damage_fields),
+            _column_of(Damage, "pattern"),
             *(_of_rig(plan.rig, path) for path in plan.swept),
         ],
         rows=[
-            _declared(Damage, "tooth"),
+            _column_of(Damage, "tooth"),
             Column(name="specimen", type=pa.int32(), help="Number of the pair of gears with its own index errors."),
             Column(name="draw", type=pa.int32(), help="Number of the noise draw."),
-            *(_declared(MeasurementSettings, name) for name in MeasurementSettings.model_fields),
+            *(_column_of(MeasurementSettings, name) for name in MeasurementSettings.model_fields),
         ],
         sensors={name: plan.rig.sensors[name].unit for name in plan.sensors},
         signature=FEATURES.values(),
@@ -40,7 +40,7 @@ def plan_schema(plan: Plan) -> Schema:
 
 
 def needed_columns(plan: Plan) -> dict[str, frozenset[str]]:
-    """Return the columns of each table without which rows could be neither told apart nor compared with the plan."""
+    """Return the columns of each table that the plan determines, without which rows could not be identified."""
     rows, template = plan.table_of(np.empty(0, np.int64)), plan.case_columns(plan.first_template)
     return {
         "templates": frozenset({"template", "status", "tooth", "contact_loss", "orders", *template}),
@@ -52,8 +52,8 @@ def needed_columns(plan: Plan) -> dict[str, frozenset[str]]:
 def why_not_of(plan: Plan, schema: Schema) -> str:
     """Return why a schema is not that of a plan's database; empty if it may be.
 
-    A database of another version of sigdb may lack columns of results, or have others. What the plan determines must be
-    there, and a column of a name that this version has too must have the same type and unit.
+    A database of another version of sigdb may lack columns of results, or have others. The columns that the
+    plan determines must be there. A column that this version has too must have the same type and unit.
     """
     planned = plan_schema(plan)
     for table, needed in needed_columns(plan).items():
@@ -68,8 +68,8 @@ def why_not_of(plan: Plan, schema: Schema) -> str:
 
 
 def _of_rig(rig: Transmission, path: str) -> Column:
-    """The column of a swept parameter, with the unit and the help of the rig's field."""
-    field = declared(rig, path)
+    """Return the column of a swept parameter, with the unit and the help of the rig's field."""
+    field = field_at(rig, path)
     if field is None:
         return Column(name=path, type=pa.float64(), help="Swept parameter of the rig.")
     return Column(
@@ -77,7 +77,7 @@ def _of_rig(rig: Transmission, path: str) -> Column:
     )
 
 
-def _declared(section: type[Section], name: str, help: str | None = None) -> Column:
+def _column_of(section: type[Section], name: str, help: str | None = None) -> Column:
     field = section.model_fields[name]
     return Column(
         name=name,

@@ -1,4 +1,4 @@
-"""A database's description: written when a sweep begins, and what is refused when one goes on."""
+"""The description of a database, written when a sweep begins and checked when it goes on."""
 
 from contextlib import suppress
 from dataclasses import replace
@@ -20,7 +20,7 @@ from sigdb.sweep.work.stored_schema import keep_schema
 
 
 def plan_record(plan: Plan) -> PlanRecord:
-    """What a database keeps of a plan."""
+    """Return the record of a plan that a database keeps."""
     return PlanRecord(
         hash=plan.hash,
         seed=plan.seed,
@@ -32,8 +32,14 @@ def plan_record(plan: Plan) -> PlanRecord:
     )
 
 
-def begin(plan: Plan, store: Store, recipe: str) -> Manifest:
-    """The database's description: written now, or checked to be this plan's, its recipe the newest."""
+def describe_database(plan: Plan, store: Store, recipe: str) -> Manifest:
+    """Return a database's description, which is written if there is none, and given the newest recipe otherwise.
+
+    Raises
+    ------
+    InputError
+        If the database is of another plan or another version of sigdb.
+    """
     manifest = Manifest(
         plan=plan_record(plan),
         part_rows=plan.part_rows,
@@ -72,7 +78,7 @@ def _read_if_whole(store: Store) -> Manifest | None:
 
 
 def check_version(store: Store, version: str) -> None:
-    """Refuse to go on with what another version of sigdb has begun."""
+    """Refuse to go on with a database that another version of sigdb has begun."""
     if version != __version__:
         raise InputError(
             f"{store} was begun with sigdb {version}, this is {__version__}, whose rows may differ; go on with that "
@@ -82,12 +88,12 @@ def check_version(store: Store, version: str) -> None:
 
 def _check_orphans(plan: Plan, store: Store) -> None:
     """Refuse parts without a readable description, unless they are this plan's."""
-    found = [(name, part) for name in KINDS for part in finished_parts(store, name)]
+    finished = [(name, part) for name in KINDS for part in finished_parts(store, name)]
     readable = []
-    for name, part in found:
+    for name, part in finished:
         with suppress(CorruptionError):
             readable.append(read_receipt(store, name, part))
-    if (found and not readable) or any(receipt.plan != plan.hash for receipt in readable):
+    if (finished and not readable) or any(receipt.plan != plan.hash for receipt in readable):
         raise InputError(
             f"{store} holds parts but no readable {MANIFEST_FILE}, and they are not all of this recipe; give the "
             f"recipe that they were made with, put {MANIFEST_FILE} back from a copy, or give another "
@@ -98,13 +104,14 @@ def _check_orphans(plan: Plan, store: Store) -> None:
 
 
 def _first_difference(old: Any, new: Any, path: str = "") -> str:
+    """Return the first key whose values differ, with both values; empty where none do."""
     if isinstance(old, dict) and isinstance(new, dict):
         # A key that holds None is not in TOML.
         for key in sorted({*old, *new}):
             if old.get(key) != new.get(key) and not (path.startswith("rig") and key in ("sources", "title")):
-                found = _first_difference(old.get(key), new.get(key), f"{path}.{key}" if path else key)
-                if found:
-                    return found
+                difference = _first_difference(old.get(key), new.get(key), f"{path}.{key}" if path else key)
+                if difference:
+                    return difference
         return ""
     if isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
         return next(

@@ -1,4 +1,4 @@
-"""What carries out the parts of a plan: processes here, or a Dask cluster. Receipts come back, never arrays."""
+"""Engines, which make the parts of a plan: processes here, or a Dask cluster. They return receipts, never arrays."""
 
 import multiprocessing
 import signal
@@ -19,30 +19,30 @@ Make = Callable[[Plan, Store, int], Receipt]
 
 
 class WorkerDiedError(Exception):
-    """A worker died; what it was making is not made."""
+    """A worker died, and its part is not finished."""
 
 
 class Engine(Protocol):
     """Makes parts in parallel."""
 
     def receipts(self, make: Make, plan: Plan, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
-        """Receipts as parts are finished.
+        """Yield receipts as parts are finished.
 
         Raises
         ------
         WorkerDiedError
-            If a worker died; the caller asks for the missing parts again.
+            If a worker died; the caller requests the missing parts again.
         """
 
 
 @dataclass(frozen=True)
 class Processes:
-    """Worker processes on this machine; ``jobs`` of them, -1 for one on each core."""
+    """Worker processes on this machine: ``jobs`` of them, -1 for one on each core."""
 
     jobs: int = -1
 
     def receipts(self, make: Make, plan: Plan, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
-        """Receipts as parts are finished."""
+        """Yield receipts as parts are finished."""
         pool = joblib.Parallel(n_jobs=self.jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
         with joblib.parallel_config("loky", inner_max_num_threads=1), warnings.catch_warnings():
             # A worker that has grown is replaced between two parts; nothing is lost, and there is nothing to do.
@@ -60,7 +60,7 @@ class Cluster:
     scheduler: str
 
     def receipts(self, make: Make, plan: Plan, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
-        """Receipts as parts are finished; the scheduler gives a dead worker's parts to others."""
+        """Yield receipts as parts are finished; the scheduler gives a dead worker's parts to others."""
         distributed = _distributed()
         with self._client() as client:
             workers = client.nthreads()
@@ -69,7 +69,7 @@ class Cluster:
                     f"scheduler {self.scheduler} has no workers; start some: dask worker {self.scheduler}"
                 )
             # A task, not scattered data: it is computed again when the worker that holds it dies.
-            waiting, shared = list(reversed(parts)), client.submit(_itself, plan, pure=False)
+            waiting, shared = list(reversed(parts)), client.submit(_identity, plan, pure=False)
 
             def submit() -> Any:
                 return client.submit(_make, make, shared, store, waiting.pop(), pure=False)
@@ -99,19 +99,19 @@ class Cluster:
             ) from None
 
 
-def _itself(plan: Plan) -> Plan:
+def _identity(plan: Plan) -> Plan:
     return plan
 
 
 def _make_in_process(make: Make, plan: Plan, store: Store, part: int) -> Receipt:
-    """Ctrl-C reaches the whole group, but the parent alone answers it: it ends its workers."""
+    """Make a part in a worker that ignores Ctrl-C: it reaches the whole group, and the parent ends its workers."""
     if multiprocessing.current_process().name != "MainProcess":
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     return _make(make, plan, store, part)
 
 
 def _make(make: Make, plan: Plan, store: Store, part: int) -> Receipt:
-    """One thread in linear algebra wherever it runs: the same sums in the same order, bit for bit."""
+    """Make a part with one thread in linear algebra: the same sums in the same order everywhere, bit for bit."""
     with threadpool_limits(1):
         return make(plan, store, part)
 

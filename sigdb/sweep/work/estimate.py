@@ -1,4 +1,4 @@
-"""What a sweep will cost, measured on a sample of it."""
+"""Estimate of the cost of a sweep, measured on a sample of it."""
 
 import tempfile
 import time
@@ -16,17 +16,17 @@ from sigdb.sweep.work.templates import make_template_part
 
 
 @dataclass(frozen=True, kw_only=True)
-class Estimate:
+class CostEstimate:
     """Size and duration of a sweep, scaled up from a sample.
 
     Attributes
     ----------
-    bytes
-        Of all parts.
-    seconds
-        With that many jobs, if they share the work evenly.
-    jobs
-        Worker processes.
+    bytes : float
+        Size of all parts.
+    seconds : float
+        Duration with ``jobs`` processes that share the work evenly.
+    jobs : int
+        Number of worker processes.
     """
 
     bytes: float
@@ -34,12 +34,12 @@ class Estimate:
     jobs: int
 
 
-_PARTS_OF_A_SAMPLE = 2
+_SAMPLE_PARTS = 2
 """Most parts of templates that are made for a sample of rows."""
 
 
-def estimate(plan: Plan, jobs: int = -1) -> Estimate:
-    """Make some rows of the first and of the middle of the plan, with their templates, and scale them up."""
+def estimate(plan: Plan, jobs: int = -1) -> CostEstimate:
+    """Estimate size and duration: make rows of the beginning and of the middle of a plan, and scale them up."""
     with tempfile.TemporaryDirectory() as folder:
         store, schema = Store.at(folder), plan_schema(plan)
         write_schema(schema, store)
@@ -65,10 +65,10 @@ def estimate(plan: Plan, jobs: int = -1) -> Estimate:
             for i, (start, stop, _) in enumerate(samples)
         ]
         row_seconds = time.perf_counter() - started
-    scale_templates = plan.n_templates / sum(one.rows for one in templates)
-    scale_rows = plan.rows / sum(one.rows for one in rows)
+    scale_templates = plan.n_templates / sum(receipt.rows for receipt in templates)
+    scale_rows = plan.rows / sum(receipt.rows for receipt in rows)
     workers = min(joblib.effective_n_jobs(jobs), max(plan.row_parts, plan.template_parts))
-    return Estimate(
+    return CostEstimate(
         bytes=scale_templates * sum(map(_size, templates)) + scale_rows * sum(map(_size, rows)),
         seconds=(scale_templates * template_seconds + scale_rows * row_seconds) / workers,
         jobs=workers,
@@ -76,10 +76,10 @@ def estimate(plan: Plan, jobs: int = -1) -> Estimate:
 
 
 def _sample(plan: Plan, start: int) -> tuple[int, int, list[int]]:
-    """Ids of rows of a noise block whose templates are in few parts, and these parts."""
+    """Return the ids of rows of a noise block whose templates are in few parts, and these parts."""
     first = plan.first_row + start
     needed = plan.table(first, min(first + NOISE_BLOCK, plan.first_row + plan.rows))["template"] // PART_TEMPLATES
-    parts = needed.unique()[:_PARTS_OF_A_SAMPLE]
+    parts = needed.unique()[:_SAMPLE_PARTS]
     rows = int(np.argmin(np.append(needed.isin(parts), False)))
     return first, first + rows, parts.tolist()
 

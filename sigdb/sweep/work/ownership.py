@@ -1,4 +1,4 @@
-"""One sweep at a time on a database."""
+"""Ownership of a database: one sweep at a time."""
 
 import json
 import os
@@ -25,9 +25,9 @@ _BEAT, _STALE = 20.0, 90.0
 def ownership_of(store: Store) -> Iterator[None]:
     """Own a database's place while a sweep runs on it.
 
-    A directory is locked by the operating system, which releases the lock when its owner dies. An object store knows
-    no locks: there the owner leaves a sign of life, which is old when it has died. Should two sweeps begin at the same
-    instant there, they write the same bytes.
+    The operating system locks a directory and releases the lock when its owner dies. An object store has no locks: its
+    owner leaves a sign of life, which grows old when the owner has died. If two sweeps begin there at the same instant,
+    both write the same bytes.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def _signed(store: Store) -> Iterator[None]:
 
     def sign() -> None:
         while not ended.wait(_BEAT):
-            with suppress(DatabaseError):  # the next beat may come through; parts tell of lasting trouble
+            with suppress(DatabaseError):  # the next beat may come through, and parts report lasting trouble
                 store.put(OWNER, _signature(mine))
 
     store.put(OWNER, _signature(mine))
@@ -90,7 +90,7 @@ def _signature(token: str = "") -> bytes:
 
 
 def _owner(store: Store) -> dict[str, Any] | None:
-    """Who owns a place; None where nobody says so."""
+    """Return the owner of a place; None where nobody has signed."""
     try:
         owner = json.loads(store.get(OWNER)) if store.size(OWNER) else None
     except (DatabaseError, ValueError):

@@ -1,4 +1,4 @@
-"""Running a plan: what is planned minus what has a receipt, in parallel, until nothing is left."""
+"""Run of a plan: the planned parts without a receipt are made in parallel, until none is left."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,7 +8,7 @@ from sigdb.core import DatabaseError, OnProgress, Progress, ignore
 from sigdb.database import KINDS, Manifest, Store, read_manifest, read_receipts
 from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.plan.plan import Plan
-from sigdb.sweep.work.describe_database import begin, plan_record
+from sigdb.sweep.work.describe_database import describe_database, plan_record
 from sigdb.sweep.work.engines import Cluster, Engine, Processes, WorkerDiedError
 from sigdb.sweep.work.ownership import ownership_of
 from sigdb.sweep.work.rows import make_row_part
@@ -21,21 +21,21 @@ _WORKER_DEATHS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class SweepSummary:
-    """What a run did.
+    """Summary of a run, and of the database after it.
 
     Attributes
     ----------
-    made
-        Rows made by this run; 0 means that there was nothing to do.
-    rows, templates
-        Rows and templates in the database.
-    failed
-        Rows without a result; their status says why.
-    bytes
+    new_rows : int
+        Number of rows that this run made; 0 if there was nothing to do.
+    rows, templates : int
+        Number of rows and of templates in the database.
+    failed : int
+        Number of rows without a result; their status says why.
+    bytes : int
         Size of all parts.
     """
 
-    made: int
+    new_rows: int
     rows: int
     templates: int
     failed: int
@@ -52,27 +52,32 @@ def run(
     retry_failed: bool = False,
     on_progress: OnProgress = ignore,
 ) -> SweepSummary:
-    """Make a database, or go on making it.
+    """Make a database, or its missing parts.
 
-    Stopped at any instant, the same call goes on; rows are the same bit for bit for any number of jobs, on one machine
-    or many.
+    After a stop at any instant, the same call goes on. Rows are the same bit for bit for any number of jobs, on one
+    machine or many.
 
     Parameters
     ----------
-    plan
-        From :func:`sigdb.sweep.make_plan`.
-    out
+    plan : Plan
+        A plan from :func:`sigdb.sweep.make_plan`.
+    out : str or path-like
         Directory of the database, or its place in an object store: ``s3://bucket/prefix``.
-    recipe
-        Text of the recipe, kept as given.
-    jobs
-        Worker processes; -1 for one on each core.
-    scheduler
-        Address of a Dask scheduler whose workers do the work in place of processes of this machine.
-    retry_failed
-        Make parts again that hold templates or rows without a result.
-    on_progress
-        Called with what is finished whenever that changes.
+    recipe : str
+        Text of the recipe, which is stored unchanged.
+    jobs : int
+        Number of worker processes; -1 for one on each core.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers make the parts in place of processes on this machine.
+    retry_failed : bool
+        Whether to make parts again that hold templates or rows without a result.
+    on_progress : callable
+        Called with a :class:`sigdb.core.Progress` whenever a part is finished.
+
+    Returns
+    -------
+    SweepSummary
+        Counts of rows, templates and failures.
 
     Raises
     ------
@@ -84,7 +89,7 @@ def run(
     store = Store.at(out)
     with ownership_of(store):
         store.clear_temporary()
-        manifest = begin(plan, store, recipe)
+        manifest = describe_database(plan, store, recipe)
         if retry_failed:
             _forget_failed(store, manifest)
         plans = [plan, *(plan_from(extension.resolved) for extension in manifest.extensions)]
@@ -93,8 +98,8 @@ def run(
 
 def append(plan: Plan, store: Store) -> None:
     """Add an extension to a database's description; :func:`run_parts` makes its parts. The caller owns the place."""
-    known = read_manifest(store)
-    replace(known, extensions=(*known.extensions, plan_record(plan))).write(store)
+    manifest = read_manifest(store)
+    replace(manifest, extensions=(*manifest.extensions, plan_record(plan))).write(store)
 
 
 def _forget_failed(store: Store, manifest: Manifest) -> None:
@@ -112,12 +117,12 @@ _MAKERS = {"templates": make_template_part, "rows": make_row_part}
 
 
 def run_parts(plans: Sequence[Plan], store: Store, engine: Engine, on_progress: OnProgress = ignore) -> SweepSummary:
-    """Make what is missing of a database's plans: all templates, then all rows. The caller owns the place."""
+    """Make the missing parts of a database's plans: all templates, then all rows. The caller owns the place."""
     check_computable(plans[0], keep_schema(plans[0], store), store)
-    made = [_stage(stage, plans, store, engine, on_progress) for stage in KINDS][1]
+    new = {stage: _run_stage(stage, plans, store, engine, on_progress) for stage in KINDS}
     receipts = {name: read_receipts(store, name, {plan.hash for plan in plans}) for name in KINDS}
     return SweepSummary(
-        made=made,
+        new_rows=new["rows"],
         rows=sum(plan.rows for plan in plans),
         templates=sum(plan.n_templates for plan in plans),
         failed=sum(receipt.failed for receipt in receipts["rows"]),
@@ -125,8 +130,8 @@ def run_parts(plans: Sequence[Plan], store: Store, engine: Engine, on_progress: 
     )
 
 
-def _stage(stage: str, plans: Sequence[Plan], store: Store, engine: Engine, on_progress: OnProgress) -> int:
-    """Make the missing parts of a stage; how many rows or templates were made."""
+def _run_stage(stage: str, plans: Sequence[Plan], store: Store, engine: Engine, on_progress: OnProgress) -> int:
+    """Make the missing parts of a stage and return the number of new rows or templates."""
     hashes = {plan.hash for plan in plans}
     total = sum(plan.n_templates if stage == "templates" else plan.rows for plan in plans)
     finished = {receipt.part: receipt.rows for receipt in read_receipts(store, stage, hashes)}
