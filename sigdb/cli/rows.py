@@ -81,22 +81,26 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def print_figures(evaluation: "Evaluation") -> None:
+def print_evaluation(evaluation: "Evaluation") -> None:
     """Print an evaluation as aligned text."""
-    from sigdb.recognition import aim_rows, bound_said, efficiency_rows, figure_rows
+    from sigdb.recognition import bound_text, criteria_table, efficiency_cells, limitation_texts, metric_table
 
-    click.echo(f"{evaluation.target}: {evaluation.rows} rows of {evaluation.specimens} specimens. {evaluation.split}.")
-    _print_table(figure_rows(evaluation))
-    click.echo(f"In brackets: 95 % interval, bootstrap over specimens. {bound_said(evaluation)}")
-    if efficiency := efficiency_rows(evaluation):
+    rows = f"{evaluation.rows} rows of {evaluation.specimens} specimens"
+    click.echo(f"{evaluation.target}: {rows}. {evaluation.split}, {evaluation.split_text}.")
+    _print_table(metric_table(evaluation).lines)
+    click.echo(f"In brackets: 95 % interval, bootstrap over specimens. {bound_text(evaluation)}")
+    if efficiency := efficiency_cells(evaluation):
         click.echo("\nAgainst the best possible, by signal-to-noise ratio of one revolution:")
-        _print_table(efficiency)
-    if aims := aim_rows(evaluation):
-        click.echo("\nAims:")
-        _print_table([aim[:-1] for aim in aims])
-        for what, *_, why in aims[1:]:
+        _print_table(efficiency.lines)
+    for text in limitation_texts(evaluation):
+        click.echo(textwrap.fill(text, 120, subsequent_indent="  "))
+    if criteria := criteria_table(evaluation):
+        click.echo("\nCriteria:")
+        lines = criteria.lines
+        _print_table([line[:-1] for line in lines])
+        for title, *_, why in lines[1:]:
             if why:
-                click.echo(textwrap.fill(f"{what}: {why}", 120, subsequent_indent="  "))
+                click.echo(textwrap.fill(f"{title}: {why}", 120, subsequent_indent="  "))
 
 
 def _print_table(rows: list[list[str]]) -> None:

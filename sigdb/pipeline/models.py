@@ -9,8 +9,9 @@ from sigdb.core import Section, validated
 from sigdb.database import Database
 from sigdb.recognition import (
     Evaluation,
+    Model,
     RecognitionSettings,
-    evaluate_with_bound,
+    evaluate,
     probe_rows,
     requested_rows,
     save_model,
@@ -24,6 +25,20 @@ def recipe_section(database: Database, section: type[S], name: str) -> S:
     """A section of the recipe that a database was made from; its defaults where the recipe has none."""
     text = database.manifest.recipe
     return validated(section, tomllib.loads(text).get(name, {}), owner=f"{database.store}/sigdb.toml: recipe: {name}")
+
+
+def evaluate_model(model: Model, database: Database) -> Evaluation:
+    """Evaluate a model with the criteria of a database's recipe.
+
+    Parameters
+    ----------
+    model
+        A trained model.
+    database
+        A finished database.
+    """
+    criteria = recipe_section(database, RecognitionSettings, "recognition").criteria
+    return evaluate(model, database, criteria=criteria)
 
 
 def train_model(
@@ -75,7 +90,7 @@ def train_model(
     settings = validated(RecognitionSettings, settings.model_dump() | given, owner="train_model")
     Path(folder).mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is told before the work
     model = train(database, target, settings, split=split, on_step=on_step)
-    evaluation = evaluate_with_bound(model, database)
+    evaluation = evaluate(model, database, criteria=settings.criteria)
     save_model(
         model,
         folder,

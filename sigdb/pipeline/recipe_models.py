@@ -1,55 +1,53 @@
-"""The models that a recipe asks for, and the reports of what they are worth."""
+"""The models that a recipe requests, and the reports of their evaluations."""
 
 import json
 import shlex
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from sigdb.core import InputError
+from sigdb.core import InputError, OnStep
 from sigdb.database import Database
 from sigdb.pipeline.models import train_model
 from sigdb.pipeline.recipe import Recipe
 from sigdb.pipeline.stages import Stage, content_of, run_stage
-from sigdb.recognition import Estimate, Evaluation, evaluate_with_bound, load_model
+from sigdb.recognition import TARGETS, CriteriaSettings, Estimate, Evaluation, evaluate, load_model
 from sigdb.sweep import Plan
 
-MERIT = {"location": "accuracy", "severity": "mae_stiffness_loss", "detection": "pd_at_1e-2"}
-"""The figure by which models of a target are told apart in a line."""
-
 _OF_A_RUN = {"targets", "splits", "evaluate_on"}
-"""Settings that say which models there are, and nothing of any of them."""
+"""Settings that select models, and do not change any of them."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModelResult:
-    """What a model is worth on a database.
+    """The result of a model on a database.
 
     Attributes
     ----------
     target
-        What it answers.
+        Question that it answers.
     split
-        By which split: ``S0`` to ``S5``.
+        Name of the split: ``S0`` to ``S5``.
     model, page
         Folder of the model, and the page of its report.
-    merit
-        Name of the figure of merit.
-    figure, bound
-        That figure of the model and of the best possible answer; None where there is none.
+    metric
+        Name of the metric that sums the model up.
+    value, bound
+        That metric of the model and of the best possible answer; None where it is not known.
     above
-        Names of the model's figures that are better than the bound, which no honest model's are.
+        Names of the model's metrics that are better than the bound, which no honest model's are.
     """
 
     target: str
     split: str
     model: Path
     page: Path
-    merit: str
-    figure: Estimate | None
+    metric: str
+    value: Estimate | None
     bound: Estimate | None
     above: tuple[str, ...]
 
@@ -90,7 +88,7 @@ def make_models(
     database: Database,
     others: Mapping[str, Database],
     out: Path,
-    on_stage: Callable[[str], Any],
+    on_stage: OnStep,
 ) -> Iterator[ModelResult]:
     """Train and evaluate the models of a recipe, those of the first split on other databases too.
 
@@ -125,16 +123,17 @@ def make_models(
                     "database": content,
                 },
             )
-            evaluation = _trained(recipe, database, model, on_stage)
-            yield _reported(f"{recipe.path.stem}: {name}", model, name, database, content, evaluation, on_stage)
+            evaluation = _train(recipe, database, model, on_stage)
+            page = partial(_report, model, criteria=settings.criteria, on_stage=on_stage)
+            yield page(f"{recipe.path.stem}: {name}", name, database, content, evaluation)
             for other in others if split == settings.splits[0] else ():
                 title, on = f"{recipe.path.stem}: {name} on {other}", f"{name}-on-{other}"
-                yield _reported(title, model, on, others[other], contents[other], None, on_stage)
+                yield page(title, on, others[other], contents[other], None)
 
 
-def _trained(recipe: Recipe, database: Database, stage: Stage, on_stage: Callable[[str], Any]) -> Evaluation | None:
-    """What a model was found to be worth when it was trained; None where it was there."""
-    found = []
+def _train(recipe: Recipe, database: Database, stage: Stage, on_stage: OnStep) -> Evaluation | None:
+    """Return the evaluation of a model that is trained now; None where the model was there."""
+    evaluations = []
 
     def make() -> list[Path]:
         on_stage(f"{stage.path}: training, split {stage.inputs['split']}")
@@ -147,31 +146,38 @@ def _trained(recipe: Recipe, database: Database, stage: Stage, on_stage: Callabl
             on_step=lambda step: on_stage(f"{stage.path}: {step}"),
             check=False,  # the run tells of it at its end, when all reports are written
         )
-        found.append(evaluation)
+        evaluations.append(evaluation)
         return _files(stage.path)
 
     run_stage(stage, make, on_stage, "trained")
-    return found[0] if found else None
+    return evaluations[0] if evaluations else None
 
 
-def _reported(
-    title: str,
+def _report(
     model: Stage,
+    title: str,
     name: str,
     database: Database,
     content: Mapping[str, Any],
     evaluation: Evaluation | None,
-    on_stage: Callable[[str], Any],
+    *,
+    criteria: CriteriaSettings,
+    on_stage: OnStep,
 ) -> ModelResult:
+    """Write the report of a model on a database, where it is not there yet, and return the result."""
     from sigdb.report import NUMBERS, PAGE, write_evaluation_report
 
-    stage = Stage(out=model.out, name=f"reports/{name}", inputs={"model": model.files, "database": content})
+    stage = Stage(
+        out=model.out,
+        name=f"reports/{name}",
+        inputs={"model": model.files, "database": content, "criteria": criteria.limits},
+    )
 
     def make() -> list[Path]:
         if evaluation is None:
             on_stage(f"{stage.path}: evaluating on {database.store}")
-        found = evaluation or evaluate_with_bound(load_model(model.path), database)
-        write_evaluation_report(found, stage.path, title=title)
+        result = evaluation or evaluate(load_model(model.path), database, criteria=criteria)
+        write_evaluation_report(result, stage.path, title=title)
         return _files(stage.path)
 
     run_stage(stage, make, on_stage, "written")
@@ -179,20 +185,20 @@ def _reported(
 
 
 def _result(model: Path, page: Path, facts: Mapping[str, Any]) -> ModelResult:
-    merit = MERIT[facts["target"]]
+    metric = TARGETS[facts["target"]].headline
     return ModelResult(
         target=facts["target"],
-        split=facts["split"].partition(",")[0],
+        split=facts["split"],
         model=model,
         page=page,
-        merit=merit,
-        figure=_figure(facts["figures"][facts["learner"]].get(merit)),
-        bound=_figure((facts["bound"] or {}).get(merit)),
+        metric=metric,
+        value=_estimate(facts["metrics"][facts["learner"]].get(metric)),
+        bound=_estimate((facts["bound"] or {}).get(metric)),
         above=tuple(facts["above"]),
     )
 
 
-def _figure(ends: Mapping[str, float | None] | None) -> Estimate | None:
+def _estimate(ends: Mapping[str, float | None] | None) -> Estimate | None:
     if ends is None or ends["value"] is None:
         return None
     return Estimate(**{name: np.nan if value is None else value for name, value in ends.items()})

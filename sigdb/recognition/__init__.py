@@ -6,6 +6,8 @@ __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
     "Bound",
+    "CriteriaSettings",
+    "CriterionResult",
     "Detector",
     "ErrorCurve",
     "Estimate",
@@ -15,6 +17,7 @@ __all__ = [
     "Hypotheses",
     "LocationClassifier",
     "LocationSets",
+    "Metric",
     "Model",
     "OperatingPoint",
     "OptimalRoc",
@@ -34,7 +37,6 @@ __all__ = [
     "error_curve",
     "eta_info",
     "evaluate",
-    "evaluate_with_bound",
     "expected_losses",
     "load_model",
     "make_split",
@@ -42,6 +44,6 @@ __all__ = [
     "optimal_roc",
     "requested_rows",
     "save_model",
-    "smallest_found",
+    "smallest_detected_loss",
     "train",
 ]

@@ -1,274 +1,252 @@
-"""What a model should reach, whether it does, and where it does not."""
+"""Criteria: limits of metrics that a recipe sets, and whether a model keeps them."""
 
-from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
-from sigdb.recognition.bound.efficiency import ALL
+from sigdb.core import Note
 from sigdb.recognition.bound.error_curve import ERROR_RANGE
+from sigdb.recognition.bound.noise_bands import ALL
 from sigdb.recognition.metrics.calibration import ENOUGH
 from sigdb.recognition.metrics.coverage import ENOUGH as ENOUGH_OF_CELL
 from sigdb.recognition.metrics.coverage import LEAST_COVERAGE
 from sigdb.recognition.metrics.detection import NEEDED
 from sigdb.recognition.metrics.probability_of_detection import RATE
-from sigdb.recognition.severity_quantities import QUANTITIES
-from sigdb.recognition.templates.bank import TemplateBank, bank_of
-from sigdb.recognition.training import Model
-
-LOSS_DB, RATIO, ECE, CELLS = 0.25, 1.05, 0.01, 0.01
-"""Aims: loss against the Bayes rule, dB; errors and a90 over the bound's; calibration error; share of cells."""
+from sigdb.recognition.settings import CriteriaSettings
+from sigdb.recognition.targets.target import Target
 
 
 @dataclass(frozen=True, kw_only=True)
-class Aim:
-    """One aim.
+class CriterionResult:
+    """A criterion with the value that it limits.
 
     Attributes
     ----------
-    what
-        The figure, in words.
-    aim
-        What it is not to exceed.
-    found, low, high
-        Its value where it is worst, and the interval; nan where it cannot be judged.
-    where
-        The noise band where it is worst.
+    criterion
+        Name in ``[recognition.criteria]``.
+    title
+        Heading for readers.
+    limit
+        Greatest value allowed.
+    value, low, high
+        Value in the worst band of noise, and its interval; NaN where it is not estimated.
+    band
+        That band.
     met
-        Whether it is kept; None where it cannot be judged.
-    why
-        Why it is missed, or cannot be judged; else empty.
+        Whether the limit is kept; None where the value is not estimated.
+    note
+        Why the limit is exceeded or the value is not estimated; None where it is kept.
     """
 
-    what: str
-    aim: float
-    found: float = np.nan
+    criterion: str
+    title: str
+    limit: float
+    value: float = np.nan
     low: float = np.nan
     high: float = np.nan
-    where: str = ""
+    band: str = ""
     met: bool | None = None
-    why: str = ""
+    note: Note | None = None
 
 
-def aims(
-    target: str, table: pd.DataFrame, cells: pd.DataFrame | None, causes: Sequence[str] = (), *, bounded: bool = True
-) -> pd.DataFrame:
-    """The aims of a model, one a row: the attributes of :class:`Aim`.
-
-    Each is judged in every noise band where that can be done, and by the worst; over all rows where it can be in none.
-    Against the bound that is where its error is between 0.02 and 0.8 of that by chance.
-
-    Parameters
-    ----------
-    target
-        Of the model.
-    table
-        Of :func:`against_bound`.
-    cells
-        Coverage by cell, see :func:`coverage_cells`; None where the model gives neither sets nor intervals.
-    causes
-        Sentences on what sets the model back (:func:`causes`); they go with aims against the bound that are missed.
-    bounded
-        Whether the bound is known.
-    """
-    unknown = _NO_BOUND if not bounded else _ALL_ALIKE if table.empty else ""
-    against = [
-        _worst(name, *aim, own, causes) if not unknown else Aim(what=name, aim=aim[1], why=unknown)
-        for aim in _AGAINST_BOUND[target]
-        for name, own in _named(_WORDS[aim[0]], table)
-    ]
-    calibration = [_worst(_WORDS["ece"], "ece", ECE, table)] if target == "location" else []
-    sets = [] if target == "detection" else [_of_cells(cells)]
-    return pd.DataFrame([asdict(one) for one in (*against, *calibration, *sets)])
-
-
-_AGAINST_BOUND = {
-    "location": (("loss_db", LOSS_DB), ("a90_ratio", RATIO)),
-    "detection": (("a90_ratio", RATIO),),
-    "severity": (("mae_ratio", RATIO),),
-}
-_WORDS = {
+_TITLES = {
     "loss_db": "location, loss against the bound, dB",
     "a90_ratio": f"a90 over the bound's, at a false-alarm rate of {RATE:g}",
     "mae_ratio": "MAE over the posterior median's",
     "ece": "calibration error (ECE)",
-    "cells": f"share of cells where 90 % sets cover less than {LEAST_COVERAGE:g} (99 % confidence)",
+    "undercovered_cells": f"share of cells where 90 % sets cover less than {LEAST_COVERAGE:g} (99 % confidence)",
 }
-_NO_BOUND = "the bound is not known: no row follows a law that it could be computed from"
-_ALL_ALIKE = "all rows have the same severity, so that there is nothing to tell"
+_NEED_BOUND = ("loss_db", "a90_ratio", "mae_ratio")
 
 
-def _named(words: str, table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """A figure's name and rows, for each target of severity."""
-    if "target" not in table:
-        return [(words, table)]
-    return [(f"{name}, {words}", own) for name, own in table.groupby("target", sort=False)]
+def assess_criteria(
+    criteria: CriteriaSettings,
+    target: Target,
+    efficiency: pd.DataFrame,
+    cells: pd.DataFrame | None,
+    *,
+    bounded: bool = True,
+) -> tuple[CriterionResult, ...]:
+    """Compare a model with the criteria that are set and apply to its target.
+
+    A value is compared in every band of noise where it is estimated, and the worst band counts; all rows together count
+    where no band suffices. Ratios to the bound are estimated where its error is between 0.02 and 0.8 of that by chance.
+
+    Parameters
+    ----------
+    criteria
+        Limits.
+    target
+        Target of the model.
+    efficiency
+        Table of efficiency, see :class:`Evaluation`.
+    cells
+        Coverage by cell, see :func:`coverage_cells`; None where the model gives neither sets nor intervals.
+    bounded
+        Whether there is a bound.
+    """
+    limits = criteria.limits
+    return tuple(
+        result
+        for name in target.criteria
+        if name in limits
+        for result in _results(name, limits[name], efficiency, cells, bounded)
+    )
 
 
-def _worst(what: str, column: str, aim: float, table: pd.DataFrame, causes: Sequence[str] = ()) -> Aim:
-    own = table[_tells(column, table)]
-    own = own if (own["band"] == ALL).all() else own[own["band"] != ALL]
-    if own.empty:
-        return Aim(what=what, aim=aim, why=_why_not(column, table))
-    worst = own.to_dict("records")[int(own[column].argmax())]
-    value, low, high = (float(worst[f"{column}{end}"]) for end in ("", "_low", "_high"))
-    met = value <= aim
-    why = () if met else (_where_missed(column, own, aim), *_more(column, worst, aim), *causes)
-    return Aim(what=what, aim=aim, found=value, low=low, high=high, where=worst["band"], met=met, why=" ".join(why))
+def _results(
+    name: str, limit: float, efficiency: pd.DataFrame, cells: pd.DataFrame | None, bounded: bool
+) -> Iterator[CriterionResult]:
+    title = _TITLES[name]
+    if name == "undercovered_cells":
+        yield _assess_cells(title, limit, cells)
+    elif name in _NEED_BOUND and not bounded:
+        yield CriterionResult(criterion=name, title=title, limit=limit, note=_NO_BOUND)
+    elif efficiency.empty:
+        yield CriterionResult(criterion=name, title=title, limit=limit, note=_ONE_SEVERITY)
+    elif "quantity" in efficiency:
+        for quantity, table in efficiency.groupby("quantity", sort=False):
+            yield _worst_band(name, f"{quantity}, {title}", limit, table)
+    else:
+        yield _worst_band(name, title, limit, efficiency)
 
 
-def _tells(column: str, table: pd.DataFrame) -> pd.Series:
-    """Whether each band tells of a figure."""
-    if column not in table:
+_NO_BOUND = Note(code="no-bound", text="there is no bound: no row follows a law that it could be computed from")
+_ONE_SEVERITY = Note(code="one-severity", text="all rows have the same severity, so that no error is to be expected")
+
+
+def _worst_band(name: str, title: str, limit: float, table: pd.DataFrame) -> CriterionResult:
+    bands = table[_is_estimated(name, table)]
+    bands = bands if (bands["band"] == ALL).all() else bands[bands["band"] != ALL]
+    if bands.empty:
+        return CriterionResult(criterion=name, title=title, limit=limit, note=_why_not_estimated(name, table))
+    worst = bands.iloc[int(bands[name].argmax())]
+    value, low, high = (float(worst[f"{name}{end}"]) for end in ("", "_low", "_high"))
+    met = value <= limit
+    return CriterionResult(
+        criterion=name,
+        title=title,
+        limit=limit,
+        value=value,
+        low=low,
+        high=high,
+        band=str(worst["band"]),
+        met=met,
+        note=None if met else _why_exceeded(name, bands, worst, limit),
+    )
+
+
+def _is_estimated(name: str, table: pd.DataFrame) -> "pd.Series[bool]":
+    """Return whether each band has an estimate."""
+    if name not in table:
         return pd.Series(False, table.index)
     low, high = ERROR_RANGE
-    known = table[column].notna()
-    return known & (table["bound_error"] / table["chance"]).between(low, high) if column == "mae_ratio" else known
+    estimated = table[name].notna()
+    if name != "mae_ratio":
+        return estimated
+    return estimated & (table["bound_error"] / table["chance"]).between(low, high)
 
 
-def _where_missed(column: str, own: pd.DataFrame, aim: float) -> str:
-    missed = own[own[column] > aim]
-    said = ", ".join(
-        f"{_number(value)} at {band}" for band, value in zip(missed["band"], missed[column], strict=True) if band != ALL
+def _why_exceeded(name: str, bands: pd.DataFrame, worst: "pd.Series[float]", limit: float) -> Note:
+    exceeded = bands[bands[name] > limit]
+    places = [
+        f"{_number(value)} at {band}"
+        for band, value in zip(exceeded["band"], exceeded[name], strict=True)
+        if band != ALL
+    ]
+    text = (
+        f"Exceeded in {len(exceeded)} of {len(bands)} noise bands: {', '.join(places)}."
+        if places
+        else ("Exceeded over all rows.")
     )
-    return f"Missed in {len(missed)} of {len(own)} noise bands: {said}." if said else "Missed over all rows."
+    values: dict[str, float | int | str] = {"bands": len(bands), "exceeded": len(exceeded), "band": str(worst["band"])}
+    return Note(code="exceeded", text=" ".join((text, *_more(name, worst, limit))), values=values)
 
 
-def _more(column: str, worst: dict[Hashable, Any], aim: float) -> Iterator[str]:
-    """What else the worst band tells."""
-    if column == "ece":
-        right = 1 - worst["error_of_answers"]
-        yield f"There the answers are given {worst['confidence']:.3f} on average, and {right:.3f} of them are right."
-    elif np.isinf(worst[column]):
-        yield "There the model's figure is beyond what the rows hold."
-    elif worst[f"{column}_low"] <= aim:
-        yield f"The interval there, {worst[f'{column}_low']:.3g} to {worst[f'{column}_high']:.3g}, holds the aim."
+def _more(name: str, worst: "pd.Series[float]", limit: float) -> Iterator[str]:
+    """Yield what else the worst band shows."""
+    if name == "ece":
+        correct = 1 - worst["error_of_answers"]
+        yield f"There the mean probability of the answers is {worst['confidence']:.3f}, and {correct:.3f} are correct."
+    elif np.isinf(worst[name]):
+        yield "There the model's value is beyond the range of the rows."
+    elif worst[f"{name}_low"] <= limit:
+        yield f"The interval there, {worst[f'{name}_low']:.3g} to {worst[f'{name}_high']:.3g}, contains the limit."
 
 
 def _number(value: float) -> str:
-    return f"{value:.3g}" if np.isfinite(value) else "more than can be told"
+    return f"{value:.3g}" if np.isfinite(value) else "beyond the range"
 
 
-def _why_not(column: str, table: pd.DataFrame) -> str:
-    """Why no band tells of a figure."""
-    if column == "ece":
-        most = table["rows"].max()
-        return (
-            f"a noise band has {most} rows at most, and needs {ENOUGH}" if "confidence" in table else _NO_PROBABILITIES
-        )
-    if column == "a90_ratio":
-        return _NO_A90.format(NEEDED / RATE, RATE) if "a90" in table else _NO_SCORES
+def _why_not_estimated(name: str, table: pd.DataFrame) -> Note:
+    if name == "ece":
+        return _why_no_calibration(table)
+    if name == "a90_ratio":
+        return _NO_A90 if "a90" in table else _NO_SCORES
     share, (low, high) = table["bound_error"] / table["chance"], ERROR_RANGE
-    return (
-        f"the bound's error is {share.min():.2g} to {share.max():.2g} of that by chance, and the aim is for {low:g} to "
-        f"{high:g}"
+    least, most = float(share.min()), float(share.max())
+    return Note(
+        code="bound-out-of-range",
+        text=f"the bound's error is {least:.2g} to {most:.2g} of that by chance, and the criterion needs {low:g} to "
+        f"{high:g}",
+        values={"least": least, "most": most},
     )
 
 
-_NO_PROBABILITIES = "the model gives no probabilities"
-_NO_SCORES = "the model gives no score of damage, or the rows have no losses"
-_NO_A90 = (
-    "no band has the {:.0f} healthy rows that a rate of {:g} takes, and a bound that finds a loss within those of the "
-    "rows with a probability of 0.9"
+def _why_no_calibration(table: pd.DataFrame) -> Note:
+    if "confidence" not in table:
+        return Note(code="no-probabilities", text="the model gives no probabilities")
+    most = int(table["rows"].max())
+    text = f"a noise band has {most} rows at most, and needs {ENOUGH}"
+    return Note(code="few-rows", text=text, values={"rows": most, "needed": ENOUGH})
+
+
+_NO_SCORES = Note(code="no-scores", text="the model gives no score of damage, or the rows have no losses")
+_NO_A90 = Note(
+    code="no-a90",
+    text=f"no band has the {NEEDED / RATE:.0f} healthy rows that a rate of {RATE:g} needs, together with a bound that "
+    "detects a loss within those of the rows with a probability of 0.9",
+    values={"needed": NEEDED / RATE, "rate": RATE},
 )
 
 
-def _of_cells(cells: pd.DataFrame | None) -> Aim:
+_NO_SETS = Note(code="no-sets", text="the model gives no sets")
+_NO_CELLS = Note(
+    code="no-cells",
+    text=f"no cell of severity, noise and operating point has {ENOUGH_OF_CELL} rows",
+    values={"needed": ENOUGH_OF_CELL},
+)
+
+
+def _assess_cells(title: str, limit: float, cells: pd.DataFrame | None) -> CriterionResult:
+    name = "undercovered_cells"
     if cells is None or cells.empty:
-        few = f"no cell of severity, noise and operating point has {ENOUGH_OF_CELL} rows"
-        return Aim(what=_WORDS["cells"], aim=CELLS, why="the model gives no sets" if cells is None else few)
+        note = _NO_SETS if cells is None else _NO_CELLS
+        return CriterionResult(criterion=name, title=title, limit=limit, note=note)
     below = cells[cells["below"].astype(bool)]
     share = len(below) / len(cells)
-    why = "" if share <= CELLS else _least(below.to_dict("records")[int(below["coverage"].argmin())], below, cells)
-    return Aim(what=_WORDS["cells"], aim=CELLS, found=share, met=share <= CELLS, why=why)
+    met = share <= limit
+    reason = None if met else _least_coverage(below, len(cells))
+    return CriterionResult(criterion=name, title=title, limit=limit, value=share, met=met, note=reason)
 
 
-def _least(worst: dict[Hashable, Any], below: pd.DataFrame, cells: pd.DataFrame) -> str:
-    where = ", ".join(said.format(worst[name]) for name, said in _CELL_WORDS.items() if name in worst)
-    return (
-        f"{len(below)} of {len(cells)} cells; the least coverage is {worst['coverage']:.3f}, of {worst['rows']} rows "
-        f"({worst['target']}; {where})."
+def _least_coverage(below: pd.DataFrame, cells: int) -> Note:
+    worst = below.iloc[int(below["coverage"].argmin())]
+    where = ", ".join(text.format(worst[name]) for name, text in _CELL_TEXT.items() if name in worst)
+    return Note(
+        code="undercovered",
+        text=f"{len(below)} of {cells} cells; the least coverage is {worst['coverage']:.3f}, of "
+        f"{worst['rows']:.0f} rows ({worst['target']}; {where}).",
+        values={"below": len(below), "cells": cells, "coverage": float(worst["coverage"])},
     )
 
 
-_CELL_WORDS = {
+_CELL_TEXT = {
     "stiffness_loss": "loss {:g}",
     "damaged_teeth": "{:g} damaged teeth",
     "snr_db": "{:g} dB",
     "speed_rpm": "{:g} rpm",
     "torque": "{:g} N m",
 }
-
-
-_ALIKE = 1e-3
-"""Relative difference of operating points, and of sizes of index errors, below which they count as the same."""
-
-
-def causes(model: Model, rows: pd.DataFrame, split: str, index_error: float | None = None) -> list[str]:
-    """Sentences, none where nothing is found.
-
-    Parameters
-    ----------
-    model
-        A trained model.
-    rows
-        The rows that it is asked about: operating point, tooth count, severities.
-    split
-        How they were chosen, see :class:`Evaluation`.
-    index_error
-        Size of the index errors of the rows, m, root mean square, where it is known.
-    """
-    bank = bank_of(model.estimators[model.learner])
-    found = list(_of_bank(bank, rows, index_error)) if bank is not None else [_READS.format(model.learner)]
-    return [*found, *_of_split(split)]
-
-
-_READS = "The learner {} reads pooled features of an average, which hold less than the average that the bound reads."
-
-
-def _of_split(split: str) -> Iterator[str]:
-    name, _, tells = split.partition(", ")
-    if name in ("S2", "S3", "S4"):
-        yield f"The rows are of cases that training has not seen ({tells.partition(':')[0]})."
-    if name == "S5":
-        parts = tells.partition("differs in ")[2].partition(";")[0]
-        yield f"The rows are of another model form than the training rows: {parts} differ."
-
-
-def _of_bank(bank: TemplateBank, rows: pd.DataFrame, index_error: float | None) -> Iterator[str]:
-    unseen = ~rows["teeth"].isin(bank.teeth)
-    if unseen.any():
-        counts = ", ".join(f"{one:g}" for one in np.unique(rows.loc[unseen, "teeth"]))
-        yield f"The bank has no templates of {counts} teeth; it has {', '.join(map(str, bank.teeth))}."
-    known = rows[~unseen]
-    if len(known):
-        yield from _of_points(bank, known)
-        yield from _of_severities(bank, known)
-    if index_error and abs(index_error / max(bank.index_error, 1e-300) - 1) > _ALIKE:
-        sizes = (1e6 * index_error, 1e6 * bank.index_error)
-        yield "The index errors of the rows are {:.3g} um, those of the bank {:.3g} um.".format(*sizes)
-
-
-def _of_points(bank: TemplateBank, rows: pd.DataFrame) -> Iterator[str]:
-    points = rows.groupby(["speed_rpm", "torque", "teeth"]).size()
-    asked = points.index.to_frame().to_numpy(float)
-    nearest = [bank.points[place] for place in bank.nearest(*asked.T)]
-    away = np.abs(asked[:, :2] / [[one.speed_rpm, one.torque] for one in nearest] - 1)
-    off = (away > _ALIKE).any(axis=1)
-    if off.any():
-        speed, torque = 100 * np.average(away[off], axis=0, weights=points.to_numpy()[off])
-        share = 100 * points.to_numpy()[off].sum() / len(rows)
-        yield (
-            f"{share:.0f} % of the rows are at operating points that the bank has no templates of: the nearest "
-            f"are {speed:.2g} % in speed and {torque:.2g} % in torque away, on average."
-        )
-
-
-def _of_severities(bank: TemplateBank, rows: pd.DataFrame) -> Iterator[str]:
-    held = {tuple(one) for point in bank.points for one in point.severity[~point.healthy].round(9).tolist()}
-    plain = rows.loc[rows["tooth"] > 0, list(QUANTITIES)].dropna().round(9).drop_duplicates()
-    lacking = [one for one in plain.itertuples(index=False, name=None) if tuple(map(float, one)) not in held]
-    if lacking:
-        yield f"Of the {len(plain)} severities asked about the bank has no templates of {len(lacking)}."

@@ -1,4 +1,6 @@
-"""The rows that a model is evaluated on."""
+"""The rows that a model is evaluated on: those of cases and specimens that its training has not seen."""
+
+from dataclasses import dataclass
 
 import pandas as pd
 
@@ -6,61 +8,97 @@ from sigdb.core import InputError
 from sigdb.database import Database
 from sigdb.recognition.splits.kinds import changed_parts, make_split, model_form
 from sigdb.recognition.splits.split import TEST
+from sigdb.recognition.targets.all_targets import target_named
 from sigdb.recognition.training import Model, usable_rows
 
 
+@dataclass(frozen=True, kw_only=True)
+class Selection:
+    """How rows were selected.
+
+    Attributes
+    ----------
+    split
+        Name of the split: ``S0`` to ``S4``, or ``S5`` for another model form.
+    text
+        Description of the split.
+    changed_parts
+        Parts of the rig and the solver that differ from those of the training, for ``S5``.
+    """
+
+    split: str
+    text: str
+    changed_parts: tuple[str, ...] = ()
+
+
 def requested_rows(model: Model, database: Database) -> pd.DataFrame:
-    """The rows, by id, that :func:`evaluate` asks a model about."""
-    return requested(model, database)[0]
+    """Return the rows, by id, that :func:`evaluate` evaluates a model on.
+
+    Parameters
+    ----------
+    model
+        A trained model.
+    database
+        A finished database with the model's sensor first.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Scalars of each row: case, specimen, operating point and noise.
+
+    Raises
+    ------
+    InputError
+        As :func:`evaluate`.
+    """
+    return select_rows(model, database)[0]
 
 
-def requested(model: Model, database: Database) -> tuple[pd.DataFrame, str]:
-    """The rows that a model is asked about, and what they tell."""
-    rows = usable_rows(database, model.target)
+def select_rows(model: Model, database: Database) -> tuple[pd.DataFrame, Selection]:
+    """Return the rows of a database that a model is evaluated on, and how they were selected."""
+    rows, target = usable_rows(database, model.target), target_named(model.target)
     if database.sensors[0] != model.sensor:
         raise InputError(f"the model reads {model.sensor!r}, {database.store} holds {database.sensors[0]!r} first")
     if database.manifest.hash == model.database_hash and model.split != "S1":
-        rows, tells = _of_split(model, database, rows)
+        rows, selection = _of_split(model, database, rows)
     else:
-        rows, tells = _of_others(model, database, rows)
+        rows, selection = _of_others(model, database, rows)
     if rows.empty:
         raise InputError(
             f"every specimen of {database.store} was used in training; evaluate on a database with another seed"
         )
-    if model.target == "severity":
+    if target.damaged_only:
         rows = rows[rows["tooth"] > 0]
         if rows.empty:
-            raise InputError(f"{database.store} has no damaged rows, and severity is judged on them")
-    return rows, tells
+            raise InputError(f"{database.store} has no damaged rows, and {target.name} is evaluated on them")
+    return rows, selection
 
 
-def _of_split(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:
-    """Test rows of the split that the model was trained by, on the database that it was trained on."""
+def has_seen(model: Model, database: Database, rows: pd.DataFrame) -> bool:
+    """Return whether some rows are of specimens of the training, as under S0; the bound is for unseen gears."""
+    return database.manifest.seed == model.seed and bool(rows["specimen"].isin(model.trained_on).any())
+
+
+def _of_split(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, Selection]:
+    """Return the test rows of the model's split, on the database of its training."""
     split = make_split(model.split, rows, seed=model.seed, folds=model.folds)
     if split.hash != model.split_hash:
         raise InputError(
             f"{database.store} was extended since the model was trained, and the split {model.split} of its rows is "
             "another one now; train again"
         )
-    return rows[split.folds(rows) == TEST], f"{split.name}, {split.tells}"
+    return rows[split.folds(rows) == TEST], Selection(split=split.name, text=split.text)
 
 
-def _of_others(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, str]:
-    """Rows of specimens that the model has not seen."""
+def _of_others(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, Selection]:
+    """Return the rows of specimens that the model has not seen."""
     same_gears = database.manifest.seed == model.seed
     if same_gears:
         rows = rows[~rows["specimen"].isin(model.trained_on)]
     held_out = "specimens held out of training" if same_gears else "specimens of a database with another seed"
     changed = changed_parts(model.form, model_form(database.manifest.resolved))
     if changed:
-        return rows, (
-            f"S5, another model form: {database.store}, which differs in {', '.join(changed)}; {held_out}, the cases "
-            "of that database"
-        )
+        text = f"another model form: {database.store}, which differs in {', '.join(changed)}; {held_out}, the cases "
+        return rows, Selection(split="S5", text=f"{text}of that database", changed_parts=tuple(changed))
     same_cases = "the same cases" if database.manifest.hash == model.database_hash else "the cases of another database"
-    return rows, f"S1, by specimen: {held_out}, {same_cases}"
-
-
-def has_seen(model: Model, database: Database, rows: pd.DataFrame) -> bool:
-    """Whether some rows are of specimens of the training, as under S0: the bound is for gears that are not known."""
-    return database.manifest.seed == model.seed and bool(rows["specimen"].isin(model.trained_on).any())
+    return rows, Selection(split="S1", text=f"by specimen: {held_out}, {same_cases}")

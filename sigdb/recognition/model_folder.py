@@ -21,6 +21,7 @@ from sigdb.core import DatabaseError, InputError, __version__
 from sigdb.database import Store
 from sigdb.recognition.evaluation import Evaluation
 from sigdb.recognition.model_card import model_card
+from sigdb.recognition.targets.all_targets import TARGETS
 from sigdb.recognition.training import Model, few_rows
 
 
@@ -237,8 +238,7 @@ def _rebuilt(described: dict[str, Any], content: bytes) -> Model:
 
 
 def _answers(model: Model, rows: pd.DataFrame) -> np.ndarray:
-    estimator = model.estimators[model.learner]
-    return np.asarray(estimator.predict(rows) if model.target == "severity" else estimator.decision_function(rows))
+    return TARGETS[model.target].probe(model.estimators[model.learner], rows)
 
 
 def _arrays(rows: pd.DataFrame) -> dict[str, Any]:

@@ -10,6 +10,35 @@ Target = Literal["location", "severity", "detection"]
 SplitName = Literal["S0", "S1", "S2", "S3", "S4"]
 
 
+class CriteriaSettings(Section):
+    """Limits that a model must keep, each named after the metric that it limits. None is set by default."""
+
+    loss_db: float | None = quantity(
+        "dB", "Location: greatest loss against the best possible answer, in every band of noise.", gt=0, default=None
+    )
+    a90_ratio: float | None = quantity(
+        "-", "Location and detection: greatest a90 over that of the best possible answer.", gt=0, default=None
+    )
+    mae_ratio: float | None = quantity(
+        "-", "Severity: greatest mean absolute error over that of the posterior median.", gt=0, default=None
+    )
+    ece: float | None = quantity("-", "Location: greatest expected calibration error.", gt=0, default=None)
+    undercovered_cells: float | None = quantity(
+        "-",
+        "Location and severity: greatest share of cells of severity, noise and operating point whose 90 % sets or "
+        "intervals cover too little.",
+        ge=0,
+        le=1,
+        default=None,
+    )
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """The limits that are set, by name."""
+        limits: dict[str, float] = self.model_dump(exclude_none=True)
+        return limits
+
+
 class RecognitionSettings(Section):
     """How damage is learnt, and which models a run of the recipe makes."""
 
@@ -21,6 +50,9 @@ class RecognitionSettings(Section):
     seed: int = quantity("-", "Seed of training.", ge=0, default=0)
     false_alarm_rate: float = quantity(
         "-", "Rate of false alarms at which a detector is set.", gt=0, lt=1, default=0.01
+    )
+    criteria: CriteriaSettings = Field(
+        default=CriteriaSettings(), description="Limits that models must keep; none if left out."
     )
     targets: Annotated[tuple[Target, ...], Strict(False)] = Field(
         default=(), description="What a run trains models for; none if left out."

@@ -9,12 +9,12 @@ import pandas as pd
 
 from sigdb.core import InputError
 from sigdb.database import Database, check_complete
-from sigdb.recognition.estimators.registry import CONTENDERS
 from sigdb.recognition.rows.streamed import Reducer, reducers_of, with_averages, with_features, with_reduced
 from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.splits.kinds import make_split, model_form
 from sigdb.recognition.splits.split import TRAINING
+from sigdb.recognition.targets.all_targets import target_named
 from sigdb.recognition.templates.bank import TemplateBank
 
 CASE = (
@@ -180,8 +180,7 @@ def train(
         If the sweep is not finished.
     """
     settings = settings or RecognitionSettings()
-    if target not in CONTENDERS:
-        raise InputError(f"target = {target!r} is not known; choose one of {', '.join(CONTENDERS)}")
+    question = target_named(target)
     rows = usable_rows(database, target)
     counts = np.bincount((rows["tooth"] > 0).to_numpy(int), minlength=2)
     if not counts.all():
@@ -191,7 +190,7 @@ def train(
     training = rows[parts.folds(rows) == TRAINING]
     del rows  # of many rows this is much
     bank = _bank(database, training, settings.learner, on_step)
-    unfitted = CONTENDERS[target](settings, bank)
+    unfitted = question.estimators(settings, bank)
     on_step("reading averages")
     own = reducers_of(one for name, one in unfitted.items() if name == TEMPLATES)
     drawn = _with_all(database, evenly_drawn(training, DRAWN_ROWS), reducers_of(unfitted.values()))
@@ -200,9 +199,8 @@ def train(
     for name, estimator in unfitted.items():
         on_step(name)
         seen = training if name == TEMPLATES else drawn
-        labels = seen["tooth"] if target == "detection" else seen[["tooth", *QUANTITIES]]
         try:
-            estimators[name] = estimator.fit(seen, labels, seen["specimen"].to_numpy())
+            estimators[name] = estimator.fit(seen, question.labels(seen), seen["specimen"].to_numpy())
         except InputError as error:
             if name == settings.learner:
                 raise
@@ -240,8 +238,9 @@ def usable_rows(database: Database, target: str) -> pd.DataFrame:
     """
     check_complete(database)
     columns = ", ".join(_COLUMNS)
-    plain = " and pattern = ''" if target == "severity" else ""
-    return database.sql(f"select id, {columns} from features where status = 'ok'{plain} order by id").set_index("id")
+    condition = target_named(target).row_condition
+    where = f"status = 'ok' and {condition}" if condition else "status = 'ok'"
+    return database.sql(f"select id, {columns} from features where {where} order by id").set_index("id")
 
 
 _COLUMNS = (

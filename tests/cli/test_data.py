@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 from dataclasses import replace
 
 import h5py
@@ -16,7 +17,8 @@ from scipy.io import loadmat
 import sigdb
 from sigdb.cli.main import cli
 from sigdb.core.errors import InputError
-from sigdb.recognition import Estimate, evaluate, evaluate_with_bound, load_model
+from sigdb.pipeline import evaluate_model
+from sigdb.recognition import CriteriaSettings, Estimate, RecognitionSettings, evaluate, load_model
 from sigdb.transmission import coupled_modes
 
 SCALARS = "select id, tooth, snr_db, index_error, fm4, status, contact_loss from cases order by id limit 70"
@@ -228,13 +230,13 @@ def test_train_severity(invoke, folder, tmp_path):
 
 
 def test_evaluate_as_a_table(invoke, folder, database):
-    evaluation = evaluate(load_model(folder / "location"), database)
+    evaluation = evaluate(load_model(folder / "location"), database, bound=False)
     head, names, *lines = invoke("evaluate", folder / "location", folder / "signatures").stdout.splitlines()
     assert head.startswith(f"location: {10 + 3 * 4} rows of 1 specimens.")
-    assert names.split()[0] == "figure"
+    assert names.split()[0] == "metric"
     assert "lda (the model)" in names
     (exact,) = (line for line in lines if line.startswith("P(exact tooth)"))
-    assert f"{evaluation.figures['lda']['p_exact'].value:.3f} [" in exact
+    assert f"{evaluation.metrics['lda']['p_exact'].value:.3f} [" in exact
     assert any("95 % interval" in line for line in lines)
 
 
@@ -245,17 +247,16 @@ def test_evaluate_writes_a_report(invoke, folder, tmp_path):
     assert result.stdout == invoke(*words).stdout
     numbers = json.loads((tmp_path / "report" / "evaluation.json").read_text(encoding="utf-8"))
     (exact,) = (line for line in result.stdout.splitlines() if line.startswith("P(exact tooth)"))
-    assert f"{numbers['figures']['lda']['p_exact']['value']:.3f} [" in exact
+    assert f"{numbers['metrics']['lda']['p_exact']['value']:.3f} [" in exact
 
 
 def test_evaluate_leaves_with_1_when_a_model_is_above_the_bound(folder, monkeypatch, capsys):
     best = {"accuracy": Estimate(value=0.01, low=0.0, high=0.02)}
 
-    def beside(model, database):
-        """On all three specimens; one of them would tell nothing."""
-        return evaluate(replace(model, trained_on=()), database, bound=best)
+    def too_good(model, database, **options):
+        return replace(evaluate(model, database, bound=False), bound=best, above=("accuracy",))
 
-    monkeypatch.setattr("sigdb.recognition.evaluate_with_bound", beside)
+    monkeypatch.setattr("sigdb.pipeline.models.evaluate", too_good)
     assert cli.main(["evaluate", str(folder / "location"), str(folder / "signatures")], standalone_mode=False) == 1
     out, err = capsys.readouterr()
     assert "is better than the best possible answer (accuracy" in err
@@ -264,12 +265,23 @@ def test_evaluate_leaves_with_1_when_a_model_is_above_the_bound(folder, monkeypa
 
 def test_evaluate_as_json(invoke, folder, database):
     rows = json.loads(invoke("evaluate", folder / "location", folder / "signatures", "--format", "json").stdout)
-    evaluation = evaluate_with_bound(load_model(folder / "location"), database)
-    figures = evaluation.figures | {"bound": evaluation.bound}
-    assert {tuple(row) for row in rows} == {("estimator", "figure", "value", "low", "high")}
-    assert len(rows) == sum(len(some) for some in figures.values())
+    evaluation = evaluate(load_model(folder / "location"), database)
+    metrics = evaluation.metrics | {"bound": evaluation.bound}
+    assert {tuple(row) for row in rows} == {("estimator", "metric", "value", "low", "high")}
+    assert len(rows) == sum(map(len, metrics.values()))
     for row in rows:
-        figure = figures[row["estimator"]][row["figure"]]
-        expected = [None if np.isnan(one) else one for one in (figure.value, figure.low, figure.high)]
+        estimate = metrics[row["estimator"]][row["metric"]]
+        expected = [None if np.isnan(end) else end for end in (estimate.value, estimate.low, estimate.high)]
         assert [row["value"], row["low"], row["high"]] == expected
     assert None in [row["value"] for row in rows]  # the bias of a majority that never calls a tooth
+
+
+def test_criteria_are_those_of_the_database_s_recipe(invoke, folder, database, monkeypatch):
+    assert "Criteria:" not in invoke("evaluate", folder / "location", folder / "signatures").stdout
+    settings = RecognitionSettings(criteria=CriteriaSettings(loss_db=0.25, a90_ratio=1.05))
+    monkeypatch.setattr("sigdb.pipeline.models.recipe_section", lambda database, section, name: settings)
+    criteria = evaluate_model(load_model(folder / "location"), database).criteria
+    assert [(result.criterion, result.limit) for result in criteria] == [("loss_db", 0.25), ("a90_ratio", 1.05)]
+    lines = invoke("evaluate", folder / "location", folder / "signatures").stdout.split("Criteria:")[1].splitlines()
+    assert lines[1].split() == ["criterion", "at", "most", "value", "met"]
+    assert re.search(r"^a90 over the bound's, .* 1\.05 +- +not estimated$", "\n".join(lines), re.MULTILINE)

@@ -101,7 +101,7 @@ def test_every_stage_is_made(first, folder):
     made, told = first
     assert told == STAGES
     assert made.others == (folder / "out" / "others" / "damped" / "signatures",)
-    assert [(one.target, one.split, one.merit) for one in made.results] == [
+    assert [(one.target, one.split, one.metric) for one in made.results] == [
         ("location", "S1", "accuracy"),
         ("location", "S5", "accuracy"),
         ("severity", "S1", "mae_stiffness_loss"),
@@ -111,8 +111,8 @@ def test_every_stage_is_made(first, folder):
         assert load_model(one.model).target == one.target
         assert one.page.name == "index.html"
         numbers = json.loads((one.page.parent / "evaluation.json").read_text(encoding="utf-8"))
-        assert one.figure.value == numbers["figures"]["lda"][one.merit]["value"]
-        assert one.bound.value == numbers["bound"][one.merit]["value"]
+        assert one.value.value == numbers["metrics"]["lda"][one.metric]["value"]
+        assert one.bound.value == numbers["bound"][one.metric]["value"]
 
 
 def test_the_card_names_the_command_that_makes_the_model_again(first, folder):
@@ -171,9 +171,9 @@ def test_other_models_and_figures_leave_what_is_there(first, run, folder):
 def test_a_model_better_than_the_bound_fails_the_run_after_its_report(first, folder, monkeypatch):
     (folder / "recipe.toml").write_text(RECIPE, encoding="utf-8")
     out, page = folder / "out", folder / "out" / "reports" / "location" / "index.html"
-    honest = recipe_models.evaluate_with_bound
+    honest = recipe_models.evaluate
     monkeypatch.setattr(
-        recipe_models, "evaluate_with_bound", lambda *asked: replace(honest(*asked), above=("accuracy",))
+        recipe_models, "evaluate", lambda *args, **options: replace(honest(*args, **options), above=("accuracy",))
     )
     words = ["run", str(folder / "recipe.toml"), "--out", str(out), "--jobs", "1"]
     page.unlink()
@@ -187,7 +187,7 @@ def test_a_model_better_than_the_bound_fails_the_run_after_its_report(first, fol
     result = CliRunner().invoke(cli, words, standalone_mode=False)
     assert result.return_value == 0
     table = [re.split(r"  +", line.strip()) for line in result.stdout.split("\n\n")[-1].splitlines()]
-    assert table[0] == ["target", "split", "figure of merit", "model", "bound", "report"]
+    assert table[0] == ["target", "split", "metric", "model", "bound", "report"]
     assert [(row[0], row[1], row[-1]) for row in table[1:]] == [
         (target, split, str(out / "reports" / f"{target}{on}" / "index.html"))
         for target in ("location", "severity")

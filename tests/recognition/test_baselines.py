@@ -82,7 +82,7 @@ def test_fm4_severity_of_a_target_that_does_not_vary_is_that_target():
 
 
 def test_models_beat_the_baselines_on_specimens_that_they_have_not_seen(database, location_model, severity_model):
-    location = evaluate(location_model, database).figures
+    location = evaluate(location_model, database, bound=False).metrics
     baselines = {"whitened_bank", "nearest_template", "envelope_peak", "na4_star", "fm4", "majority"}
     assert set(location) == {"lda", "boosting", "templates", *baselines}
     for learner in ("lda", "boosting"):
@@ -91,7 +91,7 @@ def test_models_beat_the_baselines_on_specimens_that_they_have_not_seen(database
         assert abs(location[learner]["circular_bias"].value) < 0.5
     assert location["fm4"]["p_exact"].value < 0.2
     assert location["majority"]["p_exact"].value < 0.2
-    severity = evaluate(severity_model, database).figures
+    severity = evaluate(severity_model, database, bound=False).metrics
     for learner in ("lda", "boosting"):
         assert severity[learner]["mae_stiffness_loss"].value < 0.5 * severity["fm4"]["mae_stiffness_loss"].value
         assert severity[learner]["mae_damaged_teeth"].value < 0.5 * severity["majority"]["mae_damaged_teeth"].value

@@ -1,4 +1,4 @@
-"""Unit: the evaluation of a model beside baselines and bound, and what it does with a model that is too good."""
+"""Unit: the evaluation of a model with baselines and bound, and its verdict on a model that is too good."""
 
 import json
 from dataclasses import replace
@@ -8,22 +8,37 @@ import pandas as pd
 import pytest
 from scipy.special import expit
 
-from sigdb.recognition import Estimate, EvaluationError, evaluate, requested_rows
+from sigdb.core import InputError, NotApplicableError
+from sigdb.recognition import (
+    QUANTITIES,
+    TARGETS,
+    Bound,
+    CriteriaSettings,
+    EvaluationError,
+    Hypotheses,
+    RecognitionSettings,
+    above_bound,
+    bayes_bound,
+    bound_text,
+    evaluate,
+    metric_table,
+    requested_rows,
+    train,
+)
 from sigdb.recognition.answers import Answers
+from sigdb.recognition.evaluated_rows import Selection
 from sigdb.recognition.metrics.estimate import Specimens
-from sigdb.recognition.metrics.significance import figures_above_bound
-from sigdb.recognition.model_card import bound_said, figure_rows
 from sigdb.recognition.training import usable_rows
 
 
 @pytest.fixture(scope="module")
 def location(location_model, database):
-    return evaluate(location_model, database)
+    return evaluate(location_model, database, bound=False)
 
 
 @pytest.fixture(scope="module")
 def severity(severity_model, database):
-    return evaluate(severity_model, database)
+    return evaluate(severity_model, database, bound=False)
 
 
 class Oracle:
@@ -49,16 +64,16 @@ class Oracle:
         return self.predict_proba(X) > 0.5
 
 
-def asked(model, database, estimator, **options):
+def requested(model, database, estimator, **options):
     return evaluate(replace(model, learner="oracle", estimators={"oracle": estimator}), database, **options)
 
 
-def test_figures_that_an_estimator_has_no_answers_for_are_left_out(location):
-    assert {"accuracy", "log_loss", "pd_at_1e-3", "a90"} <= set(location.figures["lda"])
-    assert "log_loss" not in location.figures["fm4"]
+def test_metrics_that_an_estimator_has_no_answers_for_are_left_out(location):
+    assert {"accuracy", "log_loss", "pd_at_1e-3", "a90"} <= set(location.metrics["lda"])
+    assert "log_loss" not in location.metrics["fm4"]
     # 48 healthy rows resolve no rate of 1e-2, and 240 rows no calibration error.
-    assert all(np.isnan(location.figures["lda"][name].value) for name in ("pd_at_1e-2", "a90", "ece"))
-    titles = [row[0] for row in figure_rows(location)]
+    assert all(np.isnan(location.metrics["lda"][name].value) for name in ("pd_at_1e-2", "a90", "ece"))
+    titles = [row[0] for row in metric_table(location).rows]
     assert "P(exact tooth)" in titles
     assert not [title for title in titles if "false alarms" in title or "ECE" in title]
 
@@ -74,182 +89,207 @@ def test_answers_are_asked_for_in_pieces(held_out, location_model, monkeypatch):
     np.testing.assert_allclose(expit(whole.detection), 1 - whole.probabilities[:, 0], rtol=1e-9, atol=1e-12)
 
 
-def test_differences_are_those_of_the_figures(location, severity):
+def test_differences_are_those_of_the_metrics(location, severity):
     for evaluation, name in ((location, "p_exact"), (severity, "mae_stiffness_loss")):
-        ours = evaluation.figures[evaluation.learner][name].value
-        assert set(evaluation.differences) == set(evaluation.figures) - {evaluation.learner}
+        ours = evaluation.metrics[evaluation.learner][name].value
+        assert set(evaluation.differences) == set(evaluation.metrics) - {evaluation.learner}
         for other, figures in evaluation.differences.items():
-            assert figures[name].value == pytest.approx(ours - evaluation.figures[other][name].value, abs=1e-12)
+            assert figures[name].value == pytest.approx(ours - evaluation.metrics[other][name].value, abs=1e-12)
 
 
 def test_tables_of_location(location, location_model, database):
     rows = requested_rows(location_model, database)
     confusion = location.tables["confusion"]
     assert confusion["rows"].sum() == len(rows)
-    right = confusion[confusion["tooth"] == confusion["found"]]["rows"].sum() / len(rows)
-    figures = location.figures[location.learner]
+    right = confusion[confusion["tooth"] == confusion["predicted"]]["rows"].sum() / len(rows)
+    figures = location.metrics[location.learner]
     assert right == pytest.approx(figures["accuracy"].value)
-    against = location.tables["snr_db"].query("figure == 'p_exact' and estimator == @location.learner")
+    against = location.tables["snr_db"].query("metric == 'p_exact' and estimator == @location.learner")
     assert against["at"].tolist() == [10.0]
     assert against["value"].tolist() == pytest.approx([figures["p_exact"].value])
 
 
 def test_tables_of_severity(severity):
-    levels = severity.tables["levels"].query("estimator == 'lda' and target == 'stiffness_loss' and figure == 'mae'")
+    levels = severity.tables["levels"].query("estimator == 'lda' and quantity == 'stiffness_loss' and metric == 'mae'")
     assert levels["level"].tolist() == [0.2, 0.4]
     # As many rows at each level.
-    assert levels["value"].mean() == pytest.approx(severity.figures["lda"]["mae_stiffness_loss"].value)
+    assert levels["value"].mean() == pytest.approx(severity.metrics["lda"]["mae_stiffness_loss"].value)
     scatter = severity.tables["scatter"]
     assert len(scatter) == 3 * severity.rows
-    assert ((scatter["low"] <= scatter["found"]) & (scatter["found"] <= scatter["high"])).all()
+    assert ((scatter["low"] <= scatter["estimate"]) & (scatter["estimate"] <= scatter["high"])).all()
     assert "coverage" not in severity.tables  # no cell has 2000 rows
 
 
 def test_sets_are_judged_where_an_estimator_gives_them(location_model, database):
-    figures = asked(location_model, database, Oracle(0.25)).figures["oracle"]
+    figures = requested(location_model, database, Oracle(0.25), bound=False).metrics["oracle"]
     assert figures["set_size"].value == 1
     assert figures["set_coverage"].value == pytest.approx(figures["accuracy"].value)
     assert figures["set_coverage_healthy"].value == 1
     assert figures["set_coverage_damaged"].value == pytest.approx(figures["p_exact"].value)
 
 
-def test_json_has_no_nan_and_all_figures(location, severity):
+def test_json_has_no_nan_and_all_metrics(location, severity):
     for evaluation in (location, severity):
         read = json.loads(json.dumps(evaluation.as_json(), allow_nan=False))
         assert read["bound"] is None
-        for name, figures in evaluation.figures.items():
-            for figure, value in figures.items():
+        for name, metrics in evaluation.metrics.items():
+            for metric, value in metrics.items():
                 expected = None if np.isnan(value.value) else value.value
-                assert read["figures"][name][figure]["value"] == expected
+                assert read["metrics"][name][metric]["value"] == expected
 
 
-def bound_of(rows, share):
-    """A bound that is right in this share of the rows, of each specimen alike."""
-    right = (np.arange(len(rows)) % 100 < 100 * share).astype(float)
-    return {"accuracy": Specimens(rows["specimen"]).mean(right)}, {"accuracy": pd.Series(right, rows.index)}
+def bound_right_in(monkeypatch, share, among=lambda rows: rows.index == rows.index):
+    """Replace the bound by one that is right in this share of the rows inside its law, of each specimen alike."""
+
+    def bayes_bound(database, ids, **options):
+        rows = usable_rows(database, "location").loc[ids]
+        rows = rows[among(rows)]
+        right = (rows.groupby("specimen").cumcount() % 10 < 10 * share).to_numpy()
+        answers = rows[["tooth", "teeth", "specimen"]].assign(
+            predicted=np.where(right, rows["tooth"], rows["teeth"] + 1), log_odds=0.0
+        )
+        losses = pd.DataFrame({"error": 1.0 - right, "log_loss": 1.0}, rows.index)
+        return Bound(
+            target="location", rows=answers, losses=losses, scores=None, outside={}, expected=None, entropy=1.0
+        )
+
+    monkeypatch.setattr("sigdb.recognition.evaluation.bayes_bound", bayes_bound)
+    monkeypatch.setattr("sigdb.recognition.evaluation.efficiency_table", lambda *parts: pd.DataFrame())
+    monkeypatch.setattr(Bound, "index_error", 1e-6)
 
 
-@pytest.mark.parametrize("paired", [False, True])
-def test_a_model_above_the_bound_fails_loudly(location_model, database, paired):
-    bound, values = bound_of(requested_rows(location_model, database), 0.5)
-    options = {"bound": bound} | ({"bound_values": values} if paired else {})
-    evaluation = asked(location_model, database, Oracle(), **options)
-    assert evaluation.above == ("accuracy",)
+def test_a_model_above_the_bound_fails_loudly(location_model, database, monkeypatch):
+    bound_right_in(monkeypatch, 0.5)
+    evaluation = requested(location_model, database, Oracle())
+    assert evaluation.above == ("accuracy", "log_loss")
     with pytest.raises(EvaluationError, match=r"'oracle' is better than .* \(accuracy 1.000 .* against 0.5"):
         evaluation.check()
-    assert [row[-1] for row in figure_rows(evaluation)][:2] == ["bound", str(bound["accuracy"])]
+    table = metric_table(evaluation)
+    assert [table.head[-1], table.rows[0][-1]] == ["bound", evaluation.bound["accuracy"]]
 
 
-def test_who_has_seen_the_specimens_may_better_the_bound(location_model, database, monkeypatch):
-    """Under S0, on other draws of the training's gears; the bound is for gears that are not known."""
+def test_who_has_seen_the_specimens_may_be_above_the_bound(location_model, database, monkeypatch):
+    """Under S0, on other draws of the training's gears; the bound is for unseen gears."""
+    bound_right_in(monkeypatch, 0.5)
     seen = usable_rows(database, "location")
     seen = seen[seen["specimen"].isin(location_model.trained_on)]
-    monkeypatch.setattr("sigdb.recognition.evaluation.requested", lambda model, database: (seen, "S0, new noise only"))
-    evaluation = asked(location_model, database, Oracle(), bound=bound_of(seen, 0.5)[0])
-    assert evaluation.above == ()
-    other = asked(replace(location_model, seed=99), database, Oracle(), bound=bound_of(seen, 0.5)[0])
-    assert other.above == ("accuracy",)
+    selection = Selection(split="S0", text="new noise only")
+    monkeypatch.setattr("sigdb.recognition.evaluation.select_rows", lambda model, database: (seen, selection))
+    assert requested(location_model, database, Oracle()).above == ()
+    assert "accuracy" in requested(replace(location_model, seed=99), database, Oracle()).above
 
 
-@pytest.mark.parametrize("paired", [False, True])
-def test_a_model_at_or_below_the_bound_passes(location_model, database, paired):
-    bound, values = bound_of(requested_rows(location_model, database), 1.0)
-    options = {"bound": bound} | ({"bound_values": values} if paired else {})
+def test_a_model_at_or_below_the_bound_passes(location_model, database, monkeypatch):
+    bound_right_in(monkeypatch, 1.0)
     for wrong in (0.0, 0.5):
-        evaluation = asked(location_model, database, Oracle(wrong), **options)
-        assert evaluation.above == ()
-        evaluation.check()
+        evaluation = requested(location_model, database, Oracle(wrong))
+        assert "accuracy" not in evaluation.above
 
 
-def test_the_bound_stands_in_the_table_against_noise(location_model, database):
-    rows = requested_rows(location_model, database)
-    bound, values = bound_of(rows, 0.5)
-    # A bound that does not cover all rows is compared on those that it covers.
-    values = {"accuracy": values["accuracy"].iloc[10:]}
-    table = evaluate(location_model, database, bound=bound, bound_values=values).tables["snr_db"]
-    assert table.query("estimator == 'bound'")["value"].tolist() == pytest.approx([values["accuracy"].mean()])
+def test_the_bound_stands_in_the_table_against_noise(location_model, database, monkeypatch):
+    """A bound whose law does not cover all rows is compared on those that it covers."""
+    bound_right_in(monkeypatch, 0.5, among=lambda rows: rows["tooth"] % 2 == 0)
+    evaluation = evaluate(location_model, database)
+    table = evaluation.tables["snr_db"].query("estimator == 'bound' and metric == 'accuracy'")
+    assert table["value"].tolist() == pytest.approx([evaluation.bound["accuracy"].value])
 
 
-def test_figures_that_can_be_traded_are_no_bound(location_model, database):
-    # Whoever always says 'none' raises no false alarm: that is no sign of a leak.
-    certain = {name: Estimate(value=0.5, low=0.5, high=0.5) for name in ("none_on_healthy", "p_detected", "p_exact")}
-    rows = requested_rows(location_model, database)
-    for best in (0.0, 1.0):
-        values = {name: pd.Series(best, rows.index) for name in certain}
-        assert asked(location_model, database, Oracle(0.5), bound=certain, bound_values=values).above == ()
-    assert asked(location_model, database, Oracle(), bound=certain).above == ()
+def test_metrics_that_can_be_traded_are_no_bound():
+    """Whoever always answers 'none' raises no false alarm: that is no sign of a leak."""
+    traded = {"none_on_healthy", "p_detected", "p_exact", "p_within_one", "circular_bias", "false_alarm_rate"}
+    bounded = {metric.name for target in TARGETS.values() for metric in target.metrics if metric.bounded}
+    assert not traded & bounded
+    assert bounded == {
+        *("accuracy", "log_loss", "brier", "pd_at_1e-2", "pd_at_1e-3", "pd_at_1e-4"),
+        *(f"{kind}_{quantity}" for kind in ("mae", "rmse", "crps") for quantity in QUANTITIES),
+    }
 
 
-def test_less_is_better_for_losses():
-    rows = pd.DataFrame({"specimen": np.arange(10)})
-    ours = {name: Estimate(value=1.0, low=0.9, high=1.1) for name in ("log_loss", "mae_stiffness_loss", "accuracy")}
-    less = {name: Estimate(value=0.5, low=0.4, high=0.6) for name in ours}
-    assert figures_above_bound(ours, less, {}, {}, rows) == ("accuracy",)
-    assert figures_above_bound(less, ours, {}, {}, rows) == ("log_loss", "mae_stiffness_loss")
-
-
-@pytest.mark.parametrize("specimens", [3, 5, 60])
-def test_equals_are_taken_for_better_once_in_a_hundred(specimens):
-    stream, found = np.random.default_rng(7), 0
-    rows = pd.DataFrame({"specimen": np.repeat(np.arange(specimens), 300 // specimens)})
-    tries = 2000
-    for _ in range(tries):
-        ours, best = stream.random((2, 300))
-        figures = {"accuracy": Estimate(value=0.5, low=0.0, high=1.0)}
-        found += bool(figures_above_bound(figures, figures, {"accuracy": ours}, {"accuracy": best}, rows))
-    assert found / tries == pytest.approx(0.01, abs=4 * np.sqrt(0.01 * 0.99 / tries))
-
-
-@pytest.mark.parametrize("specimens", [2, 3, 8])
-@pytest.mark.parametrize("differing", [0.5, 3.0])
-def test_rules_that_differ_in_single_rows_are_not_taken_for_better(specimens, differing):
-    """Equally good ones: of each specimen's 100 rows so many, on average, are judged otherwise, for better or worse."""
-    stream, found = np.random.default_rng(8), 0
-    rows = pd.DataFrame({"specimen": np.repeat(np.arange(specimens), 100), "tooth": 1})
-    figures = {"accuracy": Estimate(value=0.5, low=0.0, high=1.0)}
-    tries = 1000
-    for _ in range(tries):
-        gain = (stream.random(len(rows)) < differing / 100) * stream.choice([-1.0, 1.0], len(rows))
-        found += bool(figures_above_bound(figures, figures, {"accuracy": gain}, {"accuracy": 0 * gain}, rows))
-    assert found / tries < 0.01 + 4 * np.sqrt(0.01 * 0.99 / tries)
-
-
-def test_all_figures_together_are_taken_for_better_once_in_a_hundred():
-    stream, found, tries = np.random.default_rng(9), 0, 1000
-    rows = pd.DataFrame({"specimen": np.repeat(np.arange(20), 15), "tooth": 1})
-    names = [f"{kind}_{i}" for kind in ("mae", "crps") for i in range(3)]
-    figures = dict.fromkeys(names, Estimate(value=0.5, low=0.0, high=1.0))
-    for _ in range(tries):
-        ours, best = ({name: stream.random(300) for name in names} for _ in range(2))
-        found += bool(figures_above_bound(figures, figures, ours, best, rows))
-    assert found / tries == pytest.approx(0.01, abs=4 * np.sqrt(0.01 * 0.99 / tries))
-
-
-def test_figures_without_values_tell_nothing_by_one_specimen_or_by_a_row():
-    """A bootstrap over one specimen has no width, and over few hardly any."""
-    ours, best = ({"pd_at_1e-2": Estimate(value=one, low=one, high=one)} for one in (0.51, 0.5))
-    one, few, many = (
-        pd.DataFrame({"specimen": np.arange(n) % count, "tooth": 1}) for n, count in ((200, 1), (200, 4), (10**6, 40))
-    )
-    assert figures_above_bound(ours, best, {}, {}, one) == ()
-    assert figures_above_bound(ours, best, {}, {}, few) == ()
-    assert figures_above_bound(ours, best, {}, {}, many) == ("pd_at_1e-2",)
-
-
-def test_rows_that_the_bound_does_not_hold_do_not_count(location_model, database):
-    """Right on all that is outside of the law, and as the bound on what is inside; of all six specimens."""
+def test_rows_outside_the_law_do_not_count(location_model, database, monkeypatch):
+    """Right on all that is outside the law, and as good as the bound inside; of all six specimens."""
     model = replace(location_model, trained_on=())
-    rows = requested_rows(model, database)
-    inside = rows[rows["tooth"] % 2 == 0]
-    estimator = Oracle(0.5)
-    wrong = estimator.decision_function(rows).argmax(axis=1) != rows["tooth"]
-    right = Specimens(inside["specimen"]).mean(1.0 - wrong[rows["tooth"] % 2 == 0])
-    easy = asked(model, database, _Half(estimator), bound={"accuracy": right})
-    assert easy.above == ("accuracy",)
-    held = asked(model, database, _Half(estimator), bound={"accuracy": right}, bound_rows=inside.index)
-    assert held.above == ()
-    assert held.bound_rows == len(inside)
-    assert f"answer to {len(inside)} of the rows" in bound_said(held)
+    estimator = _Half(Oracle(0.5))
+    bound_right_in(monkeypatch, 0.7)
+    assert "accuracy" in requested(model, database, estimator).above
+    bound_right_in(monkeypatch, 0.7, among=lambda rows: rows["tooth"] % 2 == 0)
+    held = requested(model, database, estimator)
+    inside = (requested_rows(model, database)["tooth"] % 2 == 0).sum()
+    assert "accuracy" not in held.above
+    assert held.bound_rows == inside
+    assert f"answer to {inside} of the rows" in bound_text(held)
+
+
+def test_only_what_is_not_applicable_leaves_the_bound_out(location_model, database, monkeypatch):
+    """A train of several meshes has no bound; a wrong name of a sensor is an error."""
+
+    def refuse(error):
+        def operating_points(*args, **options):
+            raise error
+
+        monkeypatch.setattr("sigdb.recognition.bound.bayes_bound.operating_points", operating_points)
+
+    refuse(NotApplicableError("the rig has 2 meshes"))
+    evaluation = evaluate(location_model, database)
+    assert evaluation.bound is None
+    assert [note.text for note in evaluation.notes if note.code == "no-bound"] == ["the rig has 2 meshes"]
+    assert "(the Bayes bound) is not computed: the rig has 2 meshes." in bound_text(evaluation)
+    refuse(InputError("sensor 'pinoin' is not stored"))
+    with pytest.raises(InputError, match="pinoin"):
+        evaluate(location_model, database)
+
+
+def test_templates_are_decomposed_once_for_each_operating_point(location_model, severity_model, database, monkeypatch):
+    """They were read and decomposed twice: for the bound, and again for the model's efficiency."""
+    calls, of = [], Hypotheses.of.__func__
+    monkeypatch.setattr(
+        Hypotheses, "of", classmethod(lambda cls, *args, **options: calls.append(options) or of(cls, *args, **options))
+    )
+    for model in (location_model, severity_model):
+        calls.clear()
+        evaluation = evaluate(model, database)
+        assert evaluation.bound is not None
+        assert len(evaluation.efficiency) > 0
+        assert len(calls) == 1
+
+
+def test_resamples_are_drawn_once_where_all_rows_have_one_noise(location_model, database, monkeypatch):
+    """Every table and metric took its own 1000 resamples before."""
+    draws, resample = [], Specimens._resample
+    monkeypatch.setattr(Specimens, "_resample", lambda self, count: draws.append(count) or resample(self, count))
+    evaluate(location_model, database)
+    assert draws == [2]
+
+
+def test_an_evaluation_holds_bound_and_criteria_as_json(location_model, severity_model, database):
+    criteria = CriteriaSettings(loss_db=0.25, a90_ratio=1.05, mae_ratio=1.05, ece=0.01, undercovered_cells=0.01)
+    evaluations = [evaluate(model, database, criteria=criteria) for model in (location_model, severity_model)]
+    for evaluation in evaluations:
+        read = json.loads(json.dumps(evaluation.as_json(), allow_nan=False))
+        assert len(read["criteria"]) == len(evaluation.criteria) >= 4
+        assert read["efficiency"][-1]["rows"] == evaluation.rows
+        assert all(result["note"]["code"] for result in read["criteria"] if result["met"] is not True)
+    assert "a90" in evaluations[0].bound
+    assert set(evaluations[0].tables["roc"]["estimator"]) > {"bound"}
+
+
+def test_the_bound_of_a_split_is_of_the_cases_that_it_asks_about(make_database, monkeypatch):
+    """Much noise, and asked about the middle loss only: who always says it makes no error, and neither does the bound.
+
+    A rule that expects all three losses would be bettered by it.
+    """
+    grid = 'tooth = "all"\nstiffness_loss = [0.1, 0.2, 0.3]'
+    noisy = make_database(specimens=6, healthy=12, grid=grid, snr_db=-28.0)
+    monkeypatch.setattr("sigdb.recognition.estimators.registry.POOLED", ("lda",))
+    model = train(noisy, "severity", RecognitionSettings(folds=3, learner="lda"), split="S2")
+    middle = replace(model, learner="majority")
+    evaluation = evaluate(middle, noisy, criteria=CriteriaSettings(mae_ratio=1.05))
+    assert evaluation.metrics["majority"]["mae_stiffness_loss"].value == pytest.approx(0, abs=1e-9)
+    assert evaluation.bound["mae_stiffness_loss"].value == 0
+    assert evaluation.above == ()
+    assert evaluation.criteria[0].note.code == "one-severity"
+    rows = requested_rows(middle, noisy)
+    of_all = bayes_bound(noisy, rows.index, target="severity")
+    assert above_bound(np.zeros(len(rows)), of_all.losses["absolute_stiffness_loss"], rows["specimen"]).value > 0
 
 
 class _Half(Oracle):

@@ -25,7 +25,7 @@ def saved(request, database, held_out, tmp_path_factory):
     """A model, its evaluation and its folder."""
     model = request.getfixturevalue(f"{request.param}_model")
     folder = tmp_path_factory.mktemp(request.param) / "made" / "model"
-    evaluation = evaluate(model, database)
+    evaluation = evaluate(model, database, bound=False)
     save_model(model, folder, evaluation=evaluation, probe=held_out, command=COMMAND)
     return model, evaluation, folder
 
@@ -33,11 +33,11 @@ def saved(request, database, held_out, tmp_path_factory):
 @pytest.mark.parametrize("target", ["location", "severity"])
 def test_a_model_of_templates_carries_its_bank(request, database, held_out, tmp_path, target):
     made = replace(request.getfixturevalue(f"{target}_model"), learner="templates")
-    evaluation = evaluate(made, database)
+    evaluation = evaluate(made, database, bound=False)
     save_model(made, tmp_path / "model", evaluation=evaluation, probe=held_out, command=COMMAND)
     loaded = load_model(tmp_path / "model")
     assert_array_equal(np.asarray(loaded.predict(held_out)), np.asarray(made.predict(held_out)))
-    assert repr(evaluate(loaded, database)) == repr(evaluation)
+    assert repr(evaluate(loaded, database, bound=False)) == repr(evaluation)
     with np.load(tmp_path / "model" / "probe.npz") as probe:
         assert probe["tsa"].shape == (8, 768)
     if target == "location":
@@ -60,7 +60,7 @@ def copied(location_model, database, held_out, tmp_path):
     save_model(
         location_model,
         tmp_path / "model",
-        evaluation=evaluate(location_model, database),
+        evaluation=evaluate(location_model, database, bound=False),
         probe=held_out,
         command=COMMAND,
     )
@@ -82,7 +82,7 @@ def test_a_loaded_model_gives_the_same_answers(saved, held_out):
 
 def test_a_loaded_model_is_evaluated_to_the_same_figures(saved, database):
     _, evaluation, folder = saved
-    again = evaluate(load_model(folder), database)
+    again = evaluate(load_model(folder), database, bound=False)
     assert repr(again) == repr(evaluation)
 
 
@@ -91,10 +91,10 @@ def test_the_description_holds_figures_hashes_and_versions(saved):
     described = json.loads((folder / "model.json").read_text())
     assert set(described["versions"]) == {"sigdb", "scikit-learn", "python"}
     assert described["database_hash"] == model.database_hash
-    for name, figures in evaluation.figures.items():
-        for key, figure in figures.items():
-            stored = described["evaluation"]["figures"][name][key]
-            ends = [None if np.isnan(end) else end for end in (figure.value, figure.low, figure.high)]
+    for name, metrics in evaluation.metrics.items():
+        for key, metric in metrics.items():
+            stored = described["evaluation"]["metrics"][name][key]
+            ends = [None if np.isnan(end) else end for end in (metric.value, metric.low, metric.high)]
             assert [stored["value"], stored["low"], stored["high"]] == ends
 
 
@@ -109,20 +109,20 @@ def test_the_card_says_what_was_measured_and_how_to_make_it_again(saved):
         [cell.strip() for cell in line.strip("|").split("|")] for line in card.splitlines() if line.startswith("|")
     ]
     head, _, *lines = table
-    assert head == ["figure", *(f"{one} (the model)" if one == model.learner else one for one in evaluation.figures)]
-    every = [figure for figures in evaluation.figures.values() for figure in figures.items()]
+    assert head == ["metric", *(f"{one} (the model)" if one == model.learner else one for one in evaluation.metrics)]
+    every = [figure for figures in evaluation.metrics.values() for figure in figures.items()]
     known = {key for key, one in every if not np.isnan(one.value)}
     assert len(lines) == len(known)
     # Each column of the card holds the figures of its estimator, in the order in which evaluation gives them.
-    for column, name in enumerate(evaluation.figures, start=1):
+    for column, name in enumerate(evaluation.metrics, start=1):
         printed = [line[column] for line in lines if line[column]]
-        figures = [one for key, one in evaluation.figures[name].items() if key in known]
+        figures = [one for key, one in evaluation.metrics[name].items() if key in known]
         expected = [
             "-" if np.isnan(one.value) else f"{one.value:.3f} [{one.low:.3f}, {one.high:.3f}]" for one in figures
         ]
         assert sorted(printed) == sorted(expected)
     first = "accuracy" if model.target == "location" else "mae_stiffness_loss"
-    assert lines[0][1] == str(evaluation.figures["lda"][first])
+    assert lines[0][1] == str(evaluation.metrics["lda"][first])
 
 
 def test_a_changed_byte_in_the_estimators_is_noticed(copied):
@@ -241,7 +241,13 @@ def test_estimators_of_something_else_are_no_model(copied, content):
 
 
 def test_saving_again_replaces_the_model(copied, severity_model, database, held_out):
-    save_model(severity_model, copied, evaluation=evaluate(severity_model, database), probe=held_out, command="again")
+    save_model(
+        severity_model,
+        copied,
+        evaluation=evaluate(severity_model, database, bound=False),
+        probe=held_out,
+        command="again",
+    )
     assert load_model(copied).target == "severity"
     assert "# Severity of tooth damage" in (copied / "README.md").read_text()
     assert {path.name for path in copied.iterdir()} == {"model.skops", "model.json", "probe.npz", "README.md"}

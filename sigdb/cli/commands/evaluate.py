@@ -19,7 +19,7 @@ FOUND = 1
     "--report",
     metavar="DIR",
     type=click.Path(),
-    help="Write a page with figures, index.html, and all numbers, evaluation.json, into this folder.",
+    help="Write a page with pictures, index.html, and all numbers, evaluation.json, into this folder.",
 )
 @click.option(
     "--format",
@@ -33,16 +33,18 @@ def evaluate(model: str, database: str, report: str | None, form: str) -> int:
     """Evaluate a model's folder on the rows of a database that it has not seen.
 
     On the database that it was trained on these are the cases that its split held out, on another one all rows of
-    other specimens. Baselines that were trained on the same rows stand beside it. The exit code is 1 if the model is
-    better than the best possible answer, which no honest model is.
+    other specimens. The result has the baselines that were trained on the same rows, the best possible answer, and the
+    criteria of the database's recipe. The exit code is 1 if the model is better than the best possible answer, which no
+    honest model is.
     """
-    from sigdb.cli.rows import print_figures
+    from sigdb.cli.rows import print_evaluation
     from sigdb.database import open as open_database
-    from sigdb.recognition import EvaluationError, evaluate_with_bound, load_model
+    from sigdb.pipeline import evaluate_model
+    from sigdb.recognition import EvaluationError, load_model
 
-    evaluation = evaluate_with_bound(load_model(model), open_database(database))
+    evaluation = evaluate_model(load_model(model), open_database(database))
     if form == "table":
-        print_figures(evaluation)
+        print_evaluation(evaluation)
     else:
         click.echo(json.dumps(_rows(evaluation), indent=1))
     if report is not None:
@@ -59,11 +61,11 @@ def evaluate(model: str, database: str, report: str | None, form: str) -> int:
 
 
 def _rows(evaluation: "Evaluation") -> list[dict[str, object]]:
-    """A row for each figure of each estimator, and of the bound."""
+    """Return a row for each metric of each estimator, and of the bound."""
     facts = evaluation.as_json()
-    estimators = facts["figures"] | ({"bound": facts["bound"]} if facts["bound"] is not None else {})
+    estimators = facts["metrics"] | ({"bound": facts["bound"]} if facts["bound"] is not None else {})
     return [
-        {"estimator": name, "figure": figure} | ends
-        for name, figures in estimators.items()
-        for figure, ends in figures.items()
+        {"estimator": name, "metric": metric} | ends
+        for name, metrics in estimators.items()
+        for metric, ends in metrics.items()
     ]

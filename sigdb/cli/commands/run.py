@@ -60,20 +60,20 @@ def _table(results: Sequence["ModelResult"]) -> str:
         {
             "target": one.target,
             "split": one.split,
-            "merit": TITLES.get(one.merit, one.merit),
-            "figure": _digits(one.figure),
+            "metric": TITLES[one.metric],
+            "value": _digits(one.value),
             "bound": _digits(one.bound),
             "page": one.page,
         }
         for one in results
     ]
-    columns = {"target": "target", "split": "split", "figure of merit": "merit", "model": "figure"}
+    columns = {"target": "target", "split": "split", "metric": "metric", "model": "value"}
     columns |= {"bound": "bound", "report": "page"}
     return table([(head, word(key)) for head, key in columns.items()], rows)
 
 
-def _digits(figure: "Estimate | None") -> str | None:
-    """A figure to three digits: some are thousandths."""
-    if figure is None:
+def _digits(estimate: "Estimate | None") -> str | None:
+    """Return an estimate to three digits: some are thousandths."""
+    if estimate is None:
         return None
-    return f"{figure.value:.3g} [{figure.low:.3g}, {figure.high:.3g}]"
+    return f"{estimate.value:.3g} [{estimate.low:.3g}, {estimate.high:.3g}]"

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("database", metavar="DB")
 @click.option(
-    "--target", type=click.Choice(["location", "severity", "detection"]), required=True, help="What to learn."
+    "--target", type=click.Choice(["location", "severity", "detection"]), required=True, help="Question to answer."
 )
 @click.option("--out", required=True, type=click.Path(), help="Folder for the model.")
 @click.option(
@@ -40,7 +40,7 @@ def train(database: str, target: str, out: str, learner: str | None, false_alarm
 
     The exit code is 1 if the model is better than the best possible answer, which no honest model is.
     """
-    from sigdb.cli.rows import print_figures
+    from sigdb.cli.rows import print_evaluation
     from sigdb.database import open as open_database
     from sigdb.pipeline import train_model
     from sigdb.recognition import EvaluationError
@@ -50,7 +50,7 @@ def train(database: str, target: str, out: str, learner: str | None, false_alarm
     words += ["--split", split] if split != "S1" else []
 
     def written(evaluation: "Evaluation") -> None:
-        print_figures(evaluation)
+        print_evaluation(evaluation)
         click.echo(f"model and card: {out}")
 
     try:

@@ -1,4 +1,4 @@
-"""How much of what an average tells a model uses, and how many decibels of noise it wastes."""
+"""The error of the Bayes rule against noise, and the share of information that a model uses."""
 
 from dataclasses import dataclass
 
@@ -9,20 +9,20 @@ from scipy.special import logit
 from sigdb.core import FloatArray
 
 INFORMATION_RANGE = (0.05, 0.95)
-"""Shares of the entropy between which the bound's log loss must lie for an efficiency to mean something."""
+"""Range of the bound's log loss, as a share of the entropy, in which an efficiency has a meaning."""
 
 ERROR_RANGE = (0.02, 0.8)
-"""Shares of the error by chance between which an error must lie for a loss in decibels to be told from the curve."""
+"""Range of an error, as a share of the error by chance, in which the curve gives a loss in decibels."""
 
 
 def in_range(error: float, chance: float) -> bool:
-    """Whether an error is between 0.02 and 0.8 of that by chance: below it saturates, above it hardly changes."""
+    """Return whether an error is between 0.02 and 0.8 of that by chance: below it saturates, above it is flat."""
     low, high = ERROR_RANGE
     return bool(low * chance <= error <= high * chance)
 
 
 def eta_info(entropy: float, model: float, bayes: float) -> float:
-    """Share of the information about the answer that a model uses.
+    """Compute the share of the information about the answer that a model uses.
 
     ``eta_info = (H - CE_model) / (H - CE_Bayes)``: 1 for the Bayes rule, 0 for the shares of the classes alone, below 0
     for probabilities that mislead.
@@ -37,7 +37,7 @@ def eta_info(entropy: float, model: float, bayes: float) -> float:
     Returns
     -------
     float
-        nan where CE_Bayes is not between 5 and 95 % of H: then there is nothing to know, or nothing to miss.
+        NaN where CE_Bayes is not between 5 and 95 % of H: then there is hardly any information, or none to miss.
 
     Examples
     --------
@@ -50,14 +50,14 @@ def eta_info(entropy: float, model: float, bayes: float) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ErrorCurve:
-    """Bayes error against the level of the noise, the specimens as they are.
+    """Bayes error against the level of the noise, with the specimens unchanged.
 
     Attributes
     ----------
     decibels
-        (levels,) by how much the noise is raised, ascending.
+        (levels,) increase of the noise, dB, ascending.
     error, standard_error
-        (levels,) error of the Bayes rule, which knows the level, and the standard error of its Monte Carlo.
+        (levels,) error of the Bayes rule, which takes the level into account, and its Monte Carlo standard error.
     chance
         Error of the most frequent answer.
     """
@@ -68,9 +68,9 @@ class ErrorCurve:
     chance: float
 
     def loss_db(self, error: ArrayLike) -> FloatArray:
-        """By how much the noise may grow until the Bayes rule errs as often as a model does.
+        """Compute the increase of the noise at which the Bayes rule errs as often as a model.
 
-        3.01 dB is twice the noise variance: half of the revolutions are wasted. The curve is read off by straight lines
+        3.01 dB is twice the noise variance: half of the revolutions are wasted. The curve is interpolated linearly
         between its levels, on the logit scale of the error.
 
         Parameters
@@ -81,7 +81,7 @@ class ErrorCurve:
         Returns
         -------
         ndarray, dB
-            nan where the error is not between 0.02 and 0.8 of chance, or outside of the curve.
+            NaN where the error is not between 0.02 and 0.8 of chance, or outside of the curve.
         """
         error = np.asarray(error, float)
         low, high = (share * self.chance for share in ERROR_RANGE)
@@ -89,30 +89,31 @@ class ErrorCurve:
         return np.where((error >= low) & (error <= high) & np.isfinite(level), level, np.nan)
 
     @property
-    def own(self) -> float:
-        """Error of the Bayes rule at the rows' own noise, the level 0."""
+    def origin(self) -> float:
+        """Error of the Bayes rule at the noise of the rows, the level 0."""
         return float(self.error[self.decibels == 0][0])
 
     def excess_db(self, excess: ArrayLike) -> FloatArray:
-        """By how much the noise may grow until the Bayes rule has so many more errors than it has on the same rows.
+        """Compute the increase of the noise at which the Bayes rule has an excess of errors over those on the rows.
 
         Parameters
         ----------
         excess
-            Share of errors of a model less that of the Bayes rule, of any shape; what the rows have by chance cancels.
+            Share of errors of a model minus that of the Bayes rule on the same rows, of any shape.
 
         Returns
         -------
         ndarray, dB
-            Infinite beyond an end of the curve; nan where the error at the rows' own noise is not between 0.02 and 0.8
-            of chance: fewer errors are too few to count, and near chance the curve is flat.
+            Infinite beyond an end of the curve. NaN where the error at the noise of the rows is not between 0.02 and
+            0.8 of chance: fewer errors are too few to count, and near chance the curve is flat.
         """
         excess = np.asarray(excess, float)
-        known = in_range(self.own, self.chance)
-        return self._level(self.own + excess) if known else np.full(excess.shape, np.nan)
+        if not in_range(self.origin, self.chance):
+            return np.full(excess.shape, np.nan)
+        return self._level(self.origin + excess)
 
     def _level(self, error: FloatArray) -> FloatArray:
-        """Decibels at which the curve has these errors, infinite beyond its ends."""
+        """Return the level, dB, at which the curve has these errors; infinite beyond its ends."""
         # Monte Carlo may leave neighbours out of order by less than its standard error.
         rising = np.maximum.accumulate(self.error)
         kept = np.flatnonzero(np.diff(rising, prepend=-1.0) > 0)

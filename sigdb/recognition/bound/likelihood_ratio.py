@@ -1,4 +1,4 @@
-"""Detection by the likelihood ratio, the test that finds most damage at any rate of false alarms (Neyman, Pearson)."""
+"""Detection by the likelihood ratio, the most powerful test at any rate of false alarms (Neyman, Pearson)."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from sigdb.recognition.bound.operating_points import OperatingPoint
 from sigdb.recognition.metrics.detection import RATES
 from sigdb.recognition.severity_quantities import QUANTITIES
 
-FOUND = 0.9
+DETECTED = 0.9
 """Probability of detection that defines a90."""
 
 
@@ -19,9 +19,9 @@ FOUND = 0.9
 class OptimalRoc:
     """The receiver operating characteristic of the likelihood ratio L = p(x | damage) / p(x | healthy).
 
-    It needs damaged averages only: an average that is drawn under damage counts with the weight 1 / L as a healthy one,
-    so the rate of false alarms above a threshold c is ``E[1{L > c} / L]`` under damage. Rates of 1e-4 and less take as
-    few draws as greater ones.
+    Damaged averages suffice: an average that is drawn under damage counts with the weight 1 / L as a healthy one, so
+    the rate of false alarms above a threshold c is ``E[1{L > c} / L]`` under damage. Rates of 1e-4 and less need no
+    more draws than greater ones.
 
     Attributes
     ----------
@@ -42,10 +42,10 @@ class OptimalRoc:
         return np.exp(np.logaddexp.accumulate(-self.log_ratio)) / len(self.log_ratio)
 
     def at(self, rate: float) -> tuple[float, float]:
-        """Probability of detection at a rate of false alarms, and its standard error.
+        """Return the probability of detection at a rate of false alarms, and its standard error.
 
         The slope of the characteristic is the threshold c, so to first order the error is that of the mean of
-        ``1{L > c} (1 - c / L)``. Where all draws are found, or none, it is 0.
+        ``1{L > c} (1 - c / L)``. Where all draws are detected, or none, it is 0.
         """
         above = int(np.searchsorted(self.false_alarm_rate, rate, side="right"))
         if above in (0, len(self.log_ratio)):
@@ -58,21 +58,26 @@ class OptimalRoc:
 def optimal_roc(
     point: OperatingPoint, places: IntArray, *, draws: int = 2000, seed: int = 0, specimens: bool = True
 ) -> OptimalRoc:
-    """The characteristic of the test for damage of some templates, averaged over teeth, against healthy gears.
+    """Compute the characteristic of the test for damage of some templates, averaged over teeth, against healthy gears.
 
     Parameters
     ----------
     point
         An operating point with healthy and damaged rows.
     places
-        Damaged templates, by their places among the hypotheses: one for a test of one severity; with more of them the
-        test weighs them as the rows do.
+        (k,) places of damaged templates among the hypotheses: one for a test of one severity. The test weighs several
+        as the rows do.
     draws
-        Damaged averages to draw, of cases, noise and size of index errors as the rows of these templates have them.
+        Number of damaged averages to draw, with the cases, noise and index errors of the rows of these templates.
     seed
-        Of the draws.
+        Seed of the draws.
     specimens
         Whether gears have index errors (tier B2), or are nominal (B0).
+
+    Returns
+    -------
+    OptimalRoc
+        The characteristic.
 
     Raises
     ------
@@ -87,22 +92,22 @@ def optimal_roc(
     prior = [_normalised(point.log_prior[some]) for some in (healthy, places)]
     local = rows.assign(place=len(healthy) + pd.Index(places).get_indexer(pd.Index(rows["place"])))
     narrowed = OperatingPoint(hypotheses=two, rows=local)
-    found = []
+    ratios = []
     for drawn, x in narrowed.redrawn(np.random.default_rng(seed), draws, specimens=specimens):
         case = {name: drawn[name].to_numpy() for name in ("noise", "index_error")}
         likelihood = two.log_likelihood(x, **case)
         none, some = likelihood[:, : len(healthy)], likelihood[:, len(healthy) :]
-        found.append(logsumexp(some + prior[1], axis=(1, 2)) - logsumexp(none + prior[0], axis=(1, 2)))
-    return OptimalRoc(log_ratio=-np.sort(-np.concatenate(found)))
+        ratios.append(logsumexp(some + prior[1], axis=(1, 2)) - logsumexp(none + prior[0], axis=(1, 2)))
+    return OptimalRoc(log_ratio=-np.sort(-np.concatenate(ratios)))
 
 
 def detection_table(point: OperatingPoint, *, draws: int = 2000, seed: int = 0, specimens: bool = True) -> pd.DataFrame:
-    """Probability of detection of each damaged template by the likelihood ratio of its own severity.
+    """Compute the probability of detection of each damaged template by the likelihood ratio of its severity.
 
     Parameters
     ----------
     point, draws, seed, specimens
-        As in :func:`optimal_roc`; draws for each template.
+        As in :func:`optimal_roc`; the draws are for each template.
 
     Returns
     -------
@@ -120,26 +125,29 @@ def detection_table(point: OperatingPoint, *, draws: int = 2000, seed: int = 0, 
     return pd.DataFrame(rows)
 
 
-def smallest_found(stiffness_loss: FloatArray, p_detected: FloatArray, *, rate: float = 1e-3, draws: int) -> float:
-    """a90: the smallest stiffness loss that is found with probability 0.9.
+def smallest_detected_loss(
+    stiffness_loss: FloatArray, p_detected: FloatArray, *, rate: float = 1e-3, draws: int
+) -> float:
+    """Compute a90: the smallest stiffness loss that is detected with probability 0.9.
 
-    Between the losses of the grid the probit of the probability is taken as straight, as it is where the signal grows
-    in proportion to the loss: ``p = Phi(d - z)``; at no loss it is the rate of false alarms. A probability that
-    ``draws`` draws cannot tell from 1 counts as 1 - 1 / (2 draws), so that a90 is rather too great.
+    Between the losses of the grid the probit of the probability is interpolated linearly, as is exact where the signal
+    grows in proportion to the loss: ``p = Phi(d - z)``. Without loss the probability is the rate of false alarms. A
+    probability that ``draws`` draws do not distinguish from 1 counts as 1 - 1 / (2 draws), so that a90 is rather too
+    great.
 
     Parameters
     ----------
     stiffness_loss, p_detected
         (levels,) losses above 0, and the probability of detection at each.
     rate
-        Rate of false alarms of these.
+        Rate of false alarms of these probabilities.
     draws
-        From how many draws they are.
+        Number of draws that they come from.
 
     Returns
     -------
     float
-        nan if no loss of the grid is found so often.
+        NaN if no loss of the grid reaches the probability.
 
     Examples
     --------
@@ -147,20 +155,20 @@ def smallest_found(stiffness_loss: FloatArray, p_detected: FloatArray, *, rate: 
     >>> from scipy.special import ndtr, ndtri
     >>> loss = np.array([0.2, 0.4])
     >>> p = ndtr(20 * loss + ndtri(1e-3))
-    >>> round(smallest_found(loss, p, draws=10**9), 4), round(float(ndtri(0.9) - ndtri(1e-3)) / 20, 4)
+    >>> round(smallest_detected_loss(loss, p, draws=10**9), 4), round(float(ndtri(0.9) - ndtri(1e-3)) / 20, 4)
     (0.2186, 0.2186)
     """
     order = np.argsort(stiffness_loss)
     loss = np.concatenate([[0.0], np.asarray(stiffness_loss, float)[order]])
     p = np.concatenate([[rate], np.asarray(p_detected, float)[order]])
     probit = np.maximum.accumulate(ndtri(np.clip(p, 0.5 / draws, 1 - 0.5 / draws)))
-    above = np.flatnonzero(probit >= ndtri(FOUND))
+    above = np.flatnonzero(probit >= ndtri(DETECTED))
     if not above.size:
         return np.nan
     some = slice(above[0] - 1, above[0] + 1)
-    return float(np.interp(ndtri(FOUND), probit[some], loss[some]))
+    return float(np.interp(ndtri(DETECTED), probit[some], loss[some]))
 
 
 def _normalised(log_prior: FloatArray) -> FloatArray:
-    """Shares (templates, teeth) made to add up to 1."""
+    """Return shares (templates, teeth) that add up to 1."""
     return np.asarray(log_softmax(log_prior, axis=None))

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from sigdb.core import FloatArray, InputError
+from sigdb.core import FloatArray, NotApplicableError
 from sigdb.database import Database
 from sigdb.measurement import noise_deviation
 from sigdb.recognition.severity_quantities import QUANTITIES
@@ -28,41 +28,49 @@ class OperatingPoint:
     Attributes
     ----------
     hypotheses
-        The laws that rows may follow.
+        Laws that rows may follow.
     rows
         All rows inside the law, by id: ``place`` (of its template among the hypotheses), ``tooth``, ``teeth``,
         ``specimen``, ``noise`` (standard deviation of the average's noise), ``index_error``, the severities, and
-        ``judged`` (whether the row is one of those asked for).
+        ``requested`` (whether the row is one of those requested).
     """
 
     hypotheses: Hypotheses
     rows: pd.DataFrame
 
     def log_likelihood(self, x: FloatArray, rows: pd.DataFrame) -> FloatArray:
-        """(rows, templates, teeth) of averages x (rows, n) whose noise and size of index errors are those of rows."""
+        """Return the log-likelihood (rows, templates, teeth) of averages.
+
+        Parameters
+        ----------
+        x
+            (rows, n) averages.
+        rows
+            ``noise`` and ``index_error`` of each average.
+        """
         noise, index_error = (rows[name].to_numpy() for name in ("noise", "index_error"))
         return self.hypotheses.log_likelihood(x, noise=noise, index_error=index_error)
 
     def posterior(self, x: FloatArray, rows: pd.DataFrame) -> Posterior:
-        """What is known of averages x (rows, n) whose noise and size of index errors are those of ``rows``."""
-        return self.known(self.log_likelihood(x, rows))
+        """Return the posterior of averages; parameters as in :meth:`log_likelihood`."""
+        return self.posterior_of(self.log_likelihood(x, rows))
 
-    def known(self, log_likelihood: FloatArray) -> Posterior:
-        """What is known of averages of this likelihood (rows, templates, teeth)."""
+    def posterior_of(self, log_likelihood: FloatArray) -> Posterior:
+        """Return the posterior of averages with this likelihood (rows, templates, teeth)."""
         return posterior(log_likelihood, self.log_prior, self.hypotheses.healthy)
 
-    def asking(self, ids: ArrayLike) -> Self:
-        """The same point, asked for these rows."""
-        return replace(self, rows=self.rows.assign(judged=np.isin(self.rows.index, ids)))
+    def with_request(self, ids: ArrayLike) -> Self:
+        """Return the same operating point with other rows requested."""
+        return replace(self, rows=self.rows.assign(requested=np.isin(self.rows.index, ids)))
 
     @cached_property
-    def asked(self) -> Self:
-        """A point that has the rows asked for and no others, so that the prior is their own."""
-        return replace(self, rows=self.rows[self.rows["judged"]])
+    def requested(self) -> Self:
+        """The operating point with the requested rows only, so that the prior is that of these rows."""
+        return replace(self, rows=self.rows[self.rows["requested"]])
 
     def stored(self, database: Database, sensor: str | None) -> Iterator[tuple[pd.DataFrame, FloatArray]]:
-        """The rows that are asked for with their averages, some at a time."""
-        wanted = self.rows[self.rows["judged"]]
+        """Yield the requested rows with their averages, some at a time."""
+        wanted = self.rows[self.rows["requested"]]
         for first in range(0, len(wanted), _ROWS_AT_ONCE):
             some = wanted.iloc[first : first + _ROWS_AT_ONCE]
             yield some, database.signals(some.index.to_numpy(), sensor=sensor)["tsa"]
@@ -70,18 +78,18 @@ class OperatingPoint:
     def redrawn(
         self, stream: np.random.Generator, draws: int, *, specimens: bool = True, decibels: float = 0.0
     ) -> Iterator[tuple[pd.DataFrame, FloatArray]]:
-        """Rows chosen at random from all, with a specimen and noise of their own drawn from the law, some at a time.
+        """Yield rows chosen at random from all, with specimens and noise drawn anew from the law, some at a time.
 
         Parameters
         ----------
         stream
-            Where they are drawn from.
+            Random stream.
         draws
-            How many.
+            Number of rows.
         specimens
-            Whether they have index errors.
+            Whether gears have index errors.
         decibels
-            By how much their noise is raised.
+            Increase of the noise, dB.
         """
         for first in range(0, draws, _ROWS_AT_ONCE):
             chosen = self.rows.iloc[stream.integers(len(self.rows), size=min(_ROWS_AT_ONCE, draws - first))]
@@ -99,8 +107,8 @@ class OperatingPoint:
         return log_prior(place, tooth, self.hypotheses.healthy, self.hypotheses.teeth)
 
     @cached_property
-    def before(self) -> Posterior:
-        """What is known before an average is seen."""
+    def prior(self) -> Posterior:
+        """The probabilities before an average is seen."""
         return posterior(np.zeros((1, *self.log_prior.shape)), self.log_prior, self.hypotheses.healthy)
 
 
@@ -112,36 +120,36 @@ def operating_points(
     sensor: str | None = None,
     damaged: bool = False,
 ) -> tuple[list[OperatingPoint], dict[str, int]]:
-    """The operating points of some rows, and why which rows are outside of the law.
+    """Return the operating points of some rows, and the number of rows outside the law by reason.
 
-    What is expected before an average is seen, the prior, is the share of each template and tooth among all rows of the
-    operating point that are inside the law, whichever are asked for, or among some of them. Noise and index errors are
-    taken to be the same for all cases: where they are not, they tell of the case what this prior does not use.
+    The prior is the share of each template and tooth among all rows of the operating point that are inside the law,
+    requested or not, or among some of them. Noise and index errors are taken to be the same for all cases. Where they
+    are not, they carry information on the case that this prior does not use.
 
     Parameters
     ----------
     database
         A database with rows.
     ids
-        Rows; all if left out.
+        Requested rows; all if left out.
     among
-        Rows whose shares are the prior; all if left out. They are to hold those asked for.
+        Rows whose shares are the prior; all if left out. They contain the requested ones.
     sensor
         A stored sensor; the first one if left out.
     damaged
-        Only rows with one severity: damaged ones without a pattern.
+        Whether only rows with one severity count: damaged ones without a pattern.
 
     Returns
     -------
     points
-        With those of these rows that are inside the law, and which of them are asked for.
+        Operating points with those of these rows that are inside the law.
     outside
-        Number of the rows asked for that are not, by reason.
+        Number of requested rows that are not, by reason.
 
     Raises
     ------
-    InputError
-        If no row is inside, or the rig does not turn exactly.
+    NotApplicableError
+        If no row is inside the law, or the rig does not turn exactly.
     """
     rows = _rows(database)
     rows = rows if among is None else rows[np.isin(rows.index, among)]
@@ -152,10 +160,10 @@ def operating_points(
         reasons |= {"with a pattern of damage": rows["patterned"], "healthy": rows["tooth"] == 0}
     counts = {reason: int((some & wanted).sum()) for reason, some in reasons.items()}
     outside = {reason: count for reason, count in counts.items() if count}
-    inside = rows.assign(judged=wanted)[~np.any(list(reasons.values()), axis=0)]
-    points = [_point(database, some, sensor) for _, some in inside.groupby(_POINT) if some["judged"].any()]
+    inside = rows.assign(requested=wanted)[~np.any(list(reasons.values()), axis=0)]
+    points = [_point(database, some, sensor) for _, some in inside.groupby(_POINT) if some["requested"].any()]
     if not points:
-        raise InputError(f"{database.store}: no row is inside the law that the bound is computed from ({outside})")
+        raise NotApplicableError(f"{database.store}: no row follows the law of the bound ({outside})")
     return points, outside
 
 

@@ -1,20 +1,39 @@
-"""How well probabilities come true: log loss, Brier score, expected calibration error, reliability."""
+"""Calibration of probabilities: log loss, Brier score, expected calibration error, reliability."""
 
 import numpy as np
 import pandas as pd
 
 from sigdb.core import FloatArray, IntArray
 from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens
+from sigdb.recognition.metrics.metric import Kind, Metric
 
 BINS = 10
 """Bins of equal width of the probability of the answer."""
 
 ENOUGH = 20_000
-"""Rows below which no expected calibration error is given: it is biased upward by the noise of its bins."""
+"""Fewest rows of an expected calibration error: with fewer, the noise of its bins biases it upward."""
+
+
+CALIBRATION_METRICS = (
+    Metric(name="log_loss", title="log loss, nats", better=-1, bounded=True),
+    Metric(name="brier", title="Brier score", better=-1, bounded=True),
+    Metric(name="ece", title="calibration error (ECE)", kind=Kind.QUOTIENT, better=-1),
+)
+"""Metrics of probabilities."""
 
 
 def calibration_values(probabilities: FloatArray, rows: pd.DataFrame) -> dict[str, FloatArray]:
-    """Of each row, log loss (nats) and Brier score, the sum over classes of squares of probability minus outcome."""
+    """Return log loss (nats) and Brier score of each row.
+
+    The Brier score is the sum over classes of the squares of probability minus outcome.
+
+    Parameters
+    ----------
+    probabilities
+        (rows, 1 + teeth) of 'none' and of each tooth.
+    rows
+        ``tooth`` of each row.
+    """
     true = rows["tooth"].to_numpy(int)
     of_truth = probabilities[np.arange(len(true)), true]
     return {
@@ -23,43 +42,29 @@ def calibration_values(probabilities: FloatArray, rows: pd.DataFrame) -> dict[st
     }
 
 
-def calibration_figures(probabilities: FloatArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Estimate]:
-    """Log loss, Brier score, and the expected calibration error where there are :data:`ENOUGH` rows.
-
-    Parameters
-    ----------
-    probabilities
-        (rows, 1 + teeth) of 'none' and of each tooth.
-    rows
-        ``tooth`` and ``specimen`` of each row.
-    seed
-        Seed of the bootstrap.
-    """
-    specimens = Specimens(rows["specimen"], seed=seed)
-    figures = {name: specimens.mean(value) for name, value in calibration_values(probabilities, rows).items()}
-    return figures | {"ece": calibration_error(probabilities, rows, specimens) if len(rows) >= ENOUGH else UNKNOWN}
-
-
 def calibration_error(probabilities: FloatArray, rows: pd.DataFrame, specimens: Specimens) -> Estimate:
-    """Expected calibration error of the answer: the mean over rows of |share that is right - mean probability| of bins.
+    """Estimate the expected calibration error: the mean over rows of |share correct - mean probability| of bins.
+
+    Unknown with fewer than :data:`ENOUGH` rows.
 
     References
     ----------
     Guo et al., On calibration of modern neural networks, ICML 2017, eq. 3, arXiv:1706.04599.
     """
-    confidence, right, bins = _answers(probabilities, rows)
-    gaps = np.eye(BINS)[bins] * (right - confidence)[:, None]
-    return specimens.figure(lambda gap, n: np.abs(gap).sum(axis=1) / n, gaps, np.ones(len(rows)))
+    if len(rows) < ENOUGH:
+        return UNKNOWN
+    confidence, correct, bins = _answers(probabilities, rows)
+    gaps = np.eye(BINS)[bins] * (correct - confidence)[:, None]
+    return specimens.estimate(lambda gap, n: np.abs(gap).sum(axis=1) / n, gaps, np.ones(len(rows)))
 
 
-def reliability(probabilities: FloatArray, rows: pd.DataFrame, *, seed: int = 0) -> pd.DataFrame:
-    """Mean probability of the answer and the share that is right, bin by bin; bins without rows are left out."""
-    specimens = Specimens(rows["specimen"], seed=seed)
-    confidence, right, bins = _answers(probabilities, rows)
+def reliability(probabilities: FloatArray, rows: pd.DataFrame, specimens: Specimens) -> pd.DataFrame:
+    """Return the mean probability of the answer and the share correct, bin by bin, without empty bins."""
+    confidence, correct, bins = _answers(probabilities, rows)
     table = []
-    for one in np.unique(bins):
-        inside = bins == one
-        share = specimens.mean(np.where(inside, right, np.nan))
+    for place in np.unique(bins):
+        inside = bins == place
+        share = specimens.mean(np.where(inside, correct, np.nan))
         table.append(
             {
                 "probability": float(confidence[inside].mean()),
@@ -73,7 +78,7 @@ def reliability(probabilities: FloatArray, rows: pd.DataFrame, *, seed: int = 0)
 
 
 def _answers(probabilities: FloatArray, rows: pd.DataFrame) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Probability of the most probable class, whether it is right, and the bin of the probability."""
+    """Return the probability of the most probable class, whether it is correct, and the bin of the probability."""
     confidence = probabilities.max(axis=1)
-    right = (probabilities.argmax(axis=1) == rows["tooth"].to_numpy(int)).astype(float)
-    return confidence, right, np.minimum((confidence * BINS).astype(int), BINS - 1)
+    correct = (probabilities.argmax(axis=1) == rows["tooth"].to_numpy(int)).astype(float)
+    return confidence, correct, np.minimum((confidence * BINS).astype(int), BINS - 1)

@@ -6,24 +6,25 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import BoolArray, FloatArray, IntArray
-from sigdb.recognition.metrics.estimate import Estimate, Specimens
+from sigdb.recognition.metrics.estimate import Specimens
+from sigdb.recognition.metrics.metric import Metric
 from sigdb.recognition.metrics.significance import above_bound
 
 ENOUGH = 2000
-"""Rows of a cell below which its coverage is not given."""
+"""Fewest rows of a cell."""
 
 LEAST_COVERAGE = 0.88
-"""Coverage of 90 % sets and intervals below which a cell is at fault."""
+"""Least coverage of 90 % sets and intervals in a cell that counts as covered."""
 
 SEVERITY = ("stiffness_loss", "damaged_teeth")
-"""Columns that cells never mix, but for bands of those with many values; healthy rows have no damaged teeth."""
+"""Columns whose values a cell never mixes, but for bands of many values; healthy rows have no damaged teeth."""
 
 CELL = (*SEVERITY, "snr_db", "speed_rpm", "torque")
-"""What a cell is made of: severity, noise, operating point."""
+"""Columns of a cell: severity, noise and operating point."""
 
 
 def value_bands(values: pd.Series, *, most: int = 6) -> pd.Series:
-    """The values themselves where few are distinct, else the median of the values of each of so many quantile bands.
+    """Return the values where few are distinct, else the median of the quantile band that holds each of them.
 
     Examples
     --------
@@ -41,7 +42,7 @@ def value_bands(values: pd.Series, *, most: int = 6) -> pd.Series:
 def coverage_cells(
     inside: FloatArray, rows: pd.DataFrame, *, by: Sequence[str] = CELL, enough: int = ENOUGH, seed: int = 0
 ) -> pd.DataFrame:
-    """Share of rows whose truth is inside, for each cell of at least so many rows.
+    """Return the share of rows whose truth is inside, for each cell with enough rows.
 
     Rows of each severity are halved in turn at the medians of noise, speed and torque, as long as both halves have
     enough rows: cells are as fine as the rows allow, and all rows of a severity with enough of them are in one.
@@ -49,9 +50,9 @@ def coverage_cells(
     Parameters
     ----------
     inside
-        (rows,) 1 where the truth is in the interval or set, 0 where not, nan where the row does not count.
+        (rows,) 1 where the truth is in the interval or set, 0 where it is not, NaN where the row does not count.
     rows
-        ``specimen`` and the columns of ``by``, of which those that it lacks do not count.
+        ``specimen`` and the columns of ``by``; columns that it lacks do not count.
     by
         Columns that make a cell.
     enough
@@ -62,25 +63,25 @@ def coverage_cells(
     Returns
     -------
     pandas.DataFrame
-        The cell, by the medians of its columns, ``rows``, ``coverage`` and the ends of its interval, ``low`` and
-        ``high``; ``below``: whether it is below :data:`LEAST_COVERAGE` at 99 % confidence, by the scatter between
+        Medians of the cell's columns, ``rows``, ``coverage`` with the ends of its interval ``low`` and ``high``, and
+        ``below``: whether the coverage is below :data:`LEAST_COVERAGE` at 99 % confidence, by the scatter between
         specimens.
     """
-    known = rows[~np.isnan(inside)].assign(inside=inside[~np.isnan(inside)])
+    counted = rows[~np.isnan(inside)].assign(inside=inside[~np.isnan(inside)])
     columns = [name for name in by if name in rows]
-    severity = [value_bands(known[name]).to_numpy() for name in columns if name in SEVERITY]
-    halved = known[[name for name in columns if name not in SEVERITY]].to_numpy(float)
+    severity = [value_bands(counted[name]).to_numpy() for name in columns if name in SEVERITY]
+    halved = counted[[name for name in columns if name not in SEVERITY]].to_numpy(float)
     table = [
-        known.iloc[at][columns].median().to_dict() | {"rows": len(at)} | _share(known.iloc[at], seed)
-        for own in known.groupby(severity or np.zeros(len(known)), dropna=False).indices.values()
-        for at in _halves(halved, np.asarray(own), enough)
+        counted.iloc[at][columns].median().to_dict() | {"rows": len(at)} | _share(counted.iloc[at], seed)
+        for places in counted.groupby(severity or np.zeros(len(counted)), dropna=False).indices.values()
+        for at in _halves(halved, np.asarray(places), enough)
         if len(at) >= enough
     ]
     return pd.DataFrame(table, columns=[*columns, "rows", "coverage", "low", "high", "below"])
 
 
 def _halves(values: FloatArray, at: IntArray, enough: int, axis: int = 0) -> list[IntArray]:
-    """Rows ``at`` halved at the median of a column of values (all rows, columns), then their halves at the next one's.
+    """Halve the rows ``at`` at the median of a column of values (all rows, columns), then the halves at the next one.
 
     A column that cannot be halved so that both halves have enough rows is passed over.
     """
@@ -94,15 +95,32 @@ def _halves(values: FloatArray, at: IntArray, enough: int, axis: int = 0) -> lis
     return [at]
 
 
-def _share(own: pd.DataFrame, seed: int) -> dict[str, float | bool]:
-    inside = own["inside"].to_numpy()
-    figure = Specimens(own["specimen"], seed=seed).mean(inside)
-    below = above_bound(inside, np.full(len(inside), LEAST_COVERAGE), own["specimen"]).significant
-    return {"coverage": figure.value, "low": figure.low, "high": figure.high, "below": below}
+def _share(cell: pd.DataFrame, seed: int) -> dict[str, float | bool]:
+    inside = cell["inside"].to_numpy()
+    share = Specimens(cell["specimen"], seed=seed).mean(inside)
+    below = above_bound(inside, np.full(len(inside), LEAST_COVERAGE), cell["specimen"]).significant
+    return {"coverage": share.value, "low": share.low, "high": share.high, "below": below}
+
+
+SET_METRICS = (
+    Metric(name="set_size", title="classes in a 90 % set"),
+    Metric(name="set_coverage", title="coverage of 90 % sets"),
+    Metric(name="set_coverage_damaged", title="coverage of 90 % sets, damaged"),
+    Metric(name="set_coverage_healthy", title="coverage of 90 % sets, healthy"),
+)
+"""Metrics of conformal sets."""
 
 
 def set_values(sets: BoolArray, rows: pd.DataFrame) -> dict[str, FloatArray]:
-    """Of each row, the size of its conformal set, and whether the truth is in it, of damaged and of healthy rows."""
+    """Return the size of each row's conformal set and whether the truth is in it, also by label.
+
+    Parameters
+    ----------
+    sets
+        (rows, 1 + teeth) whether 'none' and each tooth is in the set.
+    rows
+        ``tooth`` of each row.
+    """
     true = rows["tooth"].to_numpy(int)
     inside = sets[np.arange(len(true)), true].astype(float)
     return {
@@ -111,19 +129,3 @@ def set_values(sets: BoolArray, rows: pd.DataFrame) -> dict[str, FloatArray]:
         "set_coverage_damaged": np.where(true > 0, inside, np.nan),
         "set_coverage_healthy": np.where(true > 0, np.nan, inside),
     }
-
-
-def set_figures(sets: BoolArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Estimate]:
-    """Mean size and coverage of conformal sets, over all rows and by label.
-
-    Parameters
-    ----------
-    sets
-        (rows, 1 + teeth) whether 'none' and each tooth is in the set.
-    rows
-        ``tooth`` and ``specimen`` of each row.
-    seed
-        Seed of the bootstrap.
-    """
-    specimens = Specimens(rows["specimen"], seed=seed)
-    return {name: specimens.mean(value) for name, value in set_values(sets, rows).items()}

@@ -1,6 +1,4 @@
-"""Figures of merit of answers, with intervals from a bootstrap over specimens."""
-
-from collections.abc import Callable
+"""Metrics of location and of severity."""
 
 import numpy as np
 import pandas as pd
@@ -8,13 +6,12 @@ from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, IntArray
 from sigdb.recognition.calibration.conformal import COVERAGE
-from sigdb.recognition.metrics.detection import called_figures, called_values
-from sigdb.recognition.metrics.estimate import Estimate, Specimens
+from sigdb.recognition.metrics.metric import Kind, Metric
 from sigdb.recognition.severity_quantities import QUANTITIES
 
 
 def crps_sample(values: ArrayLike, y: ArrayLike, weights: ArrayLike | None = None) -> FloatArray:
-    """CRPS of a distribution that is a weighted sample.
+    """Compute the CRPS of a distribution that is a weighted sample.
 
     ``CRPS = E|X - y| - E|X - X'| / 2`` with X and X' drawn independently from the sample; in the unit of y, 0 at best.
     A sample of one value gives the absolute error.
@@ -24,7 +21,7 @@ def crps_sample(values: ArrayLike, y: ArrayLike, weights: ArrayLike | None = Non
     values
         (..., k) sample.
     y
-        (...) what came true.
+        (...) true values.
     weights
         (..., k) weights, of any positive sum; all equal if left out.
 
@@ -54,7 +51,7 @@ def crps_sample(values: ArrayLike, y: ArrayLike, weights: ArrayLike | None = Non
 
 
 def crps_quantiles(quantiles: ArrayLike, levels: ArrayLike, y: ArrayLike) -> FloatArray:
-    """CRPS of a distribution of which some quantiles are known: twice the mean pinball loss.
+    """Compute the CRPS of a distribution from some of its quantiles: twice the mean pinball loss.
 
     ``CRPS = 2 int_0^1 pinball_p(y - q_p) dp``, the integral taken as the mean over the levels: with the median and the
     ends of central intervals that is the weighted interval score, and of the median alone the absolute error.
@@ -66,7 +63,7 @@ def crps_quantiles(quantiles: ArrayLike, levels: ArrayLike, y: ArrayLike) -> Flo
     levels
         (k,) their levels, between 0 and 1.
     y
-        (...) what came true.
+        (...) true values.
 
     References
     ----------
@@ -83,8 +80,8 @@ def crps_quantiles(quantiles: ArrayLike, levels: ArrayLike, y: ArrayLike) -> Flo
     return 2 * np.maximum(p * short, (p - 1) * short).mean(axis=-1)
 
 
-def circular_distance(found: IntArray, true: IntArray, teeth: IntArray) -> IntArray:
-    """Signed distance in teeth from the true to the found tooth, the short way around.
+def circular_distance(predicted: IntArray, true: IntArray, teeth: IntArray) -> IntArray:
+    """Return the signed distance in teeth from the true to the predicted tooth, the short way around.
 
     Examples
     --------
@@ -93,17 +90,36 @@ def circular_distance(found: IntArray, true: IntArray, teeth: IntArray) -> IntAr
     [1, -1]
     """
     half = teeth // 2
-    return (found - true + half) % teeth - half
+    return (predicted - true + half) % teeth - half
 
 
-def location_values(found: IntArray, rows: pd.DataFrame) -> dict[str, FloatArray]:
-    """Of each row, what the figures of location are means of; nan where a row does not count."""
+LOCATION_METRICS = (
+    Metric(name="accuracy", title="P(correct), healthy too", better=1, bounded=True),
+    Metric(name="p_exact", title="P(exact tooth)", better=1),
+    Metric(name="p_within_one", title="P(within one)", better=1),
+    Metric(name="p_detected", title="P(detected)", better=1),
+    Metric(name="none_on_healthy", title="'none' on healthy", better=1),
+    Metric(name="circular_bias", title="circular bias, teeth"),
+)
+"""Metrics of predicted teeth."""
+
+
+def location_values(predicted: IntArray, rows: pd.DataFrame) -> dict[str, FloatArray]:
+    """Return the value of each row by metric of location; NaN where a row does not count.
+
+    Parameters
+    ----------
+    predicted
+        (rows,) predicted tooth, 0 for none.
+    rows
+        ``tooth`` and ``teeth`` of each row.
+    """
     true, teeth = rows["tooth"].to_numpy(int), rows["teeth"].to_numpy(int)
-    damaged, called = true > 0, found > 0
-    distance = circular_distance(found, true, teeth)
+    damaged, called = true > 0, predicted > 0
+    distance = circular_distance(predicted, true, teeth)
     return {
-        "accuracy": (found == true).astype(float),
-        "p_exact": np.where(damaged, found == true, np.nan),
+        "accuracy": (predicted == true).astype(float),
+        "p_exact": np.where(damaged, predicted == true, np.nan),
         "p_within_one": np.where(damaged, called & (np.abs(distance) <= 1), np.nan),
         "p_detected": np.where(damaged, called, np.nan),
         "none_on_healthy": np.where(damaged, np.nan, ~called),
@@ -111,84 +127,71 @@ def location_values(found: IntArray, rows: pd.DataFrame) -> dict[str, FloatArray
     }
 
 
-def location_figures(found: IntArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Estimate]:
-    """P(correct), of damaged rows P(exact), P(within one tooth), P(detected), circular bias; 'none' on healthy ones.
+_UNITS = {"phase_shift_deg": "phase_shift_deg, deg"}
+
+
+def _each(prefix: str, title: str, *, kind: Kind = Kind.MEAN, better: int = 0, bounded: bool = False) -> list[Metric]:
+    """Return a metric of each quantity."""
+    return [
+        Metric(
+            name=f"{prefix}_{quantity}",
+            title=title.format(_UNITS.get(quantity, quantity)),
+            kind=kind,
+            better=better,
+            bounded=bounded,
+        )
+        for quantity in QUANTITIES
+    ]
+
+
+SEVERITY_METRICS = (
+    *_each("mae", "MAE {}", better=-1, bounded=True),
+    *_each("rmse", "RMSE {}", kind=Kind.ROOT_MEAN_SQUARE, better=-1, bounded=True),
+    *_each("bias", "bias {}"),
+    *_each("crps", "CRPS {}", better=-1, bounded=True),
+    *(Metric(name=f"coverage_{quantity}", title=f"coverage of 90 % interval, {quantity}") for quantity in QUANTITIES),
+)
+"""Metrics of predicted severities: mean absolute and root-mean-square error, bias, CRPS and coverage of intervals."""
+
+
+def severity_errors(predicted: pd.DataFrame, rows: pd.DataFrame, quantity: str) -> FloatArray:
+    """Return the estimate minus the truth (rows,) of a quantity."""
+    return predicted[quantity].to_numpy(float) - rows[quantity].to_numpy(float)
+
+
+def severity_values(predicted: pd.DataFrame, rows: pd.DataFrame) -> dict[str, FloatArray]:
+    """Return the value of each row by metric of severity.
+
+    The CRPS takes an estimate and the ends of its interval as median and quantiles (:func:`crps_quantiles`). Without an
+    interval it is the absolute error.
 
     Parameters
     ----------
-    found
-        (rows,) tooth found, 0 for none.
+    predicted
+        Estimates as :meth:`SeverityRegressor.predict` returns them.
     rows
-        ``tooth``, ``teeth`` and ``specimen`` of each row.
-    seed
-        Seed of the bootstrap.
+        True severity of each row.
     """
-    specimens = Specimens(rows["specimen"], seed=seed)
-    return {name: specimens.mean(value) for name, value in location_values(found, rows).items()}
-
-
-def severity_errors(found: pd.DataFrame, rows: pd.DataFrame, target: str) -> FloatArray:
-    """(rows,) estimate minus truth of a target."""
-    return found[target].to_numpy(float) - rows[target].to_numpy(float)
-
-
-def severity_values(found: pd.DataFrame, rows: pd.DataFrame) -> dict[str, FloatArray]:
-    """Of each row, what the figures of severity are means of (root mean squares: ``rmse_`` holds the errors)."""
     values: dict[str, FloatArray] = {}
-    for target in QUANTITIES:
-        error = severity_errors(found, rows, target)
-        values |= {f"mae_{target}": np.abs(error), f"rmse_{target}": error, f"bias_{target}": error}
-        values[f"crps_{target}"] = _crps(found, rows, target)
-        if f"{target}_low" in found:
-            values[f"coverage_{target}"] = covered(found, rows, target)
+    for quantity in QUANTITIES:
+        error = severity_errors(predicted, rows, quantity)
+        values |= {f"mae_{quantity}": np.abs(error), f"rmse_{quantity}": error, f"bias_{quantity}": error}
+        values[f"crps_{quantity}"] = _crps(predicted, rows, quantity)
+        if f"{quantity}_low" in predicted:
+            values[f"coverage_{quantity}"] = interval_coverage(predicted, rows, quantity)
     return values
 
 
-def severity_figures(found: pd.DataFrame, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Estimate]:
-    """Of each target: mean absolute and root-mean-square error, bias, CRPS, and the coverage of its interval.
-
-    The CRPS takes an estimate and the ends of its interval as median and quantiles (:func:`crps_quantiles`); of an
-    estimate without interval it is the absolute error.
-
-    Parameters
-    ----------
-    found
-        Estimates as :meth:`SeverityRegressor.predict` returns them.
-    rows
-        True targets and ``specimen`` of each row.
-    seed
-        Seed of the bootstrap.
-    """
-    specimens = Specimens(rows["specimen"], seed=seed)
-    return {
-        name: specimens.root_mean_square(value) if name.startswith("rmse") else specimens.mean(value)
-        for name, value in severity_values(found, rows).items()
-    }
+def interval_coverage(predicted: pd.DataFrame, rows: pd.DataFrame, quantity: str) -> FloatArray:
+    """Return 1 for each row whose truth lies in the interval, its ends included, else 0."""
+    true = rows[quantity].to_numpy(float)
+    low, high = (predicted[f"{quantity}_{end}"].to_numpy() for end in ("low", "high"))
+    return ((low <= true) & (true <= high)).astype(float)
 
 
-def covered(found: pd.DataFrame, rows: pd.DataFrame, target: str) -> FloatArray:
-    """(rows,) 1 where the truth lies in the interval, its ends included, else 0."""
-    true = rows[target].to_numpy(float)
-    return ((found[f"{target}_low"].to_numpy() <= true) & (true <= found[f"{target}_high"].to_numpy())).astype(float)
-
-
-def _crps(found: pd.DataFrame, rows: pd.DataFrame, target: str) -> FloatArray:
-    names, levels = [target], [0.5]
-    if f"{target}_low" in found:
-        names, levels = [f"{target}_low", target, f"{target}_high"], [(1 - COVERAGE) / 2, 0.5, (1 + COVERAGE) / 2]
-    return crps_quantiles(found[names].to_numpy(float), levels, rows[target].to_numpy(float))
-
-
-FIGURES: dict[str, Callable[..., dict[str, Estimate]]] = {
-    "location": location_figures,
-    "severity": severity_figures,
-    "detection": called_figures,
-}
-"""Figures of merit by target."""
-
-VALUES: dict[str, Callable[..., dict[str, FloatArray]]] = {
-    "location": location_values,
-    "severity": severity_values,
-    "detection": called_values,
-}
-"""What they are means of, by target: for paired differences."""
+def _crps(predicted: pd.DataFrame, rows: pd.DataFrame, quantity: str) -> FloatArray:
+    names, levels = [quantity], [0.5]
+    if f"{quantity}_low" in predicted:
+        names = [f"{quantity}_low", quantity, f"{quantity}_high"]
+        levels = [(1 - COVERAGE) / 2, 0.5, (1 + COVERAGE) / 2]
+    return crps_quantiles(predicted[names].to_numpy(float), levels, rows[quantity].to_numpy(float))

@@ -1,4 +1,4 @@
-"""Probability of detection against severity: a90, the stiffness loss found with probability 0.9, and its bound."""
+"""Probability of detection against stiffness loss: a90, the loss detected with probability 0.9, and a90/95."""
 
 from dataclasses import dataclass
 
@@ -10,13 +10,23 @@ from scipy.stats import norm
 from sigdb.core import FloatArray
 from sigdb.recognition.metrics.detection import counts, is_resolved, thresholds
 from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, interval
+from sigdb.recognition.metrics.metric import Kind, Metric
 
 RATE = 1e-3
-"""False-alarm rate at which a90 is given."""
+"""False-alarm rate of a90."""
 
 _STEPS = 50
 _LEAST_INFORMATION = 1e-3
-"""On the slope, below which hits and misses are apart in severity: the likelihood has no maximum."""
+"""Least information on the slope. With less, hits and misses are apart in severity: the likelihood has no maximum."""
+
+LOSS_COLUMNS = ("stiffness_loss", "phase_shift_deg")
+"""Columns that detection by loss needs."""
+
+A90_METRICS = (
+    Metric(name="a90", title="a90, stiffness loss", kind=Kind.QUOTIENT, better=-1),
+    Metric(name="a90_95", title="a90/95, stiffness loss", kind=Kind.QUOTIENT, better=-1),
+)
+"""Stiffness loss that is detected with probability 0.9, and its 95 % confidence bound."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,9 +36,9 @@ class PodCurve:
     Attributes
     ----------
     intercept, slope
-        Of the log odds over the severity a.
+        Coefficients of the log odds over the severity a.
     covariance
-        (2, 2) of the two. Rows of a specimen count as dependent: it is the sandwich over specimens.
+        (2, 2) covariance of the two. Rows of a specimen count as dependent: it is the sandwich over specimens.
 
     References
     ----------
@@ -41,21 +51,21 @@ class PodCurve:
     covariance: FloatArray
 
     def probability(self, a: FloatArray) -> FloatArray:
-        """Probability of detection at severities a."""
+        """Return the probability of detection at severities a."""
         return np.asarray(expit(self.intercept + self.slope * np.asarray(a)))
 
     def bound(self, a: FloatArray, *, confidence: float = 0.95) -> FloatArray:
-        """Lower confidence bound (Wald) of the probability of detection at severities a."""
+        """Return the lower confidence bound (Wald) of the probability of detection at severities a."""
         x = np.stack([np.ones_like(a), a], axis=-1)
         error = np.sqrt(np.einsum("...i,ij,...j", x, self.covariance, x))
         return np.asarray(expit(self.intercept + self.slope * a - norm.ppf(confidence) * error))
 
     def severity(self, probability: float = 0.9) -> float:
-        """Severity found with this probability: a90."""
+        """Return the severity that is detected with this probability: a90."""
         return float((logit(probability) - self.intercept) / self.slope)
 
     def severity_bound(self, probability: float = 0.9, *, confidence: float = 0.95) -> float:
-        """Severity at which the lower confidence bound has this probability: a90/95; nan if it never has."""
+        """Return the severity at which the lower confidence bound has this probability: a90/95; NaN if it never has."""
         z, (intercept, slope), ((u, v), (_, w)) = norm.ppf(confidence), (self.intercept, self.slope), self.covariance
         # (excess + slope a)^2 = z^2 (u + 2 v a + w a^2), of which the root with the left side's base positive.
         excess = intercept - logit(probability)
@@ -65,22 +75,22 @@ class PodCurve:
 
 
 def pod_curve(a: FloatArray, hits: FloatArray, rows: FloatArray) -> PodCurve | None:
-    """The most likely curve, and its covariance.
+    """Fit the most likely curve, and its covariance.
 
     Parameters
     ----------
     a
         (levels,) severities.
     hits, rows
-        (specimens, levels) number of rows found, and number of rows.
+        (specimens, levels) number of detected rows, and number of rows.
 
     Returns
     -------
     PodCurve or None
-        None where the likelihood has no maximum: all found, none, or found and missed apart in severity; and where
-        detection does not grow with severity.
+        None where the likelihood has no maximum: all rows are detected, none, or detected and missed rows are apart in
+        severity. Also None where detection does not grow with severity.
     """
-    intercept, slope = (one[0] for one in _fitted(a, hits.sum(axis=0)[None], rows.sum(axis=0)[None]))
+    intercept, slope = (fitted[0] for fitted in _fit(a, hits.sum(axis=0)[None], rows.sum(axis=0)[None]))
     if not slope > 0:
         return None
     x, p = np.column_stack([np.ones_like(a), a]), expit(intercept + slope * a)
@@ -93,8 +103,8 @@ def pod_curve(a: FloatArray, hits: FloatArray, rows: FloatArray) -> PodCurve | N
     )
 
 
-def _fitted(a: FloatArray, hits: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Intercept and slope (resamples,) of hits and rows (resamples, levels) by Newton; nan without a maximum."""
+def _fit(a: FloatArray, hits: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Fit intercept and slope (resamples,) to hits and rows (resamples, levels) by Newton; NaN without a maximum."""
     with np.errstate(divide="ignore", invalid="ignore"):
         centre, scale = a.mean(), a.std()
         x = np.column_stack([np.ones_like(a), (a - centre) / scale])
@@ -119,13 +129,13 @@ class Pod:
     rate
         False-alarm rate.
     levels
-        ``stiffness_loss``, ``rows``, ``found`` (share), ``low``, ``high`` of each level.
+        ``stiffness_loss``, ``rows``, ``detected`` (share), ``low``, ``high`` of each level.
     curve
-        The curve, None where there is none.
+        Fitted curve; None where there is none.
     a90, a90_95
-        Severity found with probability 0.9; its 95 % bound.
+        Loss that is detected with probability 0.9; its 95 % bound.
     resampled
-        (1 + resamples,) a90 of the rows, then of each resample of :class:`Specimens`; nan where there is none.
+        (1 + resamples,) a90 of the rows, then of each resample of :class:`Specimens`; NaN where there is none.
     """
 
     rate: float
@@ -136,22 +146,22 @@ class Pod:
     resampled: FloatArray
 
 
-def detection_by_loss(score: FloatArray, rows: pd.DataFrame, *, rate: float = RATE, seed: int = 0) -> Pod | None:
-    """Detection against stiffness loss, of damage by loss alone where there is such.
+def detection_by_loss(score: FloatArray, rows: pd.DataFrame, specimens: Specimens, *, rate: float = RATE) -> Pod | None:
+    """Fit detection against stiffness loss, to damage by loss alone where there is such.
 
-    Only rows without a phase shift count where a database has any, since a shift is found by itself. The curve is
-    linear in the loss. What lies outside the losses of the rows is not extrapolated: a90 is unknown there.
+    Only rows without a phase shift count where a database has any, since a shift is detected by itself. The curve is
+    linear in the loss. a90 is not extrapolated: outside the losses of the rows it is unknown.
 
     Parameters
     ----------
     score
         (rows,) score of damage.
     rows
-        ``tooth``, ``stiffness_loss``, ``phase_shift_deg`` and ``specimen`` of each row.
+        ``tooth``, ``stiffness_loss`` and ``phase_shift_deg`` of each row.
+    specimens
+        Specimens of the rows.
     rate
         False-alarm rate.
-    seed
-        Seed of the bootstrap.
 
     Returns
     -------
@@ -164,36 +174,37 @@ def detection_by_loss(score: FloatArray, rows: pd.DataFrame, *, rate: float = RA
     lossy = alone if alone.any() else lossy
     if not is_resolved(rate, int(healthy.sum())) or not lossy.any():
         return None
-    specimens = Specimens(rows["specimen"], seed=seed)
     threshold = thresholds(score, healthy, specimens, [rate])
     loss = rows["stiffness_loss"].to_numpy(float)
     a = np.unique(loss[lossy])
     at = [lossy & (loss == level) for level in a]
     hits = np.stack(
-        [counts(score, specimens, threshold, one)[:, 0] for one in at], axis=-1
+        [counts(score, inside, specimens, threshold)[:, 0] for inside in at], axis=-1
     )  # resample, specimen, level
-    of_all = np.column_stack([np.bincount(specimens.index[one], minlength=specimens.count).astype(float) for one in at])
-    hit, of = np.einsum("rsl,rs->rl", hits, specimens.weights), specimens.weights @ of_all
+    total = np.column_stack(
+        [np.bincount(specimens.index[inside], minlength=specimens.count).astype(float) for inside in at]
+    )
+    hit, of = np.einsum("rsl,rs->rl", hits, specimens.weights), specimens.weights @ total
     return Pod(
         rate=rate,
         levels=_levels(a, hit, of),
-        curve=(curve := pod_curve(a, hits[0], of_all)),
+        curve=(curve := pod_curve(a, hits[0], total)),
         a90=interval(resampled := _a90(a, hit, of, curve)),
-        a90_95=_point(curve.severity_bound(), a) if curve else UNKNOWN,
+        a90_95=_within(curve.severity_bound(), a) if curve else UNKNOWN,
         resampled=resampled,
     )
 
 
 def _levels(a: FloatArray, hit: FloatArray, of: FloatArray) -> pd.DataFrame:
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = [interval(one) for one in (hit / of).T]
+        share = [interval(level) for level in (hit / of).T]
     return pd.DataFrame(
         {
             "stiffness_loss": a,
             "rows": of[0].astype(int),
-            "found": [one.value for one in share],
-            "low": [one.low for one in share],
-            "high": [one.high for one in share],
+            "detected": [estimate.value for estimate in share],
+            "low": [estimate.low for estimate in share],
+            "high": [estimate.high for estimate in share],
         }
     )
 
@@ -201,16 +212,16 @@ def _levels(a: FloatArray, hit: FloatArray, of: FloatArray) -> pd.DataFrame:
 def _a90(a: FloatArray, hit: FloatArray, of: FloatArray, curve: PodCurve | None) -> FloatArray:
     if curve is None or not a[0] <= curve.severity() <= a[-1]:
         return np.full(len(hit), np.nan)
-    intercept, slope = _fitted(a, hit, of)
+    intercept, slope = _fit(a, hit, of)
     return np.where(slope > 0, (logit(0.9) - intercept) / slope, np.nan)
 
 
-def _point(value: float, a: FloatArray) -> Estimate:
-    """A bound, which has no interval of its own; unknown outside the levels."""
+def _within(value: float, a: FloatArray) -> Estimate:
+    """Return a bound, which has no interval of its own; unknown outside the levels."""
     return Estimate(value=value, low=np.nan, high=np.nan) if a[0] <= value <= a[-1] else UNKNOWN
 
 
-def pod_figures(score: FloatArray, rows: pd.DataFrame, *, seed: int = 0) -> dict[str, Estimate]:
-    """``a90`` and ``a90_95`` at a false-alarm rate of 1e-3, unknown where the rows do not tell."""
-    pod = detection_by_loss(score, rows, seed=seed)
+def a90_estimates(score: FloatArray, rows: pd.DataFrame, specimens: Specimens) -> dict[str, Estimate]:
+    """Estimate ``a90`` and ``a90_95`` at a false-alarm rate of 1e-3, unknown where the rows do not suffice."""
+    pod = detection_by_loss(score, rows, specimens)
     return {"a90": pod.a90 if pod else UNKNOWN, "a90_95": pod.a90_95 if pod else UNKNOWN}

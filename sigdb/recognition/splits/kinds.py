@@ -111,7 +111,7 @@ def _new_noise(rows: pd.DataFrame, seed: int, folds: int) -> Split:
     held_out = table["draw"] % min(folds, int(draws.min())) == _TEST_FOLD
     return Split(
         name="S0",
-        tells="new noise only: other draws of the same specimens and cases. A sanity check, too kind for a headline",
+        text="new noise only: other draws of the same specimens and cases. A sanity check, too kind for a headline",
         table=table.assign(fold=np.where(held_out, TEST, TRAINING)),
         shares_specimens=True,
     )
@@ -122,7 +122,7 @@ def _by_specimen(rows: pd.DataFrame, seed: int, folds: int) -> Split:
     held_out = _held_out(table, rows, seed, folds)
     return Split(
         name="S1",
-        tells="by specimen: specimens held out of training, the same cases",
+        text="by specimen: specimens held out of training, the same cases",
         table=table.assign(fold=np.where(held_out, TEST, TRAINING)),
     )
 
@@ -134,7 +134,7 @@ def _between(rows: pd.DataFrame, seed: int, folds: int) -> Split:
         seed,
         folds,
         name="S2",
-        tells="between the grid's points: severities that lie between those of training, specimens held out of it",
+        text="between the grid's points: severities that lie between those of training, specimens held out of it",
         needs="three values or more of a severity with the others equal",
     )
 
@@ -146,7 +146,7 @@ def _beyond(rows: pd.DataFrame, seed: int, folds: int) -> Split:
         seed,
         folds,
         name="S3",
-        tells="beyond the grid: severities greater than those of training, specimens held out of it",
+        text="beyond the grid: severities greater than those of training, specimens held out of it",
         needs="three magnitudes or more of a severity",
     )
 
@@ -158,7 +158,7 @@ def _of_severities(
     folds: int,
     *,
     name: str,
-    tells: str,
+    text: str,
     needs: str,
 ) -> Split:
     cases = rows[list(QUANTITIES)].drop_duplicates().reset_index(drop=True)
@@ -169,7 +169,7 @@ def _of_severities(
     if not held_out.any() or held_out[severe].all():
         raise InputError(f"split {name} needs {needs}; give [sweep] a finer grid")
     cases = cases.assign(trained=~held_out, asked=held_out | (cases["damaged_teeth"] == 0))
-    return Split(name=name, tells=tells, table=_crossed(rows, cases, seed, folds))
+    return Split(name=name, text=text, table=_crossed(rows, cases, seed, folds))
 
 
 def _tooth_counts(rows: pd.DataFrame, seed: int, folds: int) -> Split:
@@ -182,7 +182,7 @@ def _tooth_counts(rows: pd.DataFrame, seed: int, folds: int) -> Split:
     cases = pd.DataFrame({"teeth": counts, "trained": counts != unseen, "asked": counts == unseen})
     return Split(
         name="S4",
-        tells=f"unseen tooth count: gears of {unseen} teeth, of which training has none, specimens held out of it",
+        text=f"unseen tooth count: gears of {unseen} teeth, of which training has none, specimens held out of it",
         table=_crossed(rows, cases, seed, folds),
     )
 

@@ -23,8 +23,8 @@ class Split:
     ----------
     name
         ``S0`` to ``S4``.
-    tells
-        What figures under this split say, in a clause.
+    text
+        Description of the split, in a clause.
     table
         What makes a case in this split, and its ``fold``: ``training``, ``test`` or ``aside``. No ids: the table holds
         for any order and number of rows.
@@ -38,7 +38,7 @@ class Split:
     """
 
     name: str
-    tells: str
+    text: str
     table: pd.DataFrame
     shares_specimens: bool = False
 

@@ -1,1 +1,1 @@
-"""Pages and figures of an evaluation."""
+"""Pages and pictures of an evaluation."""

@@ -1,4 +1,4 @@
-"""Figures of an evaluation of location: confusion around the gear, detection, calibration."""
+"""Pictures of location and detection: confusion around the gear, detection, calibration."""
 
 from collections.abc import Callable, Iterator
 from typing import cast
@@ -11,19 +11,21 @@ from matplotlib.projections.polar import PolarAxes
 
 from sigdb.recognition import Evaluation
 from sigdb.report.evaluation.style import BOUND_STYLE, Styles, by_estimator, drawing, lay_grid
+from sigdb.report.page import CaptionedFigure
 from sigdb.report.panels import DAMAGE, GRID, INK
 
 _LEAST = 10
-"""Rows of a bin of probabilities that is drawn."""
+"""Fewest rows of a bin of probabilities that is drawn."""
 
 
 def confusion_figure(evaluation: Evaluation, styles: Styles) -> Figure:
-    """True against found teeth, 'none' first; colours tell the share of a row, on a scale that shows rare errors."""
+    """Draw true against predicted teeth, 'none' first; colours are shares of a row, so scaled that rare errors show."""
     table = evaluation.tables["confusion"]
     teeth = int(table["teeth"].mode()[0])
-    own = table[table["teeth"] == teeth]
+    counts = table[table["teeth"] == teeth]
     share = np.zeros((teeth + 1, teeth + 1))
-    np.add.at(share, (own["tooth"].to_numpy(int), own["found"].to_numpy(int).clip(max=teeth)), own["rows"].to_numpy())
+    predicted = counts["predicted"].to_numpy(int).clip(max=teeth)
+    np.add.at(share, (counts["tooth"].to_numpy(int), predicted), counts["rows"].to_numpy())
     share /= np.maximum(share.sum(axis=1, keepdims=True), 1)
     with drawing(width=4.8, height=4.6) as figure:
         axes = figure.subplots()
@@ -33,7 +35,7 @@ def confusion_figure(evaluation: Evaluation, styles: Styles) -> Figure:
         names = ["none", *map(str, ticks[1:])]
         axes.set_xticks(ticks, names)
         axes.set_yticks(ticks, names)
-        axes.set(xlabel="tooth found", ylabel="true tooth", title=f"{evaluation.learner}, {teeth} teeth")
+        axes.set(xlabel="predicted tooth", ylabel="true tooth", title=f"{evaluation.learner}, {teeth} teeth")
         axes.tick_params(axis="x", labelrotation=90 if teeth > 12 else 0)
         axes.axhline(0.5, color=INK, linewidth=0.6)
         axes.axvline(0.5, color=INK, linewidth=0.6)
@@ -54,14 +56,14 @@ def _write_shares(axes: Axes, share: np.ndarray) -> None:
 
 
 def around_figure(evaluation: Evaluation, styles: Styles) -> Figure:
-    """Distance from the true to the found tooth around the gear, of damaged rows that are given a tooth."""
+    """Draw the distance from the true to the predicted tooth around the gear, of damaged rows with a tooth."""
     table = evaluation.tables["confusion"]
     teeth = int(table["teeth"].mode()[0])
-    own = table[(table["teeth"] == teeth) & (table["tooth"] > 0)]
-    called = own[own["found"] > 0]
-    share = np.bincount((called["found"] - called["tooth"]) % teeth, called["rows"], teeth) / own["rows"].sum()
+    damaged = table[(table["teeth"] == teeth) & (table["tooth"] > 0)]
+    called, total = damaged[damaged["predicted"] > 0], damaged["rows"].sum()
+    share = np.bincount((called["predicted"] - called["tooth"]) % teeth, called["rows"], teeth) / total
     missed = 1 - share.sum()
-    least = 1 / own["rows"].sum()
+    least = 1 / total
     with drawing(width=4.8, height=4.6) as figure:
         axes = cast(PolarAxes, figure.add_subplot(projection="polar"))
         axes.set_theta_zero_location("N")
@@ -71,30 +73,30 @@ def around_figure(evaluation: Evaluation, styles: Styles) -> Figure:
         height = np.log10(np.maximum(share, 10**floor)) - floor
         axes.bar(angle, height, width=0.8 * 2 * np.pi / teeth, color=[INK, *[DAMAGE] * (teeth - 1)])
         decades = np.arange(1, -int(floor) + 1)
-        axes.set_yticks(decades, [f"{10.0 ** (one + floor):g}" for one in decades], fontsize=7)
+        axes.set_yticks(decades, [f"{10.0 ** (decade + floor):g}" for decade in decades], fontsize=7)
         axes.set_ylim(0, -floor)
         axes.set_rlabel_position((teeth // 2 + 0.5) * 360 / teeth)
         step = -(-teeth // 24)
         distance = (np.arange(teeth) + teeth // 2) % teeth - teeth // 2
-        axes.set_xticks(angle[::step], [f"{one:+d}" if one else "0" for one in distance[::step]])
+        axes.set_xticks(angle[::step], [f"{teeth_off:+d}" if teeth_off else "0" for teeth_off in distance[::step]])
         axes.set_title(f"{evaluation.learner}, {teeth} teeth; missed: {missed:.3f}")
         axes.grid(color=GRID, linewidth=0.5)
     return figure
 
 
 def roc_figure(evaluation: Evaluation, styles: Styles) -> Figure:
-    """Probability of detection against false-alarm rate, down to what the healthy rows resolve."""
+    """Draw the probability of detection against the false-alarm rate, down to the least that healthy rows resolve."""
     table = evaluation.tables["roc"]
     with drawing() as figure:
         axes = figure.subplots()
-        for name, own in by_estimator(table):
+        for name, curve in by_estimator(table):
             if name == "bound":
-                axes.plot(own["false_alarm_rate"], own["detected"], label=name, **BOUND_STYLE)
+                axes.plot(curve["false_alarm_rate"], curve["detected"], label=name, **BOUND_STYLE)
                 continue
             axes.fill_between(
-                own["false_alarm_rate"], own["low"], own["high"], color=styles[name]["color"], alpha=0.15, lw=0
+                curve["false_alarm_rate"], curve["low"], curve["high"], color=styles[name]["color"], alpha=0.15, lw=0
             )
-            axes.plot(own["false_alarm_rate"], own["detected"], label=name, **styles[name])
+            axes.plot(curve["false_alarm_rate"], curve["detected"], label=name, **styles[name])
         least = float(table["false_alarm_rate"].min())
         chance = np.geomspace(least, 1, 50)
         axes.plot(chance, chance, color="#888888", linewidth=0.8, linestyle=":", label="chance")
@@ -108,17 +110,19 @@ def roc_figure(evaluation: Evaluation, styles: Styles) -> Figure:
 
 
 def pod_figure(evaluation: Evaluation, styles: Styles) -> Figure:
-    """Share of damaged rows found against stiffness loss, with the fitted curves and their lower bounds."""
+    """Draw the share of damaged rows detected against stiffness loss, with fitted curves and their lower bounds."""
     table = evaluation.tables["pod"]
     with drawing() as figure:
         axes = figure.subplots()
-        for name, own in by_estimator(table):
+        for name, levels in by_estimator(table):
             colour = styles[name]["color"]
-            ends = np.abs(own[["low", "high"]].to_numpy().T - own["found"].to_numpy())
-            axes.errorbar(own["stiffness_loss"], own["found"], ends, fmt="o", color=colour, ms=4, capsize=2, label=name)
-        for name, own in by_estimator(evaluation.tables.get("pod_curve", table[:0])):
-            axes.plot(own["stiffness_loss"], own["fitted"], color=styles[name]["color"])
-            axes.plot(own["stiffness_loss"], own["bound"], color=styles[name]["color"], linestyle=":", linewidth=1)
+            ends = np.abs(levels[["low", "high"]].to_numpy().T - levels["detected"].to_numpy())
+            axes.errorbar(
+                levels["stiffness_loss"], levels["detected"], ends, fmt="o", color=colour, ms=4, capsize=2, label=name
+            )
+        for name, curve in by_estimator(evaluation.tables.get("pod_curve", table[:0])):
+            axes.plot(curve["stiffness_loss"], curve["fitted"], color=styles[name]["color"])
+            axes.plot(curve["stiffness_loss"], curve["bound"], color=styles[name]["color"], linestyle=":", linewidth=1)
         axes.axhline(0.9, color="#888888", linewidth=0.8, linestyle="--")
         rate = float(table["false_alarm_rate"].iloc[0])
         axes.set(
@@ -134,18 +138,18 @@ def pod_figure(evaluation: Evaluation, styles: Styles) -> Figure:
 
 
 def reliability_figure(evaluation: Evaluation, styles: Styles) -> Figure:
-    """Share of answers that are right against their probability; below, how many there are of each."""
+    """Draw the share of correct answers against their probability, and below the number of rows of each bin."""
     table = evaluation.tables["reliability"]
     with drawing(height=4.2) as figure:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
         above.plot([0, 1], [0, 1], color="#888888", linewidth=0.8, linestyle="--")
-        for name, own in by_estimator(table[table["rows"] >= _LEAST]):
-            ends = np.abs(own[["low", "high"]].to_numpy().T - own["right"].to_numpy())
+        for name, bins in by_estimator(table[table["rows"] >= _LEAST]):
+            ends = np.abs(bins[["low", "high"]].to_numpy().T - bins["right"].to_numpy())
             above.errorbar(
-                own["probability"], own["right"], ends, fmt="o-", ms=3, capsize=2, label=name, **styles[name]
+                bins["probability"], bins["right"], ends, fmt="o-", ms=3, capsize=2, label=name, **styles[name]
             )
-            below.plot(own["probability"], own["rows"], "o-", ms=3, **styles[name])
-        above.set(xlim=(0, 1), ylim=(0, 1.02), ylabel="share that is right")
+            below.plot(bins["probability"], bins["rows"], "o-", ms=3, **styles[name])
+        above.set(xlim=(0, 1), ylim=(0, 1.02), ylabel="share of correct answers")
         above.legend(loc="upper left", frameon=False)
         below.set(xlabel="probability of the answer", ylabel="rows", yscale="log")
         lay_grid(above)
@@ -154,30 +158,30 @@ def reliability_figure(evaluation: Evaluation, styles: Styles) -> Figure:
 
 
 def _room(low: pd.Series) -> tuple[float, float]:
-    """Limits of shares: from a little below the least to 1."""
+    """Return limits of shares: from a little below the least to 1."""
     least = float(low.min())
     return (max(0.0, np.floor(10 * least) / 10), 1.01) if np.isfinite(least) else (0.0, 1.01)
 
 
-def location_figures(evaluation: Evaluation, styles: Styles) -> Iterator[tuple[str, str, Figure]]:
-    """Heading, caption and figure of all that the evaluation holds."""
+def location_figures(evaluation: Evaluation, styles: Styles) -> Iterator[CaptionedFigure]:
+    """Yield the pictures whose table the evaluation holds."""
     for table, heading, caption, draw in _FIGURES:
         if table in evaluation.tables:
-            yield heading, caption, draw(evaluation, styles)
+            yield CaptionedFigure(heading, caption, draw(evaluation, styles))
 
 
 _FIGURES: tuple[tuple[str, str, str, Callable[[Evaluation, Styles], Figure]], ...] = (
     (
         "confusion",
-        "Which tooth for which",
+        "Confusion of teeth",
         "Each row of the picture is a true tooth, its cells the shares of the answers; the scale is the square root, "
         "so that rare answers show. Teeth 1 and the last one are neighbours.",
         confusion_figure,
     ),
     (
         "confusion",
-        "How far off, around the gear",
-        "Damaged rows by the distance from the true to the named tooth, the true one at the top; the scale is "
+        "Distance around the gear",
+        "Damaged rows by the distance from the true to the predicted tooth, the true one at the top; the scale is "
         "logarithmic, its lowest ring less than one row.",
         around_figure,
     ),
@@ -191,15 +195,15 @@ _FIGURES: tuple[tuple[str, str, str, Callable[[Evaluation, Styles], Figure]], ..
     (
         "pod",
         "Detection against stiffness loss",
-        "Share of the rows found at each loss, of damage by loss alone where there is such. Line: logistic curve; "
+        "Share of the rows detected at each loss, of damage by loss alone where there is such. Line: logistic curve; "
         "dotted: its lower 95 % bound; a90 is where the curve passes 0.9.",
         pod_figure,
     ),
     (
         "reliability",
-        "Probabilities against what came true",
-        f"On the dashed line what is said with probability p comes true in p of the cases. Bins of {_LEAST} rows or "
-        "more.",
+        "Reliability of probabilities",
+        "On the dashed line, answers with probability p are correct in a share p of the rows. Bins of "
+        f"{_LEAST} rows or more.",
         reliability_figure,
     ),
 )

@@ -1,4 +1,4 @@
-"""How the figures of an evaluation look: colours of estimators, sizes for a phone, grids."""
+"""Style of the pictures of an evaluation: colours of estimators, sizes for a phone, grids."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -16,13 +16,13 @@ Styles = Mapping[str, Mapping[str, Any]]
 """Colour and line of each estimator."""
 
 BOUND_STYLE: Mapping[str, Any] = {"color": "#111111", "linestyle": "--", "linewidth": 1.4, "zorder": 4}
-"""How the bound is drawn: over the lines that come near it."""
+"""Style of the bound, which is drawn over the lines that come near it."""
 
 _OTHERS = ("#3c8d7a", "#8a6bbd", "#c79a2b", "#5b8fd6", "#8c8c8c", "#b3697f", "#6f8f3f")
 
 
 def estimator_styles(estimators: Iterable[str], learner: str) -> Styles:
-    """The model in the strongest colour and line, what stands beside it in others."""
+    """Return the strongest colour and line for the model, others for its baselines."""
     others = [name for name in estimators if name != learner]
     styles = {learner: {"color": INK, "linewidth": 2.0}}
     for i, name in enumerate(others):
@@ -33,7 +33,7 @@ def estimator_styles(estimators: Iterable[str], learner: str) -> Styles:
 
 @contextmanager
 def drawing(*, width: float = 4.8, height: float = 3.4) -> Iterator[Figure]:
-    """A figure narrow enough to be read on a phone."""
+    """Yield a picture narrow enough to be read on a phone."""
     with matplotlib.rc_context({"font.size": 9, "axes.titlesize": 9, "axes.titlelocation": "left"}):
         figure = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)
@@ -41,13 +41,13 @@ def drawing(*, width: float = 4.8, height: float = 3.4) -> Iterator[Figure]:
 
 
 def by_estimator(table: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
-    """The rows of each estimator, in the order of the table."""
+    """Yield the rows of each estimator, in the order of the table."""
     for name in table["estimator"].unique():
         yield str(name), table[table["estimator"] == name]
 
 
 def lay_grid(axes: Axes) -> None:
-    """A light grid behind, and no frame above and to the right."""
+    """Draw a light grid behind, and no frame above and to the right."""
     axes.grid(color=GRID, linewidth=0.5)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)

@@ -8,9 +8,20 @@ from scipy.stats import norm
 from sklearn.metrics import log_loss
 
 from sigdb.recognition.metrics import calibration as metrics_calibration
-from sigdb.recognition.metrics.calibration import calibration_figures, reliability
-from sigdb.recognition.metrics.coverage import coverage_cells, set_figures, value_bands
+from sigdb.recognition.metrics.calibration import (
+    CALIBRATION_METRICS,
+    calibration_error,
+    calibration_values,
+    reliability,
+)
+from sigdb.recognition.metrics.coverage import SET_METRICS, coverage_cells, set_values, value_bands
+from sigdb.recognition.metrics.estimate import Specimens
 from sigdb.recognition.metrics.location_and_severity import crps_quantiles, crps_sample
+from sigdb.recognition.metrics.metric import estimates
+
+
+def error_of(p, rows):
+    return calibration_error(p, rows, Specimens(rows["specimen"]))
 
 
 def drawn(rows, *, seed=0, sharper=1.0):
@@ -24,11 +35,11 @@ def drawn(rows, *, seed=0, sharper=1.0):
 
 def test_log_loss_and_brier_score():
     p, rows = drawn(500)
-    figures = calibration_figures(p, rows)
-    assert figures["log_loss"].value == pytest.approx(log_loss(rows["tooth"], p), rel=1e-12)
+    metrics = estimates(CALIBRATION_METRICS, calibration_values(p, rows), Specimens(rows["specimen"]))
+    assert metrics["log_loss"].value == pytest.approx(log_loss(rows["tooth"], p), rel=1e-12)
     expected = ((p - np.eye(3)[rows["tooth"]]) ** 2).sum(axis=1).mean()
-    assert figures["brier"].value == pytest.approx(expected, rel=1e-12)
-    assert np.isnan(figures["ece"].value)
+    assert metrics["brier"].value == pytest.approx(expected, rel=1e-12)
+    assert np.isnan(error_of(p, rows).value)
 
 
 def test_calibration_error_by_hand(monkeypatch):
@@ -37,18 +48,18 @@ def test_calibration_error_by_hand(monkeypatch):
     rows = pd.DataFrame({"tooth": [0, 1, 1, 0, 1], "specimen": range(5)})
     # Bin 0.6: one of two right, 0.64 said. Bin 0.9, 1 included: two of three right, 0.95 said.
     expected = (2 * abs(0.5 - 0.64) + 3 * abs(2 / 3 - 0.95)) / 5
-    assert calibration_figures(p, rows)["ece"].value == pytest.approx(expected, rel=1e-12)
-    table = reliability(p, rows)
+    assert error_of(p, rows).value == pytest.approx(expected, rel=1e-12)
+    table = reliability(p, rows, Specimens(rows["specimen"]))
     np.testing.assert_allclose(table[["probability", "right", "rows"]], [[0.64, 0.5, 2], [0.95, 2 / 3, 3]], rtol=1e-12)
 
 
 def test_calibration_error_tells_honest_from_overconfident_probabilities():
     honest, rows = drawn(20_000)
-    assert calibration_figures(honest, rows)["ece"].value < 0.01
+    assert error_of(honest, rows).value < 0.01
     claimed, rows = drawn(20_000, sharper=2.0)
-    figure = calibration_figures(claimed, rows)["ece"]
-    assert figure.value > 0.05
-    assert figure.low < figure.value < figure.high
+    error = error_of(claimed, rows)
+    assert error.value > 0.05
+    assert error.low < error.value < error.high
 
 
 def test_crps_of_a_sample_is_the_integral_of_its_definition():
@@ -135,7 +146,8 @@ def test_many_values_are_taken_in_bands_of_like_size():
 def test_sets_by_hand():
     sets = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 1], [0, 0, 0]], bool)
     rows = pd.DataFrame({"tooth": [0, 2, 1, 0], "specimen": range(4)})
-    values = {name: one.value for name, one in set_figures(sets, rows).items()}
+    metrics = estimates(SET_METRICS, set_values(sets, rows), Specimens(rows["specimen"]))
+    values = {name: metric.value for name, metric in metrics.items()}
     assert values == pytest.approx(
         {"set_size": 5 / 4, "set_coverage": 2 / 4, "set_coverage_damaged": 1 / 2, "set_coverage_healthy": 1 / 2}
     )

@@ -1,4 +1,4 @@
-"""Unit: detection as a target: its rate of false alarms, its figures, its bound, its folder."""
+"""Unit: detection as a target: its rate of false alarms, its metrics, its bound, its folder."""
 
 from dataclasses import replace
 
@@ -8,9 +8,10 @@ import pytest
 
 from sigdb.core.errors import InputError
 from sigdb.pipeline import train_model
-from sigdb.recognition import EvaluationError, RecognitionSettings, evaluate, evaluate_with_bound, load_model, train
+from sigdb.recognition import EvaluationError, RecognitionSettings, evaluate, load_model, train
 from sigdb.recognition.answers import Answers
-from sigdb.recognition.bound.bayes_bound import detection_bound
+from sigdb.recognition.metrics.detection import call_values
+from sigdb.recognition.targets.detection import bound_threshold
 
 RATE = 0.2
 
@@ -20,34 +21,34 @@ def detector(many_specimens):
     return train(many_specimens, "detection", RecognitionSettings(folds=3, learner="templates", false_alarm_rate=RATE))
 
 
-def test_figures_are_those_of_a_detector(many_specimens, detector):
-    figures = evaluate(detector, many_specimens).figures
-    assert list(figures) == ["lda", "boosting", "templates", "nearest_template", "envelope_peak", "na4_star", "fm4"]
-    for one in figures.values():
+def test_metrics_are_those_of_a_detector(many_specimens, detector):
+    metrics = evaluate(detector, many_specimens, bound=False).metrics
+    assert list(metrics) == ["lda", "boosting", "templates", "nearest_template", "envelope_peak", "na4_star", "fm4"]
+    for one in metrics.values():
         assert {"false_alarm_rate", "p_detected", "pd_at_1e-2", "a90"} <= set(one)
         assert "accuracy" not in one
     for learner in ("lda", "boosting", "templates"):
-        assert figures[learner]["p_detected"].value > 0.9
+        assert metrics[learner]["p_detected"].value > 0.9
         # 160 healthy rows of eight specimens; the rate is held with a confidence of 0.95.
-        assert figures[learner]["false_alarm_rate"].value <= RATE
+        assert metrics[learner]["false_alarm_rate"].value <= RATE
 
 
 def test_the_bound_detects_no_less_at_its_rate(many_specimens, detector):
-    evaluation = evaluate_with_bound(detector, many_specimens)
+    evaluation = evaluate(detector, many_specimens)
     assert evaluation.bound["false_alarm_rate"].value <= RATE
-    assert evaluation.bound["p_detected"].value >= evaluation.figures["templates"]["p_detected"].value - 0.01
+    assert evaluation.bound["p_detected"].value >= evaluation.metrics["templates"]["p_detected"].value - 0.01
     assert evaluation.above == ()
     assert "accuracy" not in evaluation.bound
 
 
 def test_the_bound_s_threshold_is_passed_by_the_set_share_of_healthy_rows():
     stream = np.random.default_rng(0)
-    rows = pd.DataFrame({"tooth": np.repeat([0, 3], 500), "specimen": np.arange(1000) % 10, "stiffness_loss": 0.2})
-    score = pd.Series(np.concatenate([stream.normal(0, 1, 500), stream.normal(1, 1, 500)]))
-    figures = detection_bound(score, rows.assign(phase_shift_deg=0.0), 0.1)
-    assert figures["false_alarm_rate"].value == 0.1
-    threshold = np.sort(score[:500])[-51]
-    assert figures["p_detected"].value == (score[500:] > threshold).mean()
+    rows = pd.DataFrame({"tooth": np.repeat([0, 3], 500)})
+    score = np.concatenate([stream.normal(0, 1, 500), stream.normal(1, 1, 500)])
+    threshold = bound_threshold(score, rows, 0.1)
+    assert threshold == np.sort(score[:500])[-51]
+    values = call_values((score > threshold).astype(int), rows)
+    assert np.nanmean(values["false_alarm_rate"]) == 0.1
 
 
 def test_a_folder_of_a_detector_gives_its_answers_again(many_specimens, detector, tmp_path, monkeypatch):
@@ -73,16 +74,16 @@ def test_a_folder_of_a_detector_gives_its_answers_again(many_specimens, detector
     loaded = load_model(tmp_path / "detector")
     assert (loaded.target, loaded.false_alarm_rate) == ("detection", RATE)
     assert "false-alarm rate of 0.2" in (tmp_path / "detector" / "README.md").read_text(encoding="utf-8")
-    assert evaluate(loaded, many_specimens).figures["lda"] == evaluation.figures["lda"]
+    assert evaluate(loaded, many_specimens, bound=False).metrics["lda"] == evaluation.metrics["lda"]
 
 
 def test_training_refuses_a_model_above_the_bound_once_it_is_written(many_specimens, detector, tmp_path, monkeypatch):
-    def too_good(model, database):
-        found = evaluate(model, database)
-        return type(found)(**{**vars(found), "bound": found.figures[model.learner], "above": ("p_detected",)})
+    def too_good(model, database, **options):
+        found = evaluate(model, database, bound=False)
+        return type(found)(**{**vars(found), "bound": found.metrics[model.learner], "above": ("p_detected",)})
 
     monkeypatch.setattr("sigdb.pipeline.models.train", lambda *given, **options: detector)
-    monkeypatch.setattr("sigdb.pipeline.models.evaluate_with_bound", too_good)
+    monkeypatch.setattr("sigdb.pipeline.models.evaluate", too_good)
     given = {"learner": "lda", "false_alarm_rate": RATE, "command": "train"}
     with pytest.raises(EvaluationError, match="better than the best possible answer"):
         train_model(many_specimens, "detection", tmp_path / "leaking", **given)

@@ -8,9 +8,14 @@ from scipy.stats import norm
 from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import roc_curve
 
-from sigdb.recognition.metrics.detection import detected_rows, detection_figures, is_resolved, roc, thresholds
+from sigdb.recognition.metrics.detection import detected_share, detection_at_rates, is_resolved, roc, thresholds
 from sigdb.recognition.metrics.estimate import Specimens
-from sigdb.recognition.metrics.probability_of_detection import PodCurve, detection_by_loss, pod_curve, pod_figures
+from sigdb.recognition.metrics.probability_of_detection import PodCurve, a90_estimates, detection_by_loss, pod_curve
+
+
+def parts(rows):
+    """Healthy rows, and specimens."""
+    return (rows["tooth"] == 0).to_numpy(), Specimens(rows["specimen"])
 
 
 def frame(healthy, damaged, specimens=20, **columns):
@@ -31,7 +36,7 @@ def test_thresholds_and_detection_are_those_of_resampled_rows(decimals):
     healthy, rates = (rows["tooth"] == 0).to_numpy(), [0.01, 0.05, 0.5]
     specimens = Specimens(rows["specimen"])
     threshold = thresholds(score, healthy, specimens, rates)
-    found = detected_rows(score, healthy, specimens, threshold, ~healthy)
+    found = detected_share(score, ~healthy, specimens, threshold)
     for k in range(12):
         times = specimens.weights[k].astype(int)[specimens.index]
         at = np.repeat(np.arange(380), times)
@@ -45,28 +50,28 @@ def test_detection_of_gaussian_scores():
     stream, d = np.random.default_rng(2), 3.0
     rows = frame(40_000, 20_000, specimens=50)
     score = stream.normal(size=60_000) + d * (rows["tooth"] > 0)
-    figures = detection_figures(score, rows)
+    detected = detection_at_rates(score, *parts(rows))
     for rate, error in ((1e-2, 0.01), (1e-3, 0.02), (1e-4, 0.06)):
-        figure = figures[f"pd_at_1e{round(np.log10(rate))}"]
+        estimate = detected[f"pd_at_1e{round(np.log10(rate))}"]
         expected = norm.cdf(d - norm.ppf(1 - rate))
-        assert figure.value == pytest.approx(expected, abs=error)
-        assert figure.low < figure.value < figure.high
-        assert figure.low - error < expected < figure.high + error
+        assert estimate.value == pytest.approx(expected, abs=error)
+        assert estimate.low < estimate.value < estimate.high
+        assert estimate.low - error < expected < estimate.high + error
 
 
 @pytest.mark.parametrize(("healthy", "known"), [(299, 0), (300, 1), (2999, 1), (3000, 2), (29_999, 2), (30_000, 3)])
 def test_a_rate_needs_three_healthy_rows_for_one_false_alarm(healthy, known):
     assert sum(is_resolved(rate, healthy) for rate in (1e-2, 1e-3, 1e-4)) == known
     if healthy < 4000:
-        figures = detection_figures(np.arange(healthy + 5.0), frame(healthy, 5))
-        assert sum(not np.isnan(one.value) for one in figures.values()) == known
+        detected = detection_at_rates(np.arange(healthy + 5.0), *parts(frame(healthy, 5)))
+        assert sum(not np.isnan(estimate.value) for estimate in detected.values()) == known
 
 
 def test_roc_is_that_of_scikit_learn():
     stream = np.random.default_rng(3)
     rows = frame(500, 300)
     score = stream.normal(size=800) + 1.5 * (rows["tooth"] > 0)
-    table = roc(score, rows)
+    table = roc(score, *parts(rows))
     false, true, _ = roc_curve(rows["tooth"] > 0, score, drop_intermediate=False)
     expected = [true[false <= rate * (1 + 1e-9)].max() for rate in table["false_alarm_rate"]]
     np.testing.assert_allclose(table["detected"], expected, rtol=1e-12)
@@ -76,7 +81,7 @@ def test_roc_is_that_of_scikit_learn():
 
 def test_scores_without_information_detect_as_often_as_they_alarm():
     score = np.random.default_rng(4).normal(size=30_000)
-    table = roc(score, frame(20_000, 10_000))
+    table = roc(score, *parts(frame(20_000, 10_000)))
     share, rate = table["detected"], table["false_alarm_rate"]
     assert (np.abs(share - rate) <= 4 * np.sqrt(rate * (1 - rate) * (1 / 10_000 + 1 / 20_000)) + 1e-4).all()
 
@@ -140,6 +145,10 @@ def test_hits_that_determine_no_rising_curve_have_none(shares):
     assert pod_curve(A, rows * shares, rows) is None
 
 
+def by_loss(score, rows, **options):
+    return detection_by_loss(score, rows, Specimens(rows["specimen"]), **options)
+
+
 def of_losses(stream, *, shift=0.0):
     """4000 healthy rows and 2000 damaged ones whose scores grow with the loss."""
     loss = np.concatenate([np.zeros(4000), np.tile(A, 400)])
@@ -150,7 +159,7 @@ def of_losses(stream, *, shift=0.0):
 def test_a90_of_logistic_scores():
     """Scores of logistic noise around 20 a: POD(a) = 1 / (1 + exp(t - 20 a)) with the threshold t = logit(1 - 1e-3)."""
     score, rows = of_losses(np.random.default_rng(9))
-    found = detection_by_loss(score, rows)
+    found = by_loss(score, rows)
     expected = (logit(1 - 1e-3) + logit(0.9)) / 20
     assert found.a90.low < expected < found.a90.high
     assert found.a90.value == pytest.approx(expected, abs=0.05)
@@ -158,7 +167,7 @@ def test_a90_of_logistic_scores():
     assert found.levels["rows"].tolist() == [400] * 5
     threshold = least_threshold(score[:4000], 1e-3)
     shares = [(score[rows["stiffness_loss"] == a] > threshold).mean() for a in A]
-    np.testing.assert_allclose(found.levels["found"], shares, rtol=1e-12)
+    np.testing.assert_allclose(found.levels["detected"], shares, rtol=1e-12)
 
 
 def test_a90_counts_damage_by_loss_alone_where_there_is_such():
@@ -166,17 +175,17 @@ def test_a90_counts_damage_by_loss_alone_where_there_is_such():
     score, rows = of_losses(stream)
     shifted = rows[rows["tooth"] > 0].assign(phase_shift_deg=3.0)
     both = pd.concat([rows, shifted], ignore_index=True)
-    levels = detection_by_loss(np.append(score, np.full(2000, 99.0)), both).levels
-    pd.testing.assert_frame_equal(levels, detection_by_loss(score, rows).levels)
+    levels = by_loss(np.append(score, np.full(2000, 99.0)), both).levels
+    pd.testing.assert_frame_equal(levels, by_loss(score, rows).levels)
     only_shifted = rows.assign(phase_shift_deg=np.where(rows["tooth"] > 0, 3.0, 0.0))
-    pd.testing.assert_frame_equal(detection_by_loss(score, only_shifted).levels, levels)
+    pd.testing.assert_frame_equal(by_loss(score, only_shifted).levels, levels)
 
 
 def test_a90_is_not_extrapolated_nor_given_for_too_few_healthy_rows():
     score, rows = of_losses(np.random.default_rng(11))
     weak = (rows["stiffness_loss"] <= 0.3).to_numpy()
-    assert np.isnan(pod_figures(score[weak], rows[weak])["a90"].value)
+    assert np.isnan(a90_estimates(score[weak], rows[weak], Specimens(rows["specimen"][weak]))["a90"].value)
     few = np.arange(len(rows)) >= 1001
-    assert detection_by_loss(score[few], rows[few]) is None
-    assert np.isnan(pod_figures(score[few], rows[few])["a90_95"].value)
-    assert detection_by_loss(score[few], rows[few], rate=1e-2) is not None
+    assert by_loss(score[few], rows[few]) is None
+    assert np.isnan(a90_estimates(score[few], rows[few], Specimens(rows["specimen"][few]))["a90_95"].value)
+    assert by_loss(score[few], rows[few], rate=1e-2) is not None

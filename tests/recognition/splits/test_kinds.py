@@ -172,7 +172,7 @@ def test_the_table_holds_for_any_order_and_number_of_rows(name):
 
 def of_table(fold, **others):
     table = pd.DataFrame({"specimen": [0, 1, 1], "draw": [0, 0, 1], "fold": fold})
-    return Split(name="S1", tells="a table of a test", table=table, **others)
+    return Split(name="S1", text="a table of a test", table=table, **others)
 
 
 def test_a_split_that_shares_a_specimen_is_caught():
@@ -188,7 +188,7 @@ def test_a_table_that_is_ambiguous_or_lacks_a_side_is_caught():
         of_table([TRAINING, TRAINING, ASIDE])
     table = pd.DataFrame({"specimen": [0, 0, 1], "fold": [TRAINING, ASIDE, TEST]})
     with pytest.raises(InputError, match="a case has two folds"):
-        Split(name="S1", tells="", table=table)
+        Split(name="S1", text="", table=table)
 
 
 def test_a_case_that_the_table_does_not_hold_is_named():
@@ -218,8 +218,9 @@ def test_a_model_is_asked_about_what_its_split_holds_out(three_losses):
     assert set(rows["specimen"]) == {unseen}
     assert set(rows.loc[rows["tooth"] > 0, "stiffness_loss"]) == {0.3}
     assert len(rows) == 4 + 2
-    evaluation = evaluate(model, three_losses)
-    assert evaluation.split.startswith("S2, between the grid's points")
+    evaluation = evaluate(model, three_losses, bound=False)
+    assert evaluation.split == "S2"
+    assert evaluation.split_text.startswith("between the grid's points")
     assert evaluation.split_hash == make_split("S2", usable_rows(three_losses, "location"), seed=1, folds=3).hash
     with pytest.raises(InputError, match="was extended since the model was trained"):
         evaluate(replace(model, split_hash="0" * 64), three_losses)
@@ -232,11 +233,14 @@ def test_a_model_of_one_tooth_count_is_asked_about_the_other(mixed_teeth):
 
 
 def test_another_model_form_is_s5_and_says_what_differs(mixed_teeth, location_model, database):
-    assert "S1, by specimen" in evaluate(location_model, mixed_teeth).split
+    assert evaluate(location_model, mixed_teeth, bound=False).split == "S1"
     # The model remembers other bearings than those of the database that it is asked about.
     other = replace(location_model, form=location_model.form | {"rig.bearings": "other"})
-    split = evaluate(other, mixed_teeth).split
-    assert split.startswith(f"S5, another model form: {mixed_teeth.store}, which differs in rig.bearings;")
+    evaluation = evaluate(other, mixed_teeth, bound=False)
+    assert evaluation.split == "S5"
+    assert evaluation.split_text.startswith(f"another model form: {mixed_teeth.store}, which differs in rig.bearings;")
+    (form,) = [note for note in evaluation.notes if note.code == "other-model-form"]
+    assert form.values == {"parts": "rig.bearings"}
 
 
 def test_the_model_form_is_the_rig_and_the_solver_and_not_the_cases(database, mixed_teeth):

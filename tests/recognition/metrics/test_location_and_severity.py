@@ -1,4 +1,4 @@
-"""Unit: figures of merit on arrays worked out by hand, and their intervals."""
+"""Unit: metrics of location and severity on arrays worked out by hand, and their intervals."""
 
 import numpy as np
 import pandas as pd
@@ -6,12 +6,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sigdb.recognition.metrics.estimate import Estimate, Specimens
 from sigdb.recognition.metrics.location_and_severity import (
-    Figure,
+    LOCATION_METRICS,
+    SEVERITY_METRICS,
     circular_distance,
-    location_figures,
-    severity_figures,
+    location_values,
+    severity_values,
 )
+from sigdb.recognition.metrics.metric import estimates
+
+
+def location_metrics(predicted, rows, seed=0):
+    return estimates(LOCATION_METRICS, location_values(predicted, rows), Specimens(rows["specimen"], seed=seed))
+
+
+def severity_metrics(predicted, rows):
+    return estimates(SEVERITY_METRICS, severity_values(predicted, rows), Specimens(rows["specimen"]))
 
 
 @given(st.integers(1, 40), st.data())
@@ -25,10 +36,10 @@ def test_circular_distance_is_the_shortest_of_all_ways_around(teeth, data):
 
 def located(true, found, teeth=12, specimen=None):
     rows = pd.DataFrame({"tooth": true, "teeth": teeth, "specimen": range(len(true)) if specimen is None else specimen})
-    return {name: figure.value for name, figure in location_figures(np.array(found), rows).items()}
+    return {name: metric.value for name, metric in location_metrics(np.array(found), rows).items()}
 
 
-def test_location_figures_by_hand():
+def test_location_metrics_by_hand():
     # exact, one on, one back over the tacho mark, one on over it, three off, missed, missed; healthy: right, wrong
     true = [4, 4, 1, 12, 6, 1, 12, 0, 0]
     found = [4, 5, 12, 1, 9, 0, 0, 0, 3]
@@ -53,21 +64,21 @@ def test_each_row_counts_with_its_own_number_of_teeth():
     assert values["circular_bias"] == pytest.approx((-1 + 11) / 2)
 
 
-def test_figures_without_rows_are_nan_and_print_as_a_dash():
+def test_metrics_without_rows_are_nan_and_print_as_a_dash():
     rows = pd.DataFrame({"tooth": [0, 0], "teeth": 12, "specimen": [0, 1]})
-    figures = location_figures(np.array([0, 0]), rows)
-    assert {name for name, figure in figures.items() if np.isnan(figure.value)} == {
+    metrics = location_metrics(np.array([0, 0]), rows)
+    assert {name for name, metric in metrics.items() if np.isnan(metric.value)} == {
         "p_exact",
         "p_within_one",
         "p_detected",
         "circular_bias",
     }
-    assert str(figures["p_exact"]) == "-"
-    assert str(figures["none_on_healthy"]) == "1.000 [1.000, 1.000]"
-    assert str(Figure(value=0.12345, low=0.1, high=2.0)) == "0.123 [0.100, 2.000]"
+    assert str(metrics["p_exact"]) == "-"
+    assert str(metrics["none_on_healthy"]) == "1.000 [1.000, 1.000]"
+    assert str(Estimate(value=0.12345, low=0.1, high=2.0)) == "0.123 [0.100, 2.000]"
 
 
-def estimates(loss, half_width, **others):
+def answers(loss, half_width, **others):
     columns = {"stiffness_loss": loss, "phase_shift_deg": [0.0] * len(loss), "damaged_teeth": [1.0] * len(loss)}
     found = pd.DataFrame(columns | others)
     found["stiffness_loss_low"] = found["stiffness_loss"] - half_width
@@ -75,7 +86,7 @@ def estimates(loss, half_width, **others):
     return found
 
 
-def test_severity_figures_by_hand():
+def test_severity_metrics_by_hand():
     rows = pd.DataFrame(
         {
             "stiffness_loss": [0.25, 0.5, 0.75, 0.0],
@@ -85,8 +96,8 @@ def test_severity_figures_by_hand():
         }
     )
     # Errors 0.125, 0.25, 0.0625, 0: three are inside of half a width of 0.125, one of them at its end.
-    figures = severity_figures(estimates([0.375, 0.25, 0.6875, 0.0], 0.125), rows)
-    values = {name: figure.value for name, figure in figures.items()}
+    metrics = severity_metrics(answers([0.375, 0.25, 0.6875, 0.0], 0.125), rows)
+    values = {name: metric.value for name, metric in metrics.items()}
     interval_scores = [(e / 2 + 0.05 * (0.25 + 20 * max(0, e - 0.125))) / 1.5 for e in (0.125, 0.25, 0.0625, 0)]
     assert values == pytest.approx(
         {
@@ -110,15 +121,15 @@ def test_severity_figures_by_hand():
 def test_one_specimen_has_no_interval():
     stream = np.random.default_rng(0)
     rows = pd.DataFrame({"tooth": 5, "teeth": 12, "specimen": 7}, index=range(50))
-    figure = location_figures(stream.integers(4, 7, 50), rows)["p_exact"]
-    assert figure.low == figure.high == pytest.approx(figure.value)
+    metric = location_metrics(stream.integers(4, 7, 50), rows)["p_exact"]
+    assert metric.low == metric.high == pytest.approx(metric.value)
 
 
 def test_two_specimens_that_disagree_span_the_interval():
     # Resampled means of one 0 and one 1 are 0, 1/2 and 1 with probabilities 1/4, 1/2 and 1/4.
     rows = pd.DataFrame({"tooth": 5, "teeth": 12, "specimen": np.repeat([3, 9], 20)})
-    figure = location_figures(np.repeat([5, 6], 20), rows)["p_exact"]
-    assert (figure.low, figure.value, figure.high) == (0, 0.5, 1)
+    metric = location_metrics(np.repeat([5, 6], 20), rows)["p_exact"]
+    assert (metric.low, metric.value, metric.high) == (0, 0.5, 1)
 
 
 def test_the_interval_of_many_specimens_is_that_of_their_mean():
@@ -133,27 +144,27 @@ def test_the_interval_of_many_specimens_is_that_of_their_mean():
             "specimen": np.repeat(np.arange(specimens), per_specimen),
         }
     )
-    figure = severity_figures(estimates(loss, 0.1), rows)["mae_stiffness_loss"]
+    metric = severity_metrics(answers(loss, 0.1), rows)["mae_stiffness_loss"]
     mean, error = np.abs(level).mean(), np.abs(level).std() / np.sqrt(specimens)
-    assert figure.value == pytest.approx(mean)
+    assert metric.value == pytest.approx(mean)
     # Rows of a specimen are no new evidence: counted one by one they would give less than half this width.
-    assert figure.high - figure.low == pytest.approx(2 * 1.96 * error, rel=0.1)
-    assert figure.low < mean < figure.high
+    assert metric.high - metric.low == pytest.approx(2 * 1.96 * error, rel=0.1)
+    assert metric.low < mean < metric.high
 
 
 @given(st.integers(2, 8), st.integers(0, 10**6))
 def test_the_interval_holds_the_mean(specimens, seed):
     stream = np.random.default_rng(seed)
     rows = pd.DataFrame({"tooth": 5, "teeth": 12, "specimen": stream.integers(0, specimens, 80)})
-    figures = location_figures(stream.integers(4, 8, 80), rows)
+    metrics = location_metrics(stream.integers(4, 8, 80), rows)
     for name in ("p_exact", "p_within_one", "circular_bias"):
-        assert figures[name].low <= figures[name].value + 1e-12
-        assert figures[name].high >= figures[name].value - 1e-12
+        assert metrics[name].low <= metrics[name].value + 1e-12
+        assert metrics[name].high >= metrics[name].value - 1e-12
 
 
 def test_the_interval_is_the_same_each_time_and_moves_with_the_seed():
     rows = pd.DataFrame({"tooth": 5, "teeth": 12, "specimen": np.arange(60)})
     found = np.random.default_rng(3).integers(4, 7, 60)
-    figures = [location_figures(found, rows, seed=seed)["circular_bias"] for seed in (0, 0, 1, 2, 3)]
-    assert figures[0] == figures[1]
-    assert len({(one.low, one.high) for one in figures}) > 1
+    metrics = [location_metrics(found, rows, seed=seed)["circular_bias"] for seed in (0, 0, 1, 2, 3)]
+    assert metrics[0] == metrics[1]
+    assert len({(one.low, one.high) for one in metrics}) > 1

@@ -1,4 +1,4 @@
-"""Unit: the page of an evaluation is one file, tells the numbers as they are, and draws what there is."""
+"""Unit: the page of an evaluation is one file, shows the numbers unchanged, and draws what there is."""
 
 import base64
 import json
@@ -10,28 +10,36 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sigdb.cli.rows import print_figures
-from sigdb.recognition import Estimate, Evaluation
+from sigdb.cli.rows import print_evaluation
+from sigdb.core import Note
+from sigdb.recognition import TARGETS, CriteriaSettings, Estimate, Evaluation
 from sigdb.recognition.answers import Answers
-from sigdb.recognition.criteria import aims
-from sigdb.recognition.evaluation import answer_figures
+from sigdb.recognition.criteria import assess_criteria
 from sigdb.recognition.evaluation_tables import evaluation_tables
+from sigdb.recognition.metrics.evaluated import Evaluated
+from sigdb.recognition.metrics.metric import estimates
 from sigdb.report import evaluation_figures, evaluation_html, write_evaluation_report
 
 TEETH = 5
 
 
-def an_evaluation(answers, rows, **others):
-    target = "location" if isinstance(answers["a"].predicted, np.ndarray) else "severity"
+def an_evaluation(target, answers, rows, **others):
+    question = TARGETS[target]
+    evaluated = {name: Evaluated.of(each, rows) for name, each in answers.items()}
+    metrics = {
+        name: estimates(question.metrics, question.values(each), each.specimens) | question.quotients(each)
+        for name, each in evaluated.items()
+    }
     return Evaluation(
         target=target,
         learner="a",
-        split="S1, by specimen",
+        split="S1",
+        split_text="by specimen",
         split_hash="0123456789abcdef",
         rows=len(rows),
         specimens=rows["specimen"].nunique(),
-        figures={name: answer_figures(one, rows, target) for name, one in answers.items()},
-        tables=evaluation_tables(answers, rows, "a", {}),
+        metrics=metrics,
+        tables=evaluation_tables(question, evaluated, "a", None, {}),
         **others,
     )
 
@@ -64,6 +72,7 @@ def location(rows):
     scores[np.arange(len(rows)), rows["tooth"]] += np.where(rows["tooth"] > 0, 12 * rows["stiffness_loss"], 2.0)
     p = np.exp(scores) / np.exp(scores).sum(axis=1, keepdims=True)
     return an_evaluation(
+        "location",
         {
             "a": Answers(predicted=scores.argmax(axis=1), scores=scores, probabilities=p),
             "b": Answers(predicted=np.zeros(len(rows), int)),
@@ -79,7 +88,7 @@ def severity(rows):
     for target, half in (("stiffness_loss", 0.1), ("phase_shift_deg", 1.0), ("damaged_teeth", 0.5)):
         found[target] = damaged[target] + half / 2 * stream.normal(size=len(damaged))
         found |= {f"{target}_low": found[target] - half, f"{target}_high": found[target] + half}
-    return an_evaluation({"a": Answers(predicted=pd.DataFrame(found))}, damaged)
+    return an_evaluation("severity", {"a": Answers(predicted=pd.DataFrame(found))}, damaged)
 
 
 @pytest.fixture(scope="module")
@@ -107,11 +116,11 @@ def test_the_page_is_one_file_that_needs_no_network(which, pages):
 
 def test_the_pictures_are_those_of_what_there_is(location, pages):
     assert re.findall("<h3>(.*?)</h3>", pages["location"]) == [
-        "Which tooth for which",
-        "How far off, around the gear",
+        "Confusion of teeth",
+        "Distance around the gear",
         "Detection at low false-alarm rates",
         "Detection against stiffness loss",
-        "Probabilities against what came true",
+        "Reliability of probabilities",
         "Accuracy, healthy rows too, against the signal-to-noise ratio",
         "Exact tooth of damaged rows against the signal-to-noise ratio",
     ]
@@ -135,19 +144,19 @@ def test_coverage_is_drawn_where_cells_have_enough_rows(severity, pages):
 
 def test_the_table_tells_the_figures(location, pages):
     page = pages["location"]
-    exact = location.figures["a"]["p_exact"]
+    exact = location.metrics["a"]["p_exact"]
     ends = f'<span class="ends">[{exact.low:.3f}, {exact.high:.3f}]</span>'
     assert f'<td>P(exact tooth)</td><td class="ours">{exact.value:.3f} {ends}</td>' in page
     assert "The best possible answer (the Bayes bound) is not computed." in page
 
 
 def test_what_the_circular_picture_shows_adds_up(location):
-    figure = next(figure for heading, _, figure in evaluation_figures(location) if heading.startswith("How far off"))
+    figure = next(figure for heading, _, figure in evaluation_figures(location) if heading.startswith("Distance"))
     missed = float(figure.axes[0].get_title(loc="left").split("missed: ")[1])
-    assert missed == pytest.approx(1 - location.figures["a"]["p_detected"].value, abs=5e-4)
+    assert missed == pytest.approx(1 - location.metrics["a"]["p_detected"].value, abs=5e-4)
     heights = np.array([bar.get_height() for bar in figure.axes[0].patches])
     floor = np.floor(np.log10(1 / (120 * TEETH)))
-    assert 10 ** (heights[0] + floor) == pytest.approx(location.figures["a"]["p_exact"].value)
+    assert 10 ** (heights[0] + floor) == pytest.approx(location.metrics["a"]["p_exact"].value)
 
 
 def test_the_bound_and_an_alarm_are_shown(location, pages):
@@ -164,15 +173,15 @@ def test_files_of_a_report(location, pages, tmp_path):
     page = write_evaluation_report(location, tmp_path / "new" / "report", title="a & b <c>")
     assert sorted(one.name for one in page.parent.iterdir()) == ["evaluation.json", "index.html"]
     numbers = json.loads((page.parent / "evaluation.json").read_text(encoding="utf-8"))
-    assert numbers["figures"]["a"]["p_exact"]["value"] == location.figures["a"]["p_exact"].value
-    assert numbers["figures"]["b"]["circular_bias"]["value"] is None
+    assert numbers["metrics"]["a"]["p_exact"]["value"] == location.metrics["a"]["p_exact"].value
+    assert numbers["metrics"]["b"]["circular_bias"]["value"] is None
     assert set(numbers["tables"]) == set(location.tables)
     assert numbers["tables"]["roc"]["detected"] == location.tables["roc"]["detected"].tolist()
     assert page.read_text(encoding="utf-8") == pages["location"]  # the same each time
 
 
 @pytest.fixture(scope="module")
-def beside(location):
+def compared(location):
     bands = pd.DataFrame(
         {
             "band": ["-10 to -6 dB", "-6 to -2 dB", "all"],
@@ -188,30 +197,37 @@ def beside(location):
             "loss_db_high": [0.5, np.nan, 0.3],
         }
     )
-    return replace(location, efficiency=bands, aims=aims("location", bands, None, ["Because a < b."]))
+    criteria = CriteriaSettings(loss_db=0.25, a90_ratio=1.05, ece=0.01, undercovered_cells=0.01)
+    return replace(
+        location,
+        efficiency=bands,
+        criteria=assess_criteria(criteria, TARGETS["location"], bands, None),
+        notes=(Note(code="a-note", text="Because a < b."),),
+    )
 
 
-def test_the_best_possible_and_the_aims_are_a_section(beside, pages):
-    page = evaluation_html(beside, title="t")
+def test_the_best_possible_and_the_criteria_are_sections(compared, pages):
+    page = evaluation_html(compared, title="t")
     assert "Against the best possible" not in pages["location"]
+    assert "Criteria" not in pages["location"]
     section = page.split("<h2>Against the best possible</h2>")[1].split('<div class="pictures">')[0]
     assert '<td>0.410</td><td>0.400</td><td>0.310 <span class="ends">[0.100, 0.500]</span></td>' in section
     assert "<td>beyond</td>" in section
-    assert "<td>no</td><td>Missed in 2 of 2 noise bands: 0.31 at -10 to -6 dB, more than can be told at" in section
+    assert "<td>no</td><td>Exceeded in 2 of 2 noise bands: 0.31 at -10 to -6 dB, beyond the range at" in section
     assert "Because a &lt; b." in section
-    assert section.count("<td>not judged</td>") == 3
+    assert section.count("<td>not estimated</td>") == 3
 
 
-def test_the_loss_is_drawn_by_noise_band(beside):
-    assert "Loss" not in next(iter(evaluation_figures(beside)))[0]  # of one band only it is known
-    known = replace(beside, efficiency=beside.efficiency.replace(np.inf, 0.2))
+def test_the_loss_is_drawn_by_noise_band(compared):
+    assert "Loss" not in next(iter(evaluation_figures(compared)))[0]  # of one band only it is known
+    known = replace(compared, efficiency=compared.efficiency.replace(np.inf, 0.2))
     heading, _, figure = next(iter(evaluation_figures(known)))
     assert heading == "Loss against the best possible, by noise band"
     assert figure.axes[0].containers[0].lines[0].get_xydata().tolist() == [[-8.0, 0.31], [-4.0, 0.2]]
 
 
-def test_the_command_prints_them_compactly(beside, capsys):
-    print_figures(beside)
+def test_the_command_prints_them_compactly(compared, capsys):
+    print_evaluation(compared)
     said = capsys.readouterr().out
     assert re.search(r"^-10 to -6 dB +500 +0\.410 +0\.400 +0\.310 \[0\.100, 0\.500\]$", said, re.MULTILINE)
     assert re.search(r"^location, loss against the bound, dB +0\.25 +beyond \(-6 to -2 dB\) +no$", said, re.MULTILINE)

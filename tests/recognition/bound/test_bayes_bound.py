@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from scipy.special import ndtri
 from scipy.stats import binom, norm, ttest_1samp
 
-from sigdb.core.errors import InputError
+from sigdb.core import InputError, NotApplicableError
 from sigdb.database import Template
 from sigdb.measurement import index_error_covariance
 from sigdb.recognition import (
@@ -24,7 +24,7 @@ from sigdb.recognition import (
     expected_losses,
     operating_points,
     optimal_roc,
-    smallest_found,
+    smallest_detected_loss,
 )
 from sigdb.recognition.bound import operating_points as rows_by_point
 from sigdb.recognition.severity_quantities import QUANTITIES
@@ -49,7 +49,7 @@ def point(signals, tooth, *, teeth, rows, response=None, index_error=0.0, **seve
     ]
     hypotheses = Hypotheses.from_templates(stored, teeth=teeth, mate_teeth=3 * teeth)
     frame = pd.DataFrame(rows, columns=["place", "tooth"])
-    frame = frame.assign(teeth=teeth, specimen=0, judged=True, noise=NOISE, index_error=index_error)
+    frame = frame.assign(teeth=teeth, specimen=0, requested=True, noise=NOISE, index_error=index_error)
     for name in QUANTITIES:
         frame[name] = hypotheses.cases[name].to_numpy()[frame["place"]]
     return OperatingPoint(hypotheses=hypotheses, rows=frame)
@@ -200,8 +200,8 @@ def test_efficiency_is_the_share_of_the_information():
 
 def test_entropy_before_an_average_is_seen_is_that_of_the_rows():
     one = point([np.zeros(12), np.ones(12)], [0, 1], teeth=2, rows=[(0, 0), (0, 0), (1, 1), (1, 2)])
-    assert_allclose(one.before.entropy, [1.5 * math.log(2)])
-    assert_allclose(np.exp(one.before.location), [[0.5, 0.25, 0.25]])
+    assert_allclose(one.prior.entropy, [1.5 * math.log(2)])
+    assert_allclose(np.exp(one.prior.location), [[0.5, 0.25, 0.25]])
 
 
 def test_equal_models_are_called_above_the_bound_once_in_a_hundred_times():
@@ -280,7 +280,7 @@ def test_false_alarms_of_the_likelihood_ratio_are_as_many_as_it_says():
 
 
 def test_nothing_is_found_where_no_loss_is_great_enough():
-    assert math.isnan(smallest_found(np.array([0.2, 0.4]), np.array([0.01, 0.6]), draws=1000))
+    assert math.isnan(smallest_detected_loss(np.array([0.2, 0.4]), np.array([0.01, 0.6]), draws=1000))
 
 
 def test_the_bound_on_the_rows_of_a_database(database):
@@ -288,7 +288,7 @@ def test_the_bound_on_the_rows_of_a_database(database):
     assert found.outside == {}
     assert len(found.rows) == len(database)
     assert list(found.losses) == ["error", "log_loss"]
-    assert set(found.figures) == {
+    assert set(found.metrics) == {
         "accuracy",
         "p_exact",
         "p_within_one",
@@ -297,23 +297,23 @@ def test_the_bound_on_the_rows_of_a_database(database):
         "none_on_healthy",
         "log_loss",
     }
-    assert found.figures["accuracy"].value == 1
+    assert found.metrics["accuracy"].value == 1
     counts = database.cases()["tooth"].value_counts(normalize=True).to_numpy()
     assert found.entropy == pytest.approx(-(counts * np.log(counts)).sum())
     assert found.expected["error"][0] < 1e-3
 
 
-def test_the_bound_on_severity_is_judged_on_damaged_rows(database):
+def test_the_bound_on_severity_is_of_damaged_rows(database):
     ids = np.arange(0, len(database), 3)
     found = bayes_bound(database, ids, target="severity")
     damaged = database.cases("tooth > 0")["id"]
     assert found.rows.index.tolist() == sorted(set(ids) & set(damaged))
-    assert set(found.figures) == {
+    assert set(found.metrics) == {
         f"{kind}_{name}"
         for kind in ("mae", "rmse", "crps")
         for name in ("stiffness_loss", "phase_shift_deg", "damaged_teeth")
     }
-    assert found.figures["rmse_stiffness_loss"].value < 1e-3
+    assert found.metrics["rmse_stiffness_loss"].value < 1e-3
 
 
 def test_the_share_of_templates_is_that_of_all_rows_whichever_are_asked_for(database):
@@ -321,20 +321,20 @@ def test_the_share_of_templates_is_that_of_all_rows_whichever_are_asked_for(data
     one = database.cases("tooth = 5")["id"].to_numpy()[:1]
     (some,), _ = operating_points(database, one)
     (all_rows,), _ = operating_points(database)
-    assert some.rows["judged"].sum() == 1
+    assert some.rows["requested"].sum() == 1
     assert np.array_equal(some.log_prior, all_rows.log_prior)
 
 
-def test_figures_are_means_of_values_and_scores_are_the_posterior(mixed_teeth):
+def test_metrics_are_means_of_values_and_scores_are_the_posterior(mixed_teeth):
     found = bayes_bound(mixed_teeth)
     assert found.scores.shape == (len(mixed_teeth), 14)
-    assert np.array_equal(found.scores.to_numpy().argmax(axis=1), found.rows["found"])
+    assert np.array_equal(found.scores.to_numpy().argmax(axis=1), found.rows["predicted"])
     assert_allclose(np.exp(found.scores).sum(axis=1), 1)
     assert np.isneginf(found.scores.loc[found.rows["teeth"] == 12, 13]).all()
     true = found.scores.to_numpy()[np.arange(len(found.rows)), found.rows["tooth"]]
     assert_allclose(found.losses["log_loss"], -true)
-    for name, figure in found.figures.items():
-        assert_allclose(figure.value, np.nanmean(found.values[name]))
+    for name, metric in found.metrics.items():
+        assert_allclose(metric.value, np.nanmean(found.values[name]))
 
 
 def test_noise_of_a_row_is_that_of_its_average(mixed_teeth):
@@ -352,7 +352,7 @@ def test_each_tooth_count_has_its_own_hypotheses(mixed_teeth):
     assert sorted(one.hypotheses.teeth for one in points) == [12, 13]
     found = bayes_bound(mixed_teeth)
     assert set(found.rows["teeth"]) == {12, 13}
-    assert found.figures["accuracy"].value == 1
+    assert found.metrics["accuracy"].value == 1
 
 
 def test_errors_on_stored_rows_are_as_many_as_the_rule_expects(make_database):
@@ -388,12 +388,12 @@ def test_rows_outside_the_law_are_counted(database, monkeypatch):
     found = bayes_bound(database, target="severity")
     assert found.outside == {"without a result": 3, "with loss of contact": 5, "with a pattern of damage": 2}
     assert found.rows.index.tolist() == damaged[10:].tolist()
-    with pytest.raises(InputError, match=r"no row is inside the law .*'with loss of contact': 4"):
+    with pytest.raises(NotApplicableError, match=r"no row follows the law of the bound .*'with loss of contact': 4"):
         bayes_bound(database, damaged[:4])
 
 
 def test_an_unknown_target_is_refused(database):
-    with pytest.raises(InputError, match="target = 'colour' is not known; choose one of location, severity"):
+    with pytest.raises(InputError, match="target = 'colour' does not exist; choose one of location, severity"):
         bayes_bound(database, target="colour")
 
 

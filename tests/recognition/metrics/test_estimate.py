@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, interval, paired_difference
+from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, interval
 
 
 def resampled(specimens, k):
@@ -51,24 +51,14 @@ def test_totals_of_tables_are_sums_over_resampled_rows(sample):
         np.testing.assert_allclose(totals[k], values[resampled(specimens, k)].sum(axis=0), rtol=1e-9, atol=1e-12)
 
 
-def test_a_difference_is_paired():
-    stream = np.random.default_rng(3)
-    specimens = np.repeat(np.arange(100), 10)
-    common = np.repeat(stream.normal(0, 5, 100), 10)
-    a = common + 0.3 + stream.normal(0, 1, 1000)
-    b = common + stream.normal(0, 1, 1000)
-    found = paired_difference(a, b, specimens)
-    assert found.value == pytest.approx((a - b).mean())
-    # Half a width of 1.96 sqrt(2 / 1000); taken one by one the two means would have 1.96 sqrt(2 (25 + 0.1) / 100).
-    assert (found.high - found.low) / 2 == pytest.approx(1.96 * np.sqrt(2 / 1000), rel=0.15)
-    assert found.low > 0
-    wide = paired_difference(a, b, specimens, level=0.99)
-    assert (wide.high - wide.low) / (found.high - found.low) == pytest.approx(2.576 / 1.96, rel=0.15)
-
-
-def test_rows_that_one_side_does_not_know_do_not_count():
-    a, b = np.array([1.0, np.nan, 3.0, 4.0]), np.array([0.0, 0.0, np.nan, 2.0])
-    assert paired_difference(a, b, np.arange(4)).value == pytest.approx(1.5)
+def test_selected_rows_have_the_resamples_of_their_specimens(sample):
+    """As drawn for these rows alone; and the same resamples, not drawn again, where all specimens stay."""
+    specimens, values = sample
+    for inside in (values > 1, specimens.index > 2):
+        fresh, selected = Specimens(specimens.index[inside], seed=2), specimens.select(inside)
+        np.testing.assert_array_equal(selected.weights, fresh.weights)
+        np.testing.assert_array_equal(selected.index, fresh.index)
+    assert specimens.select(np.arange(200) > 0).weights is specimens.weights
 
 
 def test_what_is_not_known_has_no_interval():

@@ -1,6 +1,5 @@
-"""Unit: how far a model is from the Bayes rule, against closed forms and rules with a known loss."""
+"""Unit: the efficiency of a model, against closed forms and rules with a known loss."""
 
-import json
 import math
 from dataclasses import replace
 
@@ -15,21 +14,17 @@ from sigdb.recognition import (
     ErrorCurve,
     Hypotheses,
     OperatingPoint,
-    RecognitionSettings,
-    TemplateBank,
-    above_bound,
-    bayes_bound,
-    evaluate_with_bound,
-    requested_rows,
-    train,
 )
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.bound.bayes_bound import Bound
-from sigdb.recognition.bound.bayes_rule import LOSSES, judge
-from sigdb.recognition.bound.efficiency import against_bound, detection_efficiency, noise_bands, posterior_answers
+from sigdb.recognition.bound.bayes_rule import RULES, apply_rule
+from sigdb.recognition.bound.efficiency import detection_efficiency, posterior_answers
 from sigdb.recognition.bound.expected_losses import error_curve_around, expected_error
-from sigdb.recognition.criteria import aims, causes
+from sigdb.recognition.bound.noise_bands import noise_bands
+from sigdb.recognition.evaluation_tables import efficiency_table
+from sigdb.recognition.metrics.evaluated import Evaluated
 from sigdb.recognition.severity_quantities import QUANTITIES
+from sigdb.recognition.targets.all_targets import TARGETS
 from sigdb.recognition.templates.posterior import Posterior
 
 STEP, NOISE = 6, 0.5
@@ -50,7 +45,7 @@ def law(signals, tooth, rows, *, teeth):
     ]
     hypotheses = Hypotheses.from_templates(stored, teeth=teeth, mate_teeth=3 * teeth)
     place, first = np.transpose(rows)
-    frame = pd.DataFrame({"place": place, "tooth": first, "teeth": teeth, "judged": True, "noise": NOISE})
+    frame = pd.DataFrame({"place": place, "tooth": first, "teeth": teeth, "requested": True, "noise": NOISE})
     cases = {name: hypotheses.cases[name].to_numpy()[place] for name in QUANTITIES}
     order = np.arange(len(frame))
     frame = frame.assign(index_error=0.0, specimen=order % 20, snr_db=np.where(order % 2, -1.0, -8.0), **cases)
@@ -65,12 +60,22 @@ def orthogonal(distance, *, teeth=8, count=16_000):
 
 
 def bound_of(point, x, target):
-    judged = judge(point, [(point.rows, x)], target)
-    losses = list(LOSSES[target])
+    answers = apply_rule(RULES[target], point, [(point.rows, x)])
+    losses = list(RULES[target].losses)
     return Bound(
-        target=target, rows=judged.drop(columns=losses), losses=judged[losses], scores=None, outside={}, expected=None,
+        target=target,
+        rows=answers.drop(columns=losses),
+        losses=answers[losses],
+        scores=None,
+        outside={},
+        expected=None,
         entropy=math.nan,
-    )  # fmt: skip
+        points=[point],
+    )
+
+
+def table_of(target, answers, rows, bound):
+    return efficiency_table(TARGETS[target], Evaluated.of(answers, rows), bound)
 
 
 def drawn(point, seed=1):
@@ -80,8 +85,8 @@ def drawn(point, seed=1):
 
 def location_answers(point, x, decibels=0.0):
     """The Bayes rule on averages with so much more noise."""
-    known = point.posterior(x, point.rows.assign(noise=NOISE * 10 ** (decibels / 20)))
-    return Answers(predicted=known.tooth, scores=known.location, probabilities=np.exp(known.location))
+    posterior = point.posterior(x, point.rows.assign(noise=NOISE * 10 ** (decibels / 20)))
+    return Answers(predicted=posterior.tooth, scores=posterior.location, probabilities=np.exp(posterior.location))
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +126,7 @@ def test_the_expected_error_is_that_of_the_rows_asked_for():
     healthy, difference = stream.standard_normal((2, 3 * STEP))
     damaged = healthy + d * NOISE * difference / np.linalg.norm(difference)
     point = law([healthy, damaged], [0, 1], [(0, 0), (0, 0), (0, 0), (1, 1)], teeth=3)
-    point = point.asking(point.rows.index[point.rows["tooth"] > 0])
+    point = point.with_request(point.rows.index[point.rows["tooth"] > 0])
     value, error = expected_error([point], draws=20_000)
     assert abs(value - norm.cdf(math.log(3) / d - d / 2)) < 5 * error
 
@@ -141,7 +146,7 @@ def test_a_rule_that_sees_more_noise_loses_so_many_decibels_in_each_band(located
     point, x, best = located
     more = NOISE * math.sqrt(10**0.2 - 1)
     worse = location_answers(point, x + more * np.random.default_rng(2).standard_normal(x.shape), 2.0)
-    table = against_bound("location", worse, point.rows, best, [point], draws=8000)
+    table = table_of("location", worse, point.rows, best)
     assert table["band"].tolist() == ["-8 to -4.5 dB", "-4.5 to -1 dB", "all"]
     for row in table.to_dict("records"):
         assert row["loss_db_low"] < 2.0 < row["loss_db_high"]
@@ -156,7 +161,7 @@ def test_a_rule_that_sees_more_noise_loses_so_many_decibels_in_each_band(located
 
 def test_the_rule_itself_loses_nothing(located):
     point, x, best = located
-    row = against_bound("location", location_answers(point, x), point.rows, best, [point], draws=500).iloc[-1]
+    row = table_of("location", location_answers(point, x), point.rows, best).iloc[-1]
     assert [row["loss_db"], row["loss_db_low"], row["loss_db_high"]] == pytest.approx([0.0] * 3, abs=1e-9)
     assert [row["eta_info"], row["eta_info_low"], row["eta_info_high"]] == pytest.approx([1.0] * 3)
 
@@ -165,7 +170,7 @@ def test_rows_outside_of_the_law_do_not_count(located):
     point, x, best = located
     answers, some = location_answers(point, x), best.rows.index[:8000]
     inside = replace(best, rows=best.rows.loc[some], losses=best.losses.loc[some])
-    table = against_bound("location", answers, point.rows, inside, [point], draws=100)
+    table = table_of("location", answers, point.rows, inside)
     assert table.iloc[-1]["rows"] == 8000
 
 
@@ -182,12 +187,12 @@ def test_severity_is_set_against_median_quantiles_and_mean_of_the_posterior():
     point = law(signals, [1] * 4, [(i % 4, 1 + i % 3) for i in range(2400)], teeth=3)
     best = bound_of(point, drawn(point), "severity")
     exact = posterior_answers(best.rows)
-    row = against_bound("severity", Answers(predicted=exact), point.rows, best).iloc[-1]
-    assert row["target"] == "stiffness_loss"  # the others do not vary
+    row = table_of("severity", Answers(predicted=exact), point.rows, best).iloc[-1]
+    assert row["quantity"] == "stiffness_loss"  # the others do not vary
     assert row["mae_ratio"] == row["crps_ratio"] == 1
     true = point.rows["stiffness_loss"].to_numpy()
     shifted = exact.assign(stiffness_loss=best.rows["mean_stiffness_loss"] + 0.05)
-    row = against_bound("severity", Answers(predicted=shifted), point.rows, best).iloc[-1]
+    row = table_of("severity", Answers(predicted=shifted), point.rows, best).iloc[-1]
     error = np.abs(shifted["stiffness_loss"] - true)
     assert row["mae_ratio"] == pytest.approx(error.mean() / np.abs(exact["stiffness_loss"] - true).mean())
     assert row["mae_ratio_low"] < row["mae_ratio"] < row["mae_ratio_high"]
@@ -220,9 +225,8 @@ def of_scores(slope, best_slope):
         entropy=math.nan,
     )  # fmt: skip
     zeros = np.zeros(len(rows))
-    return detection_efficiency(
-        Answers(predicted=zeros.astype(int), scores=np.column_stack([zeros, score])), rows, best
-    )
+    answers = Answers(predicted=zeros.astype(int), scores=np.column_stack([zeros, score]))
+    return detection_efficiency(Evaluated.of(answers, rows), best)
 
 
 def test_a90_goes_as_the_inverse_of_the_slope_of_the_score():
@@ -233,116 +237,3 @@ def test_a90_goes_as_the_inverse_of_the_slope_of_the_score():
     assert flatter["a90_ratio"] == pytest.approx(40 / 32, rel=0.02)
     assert flatter["a90_ratio_low"] < flatter["a90_ratio"] < flatter["a90_ratio_high"]
     assert of_scores(5.0, 40.0)["a90_ratio"] == math.inf  # no loss of the rows is found so often
-
-
-def a_table(**columns):
-    """Two bands and all rows."""
-    bands = {"band": ["-8 to -4 dB", "-4 to 0 dB", "all"], "rows": 100, "bound_error": 0.3, "chance": 0.9}
-    ends = {f"{name}_{end}": value for name, value in columns.items() for end in ("low", "high")}
-    return pd.DataFrame(bands | columns | ends)
-
-
-def test_aims_are_judged_in_the_worst_band():
-    table = a_table(
-        loss_db=[0.1, 0.4, 0.9], a90_ratio=[1.0, np.nan, 1.2], a90=0.1, ece=np.nan, confidence=0.5, error_of_answers=0.5
-    )
-    location, a90, ece, sets = aims("location", table, None, ["Because."]).to_dict("records")
-    assert (location["met"], location["found"], location["where"]) == (False, 0.4, "-4 to 0 dB")
-    assert location["why"] == "Missed in 1 of 2 noise bands: 0.4 at -4 to 0 dB. Because."
-    assert (a90["met"], a90["found"], a90["why"]) == (True, 1.0, "")
-    assert ece["met"] is None
-    assert "100 rows at most, and needs 20000" in ece["why"]
-    assert sets["met"] is None
-    over = a_table(ece=[0.004, 0.03, 0.01], confidence=0.6, error_of_answers=0.43)
-    said = aims("location", over.assign(loss_db=np.nan), None).to_dict("records")
-    assert said[0]["why"] == "the bound's error is 0.33 to 0.33 of that by chance, and the aim is for 0.02 to 0.8"
-    assert said[2]["why"].endswith("There the answers are given 0.600 on average, and 0.570 of them are right.")
-
-
-def test_aims_of_severity_are_judged_where_the_bound_is_not_saturated():
-    table = a_table(mae_ratio=[1.2, 1.01, 1.3]).assign(target="stiffness_loss", bound_error=[0.001, 0.3, 0.3])
-    (mae, _) = aims("severity", table, pd.DataFrame()).to_dict("records")
-    assert (mae["met"], mae["found"], mae["where"]) == (True, 1.01, "-4 to 0 dB")
-    nothing = aims("severity", table.assign(bound_error=0.0), pd.DataFrame()).to_dict("records")
-    assert nothing[0]["met"] is None
-    unknown = aims("severity", pd.DataFrame(), None, bounded=False)
-    assert unknown["met"].tolist() == [None, None]
-
-
-def test_few_cells_may_cover_too_little():
-    cell = {
-        "stiffness_loss": 0.1,
-        "damaged_teeth": 1.0,
-        "snr_db": -8.0,
-        "speed_rpm": 1.0,
-        "torque": 2.0,
-        "rows": 3000,
-        "target": "tooth",
-    }
-    cells = pd.DataFrame([cell | {"coverage": 0.9, "below": False}] * 99 + [cell | {"coverage": 0.8, "below": True}])
-    one = aims("location", a_table(loss_db=0.1), cells).iloc[-1]
-    assert (one["found"], one["met"]) == (0.01, True)
-    two = aims("location", a_table(loss_db=0.1), pd.concat([cells, cells[-1:]])).iloc[-1]
-    assert not two["met"]
-    assert two["why"].startswith(
-        "2 of 101 cells; the least coverage is 0.800, of 3000 rows (tooth; loss 0.1, 1 damaged teeth, -8 dB"
-    )
-
-
-@pytest.fixture(scope="module")
-def bank(database):
-    return TemplateBank.of(database)
-
-
-def test_causes_are_told_by_numbers(database, location_model, bank):
-    rows = database.features()
-    model = replace(location_model, learner="bank", estimators={"bank": type("Holder", (), {"bank": bank})()})
-    plain = "S1, by specimen: specimens held out of training, the same cases"
-    assert causes(model, rows, plain, 1e-6) == []
-    away = rows.assign(speed_rpm=rows["speed_rpm"] * np.where(rows["tooth"] > 0, 1.02, 1.0))
-    (said,) = causes(model, away, plain)
-    share = (rows["tooth"] > 0).mean()
-    assert said.startswith(f"{100 * share:.0f} % of the rows are at operating points that the bank has no templates of")
-    assert "2 % in speed and 0 % in torque" in said
-    other = rows.assign(stiffness_loss=rows["stiffness_loss"].replace(0.2, 0.3), teeth=12)
-    assert causes(model, other, plain) == ["Of the 8 severities asked about the bank has no templates of 4."]
-    assert causes(model, rows.assign(teeth=13), plain) == ["The bank has no templates of 13 teeth; it has 12."]
-    assert causes(model, rows, plain, 2e-6) == ["The index errors of the rows are 2 um, those of the bank 1 um."]
-    changed = "S5, another model form: db, which differs in rig.bearings, solver; other specimens, the cases"
-    (said,) = causes(model, rows, changed)
-    assert said.endswith("training rows: rig.bearings, solver differ.")
-    scored = type("Detector", (), {"scorer": type("Holder", (), {"bank": bank})()})()
-    assert causes(replace(model, estimators={"bank": scored}), rows, plain, 1e-6) == []
-    pooled = replace(location_model, learner="lda", estimators={"lda": object()})
-    assert "reads pooled features" in causes(pooled, rows, plain)[0]
-
-
-def test_an_evaluation_beside_the_bound_holds_both_tables_as_json(location_model, severity_model, database):
-    found = [evaluate_with_bound(model, database) for model in (location_model, severity_model)]
-    for evaluation in found:
-        read = json.loads(json.dumps(evaluation.as_json(), allow_nan=False))
-        assert len(read["aims"]) == len(evaluation.aims) >= 4
-        assert read["efficiency"][-1]["rows"] == evaluation.rows
-        assert all(one["why"] for one in read["aims"] if one["met"] is not True)
-    assert "a90" in found[0].bound
-    assert set(found[0].tables["roc"]["estimator"]) > {"bound"}
-
-
-def test_the_bound_of_a_split_is_of_the_cases_that_it_asks_about(make_database, monkeypatch):
-    """Much noise, and asked about the middle loss only: who always says it makes no error, and neither does the bound.
-
-    A rule that expects all three losses would be bettered by it.
-    """
-    grid = 'tooth = "all"\nstiffness_loss = [0.1, 0.2, 0.3]'
-    noisy = make_database(specimens=6, healthy=12, grid=grid, snr_db=-28.0)
-    monkeypatch.setattr("sigdb.recognition.estimators.registry.POOLED", ("lda",))
-    model = train(noisy, "severity", RecognitionSettings(folds=3, learner="lda"), split="S2")
-    middle = replace(model, learner="majority")
-    found = evaluate_with_bound(middle, noisy)
-    assert found.figures["majority"]["mae_stiffness_loss"].value == pytest.approx(0, abs=1e-9)
-    assert found.bound["mae_stiffness_loss"].value == 0
-    assert found.above == ()
-    assert "all rows have the same severity" in found.aims["why"][0]
-    rows = requested_rows(middle, noisy)
-    of_all = bayes_bound(noisy, rows.index, target="severity")
-    assert above_bound(np.zeros(len(rows)), of_all.losses["absolute_stiffness_loss"], rows["specimen"]).value > 0

@@ -1,0 +1,62 @@
+"""Evaluated rows: rows of a database, the answers of an estimator to them, and their specimens."""
+
+from dataclasses import dataclass
+from typing import Self, cast
+
+import pandas as pd
+
+from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.recognition.answers import Answers
+from sigdb.recognition.metrics.estimate import Specimens
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Evaluated:
+    """Rows with the answers of one estimator. All estimators of an evaluation share rows and specimens.
+
+    Attributes
+    ----------
+    rows
+        By id: ``tooth``, ``teeth``, ``specimen``, operating point, noise and severity of each row.
+    answers
+        Answers of the estimator to these rows.
+    specimens
+        Specimens of the rows, resampled once for all metrics.
+    """
+
+    rows: pd.DataFrame
+    answers: Answers
+    specimens: Specimens
+
+    @classmethod
+    def of(cls, answers: Answers, rows: pd.DataFrame) -> Self:
+        """Return rows and answers with specimens of their own resamples."""
+        return cls(rows=rows, answers=answers, specimens=Specimens(rows["specimen"]))
+
+    def select(self, inside: BoolArray) -> Self:
+        """Return some of the rows, by a mask (rows,)."""
+        if inside.all():
+            return self
+        return type(self)(
+            rows=self.rows[inside], answers=self.answers.select(inside), specimens=self.specimens.select(inside)
+        )
+
+    @property
+    def labels(self) -> IntArray:
+        """(rows,) predicted tooth, 0 for none, or of a detector 1 for damage."""
+        return cast(IntArray, self.answers.predicted)
+
+    @property
+    def severities(self) -> pd.DataFrame:
+        """Predicted severities, with the ends of their intervals."""
+        return cast(pd.DataFrame, self.answers.predicted)
+
+    @property
+    def score(self) -> FloatArray | None:
+        """(rows,) score of damage; None where the estimator has none."""
+        return self.answers.detection
+
+    @property
+    def healthy(self) -> BoolArray:
+        """(rows,) whether a row is of a healthy gear."""
+        return (self.rows["tooth"] == 0).to_numpy()

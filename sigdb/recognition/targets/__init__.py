@@ -1,0 +1,1 @@
+"""Targets: the questions that a model answers, each as an object."""

@@ -1,0 +1,30 @@
+"""All targets by name."""
+
+from collections.abc import Mapping
+
+from sigdb.core import InputError
+from sigdb.recognition.targets.detection import Detection
+from sigdb.recognition.targets.location import Location
+from sigdb.recognition.targets.severity import Severity
+from sigdb.recognition.targets.target import Target
+
+_ALL: tuple[Target, ...] = (Location(), Severity(), Detection())
+
+TARGETS: Mapping[str, Target] = {target.name: target for target in _ALL}
+"""Targets by name."""
+
+TITLES = {metric.name: metric.title for target in _ALL for metric in target.metrics}
+"""Headings of metrics by name."""
+
+
+def target_named(name: str) -> Target:
+    """Return the target of a name.
+
+    Raises
+    ------
+    InputError
+        If there is no such target.
+    """
+    if name not in TARGETS:
+        raise InputError(f"target = {name!r} does not exist; choose one of {', '.join(TARGETS)}")
+    return TARGETS[name]

@@ -1,0 +1,135 @@
+"""Severity: stiffness loss, phase shift and number of damaged teeth of a damaged gear."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from sigdb.core import FloatArray
+from sigdb.recognition.bound.bayes_bound import Bound
+from sigdb.recognition.bound.bayes_rule import SEVERITY_RULE, BayesRule
+from sigdb.recognition.bound.efficiency import Columns, posterior_answers, severity_efficiency
+from sigdb.recognition.estimators import registry
+from sigdb.recognition.metrics.coverage import coverage_cells, value_bands
+from sigdb.recognition.metrics.estimate import Estimate, Specimens
+from sigdb.recognition.metrics.evaluated import Evaluated
+from sigdb.recognition.metrics.location_and_severity import (
+    SEVERITY_METRICS,
+    interval_coverage,
+    severity_errors,
+    severity_values,
+)
+from sigdb.recognition.metrics.metric import Metric
+from sigdb.recognition.settings import RecognitionSettings
+from sigdb.recognition.severity_quantities import QUANTITIES
+from sigdb.recognition.targets.target import TargetText
+from sigdb.recognition.templates.bank import TemplateBank
+
+_MOST_SCATTERED = 1500
+"""Rows of the scatter of severities."""
+
+
+class Severity:
+    """The severity of damage, each quantity with an interval."""
+
+    name = "severity"
+    metrics: tuple[Metric, ...] = SEVERITY_METRICS
+    noise_metrics: tuple[str, ...] = tuple(
+        f"{kind}_{quantity}" for quantity in QUANTITIES for kind in ("mae", "crps", "coverage")
+    )
+    pictured_metrics: tuple[str, ...] = tuple(f"mae_{quantity}" for quantity in QUANTITIES)
+    headline = "mae_stiffness_loss"
+    paired_metric = "mae_stiffness_loss"
+    criteria: tuple[str, ...] = ("mae_ratio", "undercovered_cells")
+    rule: BayesRule = SEVERITY_RULE
+    row_condition = "pattern = ''"
+    damaged_only = True
+    text = TargetText(
+        purpose="""Estimates stiffness loss, phase shift and number of damaged teeth of a damaged gear, each with an
+interval.""",
+        baselines="Baselines: `fm4`, a monotonic function of FM4; `majority`, the median of the training rows.",
+        failures="""On a healthy gear its answer has no meaning. Intervals hold for each severity on average over gears;
+for a single gear they may hold less often.""",
+        efficiency="""In bands of the signal-to-noise ratio of one revolution, on the rows inside the law of the
+bound: mean absolute error compared with the posterior's median, CRPS by the same quantiles, root mean square error
+compared with the posterior's mean.""",
+    )
+
+    def labels(self, rows: pd.DataFrame) -> pd.DataFrame:
+        """Return tooth and severity; healthy rows teach the location."""
+        return rows[["tooth", *QUANTITIES]]
+
+    def estimators(self, settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Any]:
+        """Return the unfitted estimators of severity by name."""
+        return registry.severity(settings, bank)
+
+    def probe(self, estimator: Any, X: pd.DataFrame) -> FloatArray:
+        """Return the estimates of rows, with their intervals."""
+        return np.asarray(estimator.predict(X))
+
+    def values(self, evaluated: Evaluated) -> dict[str, FloatArray]:
+        """Return errors, scores and coverage of each quantity."""
+        return severity_values(evaluated.severities, evaluated.rows)
+
+    def quotients(self, evaluated: Evaluated) -> dict[str, Estimate]:
+        """Return nothing: all metrics follow from values of rows."""
+        return {}
+
+    def bound_values(self, bound: Bound, rows: pd.DataFrame) -> dict[str, FloatArray]:
+        """Return the values of the posterior; the CRPS by the same quantiles as a model's."""
+        values = {str(name): value.to_numpy() for name, value in bound.values.items()}
+        scored = severity_values(posterior_answers(bound.rows), rows)
+        return values | {name: scored[name] for name in (f"crps_{quantity}" for quantity in QUANTITIES)}
+
+    def bound_quotients(
+        self, bound: Bound, rows: pd.DataFrame, specimens: Specimens, false_alarm_rate: float
+    ) -> dict[str, Estimate]:
+        """Return nothing, as :meth:`quotients` does."""
+        return {}
+
+    def tables(self, evaluated: Mapping[str, Evaluated], learner: str, bound: Bound | None) -> dict[str, pd.DataFrame]:
+        """Return errors by true value, a scatter of estimates, and coverage cell by cell."""
+        model = evaluated[learner]
+        levels = [row for name, each in evaluated.items() for row in _levels(name, each)]
+        tables = {"levels": pd.DataFrame(levels), "scatter": _scatter(model)}
+        cells = [_cells(model, quantity) for quantity in QUANTITIES if f"{quantity}_low" in model.severities]
+        return tables | ({"coverage": pd.concat(cells, ignore_index=True)} if cells else {})
+
+    def efficiency(self, evaluated: Evaluated, bound: Bound | None) -> list[Columns]:
+        """Return errors over those of the posterior, a row for each quantity that varies."""
+        return [] if bound is None else severity_efficiency(evaluated, bound)
+
+
+def _cells(evaluated: Evaluated, quantity: str) -> pd.DataFrame:
+    inside = interval_coverage(evaluated.severities, evaluated.rows, quantity)
+    return coverage_cells(inside, evaluated.rows).assign(target=quantity)
+
+
+def _levels(estimator: str, evaluated: Evaluated) -> Iterator[dict[str, float | str]]:
+    """Yield bias and mean absolute error at each true value."""
+    for quantity in QUANTITIES:
+        error = severity_errors(evaluated.severities, evaluated.rows, quantity)
+        level = value_bands(evaluated.rows[quantity], most=12).to_numpy()
+        for value in np.unique(level):
+            inside = np.where(level == value, error, np.nan)
+            for metric, values in (("bias", inside), ("mae", np.abs(inside))):
+                head = {"estimator": estimator, "quantity": quantity, "level": value, "metric": metric}
+                yield head | vars(evaluated.specimens.mean(values))
+
+
+def _scatter(evaluated: Evaluated) -> pd.DataFrame:
+    """Return truth, estimate and interval of each quantity for rows in equal steps."""
+    rows, severities = evaluated.rows, evaluated.severities
+    some = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), _MOST_SCATTERED)).astype(int))
+    pieces = []
+    for quantity in QUANTITIES:
+        piece = {
+            "quantity": quantity,
+            "true": rows[quantity].to_numpy(float),
+            "estimate": severities[quantity].to_numpy(float),
+        }
+        ends = [end for end in ("low", "high") if f"{quantity}_{end}" in severities]
+        piece |= {end: severities[f"{quantity}_{end}"].to_numpy() for end in ends}
+        pieces.append(pd.DataFrame(piece).iloc[some])
+    return pd.concat(pieces, ignore_index=True)
