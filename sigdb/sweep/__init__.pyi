@@ -5,8 +5,8 @@ from .density.coverage import Coverage as Coverage
 from .density.coverage import coverage as coverage
 from .density.refine import Refinement as Refinement
 from .density.refine import refine as refine
-from .design.design import Grid as Grid
-from .design.design import SweepSettings as SweepSettings
+from .design.grid import Grid as Grid
+from .design.settings import SweepSettings as SweepSettings
 from .plan.make_plan import make_plan as make_plan
 from .plan.make_plan import plan_from as plan_from
 from .plan.plan import Plan as Plan

@@ -80,7 +80,7 @@ def test_with_unbalance_a_turned_row_fails_with_a_sentence(plan_of, tmp_path):
     rows = database.cases("tooth > 0").set_index("tooth")
     assert rows.loc[1, "status"] == "ok"
     assert rows.loc[7, "status"].startswith(
-        "the mesh loses contact, and unbalance, run-out or a fluctuating load act beside the damage"
+        "the mesh loses contact, and unbalance, run-out or a fluctuating load act in addition"
     )
     assert rows["contact_loss"].all()
     assert summary.failed == 1
@@ -98,7 +98,7 @@ def test_a_motion_that_does_not_repeat_is_a_failed_template_and_the_sweep_goes_o
         def __init__(self, **settings):
             super().__init__(**settings, most_revolutions=2, tolerance=1e-12)
 
-    monkeypatch.setattr("sigdb.sweep.work.templates.Transient", Impatient)
+    monkeypatch.setattr("sigdb.dynamics.solver.Transient", Impatient)
     plan = plan_of(f"[[sweep.grid]]\ntooth = 2\nstiffness_loss = 0.2\n[[sweep.grid]]\ntooth = 2\n{STRONG}{SMALL}")
     summary = run(plan, tmp_path, jobs=1)
     database = sigdb.open(tmp_path)

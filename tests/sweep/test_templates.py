@@ -11,8 +11,7 @@ from sigdb.dynamics import Periodic, PeriodicRig
 from sigdb.sweep import run
 from sigdb.sweep.plan.plan import PART_TEMPLATES
 from sigdb.sweep.plan.schema import plan_schema
-from sigdb.sweep.work.template_reader import TemplateReader
-from sigdb.sweep.work.templates import make_template_part
+from sigdb.sweep.work.templates import TemplateReader, make_template_part
 
 RECIPE = (
     "[[sweep.grid]]\ntooth = 1\ndamaged_teeth = 3\nstiffness_loss = {losses}\n"

@@ -6,7 +6,7 @@ from sigdb.core import ComplexArray, FloatArray, validated
 from sigdb.database import Manifest, root_mean_square, unit_residuals
 from sigdb.sweep.density.study import Study
 from sigdb.sweep.design.axes import MEASUREMENT_AXES
-from sigdb.sweep.design.design import SweepSettings
+from sigdb.sweep.design.settings import SweepSettings
 from sigdb.sweep.plan.layout import consecutive
 from sigdb.sweep.plan.make_plan import make_plan, plan_from
 from sigdb.sweep.plan.plan import Plan

@@ -6,7 +6,8 @@ from typing import Any
 
 from sigdb.core import InputError, validated
 from sigdb.sweep.design.axes import AXIS_NAMES, DAMAGE_AXES, MEASUREMENT_AXES, WHOLE_AXES, Range
-from sigdb.sweep.design.design import Grid, SweepSettings
+from sigdb.sweep.design.grid import Grid
+from sigdb.sweep.design.settings import SweepSettings
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.plan.rig_points import is_whole
 

@@ -1,4 +1,4 @@
-"""A table of cases: a CSV or Parquet file, or columns in the recipe itself, of which each row is a joint point."""
+"""Tables of cases: a CSV or Parquet file, or columns in the recipe itself; each row is a joint point."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +15,7 @@ Columns = dict[str, tuple[float, ...] | tuple[int, ...] | tuple[str, ...]]
 
 
 def read_table(table: Any) -> Columns:
-    """The columns of a table, checked: numbers by axis, and names of patterns.
+    """Return the columns of a table, checked: numbers by axis, and names of patterns.
 
     Parameters
     ----------
@@ -28,17 +28,17 @@ def read_table(table: Any) -> Columns:
         Names the file, the row from 1 on, the column, the value and what to do.
     """
     if isinstance(table, str | Path):
-        return checked_columns(_read_file(Path(table)), owner=str(table))
+        return check_columns(_read_file(Path(table)), owner=str(table))
     if isinstance(table, Mapping):
         columns = {name: getattr(values, "tolist", lambda values=values: values)() for name, values in flatten(table)}
-        return checked_columns(columns, owner="table")
+        return check_columns(columns, owner="table")
     raise ValueError(
         f"table = {table!r} must be the path of a CSV or Parquet file, or columns: {{ tooth = [1, 2], ... }}"
     )
 
 
-def checked_columns(table: Mapping[str, Any], *, owner: str) -> Columns:
-    """Columns whose names and values fit; see :func:`read_table`."""
+def check_columns(table: Mapping[str, Any], *, owner: str) -> Columns:
+    """Return the columns with checked names and values; see :func:`read_table`."""
     if not table:
         raise ValueError(f"{owner} has no columns; give one for each axis that it is to set")
     lengths = {}
@@ -52,15 +52,15 @@ def checked_columns(table: Mapping[str, Any], *, owner: str) -> Columns:
             raise ValueError(f"{owner}: column {name} has {length} rows and column {first} has {rows}; give as many")
     if not rows:
         raise ValueError(f"{owner} has no rows; give at least one")
-    found: Columns = {}
+    columns: Columns = {}
     for name, values in sorted((name.removeprefix("rig."), values) for name, values in table.items()):
         if f"rig.{name}" not in table:
-            _known(name, owner)
-        found[name] = _names(values, owner) if name == "pattern" else _numbers(name, values, owner)
-    return found
+            _check_name(name, owner)
+        columns[name] = _names(values, owner) if name == "pattern" else _numbers(name, values, owner)
+    return columns
 
 
-def _known(name: str, owner: str) -> None:
+def _check_name(name: str, owner: str) -> None:
     try:
         check_axis_name(name)
     except ValueError as error:
@@ -77,21 +77,21 @@ def _names(values: Any, owner: str) -> tuple[str, ...]:
 def _numbers(name: str, values: Any, owner: str) -> tuple[float, ...] | tuple[int, ...]:
     for row, value in enumerate(values, 1):
         if isinstance(value, bool) or not isinstance(value, int | float):
-            told = "is empty; fill it in" if value in (None, "") else f"= {value!r} must be a number"
-            raise ValueError(f"{owner}: row {row}: {name} {told}")
+            rule = "is empty; fill it in" if value in (None, "") else f"= {value!r} must be a number"
+            raise ValueError(f"{owner}: row {row}: {name} {rule}")
     numbers = np.array(values, float) + 0.0
     for at in np.flatnonzero(~np.isfinite(numbers))[:1]:
         raise ValueError(f"{owner}: row {at + 1}: {name} = {numbers[at]} must be a finite number")
     if name not in WHOLE_AXES:
-        _bounded(name, numbers, owner, (int(numbers.argmin()), int(numbers.argmax())))
+        _check_rows(name, numbers, owner, (int(numbers.argmin()), int(numbers.argmax())))
         return tuple(numbers.tolist())
     fractions = np.flatnonzero(numbers != np.floor(numbers))[:1]
-    _bounded(name, numbers, owner, (*fractions.tolist(), int(numbers.argmin()), int(numbers.argmax())))
+    _check_rows(name, numbers, owner, (*fractions.tolist(), int(numbers.argmin()), int(numbers.argmax())))
     return tuple(numbers.astype(np.int64).tolist())
 
 
-def _bounded(name: str, numbers: Any, owner: str, rows: tuple[int, ...]) -> None:
-    """Check the values in some rows: bounds are intervals, so the extreme values speak for all."""
+def _check_rows(name: str, numbers: Any, owner: str, rows: tuple[int, ...]) -> None:
+    """Check the values in some rows: bounds are intervals, so the extreme values stand for all."""
     for row in rows:
         try:
             check_bounds(name, float(numbers[row]))
@@ -101,18 +101,18 @@ def _bounded(name: str, numbers: Any, owner: str, rows: tuple[int, ...]) -> None
 
 def _read_file(path: Path) -> dict[str, list[Any]]:
     try:
-        found = pq.read_table(path) if path.suffix == ".parquet" else _read_csv(path)
+        table = pq.read_table(path) if path.suffix == ".parquet" else _read_csv(path)
     except FileNotFoundError:
         raise ValueError(f"{path}: no such file; a table is a CSV or Parquet file in the recipe's folder") from None
     except OSError as error:
         raise ValueError(f"{path}: cannot be read ({error.strerror or error})") from None
     except pa.ArrowInvalid as error:
         raise ValueError(f"{path}: not a readable table ({error})") from None
-    for name in found.column_names:
-        if found.column_names.count(name) > 1:
+    for name in table.column_names:
+        if table.column_names.count(name) > 1:
             raise ValueError(f"{path}: column {name} is there twice; remove one")
-    columns = {name: found.column(name).to_pylist() for name in found.column_names}
-    return {name: values if name == "pattern" else [*map(_parsed, values)] for name, values in columns.items()}
+    columns = {name: table.column(name).to_pylist() for name in table.column_names}
+    return {name: values if name == "pattern" else [*map(_parse_number, values)] for name, values in columns.items()}
 
 
 def _read_csv(path: Path) -> pa.Table:
@@ -126,8 +126,8 @@ def _read_csv(path: Path) -> pa.Table:
     return pa_csv.read_csv(path, convert_options=options)
 
 
-def _parsed(value: Any) -> Any:
-    """A number where text is one: a single word makes all of a CSV file's column text."""
+def _parse_number(value: Any) -> Any:
+    """Return the number in a text, or the text: a single word makes a whole column of a CSV file text."""
     try:
         return float(value) if isinstance(value, str) else value
     except ValueError:

@@ -15,7 +15,7 @@ import numpy as np
 from sigdb.core import FloatArray, InputError, IntArray
 from sigdb.measurement import MeasurementSettings
 from sigdb.sweep.design.axes import AXIS_NAMES, DAMAGE_AXES, MEASUREMENT_AXES, WHOLE_AXES, Range
-from sigdb.sweep.design.design import Grid
+from sigdb.sweep.design.grid import Grid
 from sigdb.sweep.design.sampling import grid_sample, in_range, whole_in_range
 from sigdb.sweep.plan.damages import meaningful
 from sigdb.sweep.plan.layout import consecutive, distinct

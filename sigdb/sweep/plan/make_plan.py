@@ -10,7 +10,7 @@ from sigdb.core import DatabaseError, FloatArray, InputError, IntArray, validate
 from sigdb.dynamics import damaged_gear, solver_named
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import SignatureSettings
-from sigdb.sweep.design.design import SweepSettings
+from sigdb.sweep.design.settings import SweepSettings
 from sigdb.sweep.plan.crossing import Crossing, joint_points
 from sigdb.sweep.plan.damages import Damages, Pattern, default_of
 from sigdb.sweep.plan.layout import Blocks, consecutive, distinct, lay_out

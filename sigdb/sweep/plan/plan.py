@@ -17,7 +17,7 @@ from sigdb.core import NOISE_BLOCK, FloatArray, IntArray
 from sigdb.dynamics import Solver, solver_named
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import SignatureSettings
-from sigdb.sweep.design.design import SweepSettings
+from sigdb.sweep.design.settings import SweepSettings
 from sigdb.sweep.plan.damages import WHOLE_DAMAGE_AXES, Damages
 from sigdb.sweep.plan.layout import RowRuns, TemplateTable
 from sigdb.sweep.plan.resolved import hash_of, resolved_content

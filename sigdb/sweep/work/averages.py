@@ -1,12 +1,11 @@
-"""Averages of rows: a template, turned to its tooth, with a specimen and noise. No simulation.
+"""Averages of rows: a template, turned to its tooth, with a specimen and noise, without simulation.
 
-Where a turn is exact, a row with damage at tooth t is ``roll(y_D + Y_D roll(e, -(t - 1)), (t - 1) n / teeth)``, e the
-specimen's index errors; harmonic excitations, fixed to the shaft, turn by ``-(t - 1) 360 / teeth`` deg in the template.
-Else every tooth has its own template and nothing turns.
+Where a turn is exact, a row with damage at tooth t is ``roll(y_D + Y_D roll(e, -(t - 1)), (t - 1) n / teeth)``, with e
+the index errors of the specimen. Harmonic excitations are fixed to the shaft: in the template they turn by
+``-(t - 1) 360 / teeth`` deg. Where no turn is exact, every tooth has its own template and nothing turns.
 """
 
-from collections.abc import Mapping
-from functools import lru_cache
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,43 +16,86 @@ from sigdb.database import Template
 from sigdb.dynamics import superpose
 from sigdb.measurement import index_errors, noise_deviation, revolution_scatter
 from sigdb.sweep.plan.plan import Plan, RigPoint
-from sigdb.sweep.work.template_reader import TemplateReader
-from sigdb.sweep.work.templates import contact_loss_sentence
+from sigdb.sweep.work.templates import TemplateReader
 
 Cases = Mapping[str, NDArray[Any]]
-"""Columns of rows, by name: those of the plan that `CASE` names."""
-CASE = ("id", "template", "teeth", "tooth", "specimen", "averages", "snr_db", "index_error")
-"""What of its case a row's average depends on."""
+"""Columns of rows by name, at least those of :data:`CASE_COLUMNS`."""
+CASE_COLUMNS = ("id", "template", "teeth", "tooth", "specimen", "averages", "snr_db", "index_error")
+"""Columns of a case that determine its average."""
 
-_ROWS_AT_ONCE = 32
-"""Rows made together: their arrays stay in the cache, and in memory that the process has already."""
-_BESIDE = (
-    "the mesh loses contact, and unbalance, run-out or a fluctuating load act beside the damage: the motion with "
+ROWS_AT_ONCE = 32
+"""Rows computed together: their arrays stay in the cache, and in memory that the process has already."""
+_NOT_TURNED = (
+    "the mesh loses contact, and unbalance, run-out or a fluctuating load act in addition: the motion with "
     "damage at one tooth is not that at another turned; reduce the damage, or leave those out"
 )
 
 
+class SpecimenErrors:
+    """Index errors of the specimens of a sweep, each drawn on first use and kept as long as this object.
+
+    Parameters
+    ----------
+    seed
+        Seed of the plan.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self._drawn: dict[tuple[int, int, int], FloatArray] = {}
+
+    def draw(self, specimens: Iterable[int], teeth: int, mate_teeth: int) -> FloatArray:
+        """Return the (specimens, teeth) index errors of specimens with an rms index error of 1 m."""
+        return np.array([self._of_specimen(specimen, teeth, mate_teeth) for specimen in specimens])
+
+    def _of_specimen(self, specimen: int, teeth: int, mate_teeth: int) -> FloatArray:
+        key = specimen, teeth, mate_teeth
+        if key not in self._drawn:
+            self._drawn[key] = index_errors(specimen_stream(self._seed, specimen), teeth, mate_teeth)
+        return self._drawn[key]
+
+
 class Averages:
-    """The synchronous averages of some rows of one tooth count.
+    """Synchronous averages of some rows of the same tooth count.
+
+    Parameters
+    ----------
+    plan
+        The plan of the rows.
+    templates
+        Reader of their templates.
+    errors
+        Index errors of the plan's specimens.
+    cases
+        Columns of the rows.
+    stream
+        Stream of the noise.
 
     Attributes
     ----------
     status
         (rows,) ``ok``, or why there is no result.
     least
-        (rows,) least compression of the mesh as a fraction of the static one; nan where it is not known.
+        (rows,) least compression of the mesh as a fraction of the static compression; nan where it is not known.
     contact_loss
         (rows,) whether the mesh loses contact; None where it is not known.
     index_error
-        (rows,) size of the index errors that are in the average, m: none where its template has lost contact.
+        (rows,) rms index error in the average, m; 0 where its template has lost contact.
     tsa
         (rows, sensors, n) averages, float32; of no meaning in rows without a result.
     scatter
         (rows, sensors) measured standard deviation between revolutions, in the unit of the signal.
     """
 
-    def __init__(self, plan: Plan, bank: TemplateReader, cases: Cases, stream: np.random.Generator) -> None:
-        self._plan, self._cases = plan, cases
+    def __init__(
+        self,
+        plan: Plan,
+        templates: TemplateReader,
+        errors: SpecimenErrors,
+        cases: Cases,
+        stream: np.random.Generator,
+    ) -> None:
+        self._plan, self._errors, self._cases = plan, errors, cases
         rows, sensors = len(cases["id"]), len(plan.sensors)
         self.teeth = int(cases["teeth"][0])
         n = self.teeth * plan.signature.samples_per_tooth
@@ -68,8 +110,8 @@ class Averages:
         for number in np.unique(cases["template"]):
             point = plan.rig_points[plan.case(int(number)).rig_point]
             here = np.flatnonzero(cases["template"] == number)
-            for first in range(0, len(here), _ROWS_AT_ONCE):
-                self._fill(bank[int(number)], point, here[first : first + _ROWS_AT_ONCE])
+            for first in range(0, len(here), ROWS_AT_ONCE):
+                self._fill(templates[int(number)], point, here[first : first + ROWS_AT_ONCE])
 
     @property
     def done(self) -> BoolArray:
@@ -77,7 +119,7 @@ class Averages:
         return np.asarray(self.status == "ok")
 
     def _fill(self, template: Template, point: RigPoint, rows: IntArray) -> None:
-        """The averages of the rows of one template."""
+        """Compute the averages of rows of the same template."""
         self.least[rows], self.contact_loss[rows] = template.min_compression, template.contact_loss
         turns = self._cases["tooth"][rows] - template.tooth
         if template.status != "ok":
@@ -85,7 +127,7 @@ class Averages:
             return
         if template.contact_loss:
             if len(template.orders):
-                self.status[rows[turns != 0]] = _BESIDE
+                self.status[rows[turns != 0]] = _NOT_TURNED
             rows, turns = (some[self.status[rows] == "ok"] for some in (rows, turns))
             self.index_error[rows] = 0.0
             clean = np.broadcast_to(template.signals, (len(rows), *template.signals.shape))
@@ -94,8 +136,8 @@ class Averages:
         self._measure(template, clean, rows, turns)
 
     def _with_specimens(self, template: Template, point: RigPoint, rows: IntArray, turns: IntArray) -> FloatArray:
-        """(rows, sensors, n) clean averages, not turned yet; rows that lose contact by their specimen fail."""
-        errors = _turned(self._index_errors(point, rows), turns)
+        """Return (rows, sensors, n) clean averages before their turn; rows that lose contact by their specimen fail."""
+        errors = _turn_back(self._index_errors(point, rows), turns)
         phases = _phases(template.orders, turns * 2 * np.pi / point.teeth)
         clean = superpose(template.signals, template.specimen_response, template.harmonic_response, errors, phases)
         compression = superpose(
@@ -108,7 +150,7 @@ class Averages:
         least = np.minimum(compression.min(axis=1), template.least_elsewhere)
         self.least[rows], self.contact_loss[rows] = least, least < 0
         for row in rows[least < 0]:
-            self.status[row] = contact_loss_sentence(self.least[row])
+            self.status[row] = _contact_loss_status(self.least[row])
         return clean
 
     def _measure(self, template: Template, clean: FloatArray, rows: IntArray, turns: IntArray) -> None:
@@ -122,24 +164,27 @@ class Averages:
             self.tsa[rows[at]] = np.roll(clean[at], samples, axis=-1) + noise[at]
 
     def _index_errors(self, point: RigPoint, rows: IntArray) -> FloatArray:
-        """(rows, teeth) index errors of the rows' specimens, m."""
+        """Return the (rows, teeth) index errors of the rows' specimens, m."""
         specimens = self._cases["specimen"][rows].tolist()
-        unit = [_specimen(self._plan.seed, one, point.teeth, point.mate_teeth) for one in specimens]
-        return np.array(unit) * self._cases["index_error"][rows, None]
+        unit = self._errors.draw(specimens, point.teeth, point.mate_teeth)
+        return unit * self._cases["index_error"][rows, None]
 
 
 def _phases(orders: FloatArray, angles: FloatArray) -> FloatArray:
-    """(rows, orders, 2) cosine and sine of each order's phase in a frame turned by an angle."""
+    """Return the (rows, orders, 2) cosine and sine of each order's phase in a frame turned by an angle."""
     phase = angles[:, None] * orders
     return np.stack([np.cos(phase), np.sin(phase)], axis=-1)
 
 
-@lru_cache(maxsize=65536)
-def _specimen(seed: int, specimen: int, teeth: int, mate_teeth: int) -> FloatArray:
-    return index_errors(specimen_stream(seed, specimen), teeth, mate_teeth)
-
-
-def _turned(rows: FloatArray, turns: IntArray) -> FloatArray:
-    """Each row (n,) rolled back by its own number of places."""
+def _turn_back(rows: FloatArray, turns: IntArray) -> FloatArray:
+    """Return each row (n,) rolled back by its number of places."""
     n = rows.shape[1]
     return np.take_along_axis(rows, (np.arange(n) + turns[:, None]) % n, axis=1)
+
+
+def _contact_loss_status(min_compression: float) -> str:
+    """Return the status of a row whose specimen takes a mesh out of contact that its template keeps in."""
+    return (
+        f"with this specimen the mesh loses contact (least compression {min_compression:.3f} of the static one), where "
+        "the linear solution does not hold; reduce the damage or the index errors, or raise the torque"
+    )

@@ -1,4 +1,4 @@
-"""Rows: averages made from the stored templates, analysed, as columns."""
+"""Rows of a sweep: averages of the stored templates and their features, as columns."""
 
 import time
 from collections.abc import Iterator
@@ -10,15 +10,12 @@ from sigdb.core import NOISE_BLOCK, BoolArray, FloatArray, noise_stream
 from sigdb.database import Receipt, Schema, Store, read_schema, suffixed, write_part
 from sigdb.signature import FEATURES, features
 from sigdb.sweep.plan.plan import Plan
-from sigdb.sweep.work.averages import CASE, Averages, Cases
-from sigdb.sweep.work.template_reader import TemplateReader
-
-_ROWS_AT_ONCE = 32
-"""Rows analysed together: their arrays stay in the cache, and in memory that the process has already."""
+from sigdb.sweep.work.averages import CASE_COLUMNS, ROWS_AT_ONCE, Averages, Cases, SpecimenErrors
+from sigdb.sweep.work.templates import TemplateReader
 
 
 def make_row_part(plan: Plan, store: Store, part: int) -> Receipt:
-    """Make the rows of a part from the stored templates and write their features and signals."""
+    """Make the rows of a part from the stored templates, and write their features and signals."""
     started = time.perf_counter()
     start, stop = plan.row_range(part)
     pieces = row_pieces(plan, store, read_schema(store), start, stop)
@@ -30,34 +27,38 @@ def row_pieces(plan: Plan, store: Store, schema: Schema, start: int, stop: int) 
 
     ``start`` begins a noise block. The tables have the columns of ``schema``.
     """
-    bank, planned = TemplateReader(store, plan.sensors), plan.table(start, stop)
+    templates, errors, planned = TemplateReader(store, plan.sensors), SpecimenErrors(plan.seed), plan.table(start, stop)
     schemas = {table: schema.arrow(table) for table in ("features", "signals")}
     columns = {
         field.name: pa.array(planned[field.name], field.type, from_pandas=True)
         for field in schemas["features"]
         if field.name in planned
     }
-    cases = {name: planned[name].to_numpy() for name in CASE}
+    cases = {name: planned[name].to_numpy() for name in CASE_COLUMNS}
     for first in range(start, stop, NOISE_BLOCK):
         some = slice(first - start, first - start + NOISE_BLOCK)
         stream = noise_stream(plan.seed, plan.hash, first // NOISE_BLOCK)
-        made = _block(plan, bank, {name: values[some] for name, values in cases.items()}, stream)
-        known = dict(zip(made.column_names, made, strict=True))
-        known |= {name: values[some] for name, values in columns.items() if name not in known}
+        block = _block(plan, templates, errors, {name: values[some] for name, values in cases.items()}, stream)
+        values = dict(zip(block.column_names, block, strict=True))
+        values |= {name: column[some] for name, column in columns.items() if name not in values}
         # A block without any result has no columns of a signature.
         yield {
             table: pa.table(
-                [known.get(field.name, pa.nulls(made.num_rows, field.type)) for field in schema], schema=schema
+                [values.get(field.name, pa.nulls(block.num_rows, field.type)) for field in schema], schema=schema
             )
             for table, schema in schemas.items()
         }
 
 
-def _block(plan: Plan, bank: TemplateReader, cases: Cases, stream: np.random.Generator) -> pa.Table:
-    """What is made of the rows of one noise block; noise is drawn by tooth count, each one's rows in order."""
+def _block(
+    plan: Plan, templates: TemplateReader, errors: SpecimenErrors, cases: Cases, stream: np.random.Generator
+) -> pa.Table:
+    """Return the results of the rows of a noise block; noise is drawn by tooth count, in the order of the rows."""
     places = [np.flatnonzero(cases["teeth"] == teeth) for teeth in np.unique(cases["teeth"])]
     tables = [
-        _columns(plan, Averages(plan, bank, {name: values[rows] for name, values in cases.items()}, stream))
+        _columns(
+            plan, Averages(plan, templates, errors, {name: values[rows] for name, values in cases.items()}, stream)
+        )
         for rows in places
     ]
     if len(tables) == 1:
@@ -66,7 +67,7 @@ def _block(plan: Plan, bank: TemplateReader, cases: Cases, stream: np.random.Gen
 
 
 def _columns(plan: Plan, averages: Averages) -> pa.Table:
-    """Status and signature of averages."""
+    """Return status and features of averages as columns."""
     done = averages.done
     columns = {
         "status": pa.array(averages.status, pa.string()),
@@ -75,21 +76,21 @@ def _columns(plan: Plan, averages: Averages) -> pa.Table:
         "contact_loss": pa.array(averages.contact_loss, pa.bool_()),
     }
     tsa = averages.tsa[done]
-    found = {"scatter": averages.scatter[done], "tsa": tsa}
+    results = {"scatter": averages.scatter[done], "tsa": tsa}
     signatures = [
-        _signature(tsa[first : first + _ROWS_AT_ONCE], averages.teeth) for first in range(0, len(tsa), _ROWS_AT_ONCE)
+        _signature(tsa[first : first + ROWS_AT_ONCE], averages.teeth) for first in range(0, len(tsa), ROWS_AT_ONCE)
     ]
     if signatures:
-        found |= {name: np.concatenate([one[name] for one in signatures]) for name in signatures[0]}
+        results |= {name: np.concatenate([some[name] for some in signatures]) for name in signatures[0]}
     for i, sensor in enumerate(plan.sensors):
-        for name, values in found.items():
+        for name, values in results.items():
             column = _lists if values.ndim == 3 else _numbers
             columns[suffixed(name, plan.sensors, sensor)] = column(values[:, i], done)
     return pa.table(columns)
 
 
 def _signature(tsa: FloatArray, teeth: int) -> dict[str, FloatArray]:
-    """Features of averages (rows, sensors, n) of one tooth count: (rows, sensors) or (rows, sensors, length) each."""
+    """Return features of averages (rows, sensors, n): (rows, sensors) or (rows, sensors, length) each."""
     return {
         name: values.reshape(*tsa.shape[:2], -1) if FEATURES[name].axes else values
         for name, values in features(tsa, teeth=teeth).items()
@@ -97,14 +98,14 @@ def _signature(tsa: FloatArray, teeth: int) -> dict[str, FloatArray]:
 
 
 def _numbers(values: FloatArray, done: BoolArray) -> pa.Array:
-    """A column of the numbers of the rows that are done; null in others, and where a number is nan."""
+    """Return a column of the numbers of the rows that are done; null in others, and where a number is nan."""
     column = np.full(len(done), np.nan, dtype=np.float32)
     column[done] = values
     return pa.array(column, from_pandas=True)
 
 
 def _lists(values: FloatArray, done: BoolArray) -> pa.Array:
-    """A column of the lists (rows that are done, length); null in others."""
+    """Return a column of the lists (rows that are done, length); null in others."""
     offsets = np.concatenate([[0], np.cumsum(done)]) * values.shape[1]
     return pa.ListArray.from_arrays(
         pa.array(offsets, pa.int32()),

@@ -1,25 +1,43 @@
-"""Templates: each distinct case simulated once; with the damage at tooth 1 where a turn is exact."""
+"""Templates of a sweep: each distinct case is simulated once, and read again for its rows.
+
+The damage is at tooth 1 where a turn is exact.
+"""
 
 import time
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import groupby, islice
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from sigdb.core import SigdbError
-from sigdb.database import CaseValue, Receipt, Schema, Store, Template, read_schema, write_part
+from sigdb.database import (
+    ROW_GROUP,
+    CaseValue,
+    Receipt,
+    Schema,
+    Store,
+    Template,
+    open_checked,
+    read_receipt,
+    read_schema,
+    write_part,
+)
 from sigdb.dynamics import Prepared, SteadyState
-from sigdb.sweep.plan.plan import Plan, RigPoint, TemplateCase
+from sigdb.sweep.plan.plan import PART_TEMPLATES, Plan, RigPoint, TemplateCase
 from sigdb.transmission import Damage
 
 _CASES_AT_ONCE = 8
 """Cases solved together: their responses are in memory at once."""
+_FILES_KEPT, _GROUPS_KEPT, _TEMPLATES_KEPT = 4, 2, 16
+"""Files, row groups and templates that a reader keeps: rows need templates in order."""
 
 
 def make_template_part(plan: Plan, store: Store, part: int) -> Receipt:
-    """Simulate the templates of a part and write them; failed ones are rows whose status says why."""
+    """Simulate the templates of a part and write them; a failed case is a row whose status says why."""
     started = time.perf_counter()
     numbers = plan.template_range(part)
     pieces = [{"templates": template_table(plan, read_schema(store), part, numbers)}]
@@ -53,7 +71,7 @@ class _PreparedPoint:
 
 
 def _prepare(plan: Plan, number: int, damages: Sequence[Damage]) -> _PreparedPoint | str:
-    """The prepared rig point, or the sentence that says why there is none."""
+    """Return the prepared rig point, or a sentence that says why there is none."""
     try:
         return _PreparedPoint(plan, number, damages)
     except SigdbError as error:
@@ -61,7 +79,7 @@ def _prepare(plan: Plan, number: int, damages: Sequence[Damage]) -> _PreparedPoi
 
 
 def _templates(plan: Plan, cases: Mapping[int, TemplateCase], point: _PreparedPoint | str) -> Iterator[Template]:
-    """The templates of some cases of a rig point, by number."""
+    """Yield the templates of some cases of a rig point."""
     columns = {
         number: {"template": number, "tooth": case.damage.tooth, **plan.case_columns(number)}
         for number, case in cases.items()
@@ -84,7 +102,7 @@ def _batches(numbers: Iterable[int], size: int) -> Iterator[list[int]]:
 def _template(
     plan: Plan, columns: Mapping[str, CaseValue], point: _PreparedPoint, states: SteadyState, i: int
 ) -> Template:
-    """The template of the case i of some steady states."""
+    """Return the template of case ``i`` of some steady states."""
     least, lost = float(states.min_compression[i]), bool(states.contact_loss[i])
     template = Template(
         case=columns,
@@ -114,7 +132,7 @@ def _template(
 
 
 def _status(states: SteadyState, i: int) -> str:
-    """``ok``, or why the case i of some steady states makes no template."""
+    """Return ``ok``, or why case ``i`` of some steady states makes no template."""
     if (failure := states.failures[i]) is not None:
         return str(failure)
     if states.is_linear[i] and states.contact_loss[i]:
@@ -130,9 +148,28 @@ def _status(states: SteadyState, i: int) -> str:
     return "ok"
 
 
-def contact_loss_sentence(min_compression: float) -> str:
-    """Return the status of a row whose specimen takes a mesh out of contact that its template keeps in."""
-    return (
-        f"with this specimen the mesh loses contact (least compression {min_compression:.3f} of the static one), where "
-        "the linear solution does not hold; reduce the damage or the index errors, or raise the torque"
-    )
+class TemplateReader:
+    """Reader of the stored templates of a database that is being made, by number."""
+
+    def __init__(self, store: Store, sensors: Sequence[str]) -> None:
+        self._store, self._sensors = store, sensors
+        self._file = lru_cache(_FILES_KEPT)(self._open)
+        self._group = lru_cache(_GROUPS_KEPT)(self._read)
+        self._template = lru_cache(_TEMPLATES_KEPT)(self._decode)
+
+    def __getitem__(self, number: int) -> Template:
+        return self._template(number)
+
+    def _open(self, part: int) -> pq.ParquetFile:
+        record = read_receipt(self._store, "templates", part).file("templates")
+        return pq.ParquetFile(open_checked(self._store, record))
+
+    def _read(self, part: int, group: int) -> pa.Table:
+        return self._file(part).read_row_group(group)
+
+    def _decode(self, number: int) -> Template:
+        part, within = divmod(number, PART_TEMPLATES)
+        group, place = divmod(within, ROW_GROUP["templates"])
+        stored = self._group(part, group).slice(place, 1)
+        row = {name: column[0] for name, column in zip(stored.column_names, stored, strict=True)}
+        return Template.from_row(row, self._sensors)

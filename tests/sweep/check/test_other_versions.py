@@ -57,6 +57,16 @@ def test_a_database_of_another_version_is_not_damaged(another_version, small_run
         assert verify(folder, deep=True, sample=4) == ()
 
 
+def test_another_sentence_about_a_failed_row_is_no_damage(plan_of, tmp_path, monkeypatch):
+    text = (
+        "seed = 1\nspecimens = 4\n[[sweep.grid]]\ntooth = 3\nstiffness_loss = 0.4\nindex_error = 2e-5\n"
+        "[signature]\nsamples_per_tooth = 32\n"
+    )
+    assert run(plan_of(text), tmp_path, jobs=1).failed > 0
+    monkeypatch.setattr("sigdb.sweep.work.averages._contact_loss_status", lambda least: f"lost contact: {least}")
+    assert verify(tmp_path, deep=True) == ()
+
+
 def test_a_new_database_has_the_columns_of_its_version(with_indicators, plan_of, tmp_path):
     with_indicators(more())
     run(plan_of("[[sweep.grid]]\ntooth = 1\nstiffness_loss = 0.3\n"), tmp_path, jobs=1)

@@ -15,7 +15,7 @@ from sigdb.core.fields import unit_of
 from sigdb.measurement import MeasurementSettings
 from sigdb.sweep import Grid
 from sigdb.sweep.design.axes import AXES, DAMAGE_AXES, damage_axes
-from sigdb.sweep.design.design import grid_fields
+from sigdb.sweep.design.grid import grid_fields
 from sigdb.transmission import Damage, ToothDamage
 from sigdb.transmission.damage import Detail, Size, sizes_with_details
 

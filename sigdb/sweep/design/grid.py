@@ -1,4 +1,4 @@
-"""The section ``[sweep]`` of a recipe: which cases are simulated, as a union of grids."""
+"""Grids of cases, as a recipe declares them: products of axes, samples of ranges, and tables."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
@@ -9,13 +9,11 @@ from pydantic import (
     SerializerFunctionWrapHandler,
     Strict,
     create_model,
-    field_validator,
     model_serializer,
     model_validator,
 )
 
-from sigdb.core import Section, quantity, suggestion, without_defaults
-from sigdb.dynamics import DEFAULT_SOLVER, SOLVERS
+from sigdb.core import Section, quantity, without_defaults
 from sigdb.sweep.design.axes import (
     AXES,
     AXIS_NAMES,
@@ -30,7 +28,7 @@ from sigdb.sweep.design.axes import (
 )
 from sigdb.sweep.design.sampling import Method
 from sigdb.sweep.design.tables import read_table
-from sigdb.transmission import FLAW_FIELDS, PRESETS, ToothDamage
+from sigdb.transmission import FLAW_FIELDS
 
 
 def _as_list(value: Any) -> Any:
@@ -85,40 +83,40 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
 
     rig: dict[str, Values] = Field(default={}, description="Axes over the rig, by dotted path.")
     ranges: dict[str, Range] = Field(
-        default={}, description="Axes over a range, by name; written in the axis' place as { min = ..., max = ... }."
+        default={}, description="Axes over a range, by name; in a recipe the axis itself is { min = ..., max = ... }."
     )
     points: int | None = quantity("-", "Joint points of all ranges of the grid.", ge=1, default=None)
     method: Method | None = quantity(
-        "-", "How the points of the ranges are chosen; latin-hypercube if left out.", default=None
+        "-", "Method that draws the points of the ranges; latin-hypercube if left out.", default=None
     )
     table: dict[str, tuple[float, ...] | tuple[str, ...]] | None = Field(
         default=None,
-        description="Joint points one by one: the path of a CSV or Parquet file from the recipe's folder, or columns.",
+        description="Joint points: the path of a CSV or Parquet file from the recipe's folder, or columns.",
     )
 
     @model_validator(mode="before")
     @classmethod
-    def _as_written(cls, data: Any) -> Any:
+    def _read(cls, data: Any) -> Any:
         """Dotted paths become axes over the rig, tables with two ends ranges, and a table's path its columns."""
         if not isinstance(data, Mapping):
             return data
         others = [name for name in cls.model_fields if name not in (*AXIS_NAMES, "rig")]
-        found = split_axes(data, others)
-        if found.get("ranges") and isinstance(found["ranges"], Mapping):
-            found["ranges"] = {axis: read_range(axis, value) for axis, value in found["ranges"].items()}
-            found.setdefault("method", "latin-hypercube")
-        if "tooth" in found:
-            found["tooth"] = read_teeth(found["tooth"])
-        if found.get("table") is not None:
-            found["table"] = read_table(found["table"])
-        return found
+        keys = split_axes(data, others)
+        if keys.get("ranges") and isinstance(keys["ranges"], Mapping):
+            keys["ranges"] = {axis: read_range(axis, value) for axis, value in keys["ranges"].items()}
+            keys.setdefault("method", "latin-hypercube")
+        if "tooth" in keys:
+            keys["tooth"] = read_teeth(keys["tooth"])
+        if keys.get("table") is not None:
+            keys["table"] = read_table(keys["table"])
+        return keys
 
     @model_validator(mode="after")
-    def _sampled(self) -> "Grid":
+    def _check_sample(self) -> "Grid":
         named = ", ".join(self.ranges)
         if self.table is not None and (self.ranges or self.points is not None):
-            beside = f"the range of {named}" if self.ranges else "points"
-            raise ValueError(f"table and {beside} are given together; a grid has a table or a sample, not both")
+            sample = f"the range of {named}" if self.ranges else "points"
+            raise ValueError(f"table and {sample} are given together; a grid has a table or a sample, not both")
         if self.ranges and self.points is None:
             raise ValueError(f"points is missing; say how many joint points the range of {named} has")
         if not self.ranges and self.points is not None:
@@ -130,29 +128,29 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
         return self
 
     @model_validator(mode="after")
-    def _named_once(self) -> "Grid":
+    def _check_named_once(self) -> "Grid":
         listed = (self.model_fields_set & set(AXIS_NAMES)) | set(self.rig)
-        for axis in (one for one in self.joint_axes if one in listed):
+        for axis in (axis for axis in self.joint_axes if axis in listed):
             raise ValueError(f"{axis} is listed and also in the {'table' if self.table else 'sample'}; give it once")
         return self
 
     @model_validator(mode="after")
-    def _pattern_alone(self) -> "Grid":
-        """A pattern says all of its teeth's damage."""
+    def _check_pattern(self) -> "Grid":
+        """Refuse a pattern with other damage: it has all damage of its teeth."""
         if self.pattern or "pattern" in self.joint_axes:
             for axis in DAMAGE_AXES:
                 if self._is_set(axis) or axis in self.joint_axes:
-                    raise ValueError(f"pattern and {axis} are given together; a pattern says all of its teeth's damage")
+                    raise ValueError(f"pattern and {axis} are given together; a pattern has all damage of its teeth")
         return self
 
     @model_validator(mode="after")
-    def _some_teeth(self) -> "Grid":
+    def _check_teeth(self) -> "Grid":
         if not self.tooth:
             raise ValueError("tooth = [] names no tooth; name some, or 'all'")
         return self
 
     @model_validator(mode="after")
-    def _within_bounds(self) -> "Grid":
+    def _check_bounds(self) -> "Grid":
         for axis in (*DAMAGE_AXES, *MEASUREMENT_AXES):
             for value in getattr(self, axis):
                 check_bounds(axis, value)
@@ -171,7 +169,7 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
 
     @property
     def joint_axes(self) -> tuple[str, ...]:
-        """Axes that the sample or the table gives."""
+        """Axes of the sample or the table."""
         return tuple(self.ranges) or tuple(self.table or ())
 
     @property
@@ -181,49 +179,5 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
 
     @property
     def patterns(self) -> tuple[str, ...]:
-        """Names of the patterns that it uses."""
-        return tuple(dict.fromkeys((*self.pattern, *(str(one) for one in (self.table or {}).get("pattern", ())))))
-
-
-class SweepSettings(Section):
-    """What a sweep simulates."""
-
-    rig: str = Field(description="Name of a built-in rig, or the path of a rig file from the recipe's folder.")
-    gear: str | None = Field(default=None, description="The damaged gear; the first mesh's driving gear if left out.")
-    seed: int = quantity("-", "Seed of samples, specimens and noise.", ge=0, default=0)
-    specimens: int = quantity("-", "Pairs of gears, each with its own index errors.", ge=1, default=1)
-    draws: int = quantity("-", "Noise draws of each case and specimen.", ge=1, default=1)
-    healthy: int = quantity(
-        "-", "Undamaged rows of each specimen at each combination of rig and measurement values.", ge=0, default=0
-    )
-    grid: Annotated[tuple[Grid, ...], Strict(False)] = quantity("-", "Grids; the sweep is their union.", min_length=1)
-    patterns: dict[str, Annotated[tuple[ToothDamage, ...], Strict(False)]] = Field(
-        default={}, description="Lists of damaged teeth that differ, by name; before a preset of the same name."
-    )
-
-    solver: str = Field(
-        default=DEFAULT_SOLVER, description=f"How a case is solved: {', '.join(SOLVERS)}; the first if left out."
-    )
-
-    @field_validator("solver")
-    @classmethod
-    def _known_solver(cls, name: str) -> str:
-        if name not in SOLVERS:
-            raise ValueError(f"solver = {name!r} is not known{suggestion(name, SOLVERS)}")
-        return name
-
-    @model_validator(mode="after")
-    def _patterns_exist(self) -> "SweepSettings":
-        for name in self.named_patterns:
-            if name not in {*self.patterns, *PRESETS}:
-                known = ", ".join(dict.fromkeys((*self.patterns, *PRESETS)))
-                raise ValueError(f"pattern {name!r} is not defined; define it under [sweep.patterns] (known: {known})")
-        for name, teeth in self.patterns.items():
-            if not any(tooth.is_damage for tooth in teeth):
-                raise ValueError(f"patterns.{name} damages no tooth; give at least one tooth a loss or a shift")
-        return self
-
-    @property
-    def named_patterns(self) -> tuple[str, ...]:
-        """Names of the patterns that the grids use."""
-        return tuple(dict.fromkeys(name for grid in self.grid for name in grid.patterns))
+        """Names of the patterns of the grid."""
+        return tuple(dict.fromkeys((*self.pattern, *map(str, (self.table or {}).get("pattern", ())))))
