@@ -41,8 +41,10 @@ from sigdb.recognition import (
     make_split,
     operating_points,
 )
-from sigdb.recognition.estimators.pooled_location import POOLED
-from sigdb.recognition.rows.streamed import reducers_of, with_features, with_reduced
+from sigdb.recognition.estimators.pooled_location import POOLED_LEARNERS
+from sigdb.recognition.model import reducers_of
+from sigdb.recognition.rows.batch import Batch
+from sigdb.recognition.rows.streams import read_features, reduce_averages
 from sigdb.recognition.splits.split import TEST, TRAINING
 from sigdb.recognition.training import usable_rows
 from sigdb.sweep import run
@@ -101,21 +103,22 @@ def training(database: Database) -> Rows:
     folds = make_split("S1", rows, seed=database.manifest.seed, folds=5).folds(rows)
     bank, bank_seconds = timed(lambda: TemplateBank.of(database))
     sensor = database.sensors[0]
-    scored, scoring = timed(lambda: with_reduced(database, rows, reducers_of([TemplateLocation(bank)]), sensor=sensor))
-    scored = with_features(database, scored)
+    batch, reducers = Batch(table=rows), reducers_of([TemplateLocation(bank)])
+    scored, scoring = timed(lambda: reduce_averages(database, batch, reducers, sensor=sensor))
+    scored = read_features(database, scored)
     x = database.signals(rows.index.to_numpy())["tsa"]
     seen, asked = (folds == one for one in (TRAINING, TEST))
     y = rows["tooth"].to_numpy()
     found: Rows = []
 
     def add(what: str, estimator: Any, data: Any, of: str, *groups: Any, before: float = 0.0) -> None:
-        _, seconds = timed(lambda: estimator.fit(data[seen], y[seen], *groups))
-        right = float((estimator.predict(data[asked]) == y[asked]).mean())
+        _, seconds = timed(lambda: estimator.fit(_some(data, seen), y[seen], *groups))
+        right = float((estimator.predict(_some(data, asked)) == y[asked]).mean())
         row = {"what": what, "of": of, "rows": int(seen.sum()), "seconds": float(before + seconds), "accuracy": right}
         found.append(row)
 
     specimens = rows["specimen"].to_numpy()[seen]
-    for learner in POOLED:
+    for learner in POOLED_LEARNERS:
         add(learner, LocationClassifier(learner), scored, "features", specimens)
     share = scoring * seen.mean()
     add("templates", TemplateLocation(bank), scored, "averages", specimens, before=bank_seconds + share)
@@ -126,6 +129,10 @@ def training(database: Database) -> Rows:
 
         add("aeon MiniRocket", MiniRocketClassifier(random_state=0), x[:, None], "averages")
     return found
+
+
+def _some(data: Batch | np.ndarray, rows: np.ndarray) -> Batch | np.ndarray:
+    return data.take(rows) if isinstance(data, Batch) else data[rows]
 
 
 def density_seconds(point: OperatingPoint, x: np.ndarray) -> float:

@@ -96,7 +96,7 @@ def compare(
     (point,), white = bank.points, apply_gain(x, whitening)
     location, severity = calibrate_models(bank, draw_averages(bank, path, noise=mean, averages=averages))
     row = average_rows(point, white[None], noise=mean, averages=averages)
-    verdict = location.judge(row).iloc[0]
+    verdict = location.assess(row).iloc[0]
     band = 2 * path.covered.sum() / len(x)
     nearest, template = _nearest(point, bank.index_error, white, mean)
     coloured = np.where(path.covered, noise / mean, 0.0)
@@ -109,8 +109,8 @@ def compare(
         nearest=nearest.assign(reduced_chi2=nearest["reduced_chi2"] / band),
         template=apply_gain(template, coloured),
         healthy=apply_gain(point.hypotheses.signal[point.healthy][0], coloured),
-        reduced_chi2=float(verdict["misfit"] / band),
-        limit=float(location.misfit_threshold_ / band),
+        reduced_chi2=float(verdict["reduced_chi2"] / band),
+        limit=float(location.reduced_chi2_threshold_ / band),
     )
 
 
@@ -134,12 +134,11 @@ def _nearest(point: PointTemplates, index_error: float, x: FloatArray, noise: fl
     laws, n = point.hypotheses, len(x)
     likelihood = laws.log_likelihood(x[None], noise=noise, index_error=index_error)[0]
     turn = np.where(laws.healthy, 0, likelihood.argmax(axis=1))
-    d = (laws.gains * index_error / noise) ** 2
-    constant = n * np.log(2 * np.pi * noise**2) + np.log1p(d).sum(axis=1)
+    chi2 = laws.chi2(likelihood[None], noise=noise, index_error=index_error)[0]
     table = pd.DataFrame(dict(zip(QUANTITIES, np.where(laws.healthy, 0.0, point.severity.T), strict=True))).assign(
         tooth=np.where(laws.healthy, 0, turn + 1),
         probability=softmax(likelihood + point.log_prior).sum(axis=1),
-        reduced_chi2=(-2 * likelihood.max(axis=1) - constant) / n,
+        reduced_chi2=chi2.min(axis=1) / n,
     )
     order = np.argsort(-table["probability"].to_numpy(), kind="stable")[:_NEAREST]
     best = np.roll(laws.signal[order[0]], int(turn[order[0]]) * (n // point.teeth))

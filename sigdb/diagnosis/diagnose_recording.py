@@ -10,7 +10,7 @@ from sigdb.core import InputError, Note, validated
 from sigdb.database import open as open_database
 from sigdb.diagnosis.bank import rig_bank
 from sigdb.diagnosis.diagnosis import Diagnosis, diagnose_signature
-from sigdb.recognition import TemplateBank, bank_of, changed_parts, load_model, model_form
+from sigdb.recognition import TemplateBank, changed_parts, load_model, model_form
 from sigdb.recording import (
     AngleOptions,
     AveragingSettings,
@@ -174,7 +174,8 @@ def _stored_templates(
     if model is None:
         return None
     loaded = load_model(str(model))
-    bank = bank_of(loaded.estimators.get("templates"))
+    templates = loaded.estimators.get("templates")
+    bank = None if templates is None else templates.template_bank
     if bank is None:
         raise InputError(f"{model} holds no templates; train it on a database of a rig with one mesh")
     changed = changed_parts(loaded.form, _form(rig))

@@ -12,7 +12,6 @@ from sigdb.recognition import (
     Model,
     RecognitionSettings,
     evaluate,
-    probe_rows,
     requested_rows,
     save_model,
     train,
@@ -95,7 +94,7 @@ def train_model(
         model,
         folder,
         evaluation=evaluation,
-        probe=probe_rows(model, database, requested_rows(model, database)),
+        probe=model.probe(database, requested_rows(model, database)),
         command=command,
     )
     on_evaluation(evaluation)

@@ -15,7 +15,6 @@ from .calibration.location_sets import LocationSets as LocationSets
 from .calibration.severity_intervals import SeverityIntervals as SeverityIntervals
 from .criteria import CriterionResult as CriterionResult
 from .estimators.baselines.nearest_template import NearestTemplateLocation as NearestTemplateLocation
-from .estimators.baselines.nearest_template import WhitenedBankLocation as WhitenedBankLocation
 from .estimators.baselines.threshold import EnvelopeLocation as EnvelopeLocation
 from .estimators.baselines.threshold import Fm4Location as Fm4Location
 from .estimators.baselines.threshold import Fm4Severity as Fm4Severity
@@ -26,7 +25,9 @@ from .estimators.baselines.threshold import Na4StarLocation as Na4StarLocation
 from .estimators.detector import Detector as Detector
 from .estimators.pooled_location import LocationClassifier as LocationClassifier
 from .estimators.pooled_severity import SeverityRegressor as SeverityRegressor
+from .estimators.registry import LEARNERS as LEARNERS
 from .estimators.template_location import TemplateLocation as TemplateLocation
+from .estimators.template_location import WhitenedBankLocation as WhitenedBankLocation
 from .estimators.template_severity import TemplateSeverity as TemplateSeverity
 from .evaluated_rows import requested_rows as requested_rows
 from .evaluation import Evaluation as Evaluation
@@ -37,6 +38,7 @@ from .metrics.estimate import Estimate as Estimate
 from .metrics.metric import Metric as Metric
 from .metrics.significance import Excess as Excess
 from .metrics.significance import above_bound as above_bound
+from .model import Model as Model
 from .model_card import Cell as Cell
 from .model_card import TextTable as TextTable
 from .model_card import bound_text as bound_text
@@ -61,10 +63,7 @@ from .targets.all_targets import TITLES as TITLES
 from .targets.target import Target as Target
 from .templates.bank import PointTemplates as PointTemplates
 from .templates.bank import TemplateBank as TemplateBank
-from .templates.bank import bank_of as bank_of
 from .templates.compact_signals import CompactSignals as CompactSignals
 from .templates.hypotheses import Hypotheses as Hypotheses
 from .templates.scores import TemplateScores as TemplateScores
-from .training import Model as Model
-from .training import probe_rows as probe_rows
 from .training import train as train

@@ -6,10 +6,11 @@ import pandas as pd
 
 from sigdb.core import InputError
 from sigdb.database import Database
+from sigdb.recognition.model import Model
 from sigdb.recognition.splits.kinds import changed_parts, make_split, model_form
 from sigdb.recognition.splits.split import TEST
 from sigdb.recognition.targets.all_targets import target_named
-from sigdb.recognition.training import Model, usable_rows
+from sigdb.recognition.training import usable_rows
 
 
 @dataclass(frozen=True, kw_only=True)

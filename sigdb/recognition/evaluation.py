@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sigdb.core import BoolArray, FloatArray, InputError, NotApplicableError, Note, SigdbError, plain
+from sigdb.core import BoolArray, FloatArray, NotApplicableError, Note, SigdbError, plain
 from sigdb.database import Database
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.bound.bayes_bound import Bound, bayes_bound
@@ -19,11 +19,10 @@ from sigdb.recognition.metrics.estimate import Estimate, Specimens
 from sigdb.recognition.metrics.evaluated import Evaluated
 from sigdb.recognition.metrics.metric import estimates, means
 from sigdb.recognition.metrics.significance import metrics_above_bound
-from sigdb.recognition.rows.streamed import feature_batches
+from sigdb.recognition.model import Model
 from sigdb.recognition.settings import CriteriaSettings
 from sigdb.recognition.targets.all_targets import target_named
 from sigdb.recognition.targets.target import Target
-from sigdb.recognition.training import Model
 
 Metrics = Mapping[str, Estimate]
 """Estimates by name of the metric."""
@@ -175,7 +174,7 @@ def evaluate(
     """
     target = target_named(model.target)
     rows, selection = select_rows(model, database)
-    evaluated = _evaluated(_answers(model, database, rows), rows)
+    evaluated = _evaluated(model.answers(database, rows), rows)
     values = {name: target.values(each) for name, each in evaluated.items()}
     metrics = {name: _metrics(target, values[name], each) for name, each in evaluated.items()}
     ours = evaluated[model.learner]
@@ -208,21 +207,6 @@ def evaluate(
             bounded=best is not None,
         ),
     )
-
-
-def _answers(model: Model, database: Database, rows: pd.DataFrame) -> dict[str, Answers]:
-    """Return the answers of the model and of those baselines that can answer these rows, read batch by batch."""
-    rows = model.ready(database, rows)
-    parts: dict[str, list[Answers]] = {name: [] for name in model.estimators}
-    for _, batch in feature_batches(database, rows):
-        for name in list(parts):
-            try:
-                parts[name].append(Answers.of(model.estimators[name], batch))
-            except InputError:
-                if name == model.learner:
-                    raise
-                del parts[name]
-    return {name: Answers.concatenate(answers) for name, answers in parts.items()}
 
 
 def _evaluated(answers: Mapping[str, Answers], rows: pd.DataFrame) -> dict[str, Evaluated]:

@@ -7,9 +7,9 @@ import pandas as pd
 
 from sigdb.core import Note
 from sigdb.recognition.evaluated_rows import Selection
+from sigdb.recognition.model import Model
 from sigdb.recognition.severity_quantities import QUANTITIES
-from sigdb.recognition.templates.bank import TemplateBank, bank_of
-from sigdb.recognition.training import Model
+from sigdb.recognition.templates.bank import TemplateBank
 
 _ALIKE = 1e-3
 """Relative difference of operating points, and of sizes of index errors, below which they count as equal."""
@@ -29,7 +29,7 @@ def limitations(model: Model, rows: pd.DataFrame, selection: Selection, index_er
     index_error
         Root mean square of the index errors of the rows, m; None where it is not known.
     """
-    bank = bank_of(model.estimators[model.learner])
+    bank = model.estimator.template_bank
     notes = list(_of_bank(bank, rows, index_error)) if bank is not None else [_features_only(model.learner)]
     return [*notes, *_of_selection(selection)]
 

@@ -7,11 +7,11 @@ import numpy as np
 
 from sigdb.recognition.bound.noise_bands import ALL
 from sigdb.recognition.criteria import CriterionResult
-from sigdb.recognition.estimators.pooled_location import LEARNERS
+from sigdb.recognition.estimators.registry import LEARNERS
 from sigdb.recognition.evaluation import Evaluation
 from sigdb.recognition.metrics.estimate import Estimate
+from sigdb.recognition.model import Model
 from sigdb.recognition.targets.all_targets import TARGETS
-from sigdb.recognition.training import Model
 
 Cell = Estimate | str
 """A cell of a table: an estimate, or text."""

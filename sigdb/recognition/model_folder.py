@@ -4,9 +4,9 @@ import hashlib
 import io
 import json
 import platform
-import re
 import zipfile
 import zlib
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from importlib import resources
 from pathlib import Path
@@ -17,12 +17,13 @@ import pandas as pd
 import sklearn
 import skops.io
 
-from sigdb.core import DatabaseError, InputError, __version__
+from sigdb.core import DatabaseError, FloatArray, InputError, __version__
 from sigdb.database import Store
+from sigdb.recognition.estimators.registry import own_classes, trusted_types
 from sigdb.recognition.evaluation import Evaluation
+from sigdb.recognition.model import Model, few_rows
 from sigdb.recognition.model_card import model_card
-from sigdb.recognition.targets.all_targets import TARGETS
-from sigdb.recognition.training import Model, few_rows
+from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Rows
 
 
 def built_in_models() -> list[str]:
@@ -65,43 +66,6 @@ def _built_in_folders() -> dict[str, Path]:
     return {path.parent.name: path.parent for path in sorted(folder.glob("*/model.json"))}
 
 
-_OWN = (
-    "CompactSignals",
-    "Detector",
-    "EnvelopeLocation",
-    "Fm4Location",
-    "Fm4Severity",
-    "IndicatorScore",
-    "LocationClassifier",
-    "MajorityLocation",
-    "MajoritySeverity",
-    "Na4StarLocation",
-    "NearestTemplateLocation",
-    "PointTemplates",
-    "SeverityRegressor",
-    "TemplateBank",
-    "TemplateLocation",
-    "TemplateSeverity",
-    "ToothViews",
-    "WhitenedBankLocation",
-)
-"""Classes of sigdb that a model may hold, by their public names in ``sigdb.recognition``."""
-
-TRUSTED = (
-    "numpy.dtype",
-    *(f"sigdb.recognition.{name}" for name in _OWN),
-    "sklearn._loss.link.Interval",
-    "sklearn._loss.link.IdentityLink",
-    "sklearn._loss.link.LogitLink",
-    "sklearn._loss.loss.HalfBinomialLoss",
-    "sklearn._loss.loss.HalfSquaredError",
-    "sklearn.ensemble._hist_gradient_boosting.binning._BinMapper",
-    "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
-)
-"""Types that a model may hold beside those that skops trusts; never taken from the file."""
-
-_INNER_MODULE = re.compile(rb'("__module__": )"sigdb\.recognition\.[\w.]+"')
-
 _UNREADABLE = (
     AttributeError,
     EOFError,
@@ -115,11 +79,11 @@ _UNREADABLE = (
 )
 """What damaged or foreign files raise in the readers of JSON, ZIP, skops and NPZ."""
 
-_COLUMNS = ("teeth", "speed_rpm", "torque", "fm4", "wigner_ville", "averages", "scatter", "tsa")
-"""Columns that estimators read; averages only where one of them reads templates."""
+_PUBLIC = "sigdb.recognition"
+"""Module that files name for the classes of sigdb: a public name outlives a move of the module that defines it."""
 
 
-def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, probe: pd.DataFrame, command: str) -> None:
+def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, probe: Rows, command: str) -> None:
     """Write a model's folder: ``model.skops``, ``model.json``, ``probe.npz`` and its card ``README.md``.
 
     Parameters
@@ -135,11 +99,12 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
     command
         The command that makes it again.
     """
-    store, rows = Store.at(folder), few_rows(probe)
+    store, rows = Store.at(folder), few_rows(_as_batch(model, probe))
     answers = io.BytesIO()
-    np.savez_compressed(answers, expected=_answers(model, rows), **_arrays(rows))
+    arrays: dict[str, Any] = _arrays(model, rows)
+    np.savez_compressed(answers, expected=_answers(model, rows), **arrays)
     files = {
-        "model.skops": _with_public_names(skops.io.dumps(model.estimators)),
+        "model.skops": _with_modules(skops.io.dumps(model.estimators), lambda name: _PUBLIC),
         "probe.npz": answers.getvalue(),
     }
     for name, content in files.items():
@@ -182,7 +147,8 @@ def load_model(name_or_folder: str | Path) -> Model:
         described = json.loads((folder / "model.json").read_text(encoding="utf-8"))
         model = _rebuilt(described, _checked(folder, "model.skops", described))
         with np.load(io.BytesIO(_checked(folder, "probe.npz", described)), allow_pickle=False) as probe:
-            found, expected = _answers(model, _rows(probe)), probe["expected"]
+            expected = probe["expected"]
+            answers = _answers(model, _rows({name: probe[name] for name in probe.files if name != "expected"}))
     except FileNotFoundError as error:
         missing = Path(error.filename).name
         raise InputError(f"{folder} is not a model folder: {missing} is missing; make one with: sigdb train") from None
@@ -190,7 +156,7 @@ def load_model(name_or_folder: str | Path) -> Model:
         raise InputError(f"{folder}: {error}") from None
     except _UNREADABLE as error:
         raise InputError(f"{folder}: not a readable model ({error}); train it again") from None
-    if found.shape != expected.shape or not np.allclose(found, expected, rtol=1e-6, atol=1e-9):
+    if answers.shape != expected.shape or not np.allclose(answers, expected, rtol=1e-6, atol=1e-9):
         raise DatabaseError(
             f"{folder}: the model's answers on its probe have changed (saved with scikit-learn "
             f"{described['versions']['scikit-learn']}, this is {sklearn.__version__}); train it again"
@@ -206,18 +172,29 @@ def _checked(folder: Path, name: str, described: dict[str, Any]) -> bytes:
     return content
 
 
-def _with_public_names(content: bytes) -> bytes:
-    """The same model, whose classes of sigdb are named as ``sigdb.recognition`` exports them.
+def _with_modules(content: bytes, module_of: Callable[[str], str | None]) -> bytes:
+    """Return the same model, with another module for each class of sigdb.
 
-    A file that skops writes names the module in which a class is defined. A public name outlives a move of that module,
-    and models that older versions wrote stay readable.
+    Parameters
+    ----------
+    content
+        A file that skops wrote. It names the module in which each class is defined.
+    module_of
+        From the name of a class, its module; None to leave it as it is.
     """
+
+    def renamed(node: dict[str, object]) -> dict[str, object]:
+        module, name = str(node.get("__module__", "")), str(node.get("__class__", ""))
+        if module == _PUBLIC or module.startswith(f"{_PUBLIC}."):
+            node["__module__"] = module_of(name) or module
+        return node
+
     out = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(content)) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
         for entry in old.infolist():
             data = old.read(entry)
             if entry.filename == "schema.json":
-                data = _INNER_MODULE.sub(rb'\1"sigdb.recognition"', data)
+                data = json.dumps(json.loads(data, object_hook=renamed), indent=2).encode()
             new.writestr(entry.filename, data)
     return out.getvalue()
 
@@ -228,23 +205,34 @@ def _rebuilt(described: dict[str, Any], content: bytes) -> Model:
     lacking = [name for name in names if name not in described]
     if lacking:
         raise InputError(f"model.json lacks {', '.join(lacking)}: it is of another version of sigdb; train it again")
-    content = _with_public_names(content)
-    untrusted = set(skops.io.get_untrusted_types(data=content)) - set(TRUSTED)
+    content, trusted = _with_modules(content, own_classes().get), trusted_types()
+    untrusted = set(skops.io.get_untrusted_types(data=content)) - set(trusted)
     if untrusted:
         raise InputError(f"the model holds types that are not trusted: {', '.join(sorted(untrusted))}")
-    estimators = skops.io.loads(content, trusted=list(TRUSTED))
+    estimators = skops.io.loads(content, trusted=trusted)
     kept = {name: described[name] for name in names} | {"trained_on": tuple(described["trained_on"])}
     return Model(estimators=estimators, **kept)
 
 
-def _answers(model: Model, rows: pd.DataFrame) -> np.ndarray:
-    return TARGETS[model.target].probe(model.estimators[model.learner], rows)
+def _answers(model: Model, rows: Batch) -> FloatArray:
+    answers = model.estimator.answer(rows)
+    return np.asarray(answers.predicted if answers.scores is None else answers.scores, float)
 
 
-def _arrays(rows: pd.DataFrame) -> dict[str, Any]:
-    return {name: np.stack(rows[name].to_list()) for name in _COLUMNS if name in rows}
+def _as_batch(model: Model, probe: Rows) -> Batch:
+    reads = model.estimator.reads
+    return Batch.from_rows(probe, reads & frozenset(getattr(probe, "columns", ())))
 
 
-def _rows(arrays: Any) -> pd.DataFrame:
-    known = [name for name in _COLUMNS if name in arrays]
-    return pd.DataFrame({name: list(arrays[name]) if arrays[name].ndim > 1 else arrays[name] for name in known})
+def _arrays(model: Model, rows: Batch) -> dict[str, np.ndarray]:
+    """Return the columns that a model reads of rows of one tooth count, as arrays."""
+    scalars = {name: rows.table[name].to_numpy() for name in model.estimator.reads & frozenset(rows.table.columns)}
+    arrays = {TSA: rows.tsa, CELLS: rows.features}
+    return scalars | {name: matrix for name, one in arrays.items() if one for matrix in one.values()}
+
+
+def _rows(arrays: Mapping[str, np.ndarray]) -> Batch:
+    scalars = {name: array for name, array in arrays.items() if array.ndim == 1}
+    (teeth,) = np.unique(arrays["teeth"])
+    tsa, features = ({int(teeth): arrays[name]} if name in arrays else None for name in (TSA, CELLS))
+    return Batch(table=pd.DataFrame(scalars), tsa=tsa, features=features)

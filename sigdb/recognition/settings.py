@@ -1,13 +1,20 @@
 """The section ``[recognition]`` of a recipe."""
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, Strict, field_validator, model_validator
 
 from sigdb.core import Section, quantity
+from sigdb.recognition.estimators.registry import LEARNERS
 
 Target = Literal["location", "severity", "detection"]
 SplitName = Literal["S0", "S1", "S2", "S3", "S4"]
+
+if TYPE_CHECKING:
+    Learner = str
+else:
+    Learner = Literal[tuple(LEARNERS)]
+"""Name of a learner of the registry."""
 
 
 class CriteriaSettings(Section):
@@ -42,7 +49,7 @@ class CriteriaSettings(Section):
 class RecognitionSettings(Section):
     """How damage is learnt, and which models a run of the recipe makes."""
 
-    learner: Literal["lda", "boosting", "templates"] = Field(
+    learner: Learner = Field(
         default="boosting",
         description="Shrinkage linear discriminant analysis, gradient boosting of histograms, or a bank of templates.",
     )

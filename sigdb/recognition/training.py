@@ -1,15 +1,17 @@
-"""Training on a database: by a split that keeps specimens apart, baselines beside the model."""
+"""Training on a database: a model and its baselines, by a split that keeps specimens apart."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
 
-from sigdb.core import InputError
+from sigdb.core import InputError, NotApplicableError, OnStep, ignore
 from sigdb.database import Database, check_complete
-from sigdb.recognition.rows.streamed import Reducer, reducers_of, with_averages, with_features, with_reduced
+from sigdb.recognition.estimators.contract import Estimator
+from sigdb.recognition.estimators.registry import columns_read, learner_class
+from sigdb.recognition.model import Model, reducers_of
+from sigdb.recognition.rows.batch import CELLS, Batch
+from sigdb.recognition.rows.streams import read_features, reduce_averages
 from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.splits.kinds import make_split, model_form
@@ -65,84 +67,6 @@ DRAWN_ROWS = 25_000
 reference recipe, split S1, accuracy for 12 000, 25 000 and 50 000 rows is 0.630, 0.633 and 0.633 of ``lda``, and 0.648,
 0.652 and 0.653 of ``boosting``, with a standard error over specimens of 0.004."""
 
-TEMPLATES = "templates"
-"""Name of the estimator that is calibrated on all training rows."""
-
-_PROBE = 8
-
-
-@dataclass(frozen=True, kw_only=True)
-class Model:
-    """A trained model with the baselines that were trained on the same rows.
-
-    Attributes
-    ----------
-    target
-        ``location``, ``severity`` or ``detection``.
-    learner
-        Which of the estimators is the model; the others stand beside it for comparison.
-    estimators
-        Fitted estimators by name: the learners, then the baselines. ``templates`` is missing where the database has
-        no bank (:class:`TemplateBank`), and detectors whose healthy rows do not support the false-alarm rate are.
-    seed
-        Seed of the database that it was trained on.
-    trained_on
-        Specimens of that database that it has seen.
-    database_hash
-        Hash of that database.
-    form
-        Hash of each part of the rig and the solver that the database was made with.
-    split, folds, split_hash
-        Name of the split that it was trained by, its number of folds, and the hash of its table.
-    sensor
-        Sensor whose signatures it reads.
-    rows
-        Number of training rows.
-    drawn_rows
-        Number of them that all but ``templates`` have learnt from, see :func:`train`.
-    false_alarm_rate
-        Rate that detectors, and the baselines' thresholds, were set at.
-    """
-
-    target: str
-    learner: str
-    estimators: dict[str, Any]
-    seed: int
-    trained_on: tuple[int, ...]
-    database_hash: str
-    form: dict[str, str]
-    split: str
-    folds: int
-    split_hash: str
-    sensor: str
-    rows: int
-    drawn_rows: int
-    false_alarm_rate: float
-
-    @property
-    def reducers(self) -> dict[str, Reducer]:
-        """By column, what reduces averages to what the estimators read."""
-        return reducers_of(self.estimators.values())
-
-    def ready(self, database: Database, rows: pd.DataFrame) -> pd.DataFrame:
-        """Rows of :func:`usable_rows`, with what the estimators read of averages where it can be had.
-
-        Raises
-        ------
-        InputError
-            If what the model itself reads cannot be had.
-        """
-        needed = reducers_of([self.estimators[self.learner]])
-        return with_reduced(database, rows, self.reducers, sensor=self.sensor, needed=needed)
-
-    def predict(self, X: pd.DataFrame) -> Any:
-        """What the model says of rows of features, see :class:`LocationClassifier`, :class:`SeverityRegressor` and
-        :class:`Detector`.
-
-        With the learner ``templates``: of rows with averages, see :class:`TemplateScores`.
-        """
-        return self.estimators[self.learner].predict(X)
-
 
 def train(
     database: Database,
@@ -150,7 +74,7 @@ def train(
     settings: RecognitionSettings | None = None,
     *,
     split: str = "S1",
-    on_step: Callable[[str], Any] = lambda step: None,
+    on_step: OnStep = ignore,
 ) -> Model:
     """Train on a database, with one fold of specimens left out for :func:`evaluate`.
 
@@ -181,27 +105,24 @@ def train(
     """
     settings = settings or RecognitionSettings()
     question = target_named(target)
+    needs_bank = learner_class(settings.learner, target).needs_bank
     rows = usable_rows(database, target)
-    counts = np.bincount((rows["tooth"] > 0).to_numpy(int), minlength=2)
-    if not counts.all():
-        lacking = "healthy" if counts[0] == 0 else "damaged"
-        raise InputError(f"{database.store} has no {lacking} rows to learn from; set healthy in [sweep], or add a grid")
+    _check_both_kinds(database, rows)
     parts = make_split(split, rows, seed=database.manifest.seed, folds=settings.folds)
-    training = rows[parts.folds(rows) == TRAINING]
-    del rows  # of many rows this is much
-    bank = _bank(database, training, settings.learner, on_step)
-    unfitted = question.estimators(settings, bank)
+    rows = rows[parts.folds(rows) == TRAINING]
+    unfitted = question.estimators(settings, _bank(database, rows, needs_bank, on_step))
     on_step("reading averages")
-    own = reducers_of(one for name, one in unfitted.items() if name == TEMPLATES)
-    drawn = _with_all(database, evenly_drawn(training, DRAWN_ROWS), reducers_of(unfitted.values()))
-    training = with_reduced(database, training, own, sensor=database.sensors[0])
+    drawn = _read(database, evenly_drawn(rows, DRAWN_ROWS), unfitted.values())
+    scored = {name: estimator for name, estimator in unfitted.items() if estimator.learns_from_all}
+    reducers = reducers_of(scored.values())
+    every = reduce_averages(database, Batch(table=rows), reducers, sensor=database.sensors[0])
     estimators = {}
     for name, estimator in unfitted.items():
         on_step(name)
-        seen = training if name == TEMPLATES else drawn
         try:
-            estimators[name] = estimator.fit(seen, question.labels(seen), seen["specimen"].to_numpy())
-        except InputError as error:
+            seen = every if name in scored else drawn
+            estimators[name] = estimator.fit(seen, question.labels(seen.table), seen.table["specimen"].to_numpy())
+        except NotApplicableError as error:
             if name == settings.learner:
                 raise
             on_step(f"{name} is left out: {error}")
@@ -210,22 +131,42 @@ def train(
         learner=settings.learner,
         estimators=estimators,
         seed=database.manifest.seed,
-        trained_on=tuple(int(one) for one in np.unique(training["specimen"])),
+        trained_on=tuple(int(one) for one in np.unique(rows["specimen"])),
         database_hash=database.manifest.hash,
         form=model_form(database.manifest.resolved),
         split=split,
         folds=settings.folds,
         split_hash=parts.hash,
         sensor=database.sensors[0],
-        rows=len(training),
+        rows=len(rows),
         drawn_rows=len(drawn),
         false_alarm_rate=settings.false_alarm_rate,
     )
 
 
-def _with_all(database: Database, rows: pd.DataFrame, reducers: dict[str, Reducer]) -> pd.DataFrame:
-    """Not too many rows with all that estimators read."""
-    return with_features(database, with_reduced(database, rows, reducers, sensor=database.sensors[0]))
+def _check_both_kinds(database: Database, rows: pd.DataFrame) -> None:
+    """Refuse rows that are all healthy, or all damaged."""
+    counts = np.bincount((rows["tooth"] > 0).to_numpy(int), minlength=2)
+    if not counts.all():
+        lacking = "healthy" if counts[0] == 0 else "damaged"
+        raise InputError(f"{database.store} has no {lacking} rows to learn from; set healthy in [sweep], or add a grid")
+
+
+def _bank(database: Database, rows: pd.DataFrame, needed: bool, on_step: OnStep) -> TemplateBank | None:
+    """Return the templates of the training rows' cases; None where there can be no bank and none is needed."""
+    try:
+        return TemplateBank.of(database, cases=rows, specimens=rows["specimen"])
+    except NotApplicableError as error:
+        if needed:
+            raise
+        on_step(f"templates are left out: {error}")
+        return None
+
+
+def _read(database: Database, rows: pd.DataFrame, estimators: Iterable[Estimator]) -> Batch:
+    """Return not too many rows with all that estimators read."""
+    batch = reduce_averages(database, Batch(table=rows), reducers_of(estimators), sensor=database.sensors[0])
+    return read_features(database, batch) if any(CELLS in estimator.reads for estimator in estimators) else batch
 
 
 def usable_rows(database: Database, target: str) -> pd.DataFrame:
@@ -237,48 +178,11 @@ def usable_rows(database: Database, target: str) -> pd.DataFrame:
         If the sweep is not finished.
     """
     check_complete(database)
-    columns = ", ".join(_COLUMNS)
+    columns = ", ".join(dict.fromkeys((*_COLUMNS, *sorted(columns_read()))))
     condition = target_named(target).row_condition
     where = f"status = 'ok' and {condition}" if condition else "status = 'ok'"
     return database.sql(f"select id, {columns} from features where {where} order by id").set_index("id")
 
 
-_COLUMNS = (
-    "tooth",
-    *QUANTITIES,
-    "specimen",
-    "draw",
-    "snr_db",
-    "averages",
-    "scatter",
-    "fm4",
-    "teeth",
-    "speed_rpm",
-    "torque",
-)
-"""What is known of a row beside its arrays."""
-
-
-def probe_rows(model: Model, database: Database, rows: pd.DataFrame) -> pd.DataFrame:
-    """A few rows of one tooth count with all that the model's estimators read, for :func:`save_model`."""
-    few = with_features(database, few_rows(rows))
-    return with_averages(database, few, sensor=model.sensor) if model.reducers else few
-
-
-def few_rows(rows: pd.DataFrame) -> pd.DataFrame:
-    """Eight rows, or all of fewer, of the first one's tooth count, in equal steps."""
-    alike = rows[rows["teeth"] == rows["teeth"].iloc[0]]
-    return alike.iloc[:: max(1, len(alike) // _PROBE)][:_PROBE]
-
-
-def _bank(
-    database: Database, training: pd.DataFrame, learner: str, on_step: Callable[[str], Any]
-) -> TemplateBank | None:
-    """The templates of the training rows' cases; None where there can be no bank and another learner is the model."""
-    try:
-        return TemplateBank.of(database, cases=training, specimens=training["specimen"])
-    except InputError as error:
-        if learner == TEMPLATES:
-            raise
-        on_step(f"{TEMPLATES} are left out: {error}")
-        return None
+_COLUMNS = ("tooth", *QUANTITIES, "specimen", "draw", "snr_db", "averages", "scatter", "teeth", "speed_rpm", "torque")
+"""Columns of a row that splits, estimators and the evaluation need, besides arrays."""

@@ -7,6 +7,7 @@ from threadpoolctl import threadpool_limits
 import sigdb
 from sigdb.pipeline import load_recipe
 from sigdb.recognition import RecognitionSettings, train
+from sigdb.recognition.estimators import registry
 from sigdb.sweep import run
 
 EASY = """
@@ -94,6 +95,13 @@ def severity_model(database):
 @pytest.fixture(scope="session")
 def held_out(rows, location_model):
     return rows[~rows["specimen"].isin(location_model.trained_on)]
+
+
+@pytest.fixture
+def without_boosting(monkeypatch):
+    """The registry without boosting, which reads what LDA reads and takes longer."""
+    module = "sigdb.recognition.estimators.registry"
+    monkeypatch.setattr(f"{module}.REGISTRY", tuple(one for one in registry.REGISTRY if one.name != "boosting"))
 
 
 @pytest.fixture(scope="session")

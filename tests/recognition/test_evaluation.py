@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.special import expit
+from scipy.special import softmax
 
 from sigdb.core import InputError, NotApplicableError
 from sigdb.recognition import (
@@ -26,8 +26,10 @@ from sigdb.recognition import (
     train,
 )
 from sigdb.recognition.answers import Answers
+from sigdb.recognition.estimators.contract import Scorer
 from sigdb.recognition.evaluated_rows import Selection
 from sigdb.recognition.metrics.estimate import Specimens
+from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.training import usable_rows
 
 
@@ -41,27 +43,25 @@ def severity(severity_model, database):
     return evaluate(severity_model, database, bound=False)
 
 
-class Oracle:
+class Oracle(Scorer):
     """Knows the tooth; a share of its answers it gets wrong."""
 
     def __init__(self, wrong=0.0):
         self.wrong = wrong
 
-    def predict(self, X):
-        return self.decision_function(X).argmax(axis=1)
+    def fit(self, X, y, groups=None):
+        return self
 
     def decision_function(self, X):
-        scores = np.zeros((len(X), 1 + int(X["teeth"].max())))
-        wrong = np.random.default_rng(0).random(len(X)) < self.wrong
-        scores[np.arange(len(X)), np.where(wrong, 0, X["tooth"])] = 10.0
+        table = Batch.from_rows(X).table
+        scores = np.zeros((len(table), 1 + int(table["teeth"].max())))
+        wrong = np.random.default_rng(0).random(len(table)) < self.wrong
+        scores[np.arange(len(table)), np.where(wrong, 0, table["tooth"])] = 10.0
         return scores
 
-    def predict_proba(self, X):
-        scores = np.exp(self.decision_function(X))
-        return scores / scores.sum(axis=1, keepdims=True)
-
-    def predict_set(self, X):
-        return self.predict_proba(X) > 0.5
+    def answer(self, X):
+        scores = self.decision_function(X)
+        return Answers.of_scores(scores, sets=softmax(scores, axis=1) > 0.5)
 
 
 def requested(model, database, estimator, **options):
@@ -76,17 +76,6 @@ def test_metrics_that_an_estimator_has_no_answers_for_are_left_out(location):
     titles = [row[0] for row in metric_table(location).rows]
     assert "P(exact tooth)" in titles
     assert not [title for title in titles if "false alarms" in title or "ECE" in title]
-
-
-def test_answers_are_asked_for_in_pieces(held_out, location_model, monkeypatch):
-    estimator = location_model.estimators["lda"]
-    whole = Answers.of(estimator, held_out)
-    monkeypatch.setattr("sigdb.recognition.answers._AT_ONCE", 7)
-    pieces = Answers.of(estimator, held_out)
-    np.testing.assert_array_equal(pieces.predicted, whole.predicted)
-    np.testing.assert_allclose(pieces.scores, whole.scores, rtol=1e-12)
-    # Log odds of any tooth against none.
-    np.testing.assert_allclose(expit(whole.detection), 1 - whole.probabilities[:, 0], rtol=1e-9, atol=1e-12)
 
 
 def test_differences_are_those_of_the_metrics(location, severity):
@@ -272,14 +261,13 @@ def test_an_evaluation_holds_bound_and_criteria_as_json(location_model, severity
     assert set(evaluations[0].tables["roc"]["estimator"]) > {"bound"}
 
 
-def test_the_bound_of_a_split_is_of_the_cases_that_it_asks_about(make_database, monkeypatch):
+def test_the_bound_of_a_split_is_of_the_cases_that_it_asks_about(make_database, without_boosting):
     """Much noise, and asked about the middle loss only: who always says it makes no error, and neither does the bound.
 
     A rule that expects all three losses would be bettered by it.
     """
     grid = 'tooth = "all"\nstiffness_loss = [0.1, 0.2, 0.3]'
     noisy = make_database(specimens=6, healthy=12, grid=grid, snr_db=-28.0)
-    monkeypatch.setattr("sigdb.recognition.estimators.registry.POOLED", ("lda",))
     model = train(noisy, "severity", RecognitionSettings(folds=3, learner="lda"), split="S2")
     middle = replace(model, learner="majority")
     evaluation = evaluate(middle, noisy, criteria=CriteriaSettings(mae_ratio=1.05))
@@ -300,5 +288,5 @@ class _Half(Oracle):
         self.other = other
 
     def decision_function(self, X):
-        even = (X["tooth"] % 2 == 0).to_numpy()
+        even = (Batch.from_rows(X).table["tooth"] % 2 == 0).to_numpy()
         return np.where(even[:, None], self.other.decision_function(X), super().decision_function(X))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from sigdb.cli.commands.evaluate import FOUND
+from sigdb.recognition import LEARNERS
 
 if TYPE_CHECKING:
     from sigdb.recognition import Evaluation
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 @click.option("--out", required=True, type=click.Path(), help="Folder for the model.")
 @click.option(
     "--learner",
-    type=click.Choice(["lda", "boosting", "templates"]),
+    type=click.Choice(list(LEARNERS)),
     help="Which learner is the model; that of the database's recipe if left out. All are trained and compared.",
 )
 @click.option(

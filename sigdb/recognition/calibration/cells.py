@@ -1,11 +1,10 @@
-"""What coverage is conditional on: the noise and operating point of a record, and the severity that its label has."""
+"""Cells that coverage is conditional on: noise and operating point of a record, and the severity of its label."""
 
 import numpy as np
-import pandas as pd
-from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, IntArray
 from sigdb.recognition.calibration.conformal import least_specimens
+from sigdb.recognition.rows.batch import Batch
 
 BAND_DB = 2.5
 """Width of a band of noise: in a trial a threshold of sets changed by less than its own error within it."""
@@ -14,33 +13,13 @@ _MOST_LEVELS = 12
 """Levels of a severity; more of them are taken together in as many groups."""
 
 
-def noise_db(X: pd.DataFrame, reference: ArrayLike = 1.0) -> FloatArray | None:
-    """(rows,) level of the noise of averages, re-estimated from the scatter between their revolutions.
+def band_edges(noise: FloatArray, specimens: IntArray, coverage: float) -> FloatArray:
+    """Return the edges between bands of noise, each :data:`BAND_DB` wide, or wider so that it has specimens enough.
 
-    ``10 log10(scatter^2 / (averages reference))``, with a variance for reference, such as that of the healthy clean
-    average. Its standard error is ``10 / ln 10 sqrt(2 / (n (m - 1)))`` dB, 0.02 dB for n = 768 samples and m = 102
-    revolutions: as good as known.
-
-    Returns
-    -------
-    ndarray or None
-        None where the rows do not tell: columns ``scatter`` or ``averages`` are missing, or a scatter is not above 0.
-    """
-    if not {"scatter", "averages"} <= set(X.columns):
-        return None
-    scatter, averages = (X[name].to_numpy(float) for name in ("scatter", "averages"))
-    if not (scatter > 0).all():
-        return None
-    return np.asarray(10 * np.log10(scatter**2 / (averages * np.asarray(reference, float))))
-
-
-def band_edges(noise: FloatArray | None, specimens: IntArray, coverage: float) -> FloatArray:
-    """Edges between bands of noise, each :data:`BAND_DB` wide, or wider so that it has specimens enough.
-
-    There are none where noise is not known.
+    Noise is in dB; there are no edges where that of a row is not known (nan).
     """
     edges: list[float] = []
-    if noise is None:
+    if not np.isfinite(noise).all():
         return np.array(edges)
     needed = least_specimens(coverage)
     for edge in np.arange(noise.min() + BAND_DB, noise.max(), BAND_DB).tolist():
@@ -51,36 +30,35 @@ def band_edges(noise: FloatArray | None, specimens: IntArray, coverage: float) -
     return np.array(edges)
 
 
-def bands(edges: FloatArray, noise: FloatArray | None, rows: int) -> IntArray:
-    """(rows,) band of each row, the first one where noise is not known."""
-    return np.zeros(rows, int) if noise is None else np.searchsorted(edges, noise, side="right")
+def bands(edges: FloatArray, noise: FloatArray) -> IntArray:
+    """Return the band of each row, (rows,); the last one where noise is not known."""
+    return np.searchsorted(edges, noise, side="right")
 
 
-def of_bands(thresholds: FloatArray, edges: FloatArray, noise: FloatArray | None, rows: int) -> FloatArray:
-    """(rows, ...) thresholds (bands, ...) of each row's band; the greatest of all where its noise is not known."""
-    if noise is None:
-        return np.broadcast_to(thresholds.max(axis=0), (rows, *thresholds.shape[1:]))
-    return np.asarray(thresholds[bands(edges, noise, rows)])
+def band_thresholds(thresholds: FloatArray, edges: FloatArray, noise: FloatArray) -> FloatArray:
+    """Return thresholds (bands, ...) by row, (rows, ...): those of its band, the greatest where noise is not known."""
+    known = np.isfinite(noise).reshape(-1, *[1] * (thresholds.ndim - 1))
+    return np.where(known, thresholds[bands(edges, noise)], thresholds.max(axis=0))
 
 
 def levels_of(values: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Levels of a severity, ascending, and the place of each row's nearest among them; one more for nan."""
-    known = np.isfinite(values)
-    levels = np.unique(values[known])
+    """Return the levels of a severity, ascending, and the place of each row's nearest among them; one more for nan."""
+    finite = np.isfinite(values)
+    levels = np.unique(values[finite])
     if len(levels) > _MOST_LEVELS:
-        levels = np.unique(np.quantile(values[known], np.linspace(0, 1, _MOST_LEVELS), method="nearest"))
+        levels = np.unique(np.quantile(values[finite], np.linspace(0, 1, _MOST_LEVELS), method="nearest"))
     nearest = np.searchsorted((levels[1:] + levels[:-1]) / 2, values)
-    return levels, np.where(known, nearest, len(levels))
+    return levels, np.where(finite, nearest, len(levels))
 
 
 def cells_of(point: IntArray, severity: FloatArray) -> IntArray:
-    """(rows,) number of each row's cell: its operating point (rows,) and its severities (rows, k) together."""
+    """Return the number of each row's cell, (rows,): of its operating point (rows,) and severities (rows, k)."""
     return _numbers(np.column_stack([point, *(levels_of(one)[1] for one in severity.T)]))
 
 
-def points_of(X: pd.DataFrame) -> IntArray:
-    """(rows,) number of each row's tooth count, speed and torque."""
-    return _numbers(X[["teeth", "speed_rpm", "torque"]].to_numpy(float))
+def points_of(batch: Batch) -> IntArray:
+    """Return the number of each row's tooth count, speed and torque, (rows,)."""
+    return _numbers(np.column_stack(batch.operating_point()))
 
 
 def _numbers(columns: FloatArray | IntArray) -> IntArray:

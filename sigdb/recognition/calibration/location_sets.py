@@ -1,12 +1,11 @@
 """Conformal sets of teeth whose coverage holds for each severity, noise and operating point."""
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike
 from scipy.special import log_softmax
 
 from sigdb.core import BoolArray, FloatArray, IntArray
-from sigdb.recognition.calibration.cells import band_edges, bands, cells_of, of_bands
+from sigdb.recognition.calibration.cells import band_edges, band_thresholds, bands, cells_of
 from sigdb.recognition.calibration.conformal import greatest_quantile
 from sigdb.recognition.calibration.probabilities import calibrate, specimen_folds_of, with_none
 
@@ -44,12 +43,12 @@ class LocationSets:
         severity: FloatArray,
         *,
         point: IntArray,
-        noise: FloatArray | None,
+        noise: FloatArray,
         groups: IntArray,
     ) -> None:
         """Set the thresholds from -log probabilities of the truth (rows,) and severities (rows, k)."""
         self.set_edges_ = band_edges(noise, groups, self.coverage)
-        band = bands(self.set_edges_, noise, len(tooth))
+        band = bands(self.set_edges_, noise)
         cells = cells_of(point, severity)
         self.set_thresholds_ = np.array(
             [
@@ -61,9 +60,9 @@ class LocationSets:
             ]
         )
 
-    def _sets(self, scores: FloatArray, noise: FloatArray | None) -> BoolArray:
+    def _sets(self, scores: FloatArray, noise: FloatArray) -> BoolArray:
         """(rows, teeth + 1) the sets of rows with these scores of 'none' and of each tooth, and this noise."""
-        limit = of_bands(self.set_thresholds_, self.set_edges_, noise, len(scores))
+        limit = band_thresholds(self.set_thresholds_, self.set_edges_, noise)
         limit = limit[:, np.minimum(np.arange(scores.shape[1]), 1)]
         sets = np.asarray((-log_softmax(scores, axis=1) <= limit) & np.isfinite(scores))
         # A set is not empty: the most probable answer only adds to the coverage.
@@ -79,11 +78,3 @@ def strangeness(scores: FloatArray, tooth: IntArray, groups: IntArray, offset: A
         stacked = with_none(scores[outer], slope, none + offset[outer])
         strange[outer] = -log_softmax(stacked, axis=1)[np.arange(len(outer)), tooth[outer]]
     return strange
-
-
-def tooth_and_severity(y: ArrayLike | pd.DataFrame) -> tuple[IntArray, FloatArray]:
-    """Tooth (rows,) and severities (rows, k) of labels: k is 0 unless they are a frame with ``tooth`` and more."""
-    if isinstance(y, pd.DataFrame):
-        return y["tooth"].to_numpy(int), y.drop(columns="tooth").to_numpy(float)
-    tooth = np.asarray(y, dtype=int)
-    return tooth, np.empty((len(tooth), 0))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sigdb.core import FloatArray, IntArray
-from sigdb.recognition.calibration.cells import band_edges, bands, cells_of, levels_of, of_bands
+from sigdb.recognition.calibration.cells import band_edges, band_thresholds, bands, cells_of, levels_of
 from sigdb.recognition.calibration.conformal import greatest_quantile
 
 _CANDIDATES = 101
@@ -37,11 +37,11 @@ class SeverityIntervals:
     thresholds_: list[FloatArray]
 
     def _fit_intervals(
-        self, strange: FloatArray, true: FloatArray, *, point: IntArray, noise: FloatArray | None, groups: IntArray
+        self, strange: FloatArray, true: FloatArray, *, point: IntArray, noise: FloatArray, groups: IntArray
     ) -> None:
         """Set the thresholds from errors in units of the scale, and true values, both (rows, severities)."""
         self.edges_ = band_edges(noise, groups, self.coverage)
-        band, cells = bands(self.edges_, noise, len(true)), cells_of(point, true)
+        band, cells = bands(self.edges_, noise), cells_of(point, true)
         self.levels_, self.thresholds_ = [], []
         for error, value in zip(strange.T, true.T, strict=True):
             levels, nearest = levels_of(value)
@@ -57,12 +57,12 @@ class SeverityIntervals:
             self.thresholds_.append(np.array(quantiles))
 
     def _with_intervals(
-        self, names: Sequence[str], estimates: FloatArray, scale: FloatArray, noise: FloatArray | None
+        self, names: Sequence[str], estimates: FloatArray, scale: FloatArray, noise: FloatArray
     ) -> dict[str, FloatArray]:
         """Columns of estimates (rows, severities) and of the ends of their intervals, scale of the same shape."""
         columns: dict[str, FloatArray] = {}
         for i, name in enumerate(names):
-            limit = of_bands(self.thresholds_[i], self.edges_, noise, len(estimates))
+            limit = band_thresholds(self.thresholds_[i], self.edges_, noise)
             low, high = conforming(estimates[:, i], scale[:, i], self.levels_[i], limit)
             columns |= {name: estimates[:, i], f"{name}_low": low, f"{name}_high": high}
         return columns

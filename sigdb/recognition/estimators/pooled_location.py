@@ -1,10 +1,10 @@
 """Damage location by construction: one scorer looks at one tooth, and is turned around the gear."""
 
-from collections.abc import Iterator
-from typing import Any, Self
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Protocol, Self
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike
 from scipy.special import softmax
 from sklearn.base import BaseEstimator, ClassifierMixin, clone
@@ -17,49 +17,64 @@ from sklearn.preprocessing import StandardScaler
 from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray
-from sigdb.recognition.calibration.cells import band_edges, bands, noise_db, points_of
+from sigdb.recognition.answers import Answers
+from sigdb.recognition.calibration.cells import band_edges, bands, points_of
 from sigdb.recognition.calibration.conformal import COVERAGE, rows_by_cell
-from sigdb.recognition.calibration.location_sets import LocationSets, strangeness, tooth_and_severity
+from sigdb.recognition.calibration.location_sets import LocationSets, strangeness
 from sigdb.recognition.calibration.probabilities import calibrate, check_labels, specimen_folds_of, with_none
-from sigdb.recognition.rows.tooth_views import ToothViews, by_teeth, check_columns
+from sigdb.recognition.estimators.contract import Labels, Scorer, specimens_of, tooth_and_severity
+from sigdb.recognition.rows.batch import NOISE, Batch, Rows
+from sigdb.recognition.rows.tooth_views import COLUMNS, ToothViews
+from sigdb.recognition.settings import RecognitionSettings
+from sigdb.recognition.templates.bank import TemplateBank
 
-LEARNERS = {
-    "lda": "shrinkage linear discriminant analysis",
-    "boosting": "gradient boosting of histograms",
-    "templates": "likelihoods of a bank of templates, calibrated",
+
+@dataclass(frozen=True, kw_only=True)
+class PooledLearner:
+    """A way to learn from pooled features.
+
+    Attributes
+    ----------
+    scorer
+        From a seed, an unfitted binary classifier of the views of teeth, with a ``decision_function``.
+    regressor
+        From a seed, an unfitted regressor of a severity.
+    """
+
+    scorer: Callable[[int], BaseEstimator]
+    regressor: Callable[[int], BaseEstimator]
+
+
+def _ridge(random_state: int) -> BaseEstimator:
+    # Columns that do not vary, such as the speed of one operating point, have no scale.
+    return make_pipeline(VarianceThreshold(), StandardScaler(), RidgeCV(alphas=(1.0, 10.0, 100.0, 1000.0)))
+
+
+_BOOSTED = {"max_iter": 100, "early_stopping": False}
+
+POOLED_LEARNERS = {
+    "lda": PooledLearner(
+        scorer=lambda random_state: LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto"), regressor=_ridge
+    ),
+    "boosting": PooledLearner(
+        scorer=lambda random_state: HistGradientBoostingClassifier(**_BOOSTED, random_state=random_state),
+        regressor=lambda random_state: HistGradientBoostingRegressor(**_BOOSTED, random_state=random_state),
+    ),
 }
-"""Learners by name."""
-
-POOLED = ("lda", "boosting")
-"""Those that look at pooled Wigner-Ville features."""
+"""Learners from pooled features by name."""
 
 
-def tooth_scorer(learner: str, random_state: int) -> BaseEstimator:
-    """An unfitted binary classifier with a ``decision_function``.
+def pooled_learner(name: str) -> PooledLearner:
+    """Return a learner from pooled features.
 
     Raises
     ------
     InputError
-        If there is no such learner.
+        If there is none of this name.
     """
-    _check(learner)
-    if learner == "lda":
-        return LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto")
-    return HistGradientBoostingClassifier(max_iter=100, early_stopping=False, random_state=random_state)
-
-
-def severity_regressor(learner: str, random_state: int) -> BaseEstimator:
-    """An unfitted regressor: the linear partner of LDA, or boosting."""
-    _check(learner)
-    if learner == "lda":
-        # Columns that do not vary, such as the speed of one operating point, have no scale.
-        return make_pipeline(VarianceThreshold(), StandardScaler(), RidgeCV(alphas=(1.0, 10.0, 100.0, 1000.0)))
-    return HistGradientBoostingRegressor(max_iter=100, early_stopping=False, random_state=random_state)
-
-
-def _check(learner: str) -> None:
-    if learner not in POOLED:
-        raise InputError(f"learner = {learner!r} is not known; choose one of {', '.join(POOLED)}")
+    if name not in POOLED_LEARNERS:
+        raise InputError(f"learner = {name!r} is not known; choose one of {', '.join(POOLED_LEARNERS)}")
+    return POOLED_LEARNERS[name]
 
 
 FOLDS = 2
@@ -68,7 +83,7 @@ FOLDS = 2
 _ROWS_AT_ONCE = 4096
 
 
-class LocationClassifier(LocationSets, ClassifierMixin, BaseEstimator):
+class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
     """Location of damage: 0 for none, else the first damaged tooth.
 
     A binary scorer, shared by all teeth, is trained to tell the view from the first damaged tooth from views of other
@@ -99,6 +114,10 @@ class LocationClassifier(LocationSets, ClassifierMixin, BaseEstimator):
         As of :class:`LocationSets`.
     """
 
+    reads = COLUMNS | frozenset(NOISE)
+    optional = frozenset(NOISE)
+    detector_folds = 2  # it takes long to train
+
     _OTHER_TEETH = 3
 
     def __init__(self, learner: str = "boosting", random_state: int = 0, coverage: float = COVERAGE) -> None:
@@ -106,7 +125,12 @@ class LocationClassifier(LocationSets, ClassifierMixin, BaseEstimator):
         self.random_state = random_state
         self.coverage = coverage
 
-    def fit(self, X: pd.DataFrame, y: ArrayLike | pd.DataFrame, groups: ArrayLike | None = None) -> Self:
+    @classmethod
+    def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
+        """Return an unfitted classifier with the learner of this name."""
+        return cls(name, settings.seed)
+
+    def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Train on rows of features.
 
         Parameters
@@ -120,103 +144,115 @@ class LocationClassifier(LocationSets, ClassifierMixin, BaseEstimator):
         groups
             Specimen of each row; each row counts as its own if left out.
         """
-        check_columns(X)
+        batch = self._batch(X)
         tooth, severity = tooth_and_severity(y)
-        check_labels(X["teeth"].to_numpy(), tooth)
-        groups = own_groups(groups, len(X))
-        self.classes_ = np.arange(int(X["teeth"].max()) + 1)
-        scores = self._unseen_scores(X, tooth, groups)
-        noise = noise_db(X)
-        own = rows_by_cell(bands(band_edges(noise, groups, self.coverage), noise, len(X)))
-        strange, levels = np.empty(len(X)), []
-        for at in (np.arange(len(X)), *own):
+        check_labels(batch.table["teeth"].to_numpy(), tooth)
+        groups = own_groups(groups, len(batch))
+        self.classes_ = np.arange(int(batch.table["teeth"].max()) + 1)
+        scores = self._unseen_scores(batch, tooth, groups)
+        noise = batch.noise_db()
+        own = rows_by_cell(bands(band_edges(noise, groups, self.coverage), noise))
+        strange, levels = np.empty(len(batch)), []
+        for at in (np.arange(len(batch)), *own):
             prior = _log_teeth(scores[at])
             levels.append(calibrate(scores[at], tooth[at], prior))
             strange[at] = strangeness(scores[at], tooth[at], groups[at], prior)
         self.slope_, self.none_ = np.array(levels).T
-        self._fit_sets(strange, tooth, severity, point=points_of(X), noise=noise, groups=groups)
-        return self.fit_scorer(X, tooth)
+        self._fit_sets(strange, tooth, severity, point=points_of(batch), noise=noise, groups=groups)
+        return self.fit_scorer(batch, tooth)
 
-    def fit_scorer(self, X: pd.DataFrame, y: IntArray) -> Self:
+    def fit_scorer(self, batch: Batch, tooth: IntArray) -> Self:
         """Train the scorer alone, on rows of features and their first damaged tooth."""
-        self.views_ = ToothViews().fit(X)
-        self.scorer_ = self._fit_scorer(X, y)
+        self.views_ = ToothViews().fit(batch)
+        self.scorer_ = self._fit_scorer(batch, tooth)
         return self
 
-    def _unseen_scores(self, X: pd.DataFrame, y: IntArray, groups: IntArray) -> FloatArray:
-        """(rows, most teeth) scores by what other specimens have taught."""
-        scores = np.full((len(X), self.classes_[-1]), -np.inf)
+    def _unseen_scores(self, batch: Batch, tooth: IntArray, groups: IntArray) -> FloatArray:
+        """Return scores (rows, most teeth) by what other specimens have taught."""
+        scores = np.full((len(batch), self.classes_[-1]), -np.inf)
         for inner, outer in specimen_folds_of(groups, FOLDS):
-            found = clone(self).fit_scorer(X.iloc[inner], y[inner]).tooth_scores(X.iloc[outer])
-            scores[outer, : found.shape[1]] = found
+            unseen = clone(self).fit_scorer(batch.take(inner), tooth[inner]).tooth_scores(batch.take(outer))
+            scores[outer, : unseen.shape[1]] = unseen
         return scores
 
-    def _fit_scorer(self, X: pd.DataFrame, y: IntArray) -> Any:
-        """Views from the damaged tooth against a few views from other teeth and from healthy gears."""
+    def _fit_scorer(self, batch: Batch, tooth: IntArray) -> "_ToothScorer":
+        """Train on views from the damaged tooth against a few views from other teeth and from healthy gears."""
         stream = np.random.default_rng(self.random_state)
         seen, labels = [], []
-        for teeth, at in by_teeth(X):
+        for teeth, at in batch.by_teeth():
             others = np.argsort(stream.random((len(at), teeth - 1)), axis=1)[:, : self._OTHER_TEETH] + 1
-            first = np.maximum(y[at], 1) - 1
+            first = np.maximum(tooth[at], 1) - 1
             columns = (first[:, None] + np.column_stack([np.zeros(len(at), int), others])) % teeth
             seen += [
                 np.take_along_axis(views, columns[part][:, :, None], axis=1).reshape(-1, views.shape[2])
-                for part, views in self._views_of(X, at, teeth)
+                for part, views in self._views_of(batch, at)
             ]
             is_first = np.zeros(columns.shape, bool)
-            is_first[:, 0] = y[at] > 0
+            is_first[:, 0] = tooth[at] > 0
             labels.append(is_first.ravel())
-        return clone(tooth_scorer(self.learner, self.random_state)).fit(np.concatenate(seen), np.concatenate(labels))
+        scorer: _ToothScorer = pooled_learner(self.learner).scorer(self.random_state)
+        return scorer.fit(np.concatenate(seen), np.concatenate(labels))
 
-    def tooth_scores(self, X: pd.DataFrame) -> FloatArray:
-        """(rows, most teeth) score of each tooth, -inf where a gear has no such tooth."""
-        check_columns(X)
-        scores = np.full((len(X), int(X["teeth"].max())), -np.inf)
-        for teeth, at in by_teeth(X):
-            for part, views in self._views_of(X, at, teeth):
-                found = self.scorer_.decision_function(views.reshape(-1, views.shape[2]))
-                scores[at[part], :teeth] = found.reshape(-1, teeth)
+    def tooth_scores(self, X: Rows) -> FloatArray:
+        """Return the score of each tooth, (rows, most teeth); -inf where a gear has no such tooth."""
+        batch = self._batch(X)
+        scores = np.full((len(batch), int(batch.table["teeth"].max())), -np.inf)
+        for teeth, at in batch.by_teeth():
+            for part, views in self._views_of(batch, at):
+                own = self.scorer_.decision_function(views.reshape(-1, views.shape[2]))
+                scores[at[part], :teeth] = own.reshape(-1, teeth)
         return scores
 
-    def _views_of(self, X: pd.DataFrame, at: IntArray, teeth: int) -> Iterator[tuple[slice, FloatArray]]:
-        """Views of some rows at once: those of all teeth of many rows would not fit into memory."""
+    def _views_of(self, batch: Batch, at: IntArray) -> Iterator[tuple[slice, FloatArray]]:
+        """Yield views of some rows at once: those of all teeth of many rows would not fit into memory."""
         for first in range(0, len(at), _ROWS_AT_ONCE):
             part = slice(first, first + _ROWS_AT_ONCE)
-            yield part, self.views_.views(X.iloc[at[part]], teeth)
+            yield part, self.views_.views(batch.take(at[part]))
 
-    def decision_function(self, X: pd.DataFrame) -> FloatArray:
-        """(rows, most teeth + 1) unbounded scores of 'none' and of each tooth; their softmax is the probability."""
+    def decision_function(self, X: Rows) -> FloatArray:
+        """Return unbounded scores of 'none' and of each tooth, (rows, most teeth + 1).
+
+        Their softmax is the probability.
+        """
         check_is_fitted(self)
-        scores, noise = self.tooth_scores(X), noise_db(X)
-        band = 0 if noise is None else 1 + bands(self.set_edges_, noise, len(X))
+        batch = self._batch(X)
+        scores, noise = self.tooth_scores(batch), batch.noise_db()
+        band = np.where(np.isfinite(noise), 1 + bands(self.set_edges_, noise), 0)
         return with_none(scores, self.slope_[band], self.none_[band] + _log_teeth(scores))
 
-    def predict_proba(self, X: pd.DataFrame) -> FloatArray:
-        """(rows, most teeth + 1) probability of 'none' and of each tooth."""
+    def predict_proba(self, X: Rows) -> FloatArray:
+        """Return the probability of 'none' and of each tooth, (rows, most teeth + 1)."""
         return softmax(self.decision_function(X), axis=1)
 
-    def predict(self, X: pd.DataFrame) -> IntArray:
-        """(rows,) first damaged tooth, 0 for none."""
-        return self.decision_function(X).argmax(axis=1)
-
-    def predict_set(self, X: pd.DataFrame) -> BoolArray:
-        """(rows, most teeth + 1) whether 'none' and each tooth is in the conformal set of a row.
+    def predict_set(self, X: Rows) -> BoolArray:
+        """Return whether 'none' and each tooth is in the conformal set of a row, (rows, most teeth + 1).
 
         Where ``averages`` and ``scatter`` do not tell the noise, sets are those of the noise with the largest ones.
         """
-        return self.sets_of_scores(self.decision_function(X), X)
+        batch = self._batch(X)
+        return self._sets(self.decision_function(batch), batch.noise_db())
 
-    def sets_of_scores(self, scores: FloatArray, X: pd.DataFrame) -> BoolArray:
-        """The same from scores of the rows that are known already."""
-        return self._sets(scores, noise_db(X))
+    def answer(self, X: Rows) -> Answers:
+        """Return the answers to rows, with scores, probabilities and sets."""
+        batch = self._batch(X)
+        scores = self.decision_function(batch)
+        return Answers.of_scores(scores, sets=self._sets(scores, batch.noise_db()))
+
+
+class _ToothScorer(Protocol):
+    """A binary classifier of views."""
+
+    def fit(self, X: FloatArray, y: BoolArray) -> Self: ...
+
+    def decision_function(self, X: FloatArray) -> FloatArray: ...
 
 
 def own_groups(groups: ArrayLike | None, rows: int) -> IntArray:
-    """Specimens of rows; each row its own where there are none or one, whose rows have to calibrate themselves."""
-    known = np.arange(rows) if groups is None else np.asarray(groups)
-    return known if len(np.unique(known)) > 1 else np.arange(rows)
+    """Return the specimens of rows; each row its own where there are none or one, whose rows calibrate themselves."""
+    specimens = specimens_of(groups, rows)
+    return specimens if len(np.unique(specimens)) > 1 else np.arange(rows)
 
 
 def _log_teeth(scores: FloatArray) -> FloatArray:
-    """(rows,) logarithm of the tooth count."""
+    """Return the logarithm of the tooth count, (rows,)."""
     return np.log(np.isfinite(scores).sum(axis=1))

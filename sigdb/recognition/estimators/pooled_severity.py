@@ -5,25 +5,29 @@ from typing import Self
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
-from sklearn.base import BaseEstimator, RegressorMixin, clone
+from sklearn.base import RegressorMixin, clone
 from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core import FloatArray
-from sigdb.recognition.calibration.cells import noise_db, points_of
+from sigdb.recognition.calibration.cells import points_of
 from sigdb.recognition.calibration.conformal import COVERAGE
 from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
-from sigdb.recognition.estimators.pooled_location import FOLDS, LocationClassifier, own_groups, severity_regressor
-from sigdb.recognition.rows.tooth_views import check_columns
+from sigdb.recognition.estimators.contract import Labels, SeverityEstimator, severity_labels
+from sigdb.recognition.estimators.pooled_location import FOLDS, LocationClassifier, own_groups, pooled_learner
+from sigdb.recognition.rows.batch import NOISE, Batch, Rows
+from sigdb.recognition.rows.tooth_views import COLUMNS
+from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.severity_quantities import QUANTITIES
+from sigdb.recognition.templates.bank import TemplateBank
 
 
-class SeverityRegressor(SeverityIntervals, RegressorMixin, BaseEstimator):
-    """Severity, turn-invariant: judged from the tooth at which a location classifier sees the damage.
+class SeverityRegressor(SeverityIntervals, RegressorMixin, SeverityEstimator):
+    """Severity, turn-invariant: estimated from the tooth at which a location classifier sees the damage.
 
     Intervals are those of :class:`SeverityIntervals`, of errors on specimens that neither the location nor the
     regressors had seen; then both learn from all. Bands are of the noise itself, in dB of the sensor's unit. Meant for
-    damaged rows; what it says of a healthy gear has no meaning.
+    damaged rows; its answer to a healthy gear has no meaning.
 
     Parameters
     ----------
@@ -41,12 +45,20 @@ class SeverityRegressor(SeverityIntervals, RegressorMixin, BaseEstimator):
         As of :class:`SeverityIntervals`.
     """
 
+    reads = COLUMNS | frozenset(NOISE)
+    optional = frozenset(NOISE)
+
     def __init__(self, learner: str = "boosting", random_state: int = 0, coverage: float = COVERAGE) -> None:
         self.learner = learner
         self.random_state = random_state
         self.coverage = coverage
 
-    def fit(self, X: pd.DataFrame, y: pd.DataFrame, groups: ArrayLike | None = None) -> Self:
+    @classmethod
+    def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
+        """Return an unfitted regressor with the learner of this name."""
+        return cls(name, settings.seed)
+
+    def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Train on rows of features, healthy ones included (they teach the location).
 
         Parameters
@@ -59,38 +71,42 @@ class SeverityRegressor(SeverityIntervals, RegressorMixin, BaseEstimator):
         groups
             Specimen of each row.
         """
-        check_columns(X)
-        groups = own_groups(groups, len(X))
-        true, damaged = y[list(QUANTITIES)].to_numpy(float), (y["tooth"] > 0).to_numpy()
+        batch, labels = self._batch(X), severity_labels(y)
+        groups = own_groups(groups, len(batch))
+        true, damaged = labels[list(QUANTITIES)].to_numpy(float), (labels["tooth"] > 0).to_numpy()
         errors = np.empty(true.shape)
         for inner, outer in specimen_folds_of(groups, FOLDS):
-            other = clone(self)._learnt(X.iloc[inner], y.iloc[inner])
-            errors[outer] = np.abs(other._estimates(X.iloc[outer]) - true[outer])
-        seen = X[damaged]
+            other = clone(self)._learn(batch.take(inner), labels.iloc[inner])
+            errors[outer] = np.abs(other._estimates(batch.take(outer)) - true[outer])
+        seen = batch.take(damaged)
         self._fit_intervals(
-            errors[damaged], true[damaged], point=points_of(seen), noise=noise_db(seen), groups=groups[damaged]
+            errors[damaged], true[damaged], point=points_of(seen), noise=seen.noise_db(), groups=groups[damaged]
         )
-        return self._learnt(X, y)
+        return self._learn(batch, labels)
 
-    def _learnt(self, X: pd.DataFrame, y: pd.DataFrame) -> Self:
-        """Learn where to look, and what to say of it."""
-        tooth = y["tooth"].to_numpy(int)
-        self.location_ = LocationClassifier(self.learner, self.random_state).fit_scorer(X, tooth)
-        seen = self.location_.views_.view_from(X[tooth > 0], tooth[tooth > 0])
-        base = severity_regressor(self.learner, self.random_state)
-        self.regressors_ = [clone(base).fit(seen, y[target].to_numpy(float)[tooth > 0]) for target in QUANTITIES]
+    def _learn(self, batch: Batch, labels: pd.DataFrame) -> Self:
+        """Learn where to look, and which severity a view shows."""
+        tooth = labels["tooth"].to_numpy(int)
+        damaged = tooth > 0
+        self.location_ = LocationClassifier(self.learner, self.random_state).fit_scorer(batch, tooth)
+        seen = self.location_.views_.view_from(batch.take(damaged), tooth[damaged])
+        regressor = pooled_learner(self.learner).regressor
+        self.regressors_ = [
+            regressor(self.random_state).fit(seen, labels[name].to_numpy(float)[damaged]) for name in QUANTITIES
+        ]
         return self
 
-    def _estimates(self, X: pd.DataFrame) -> FloatArray:
-        tooth = 1 + self.location_.tooth_scores(X).argmax(axis=1)
-        seen = self.location_.views_.view_from(X, tooth)
+    def _estimates(self, batch: Batch) -> FloatArray:
+        tooth = 1 + self.location_.tooth_scores(batch).argmax(axis=1)
+        seen = self.location_.views_.view_from(batch, tooth)
         estimates = np.column_stack([regressor.predict(seen) for regressor in self.regressors_])
         limits = np.array([[0.0, -np.inf, 1.0], [1.0, np.inf, np.inf]])
         return np.asarray(np.clip(estimates, *limits))
 
-    def predict(self, X: pd.DataFrame) -> pd.DataFrame:
-        """Estimates, and the ends of their intervals as ``NAME_low`` and ``NAME_high``, one row for each of X."""
+    def predict(self, X: Rows) -> pd.DataFrame:
+        """Return estimates and the ends of their intervals, ``NAME_low`` and ``NAME_high``, one row for each of X."""
         check_is_fitted(self)
-        estimates = self._estimates(X)
-        columns = self._with_intervals(QUANTITIES, estimates, np.ones(estimates.shape), noise_db(X))
-        return pd.DataFrame(columns, index=X.index)
+        batch = self._batch(X)
+        estimates = self._estimates(batch)
+        columns = self._with_intervals(QUANTITIES, estimates, np.ones(estimates.shape), batch.noise_db())
+        return pd.DataFrame(columns, index=batch.index)

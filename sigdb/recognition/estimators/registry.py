@@ -1,66 +1,199 @@
-"""The estimators that are trained on a database and compared: the learners, then the baselines."""
+"""The registry of estimators: learners and baselines by name, for each target.
 
-from collections.abc import Callable
-from typing import Any
+It names classes without importing them, so that settings and commands know the learners without scikit-learn.
+"""
 
-from sigdb.recognition.estimators.baselines.nearest_template import NearestTemplateLocation, WhitenedBankLocation
-from sigdb.recognition.estimators.baselines.threshold import (
-    EnvelopeLocation,
-    Fm4Location,
-    Fm4Severity,
-    IndicatorScore,
-    MajorityLocation,
-    MajoritySeverity,
-    Na4StarLocation,
-)
-from sigdb.recognition.estimators.detector import Detector
-from sigdb.recognition.estimators.pooled_location import POOLED, LocationClassifier
-from sigdb.recognition.estimators.pooled_severity import SeverityRegressor
-from sigdb.recognition.estimators.template_location import TemplateLocation
-from sigdb.recognition.estimators.template_severity import TemplateSeverity
-from sigdb.recognition.settings import RecognitionSettings
-from sigdb.recognition.templates.bank import TemplateBank
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from sigdb.core import InputError
+
+if TYPE_CHECKING:
+    from sigdb.recognition.estimators.contract import Estimator
+    from sigdb.recognition.settings import RecognitionSettings
+    from sigdb.recognition.templates.bank import TemplateBank
+
+DETECTION = "detection"
 
 
-def location(settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Any]:
-    """Unfitted estimators of location by name."""
-    learners = {name: LocationClassifier(name, settings.seed) for name in POOLED}
-    if bank is None:
-        return learners | _thresholds(settings, bank) | {"majority": MajorityLocation()}
-    templates = {"templates": TemplateLocation(bank), "whitened_bank": WhitenedBankLocation(bank)}
-    return learners | templates | _thresholds(settings, bank) | {"majority": MajorityLocation()}
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """An estimator of the registry.
+
+    Attributes
+    ----------
+    name
+        Name in results, and for ``--learner``.
+    text
+        What it is, in a few words.
+    learner
+        Whether it may be the model; the others are baselines.
+    classes
+        By target, its class: module, below ``sigdb.recognition.estimators``, and name. That of ``detection`` is an
+        estimator of location, on whose scores a ``Detector`` sets its threshold.
+    trusted
+        Types of other libraries that it holds once it is trained, beside those that skops trusts.
+    """
+
+    name: str
+    text: str
+    learner: bool = False
+    classes: Mapping[str, str] = field(default_factory=dict)
+    trusted: tuple[str, ...] = ()
 
 
-def severity(settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Any]:
-    """Unfitted estimators of severity by name."""
-    learners = {name: SeverityRegressor(name, settings.seed) for name in POOLED}
-    templates = {} if bank is None else {"templates": TemplateSeverity(bank)}
-    return learners | templates | {"fm4": Fm4Severity(), "majority": MajoritySeverity()}
-
-
-def detection(settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Any]:
-    """Unfitted detectors by name, at the false-alarm rate of the settings."""
-    rate = settings.false_alarm_rate
-    # Two folds: these scorers take long to train.
-    learners = {name: Detector(LocationClassifier(name, settings.seed), rate, folds=2) for name in POOLED}
-    templates = {} if bank is None else {"templates": Detector(WhitenedBankLocation(bank), rate)}
-    baselines = {name: Detector(IndicatorScore(one), rate) for name, one in _thresholds(settings, bank).items()}
-    return learners | templates | baselines
-
-
-def _thresholds(settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Any]:
-    rate = settings.false_alarm_rate
-    nearest = {} if bank is None else {"nearest_template": NearestTemplateLocation(bank, rate)}
-    return nearest | {
-        "envelope_peak": EnvelopeLocation(rate),
-        "na4_star": Na4StarLocation(rate),
-        "fm4": Fm4Location(rate),
-    }
-
-
-CONTENDERS: dict[str, Callable[[RecognitionSettings, TemplateBank | None], dict[str, Any]]] = {
-    "location": location,
-    "severity": severity,
-    "detection": detection,
+_POOLED = {
+    "location": "pooled_location.LocationClassifier",
+    "severity": "pooled_severity.SeverityRegressor",
+    "detection": "pooled_location.LocationClassifier",
 }
-"""Unfitted estimators by target, from settings and a bank of templates where there is one."""
+
+
+def _baseline(location: str) -> dict[str, str]:
+    return {"location": location, "detection": location}
+
+
+REGISTRY: tuple[Entry, ...] = (
+    Entry(name="lda", text="shrinkage linear discriminant analysis", learner=True, classes=_POOLED),
+    Entry(
+        name="boosting",
+        text="gradient boosting of histograms",
+        learner=True,
+        classes=_POOLED,
+        trusted=(
+            "numpy.dtype",
+            "sklearn._loss.link.Interval",
+            "sklearn._loss.link.IdentityLink",
+            "sklearn._loss.link.LogitLink",
+            "sklearn._loss.loss.HalfBinomialLoss",
+            "sklearn._loss.loss.HalfSquaredError",
+            "sklearn.ensemble._hist_gradient_boosting.binning._BinMapper",
+            "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
+        ),
+    ),
+    Entry(
+        name="templates",
+        text="likelihoods of a bank of templates, calibrated",
+        learner=True,
+        classes={
+            "location": "template_location.TemplateLocation",
+            "severity": "template_severity.TemplateSeverity",
+            "detection": "template_location.TemplateLocation",
+        },
+    ),
+    Entry(
+        name="whitened_bank",
+        text="likelihoods of a bank of templates",
+        classes={"location": "template_location.WhitenedBankLocation"},
+    ),
+    Entry(
+        name="nearest_template",
+        text="least Euclidean distance from a template",
+        classes=_baseline("baselines.nearest_template.NearestTemplateLocation"),
+    ),
+    Entry(
+        name="envelope_peak",
+        text="peak of the envelope of the residual",
+        classes=_baseline("baselines.threshold.EnvelopeLocation"),
+    ),
+    Entry(name="na4_star", text="threshold of NA4*", classes=_baseline("baselines.threshold.Na4StarLocation")),
+    Entry(
+        name="fm4",
+        text="threshold of FM4, and severity as a function of it",
+        classes=_baseline("baselines.threshold.Fm4Location") | {"severity": "baselines.threshold.Fm4Severity"},
+    ),
+    Entry(
+        name="majority",
+        text="the most frequent answer of the training",
+        classes={
+            "location": "baselines.threshold.MajorityLocation",
+            "severity": "baselines.threshold.MajoritySeverity",
+        },
+    ),
+)
+"""Estimators in the order of results: the learners, then the baselines."""
+
+LEARNERS: dict[str, str] = {entry.name: entry.text for entry in REGISTRY if entry.learner}
+"""Learners by name, with what they are."""
+
+_PARTS = (
+    "estimators.baselines.threshold.IndicatorScore",
+    "estimators.detector.Detector",
+    "rows.tooth_views.ToothViews",
+    "templates.bank.PointTemplates",
+    "templates.bank.TemplateBank",
+    "templates.compact_signals.CompactSignals",
+)
+
+
+def own_classes() -> dict[str, str]:
+    """Return the module of each class of sigdb that a model may hold, by the class's name."""
+    registered = {f"estimators.{one}" for entry in REGISTRY for one in entry.classes.values()}
+    paths = [f"sigdb.recognition.{one}".rpartition(".") for one in sorted(registered.union(_PARTS))]
+    return {name: module for module, _, name in paths}
+
+
+def trusted_types() -> list[str]:
+    """Return the types that a model may hold, beside those that skops trusts; never taken from a file."""
+    foreign = {one for entry in REGISTRY for one in entry.trusted}
+    return sorted({f"{module}.{name}" for name, module in own_classes().items()} | foreign)
+
+
+def columns_read() -> frozenset[str]:
+    """Return the columns of scalars of the table ``features`` that registered estimators read."""
+    from sigdb.recognition.rows.batch import CELLS, TSA
+
+    kinds = {kind for entry in REGISTRY for target in entry.classes if (kind := estimator_class(entry, target))}
+    return frozenset().union(*(kind.reads for kind in kinds)) - {TSA, CELLS}
+
+
+def make_estimators(target: str, settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Estimator]:
+    """Return the unfitted estimators of a target by name.
+
+    Parameters
+    ----------
+    target
+        ``location``, ``severity`` or ``detection``.
+    settings
+        Seed, and false-alarm rate of detectors and thresholds.
+    bank
+        Templates of the training rows; without them, what needs a bank is left out.
+    """
+    from sigdb.recognition.estimators.detector import Detector
+
+    made: dict[str, Estimator] = {}
+    for entry in REGISTRY:
+        kind = estimator_class(entry, target)
+        if kind is None or (kind.needs_bank and bank is None):
+            continue
+        estimator = kind.create(entry.name, settings, bank)
+        made[entry.name] = Detector.of(estimator, settings.false_alarm_rate) if target == DETECTION else estimator
+    return made
+
+
+def estimator_class(entry: Entry, target: str) -> type[Estimator] | None:
+    """Return the class of an entry for a target; None where it has none."""
+    if target not in entry.classes:
+        return None
+    module, _, name = entry.classes[target].rpartition(".")
+    kind: type[Estimator] = getattr(import_module(f"sigdb.recognition.estimators.{module}"), name)
+    return kind
+
+
+def learner_class(learner: str, target: str) -> type[Estimator]:
+    """Return the class of a learner for a target.
+
+    Raises
+    ------
+    InputError
+        If the learner is not known, or has none for the target.
+    """
+    able = {entry.name: entry for entry in REGISTRY if entry.learner and target in entry.classes}
+    kind = estimator_class(able[learner], target) if learner in able else None
+    if kind is None:
+        raise InputError(f"learner = {learner!r} is not one of those for {target}; choose one of {', '.join(able)}")
+    return kind

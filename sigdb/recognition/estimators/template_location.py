@@ -1,33 +1,42 @@
-"""Damage location from template scores: calibrated, with sets of answers and a word for what is not known."""
+"""Damage location from template scores: calibrated, with sets of answers and a verdict on what no template fits."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 from scipy.special import softmax
-from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.base import ClassifierMixin
 from sklearn.utils.validation import check_is_fitted
 
-from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.core import BoolArray, FloatArray
+from sigdb.recognition.answers import Answers
 from sigdb.recognition.calibration.conformal import COVERAGE, row_quantile
-from sigdb.recognition.calibration.location_sets import LocationSets, strangeness, tooth_and_severity
+from sigdb.recognition.calibration.location_sets import LocationSets, strangeness
 from sigdb.recognition.calibration.probabilities import calibrate, check_labels, with_none
+from sigdb.recognition.estimators.contract import Labels, Scorer, required_bank, specimens_of, tooth_and_severity
+from sigdb.recognition.rows.batch import Batch, Rows
+from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.templates.bank import TemplateBank
-from sigdb.recognition.templates.scores import TemplateScores, noise_at_point
+from sigdb.recognition.templates.scores import COLUMNS, TemplateScores
 
 COVERED = 0.99
 """Share of the training rows, about, that are within the threshold of *outside the database*."""
 
 
-class TemplateLocation(LocationSets, ClassifierMixin, BaseEstimator):
+_RENAMED = {"misfit_threshold_": "reduced_chi2_threshold_"}
+"""Attributes of fitted estimators by the names that they had in sigdb 0.1.0."""
+
+
+class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
     """Location of damage from a bank of templates: 0 for none, else the first damaged tooth.
 
     The scores are the log-likelihood ratios of :class:`TemplateScores`. All that is learnt is a slope of the scores and
     a level of 'none', so that their softmax is a calibrated probability, and thresholds: of conformal sets
     (:class:`LocationSets`), from rows that were calibrated without their specimens, in bands of the noise relative to
-    the bank's healthy signal; and of the misfit. Turning the average by j teeth turns the answer by j teeth exactly.
-    Gears of any tooth count of the bank have an answer; others are refused.
+    the bank's healthy signal; and of the reduced chi-square. Turning the average by j teeth turns the answer by j teeth
+    exactly. Gears of any tooth count of the bank have an answer; others are refused.
 
     Parameters
     ----------
@@ -45,16 +54,42 @@ class TemplateLocation(LocationSets, ClassifierMixin, BaseEstimator):
         Slope of the scores, and level of 'none'.
     set_edges_, set_thresholds_
         As of :class:`LocationSets`.
-    misfit_threshold_
-        Greatest misfit that is not outside the database.
+    reduced_chi2_threshold_
+        Greatest reduced chi-square of a row that is not outside the database.
     """
+
+    reads = COLUMNS
+    needs_bank = True
+    learns_from_all = True
 
     def __init__(self, bank: TemplateBank, coverage: float = COVERAGE, n_jobs: int | None = None) -> None:
         self.bank = bank
         self.coverage = coverage
         self.n_jobs = n_jobs
 
-    def fit(self, X: pd.DataFrame, y: ArrayLike | pd.DataFrame, groups: ArrayLike | None = None) -> Self:
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        super().__setstate__({_RENAMED.get(name, name): value for name, value in state.items()})
+
+    @classmethod
+    def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
+        """Return an unfitted classifier of a bank."""
+        return cls(required_bank(bank))
+
+    @property
+    def template_bank(self) -> TemplateBank:
+        """Bank of templates that it carries."""
+        return self.bank
+
+    @property
+    def reducer(self) -> TemplateScores:
+        """What it reads of averages."""
+        return TemplateScores(self.bank, self.n_jobs)
+
+    def detector_scorer(self) -> Scorer:
+        """Return the same scores without calibration, which a detector does not need."""
+        return WhitenedBankLocation(self.bank, self.n_jobs)
+
+    def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Calibrate.
 
         Parameters
@@ -67,62 +102,132 @@ class TemplateLocation(LocationSets, ClassifierMixin, BaseEstimator):
         groups
             Specimen of each row; each row counts as its own if left out.
         """
-        ratio, misfit = self._ratio_and_misfit(X)
-        y, severity = tooth_and_severity(y)
-        check_labels(np.isfinite(ratio).sum(axis=1), y)
-        groups = np.arange(len(y)) if groups is None else np.asarray(groups)
+        batch = self._batch(X)
+        ratio, reduced_chi2 = self._ratio_and_reduced_chi2(batch)
+        tooth, severity = tooth_and_severity(y)
+        check_labels(np.isfinite(ratio).sum(axis=1), tooth)
+        groups = specimens_of(groups, len(tooth))
         self.classes_ = np.arange(ratio.shape[1] + 1)
-        self.slope_, self.none_ = calibrate(ratio, y)
-        point, noise = noise_at_point(self.bank, X)
-        self._fit_sets(strangeness(ratio, y, groups), y, severity, point=point, noise=noise, groups=groups)
-        self.misfit_threshold_ = row_quantile(misfit, COVERED)
+        self.slope_, self.none_ = calibrate(ratio, tooth)
+        strange = strangeness(ratio, tooth, groups)
+        point, noise = self.bank.nearest(*batch.operating_point()), self.bank.noise_db(batch)
+        self._fit_sets(strange, tooth, severity, point=point, noise=noise, groups=groups)
+        self.reduced_chi2_threshold_ = row_quantile(reduced_chi2, COVERED)
         return self
 
-    def _ratio_and_misfit(self, X: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
+    def _ratio_and_reduced_chi2(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
         teeth = max(self.bank.teeth)
-        scores = TemplateScores(self.bank, self.n_jobs).transform(X)
+        scores = batch.reduce(self.reducer)
         return scores[:, :teeth], scores[:, teeth]
 
-    def decision_function(self, X: pd.DataFrame) -> FloatArray:
-        """(rows, most teeth + 1) unbounded scores of 'none' and of each tooth; their softmax is the probability."""
-        check_is_fitted(self)
-        return with_none(self._ratio_and_misfit(X)[0], self.slope_, self.none_)
+    def decision_function(self, X: Rows) -> FloatArray:
+        """Return unbounded scores of 'none' and of each tooth, (rows, most teeth + 1).
 
-    def predict_proba(self, X: pd.DataFrame) -> FloatArray:
-        """(rows, most teeth + 1) probability of 'none' and of each tooth."""
+        Their softmax is the probability.
+        """
+        check_is_fitted(self)
+        return with_none(self._ratio_and_reduced_chi2(self._batch(X))[0], self.slope_, self.none_)
+
+    def predict_proba(self, X: Rows) -> FloatArray:
+        """Return the probability of 'none' and of each tooth, (rows, most teeth + 1)."""
         return softmax(self.decision_function(X), axis=1)
 
-    def predict(self, X: pd.DataFrame) -> IntArray:
-        """(rows,) first damaged tooth, 0 for none."""
-        return self.decision_function(X).argmax(axis=1)
+    def predict_set(self, X: Rows) -> BoolArray:
+        """Return whether 'none' and each tooth is in the conformal set of a row, (rows, most teeth + 1)."""
+        batch = self._batch(X)
+        return self._sets(self.decision_function(batch), self.bank.noise_db(batch))
 
-    def predict_set(self, X: pd.DataFrame) -> BoolArray:
-        """(rows, most teeth + 1) whether 'none' and each tooth is in the conformal set of a row."""
-        return self.sets_of_scores(self.decision_function(X), X)
+    def answer(self, X: Rows) -> Answers:
+        """Return the answers to rows, with scores, probabilities and sets."""
+        batch = self._batch(X)
+        scores = self.decision_function(batch)
+        return Answers.of_scores(scores, sets=self._sets(scores, self.bank.noise_db(batch)))
 
-    def sets_of_scores(self, scores: FloatArray, X: pd.DataFrame) -> BoolArray:
-        """The same from scores of the rows that are known already."""
-        return self._sets(scores, noise_at_point(self.bank, X)[1])
+    def assess(self, X: Rows) -> pd.DataFrame:
+        """Return the verdict on rows, in words.
 
-    def judge(self, X: pd.DataFrame) -> pd.DataFrame:
-        """What can be said of rows, in words.
+        Parameters
+        ----------
+        X
+            Rows as :meth:`TemplateScores.transform` takes them.
 
         Returns
         -------
         pandas.DataFrame
             ``answer``: ``"none"``, ``"tooth 6"``, ``"not sure"`` where the set holds more than one answer,
             ``"outside the database"`` where no template fits; ``candidates``: the answers of the set, 0 for none;
-            ``misfit``: about 1 for what the database covers.
+            ``reduced_chi2``: squared residual of the most likely template per sample, in standard deviations of the
+            noise, about 1 for what the database covers. It is not the ``residual_distance`` of
+            :meth:`sigdb.database.Database.match`, which compares residuals in standard deviations of the average and is
+            0 at best.
         """
         check_is_fitted(self)
-        ratio, misfit = self._ratio_and_misfit(X)
-        sets = self._sets(with_none(ratio, self.slope_, self.none_), noise_at_point(self.bank, X)[1])
+        batch = self._batch(X)
+        ratio, reduced_chi2 = self._ratio_and_reduced_chi2(batch)
+        sets = self._sets(with_none(ratio, self.slope_, self.none_), self.bank.noise_db(batch))
         candidates = [tuple(np.flatnonzero(one).tolist()) for one in sets]
-        answer = [_said(one, outside) for one, outside in zip(candidates, misfit > self.misfit_threshold_, strict=True)]
-        return pd.DataFrame({"answer": answer, "candidates": candidates, "misfit": misfit}, index=X.index)
+        outside = reduced_chi2 > self.reduced_chi2_threshold_
+        answer = [_in_words(one, strange) for one, strange in zip(candidates, outside, strict=True)]
+        columns = {"answer": answer, "candidates": candidates, "reduced_chi2": reduced_chi2}
+        return pd.DataFrame(columns, index=batch.index)
 
 
-def _said(candidates: tuple[int, ...], outside: bool) -> str:
+class WhitenedBankLocation(ClassifierMixin, Scorer):
+    """The tooth of the greatest log-likelihood ratio of :class:`TemplateScores`, none where all are below 0.
+
+    Nothing is learnt from rows: :class:`TemplateLocation` without its calibration.
+
+    Parameters
+    ----------
+    bank
+        Templates.
+    n_jobs
+        Threads of the scores.
+    """
+
+    reads = COLUMNS
+    needs_bank = True
+    learns_from_all = True
+
+    def __init__(self, bank: TemplateBank, n_jobs: int | None = None) -> None:
+        self.bank = bank
+        self.n_jobs = n_jobs
+
+    @classmethod
+    def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
+        """Return an unfitted classifier of a bank."""
+        return cls(required_bank(bank))
+
+    @property
+    def template_bank(self) -> TemplateBank:
+        """Bank of templates that it carries."""
+        return self.bank
+
+    @property
+    def reducer(self) -> TemplateScores:
+        """What it reads of averages."""
+        return TemplateScores(self.bank, self.n_jobs)
+
+    def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
+        """Learn nothing."""
+        self.classes_ = np.arange(max(self.bank.teeth) + 1)
+        return self
+
+    def decision_function(self, X: Rows) -> FloatArray:
+        """Return 0 for none, and the log-likelihood ratio of each tooth, (rows, most teeth + 1)."""
+        ratio = self._batch(X).reduce(self.reducer)[:, : max(self.bank.teeth)]
+        return with_none(ratio, 1.0, 0.0)
+
+    def predict_proba(self, X: Rows) -> FloatArray:
+        """Return the probability of 'none' and of each tooth, if both kinds are as likely beforehand."""
+        return softmax(self.decision_function(X), axis=1)
+
+    def answer(self, X: Rows) -> Answers:
+        """Return the answers to rows, with scores and probabilities."""
+        return Answers.of_scores(self.decision_function(X))
+
+
+def _in_words(candidates: tuple[int, ...], outside: bool) -> str:
     if outside:
         return "outside the database"
     if len(candidates) != 1:

@@ -6,19 +6,28 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize
-from sklearn.base import BaseEstimator, RegressorMixin
+from sklearn.base import RegressorMixin
 from sklearn.utils.validation import check_is_fitted
 
-from sigdb.core import FloatArray, InputError, IntArray
+from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.recognition.calibration.conformal import COVERAGE
 from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
+from sigdb.recognition.estimators.contract import (
+    Labels,
+    SeverityEstimator,
+    required_bank,
+    severity_labels,
+    specimens_of,
+)
+from sigdb.recognition.rows.batch import Batch, Rows
+from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import TemplateBank
-from sigdb.recognition.templates.scores import TemplateScores, noise_at_point
+from sigdb.recognition.templates.scores import COLUMNS, TemplateScores
 
 
-class TemplateSeverity(SeverityIntervals, RegressorMixin, BaseEstimator):
+class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
     """Severity from a bank of templates: stiffness loss, phase shift and number of damaged teeth, with intervals.
 
     The estimate is the median of the posterior given damage, whatever the tooth (:class:`TemplateScores`), times a
@@ -47,12 +56,31 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, BaseEstimator):
         (3,) s0.
     """
 
+    reads = COLUMNS
+    needs_bank = True
+    learns_from_all = True
+
     def __init__(self, bank: TemplateBank, coverage: float = COVERAGE, n_jobs: int | None = None) -> None:
         self.bank = bank
         self.coverage = coverage
         self.n_jobs = n_jobs
 
-    def fit(self, X: pd.DataFrame, y: pd.DataFrame, groups: ArrayLike | None = None) -> Self:
+    @classmethod
+    def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
+        """Return an unfitted regressor of a bank."""
+        return cls(required_bank(bank))
+
+    @property
+    def template_bank(self) -> TemplateBank:
+        """Bank of templates that it carries."""
+        return self.bank
+
+    @property
+    def reducer(self) -> TemplateScores:
+        """What it reads of averages."""
+        return TemplateScores(self.bank, self.n_jobs)
+
+    def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Calibrate on damaged rows; healthy ones do not count.
 
         Parameters
@@ -64,38 +92,42 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, BaseEstimator):
         groups
             Specimen of each row; each row counts as its own if left out.
         """
-        damaged = (y["tooth"] > 0).to_numpy()
+        labels = severity_labels(y)
+        damaged = (labels["tooth"] > 0).to_numpy()
         if not damaged.any():
             raise InputError("y holds no damaged rows, and severity is learnt from them; add some")
-        groups = np.arange(len(X)) if groups is None else np.asarray(groups)
-        median, spread = self._median_and_spread(X[damaged])
-        true, groups = y.loc[damaged, list(QUANTITIES)].to_numpy(float), groups[damaged]
+        batch, groups = self._batch(X).take(damaged), specimens_of(groups, len(damaged))[damaged]
+        median, spread = self._median_and_spread(batch)
+        true = labels.loc[damaged, list(QUANTITIES)].to_numpy(float)
         self.floors_ = np.where(spread.mean(axis=0) > 0, spread.mean(axis=0), 1.0)
         self.corrections_ = np.array([_correction(median[:, i], true[:, i]) for i in range(len(QUANTITIES))])
         errors = np.column_stack([_errors(median[:, i], true[:, i], groups) for i in range(len(QUANTITIES))])
-        point, noise = noise_at_point(self.bank, X[damaged])
+        point, noise = self.bank.nearest(*batch.operating_point()), self.bank.noise_db(batch)
         self._fit_intervals(errors / (spread + self.floors_), true, point=point, noise=noise, groups=groups)
         return self
 
-    def _median_and_spread(self, X: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
-        scores = TemplateScores(self.bank, self.n_jobs).transform(X)
+    def _median_and_spread(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
+        scores = batch.reduce(self.reducer)
         median, spread = np.split(scores[:, -2 * len(QUANTITIES) :], 2, axis=1)
         if np.isnan(median).any():
-            raise InputError("the bank has no template with one severity for all damaged teeth; train on a plain grid")
+            raise NotApplicableError(
+                "the bank has no template with one severity for all damaged teeth; train on a plain grid"
+            )
         return median, spread
 
-    def predict(self, X: pd.DataFrame) -> pd.DataFrame:
-        """Estimates, and the ends of their intervals as ``NAME_low`` and ``NAME_high``, one row for each of X."""
+    def predict(self, X: Rows) -> pd.DataFrame:
+        """Return estimates and the ends of their intervals, ``NAME_low`` and ``NAME_high``, one row for each of X."""
         check_is_fitted(self)
-        median, spread = self._median_and_spread(X)
+        batch = self._batch(X)
+        median, spread = self._median_and_spread(batch)
         estimates = np.column_stack(
             [
                 np.clip(_corrected(median[:, i], self.corrections_[i]), self.levels_[i][0], self.levels_[i][-1])
                 for i in range(len(QUANTITIES))
             ]
         )
-        columns = self._with_intervals(QUANTITIES, estimates, spread + self.floors_, noise_at_point(self.bank, X)[1])
-        return pd.DataFrame(columns, index=X.index)
+        columns = self._with_intervals(QUANTITIES, estimates, spread + self.floors_, self.bank.noise_db(batch))
+        return pd.DataFrame(columns, index=batch.index)
 
 
 def _corrected(median: FloatArray, correction: FloatArray) -> FloatArray:
@@ -104,17 +136,17 @@ def _corrected(median: FloatArray, correction: FloatArray) -> FloatArray:
 
 
 def _correction(median: FloatArray, true: FloatArray) -> FloatArray:
-    """Level and slope of least mean absolute error; near to none, 0 and 1, where those are as good."""
+    """Return the level and slope of least mean absolute error; near to none, 0 and 1, where those are as good."""
 
     def loss(parameters: FloatArray) -> float:
         return float(np.abs(_corrected(median, parameters) - true).mean())
 
-    found = minimize(loss, np.array([0.0, 1.0]), method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-12}).x
-    return np.asarray(found)
+    start, options = np.array([0.0, 1.0]), {"xatol": 1e-8, "fatol": 1e-12}
+    return np.asarray(minimize(loss, start, method="Nelder-Mead", options=options).x)
 
 
 def _errors(median: FloatArray, true: FloatArray, groups: IntArray) -> FloatArray:
-    """(rows,) absolute error of estimates that were calibrated on other specimens."""
+    """Return the absolute error of estimates that were calibrated on other specimens, (rows,)."""
     errors = np.empty(len(true))
     for inner, outer in specimen_folds_of(groups):
         errors[outer] = np.abs(_corrected(median[outer], _correction(median[inner], true[inner])) - true[outer])

@@ -1,7 +1,6 @@
 """Detection: whether a gear has a damaged tooth."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,7 +9,8 @@ from sigdb.core import FloatArray
 from sigdb.recognition.bound.bayes_bound import Bound
 from sigdb.recognition.bound.bayes_rule import LOCATION_RULE, BayesRule
 from sigdb.recognition.bound.efficiency import Columns, detection_efficiency
-from sigdb.recognition.estimators import registry
+from sigdb.recognition.estimators.contract import Estimator
+from sigdb.recognition.estimators.registry import make_estimators
 from sigdb.recognition.metrics.detection import CALL_METRICS, RATE_METRICS, call_values, detection_at_rates
 from sigdb.recognition.metrics.estimate import Estimate, Specimens
 from sigdb.recognition.metrics.evaluated import Evaluated
@@ -50,13 +50,9 @@ bound.""",
         """Return the first damaged tooth, 0 for a healthy gear."""
         return rows["tooth"]
 
-    def estimators(self, settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Any]:
+    def estimators(self, settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Estimator]:
         """Return the unfitted detectors by name, at the false-alarm rate of the settings."""
-        return registry.detection(settings, bank)
-
-    def probe(self, estimator: Any, X: pd.DataFrame) -> FloatArray:
-        """Return the scores of rows."""
-        return np.asarray(estimator.decision_function(X))
+        return make_estimators(self.name, settings, bank)
 
     def values(self, evaluated: Evaluated) -> dict[str, FloatArray]:
         """Return whether damage is called, of damaged and of healthy rows."""

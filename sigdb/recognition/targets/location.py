@@ -1,9 +1,7 @@
 """Location: the first damaged tooth, or none."""
 
 from collections.abc import Mapping
-from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from sigdb.core import FloatArray
@@ -15,7 +13,8 @@ from sigdb.recognition.bound.efficiency import (
     detection_efficiency,
     location_efficiency,
 )
-from sigdb.recognition.estimators import registry
+from sigdb.recognition.estimators.contract import Estimator
+from sigdb.recognition.estimators.registry import make_estimators
 from sigdb.recognition.metrics.calibration import (
     CALIBRATION_METRICS,
     calibration_error,
@@ -68,13 +67,9 @@ increase of the noise at which the best rule has as many errors.""",
         """Return the first damaged tooth, 0 for none, with the severities for which coverage is to hold."""
         return rows[["tooth", *QUANTITIES]]
 
-    def estimators(self, settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Any]:
+    def estimators(self, settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Estimator]:
         """Return the unfitted estimators of location by name."""
-        return registry.location(settings, bank)
-
-    def probe(self, estimator: Any, X: pd.DataFrame) -> FloatArray:
-        """Return the scores of rows."""
-        return np.asarray(estimator.decision_function(X))
+        return make_estimators(self.name, settings, bank)
 
     def values(self, evaluated: Evaluated) -> dict[str, FloatArray]:
         """Return the values of predicted teeth, of probabilities and of sets."""

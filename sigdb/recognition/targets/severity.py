@@ -1,7 +1,6 @@
 """Severity: stiffness loss, phase shift and number of damaged teeth of a damaged gear."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,7 +9,8 @@ from sigdb.core import FloatArray
 from sigdb.recognition.bound.bayes_bound import Bound
 from sigdb.recognition.bound.bayes_rule import SEVERITY_RULE, BayesRule
 from sigdb.recognition.bound.efficiency import Columns, posterior_answers, severity_efficiency
-from sigdb.recognition.estimators import registry
+from sigdb.recognition.estimators.contract import Estimator
+from sigdb.recognition.estimators.registry import make_estimators
 from sigdb.recognition.metrics.coverage import coverage_cells, value_bands
 from sigdb.recognition.metrics.estimate import Estimate, Specimens
 from sigdb.recognition.metrics.evaluated import Evaluated
@@ -60,13 +60,9 @@ compared with the posterior's mean.""",
         """Return tooth and severity; healthy rows teach the location."""
         return rows[["tooth", *QUANTITIES]]
 
-    def estimators(self, settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Any]:
+    def estimators(self, settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Estimator]:
         """Return the unfitted estimators of severity by name."""
-        return registry.severity(settings, bank)
-
-    def probe(self, estimator: Any, X: pd.DataFrame) -> FloatArray:
-        """Return the estimates of rows, with their intervals."""
-        return np.asarray(estimator.predict(X))
+        return make_estimators(self.name, settings, bank)
 
     def values(self, evaluated: Evaluated) -> dict[str, FloatArray]:
         """Return errors, scores and coverage of each quantity."""

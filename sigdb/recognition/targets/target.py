@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import pandas as pd
 
@@ -10,6 +10,7 @@ from sigdb.core import FloatArray
 from sigdb.recognition.bound.bayes_bound import Bound
 from sigdb.recognition.bound.bayes_rule import BayesRule
 from sigdb.recognition.bound.efficiency import Columns
+from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.metrics.estimate import Estimate, Specimens
 from sigdb.recognition.metrics.evaluated import Evaluated
 from sigdb.recognition.metrics.metric import Metric
@@ -84,12 +85,8 @@ class Target(Protocol):
         """Return what estimators learn from rows."""
         ...
 
-    def estimators(self, settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Any]:
+    def estimators(self, settings: RecognitionSettings, bank: TemplateBank | None) -> dict[str, Estimator]:
         """Return the unfitted estimators by name: the learners, then the baselines."""
-        ...
-
-    def probe(self, estimator: Any, X: pd.DataFrame) -> FloatArray:
-        """Return the numbers of a fitted estimator for a few rows, by which a loaded model is checked."""
         ...
 
     def values(self, evaluated: Evaluated) -> dict[str, FloatArray]:

@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from sigdb.core import BoolArray, FloatArray, InputError, IntArray
+from sigdb.core import BoolArray, FloatArray, IntArray, NotApplicableError
 from sigdb.database import Database, suffixed
+from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.compact_signals import CompactSignals
 from sigdb.recognition.templates.hypotheses import Hypotheses
@@ -188,9 +189,11 @@ class TemplateBank:
 
         Raises
         ------
-        InputError
+        NotApplicableError
             If the rig does not turn exactly, rows are of a single revolution, so that their noise is not known from
             the scatter between revolutions, or an operating point has no healthy or no damaged template.
+        InputError
+            If the database has no such sensor.
         """
         sensor = database.stored_sensor(sensor)
         scatter = suffixed("scatter", database.sensors, sensor)
@@ -205,9 +208,11 @@ class TemplateBank:
             f"where status = 'ok' and not coalesce(contact_loss, false){seen} group by template"
         )
         if rows.empty:
-            raise InputError(f"{database.store} has no row with a result that keeps contact; a bank is made for rows")
+            raise NotApplicableError(
+                f"{database.store} has no row with a result that keeps contact; a bank is made for rows"
+            )
         if rows["averages"].min() < 2:
-            raise InputError(
+            raise NotApplicableError(
                 f"{database.store} has averages of 1 revolution, which has no scatter between revolutions to take the "
                 "noise from; set averages to 2 or more"
             )
@@ -240,17 +245,27 @@ class TemplateBank:
         """Tooth counts that it has."""
         return tuple(sorted({point.teeth for point in self.points}))
 
-    def nearest(self, speed_rpm: FloatArray, torque: FloatArray, teeth: IntArray) -> IntArray:
-        """(rows,) place of the point of the same tooth count whose speed and torque differ least, in shares of its own.
+    def noise_db(self, batch: Batch) -> FloatArray:
+        """Return the noise of averages relative to the healthy signal at the nearest point, (rows,) dB.
+
+        nan where the noise of a row is not known.
+        """
+        reference = np.array([point.reference_variance.mean() for point in self.points])
+        return batch.noise_db(reference[self.nearest(*batch.operating_point())])
+
+    def nearest(self, speed_rpm: FloatArray, torque: FloatArray, teeth: FloatArray | IntArray) -> IntArray:
+        """Return the place of the nearest point of the same tooth count, (rows,).
+
+        Its speed and torque differ least, in shares of its own.
 
         Raises
         ------
-        InputError
+        NotApplicableError
             If the bank has no such tooth count: averages of another one have another length and other passes.
         """
         lacking = sorted(set(np.unique(teeth).tolist()) - set(self.teeth))
         if lacking:
-            raise InputError(
+            raise NotApplicableError(
                 f"teeth = {lacking[0]:g} is not in the bank of templates, which has {', '.join(map(str, self.teeth))}; "
                 "train on a database with this tooth count"
             )
@@ -258,13 +273,9 @@ class TemplateBank:
         return np.asarray(distance.argmin(axis=1))
 
 
-def bank_of(estimator: Any) -> TemplateBank | None:
-    """The bank that an estimator, or what scores for it, carries; None where there is none."""
-    bank: TemplateBank | None = getattr(getattr(estimator, "scorer", estimator), "bank", None)
-    return bank
-
-
-def _distance(point: PointTemplates, speed_rpm: FloatArray, torque: FloatArray, teeth: IntArray) -> FloatArray:
+def _distance(
+    point: PointTemplates, speed_rpm: FloatArray, torque: FloatArray, teeth: FloatArray | IntArray
+) -> FloatArray:
     tiny = np.finfo(float).tiny
     relative = np.hypot(
         (speed_rpm - point.speed_rpm) / max(abs(point.speed_rpm), tiny),
@@ -282,7 +293,7 @@ def _laws(
         laws = laws.only(np.flatnonzero(known.notna()))
     for kind, some in (("healthy", laws.healthy), ("damaged", ~laws.healthy)):
         if not some.any():
-            raise InputError(
+            raise NotApplicableError(
                 f"{database.store} has no {kind} template that keeps contact at speed_rpm = {speed_rpm:g}, torque = "
                 f"{torque:g}, teeth = {teeth}; set healthy in [sweep], or reduce the damage"
             )

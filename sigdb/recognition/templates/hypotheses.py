@@ -222,16 +222,44 @@ class Hypotheses:
             raise InputError(f"noise = {noise.min():g} must be above 0: without noise there is no density")
 
     def _log_likelihood(self, x: FloatArray, noise: FloatArray, index_error: FloatArray) -> FloatArray:
-        n, r = x.shape[1], self.gains.shape[1]
+        r = self.gains.shape[1]
         products = self._products(x).reshape(self.teeth, len(x), len(self.signal), -1)
         amplitude = products[..., :r] - self._projected[:, None]
         overlap = np.einsum("trkh,tkh->rkt", products[..., r:], self._weights)
         square = (x**2).sum(axis=1)[:, None, None] - 2 * overlap + self._energy
-        d = (self.gains * (index_error / noise)[:, None, None]) ** 2
+        d = self._gain_ratio(noise, index_error)
         explained = np.einsum("trkm,rkm->rkt", amplitude**2, d / (1 + d))
-        misfit = (square - explained) / (noise**2)[:, None, None]
+        chi2 = (square - explained) / (noise**2)[:, None, None]
+        return -0.5 * (chi2 + self._constant(noise, d))
+
+    def _gain_ratio(self, noise: FloatArray, index_error: FloatArray) -> FloatArray:
+        """Return rho d, the variance of each mode over that of the noise, (rows, templates, r)."""
+        return np.asarray((self.gains * (index_error / noise)[:, None, None]) ** 2)
+
+    def _constant(self, noise: FloatArray, d: FloatArray) -> FloatArray:
+        """Return what -2 log p has besides the squared residual, (rows, templates, 1)."""
+        n = self.signal.shape[1]
         constant = n * np.log(2 * np.pi * noise**2)[:, None] + np.log1p(d).sum(axis=2)
-        return -0.5 * (misfit + constant[:, :, None])
+        return np.asarray(constant[:, :, None])
+
+    def chi2(self, log_likelihood: FloatArray, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
+        """Return the squared residual of averages under each hypothesis, whitened: chi-square of n degrees.
+
+        Parameters
+        ----------
+        log_likelihood
+            (rows, templates, teeth) of :meth:`log_likelihood` with the same noise and index errors.
+        noise, index_error
+            As there.
+
+        Returns
+        -------
+        ndarray, (rows, templates, teeth)
+            No unit. Over the number of samples it is the reduced chi-square, about 1 under the true hypothesis.
+        """
+        rows = len(log_likelihood)
+        noise, index_error = (np.broadcast_to(np.asarray(one, float), rows) for one in (noise, index_error))
+        return np.asarray(-2 * log_likelihood - self._constant(noise, self._gain_ratio(noise, index_error)))
 
     @cached_property
     def _products(self) -> TurnedProducts:

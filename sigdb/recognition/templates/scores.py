@@ -1,25 +1,21 @@
-"""Averages to scores: the log-likelihood ratio of damage at each tooth, and what the templates say of its severity."""
+"""Averages to scores: the log-likelihood ratio of damage at each tooth, and the posterior of its severity."""
 
-from typing import Any, Self
+from collections.abc import Iterator
+from typing import Self
 
 import numpy as np
-import pandas as pd
 from joblib import Parallel, delayed
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 
-from sigdb.core import BoolArray, FloatArray, InputError, IntArray
-from sigdb.recognition.calibration.cells import noise_db
-from sigdb.recognition.rows.row_matrix import as_matrix
+from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError
+from sigdb.recognition.rows.batch import NOISE, POINT, TSA, Batch, Column, Rows
 from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import PointTemplates, TemplateBank
 from sigdb.recognition.templates.posterior import Posterior, posterior
 
-COLUMNS = ("teeth", "speed_rpm", "torque", "averages", "scatter", "tsa")
+COLUMNS: frozenset[Column] = frozenset({*POINT, *NOISE, TSA})
 """Columns that scores are made of."""
-
-SCORED = "template_scores"
-"""Column of rows whose scores are there already."""
 
 OF_SEVERITY = tuple(f"{kind}_{target}" for kind in ("mean", "median", "spread") for target in QUANTITIES)
 
@@ -30,10 +26,10 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     """Scores of averages against a bank of templates, by the law of noise and specimens.
 
     For each tooth t the logarithm of ``p(x | damage from t) / p(x | none)``, where damage is any template, weighed as
-    in the bank, and x is normal as in :class:`Hypotheses` at the nearest operating point of the bank. Then ``misfit``,
-    the squared residual of the most likely template in standard deviations, divided by the number of samples: about 1
-    for a row that the bank covers. Then posterior mean, median and standard deviation (``spread``) of each severity
-    given damage, whatever the tooth.
+    in the bank, and x is normal as in :class:`Hypotheses` at the nearest operating point of the bank. Then
+    ``reduced_chi2``, the squared residual of the most likely template in standard deviations, divided by the number of
+    samples: about 1 for a row that the bank covers. Then posterior mean, median and standard deviation (``spread``) of
+    each severity given damage, whatever the tooth.
 
     The noise of an average is taken from its own revolutions: ``scatter / sqrt(averages)``. Turning an average by j
     teeth turns its scores by j teeth exactly, unless harmonic excitations fixed to the shaft are part of the law.
@@ -50,7 +46,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     There is nothing to learn: specimens of all rows are unseen ones.
     """
 
-    column = SCORED
+    column = "template_scores"
 
     def __init__(self, bank: TemplateBank, n_jobs: int | None = None) -> None:
         self.bank = bank
@@ -59,7 +55,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     def __sklearn_is_fitted__(self) -> bool:
         return True
 
-    def fit(self, X: Any = None, y: Any = None) -> Self:
+    def fit(self, X: Rows | None = None, y: ArrayLike | None = None) -> Self:
         """Do nothing."""
         return self
 
@@ -67,19 +63,19 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     def _most_teeth(self) -> int:
         return max(self.bank.teeth)
 
-    def get_feature_names_out(self, input_features: Any = None) -> NDArray[np.object_]:
-        """Names of the scores."""
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[np.object_]:
+        """Return the names of the scores."""
         teeth = [f"tooth_{t}" for t in range(1, self._most_teeth + 1)]
-        return np.array([*teeth, "misfit", *OF_SEVERITY], dtype=object)
+        return np.array([*teeth, "reduced_chi2", *OF_SEVERITY], dtype=object)
 
-    def transform(self, X: pd.DataFrame) -> FloatArray:
-        """Scores of rows.
+    def transform(self, X: Rows) -> FloatArray:
+        """Return the scores of rows.
 
         Parameters
         ----------
         X
             Rows with ``teeth``, ``speed_rpm`` (rpm), ``torque`` (N m), ``averages``, ``scatter`` (unit of the signal)
-            and ``tsa``, the average from the tacho mark; or with ``template_scores`` that this has given before.
+            and ``tsa``, the average from the tacho mark.
 
         Returns
         -------
@@ -88,97 +84,77 @@ class TemplateScores(TransformerMixin, BaseEstimator):
 
         Raises
         ------
+        NotApplicableError
+            If the bank does not have the tooth count, or averages have another length than its own.
         InputError
-            If a column is missing, an average has the wrong length or is not finite, a scatter is not above 0, or the
-            bank does not have the tooth count.
+            If a column is missing, an average is not finite, or a scatter is not above 0.
         """
-        if hasattr(X, "columns") and SCORED in X.columns and len(X):
-            return as_matrix(X[SCORED])
-        check_columns(X)
-        point = X[["speed_rpm", "torque", "teeth"]].to_numpy(float)
-        place = self.bank.nearest(*point.T)
-        noise = X["scatter"].to_numpy(float) / np.sqrt(X["averages"].to_numpy(float))
+        batch = Batch.from_rows(X, COLUMNS)
+        noise = batch.noise()
+        _check_noise(batch, noise)
+        place = self.bank.nearest(*batch.operating_point())
         pieces = [
-            (one, rows[first : first + _ROWS_AT_ONCE])
-            for one in np.unique(place)
-            for rows in [np.flatnonzero(place == one)]
-            for first in range(0, len(rows), _ROWS_AT_ONCE)
+            (self.bank.points[one], at[some], x[some])
+            for _, at, x in batch.averages()
+            for one in np.unique(place[at])
+            for some in _parts(np.flatnonzero(place[at] == one))
         ]
-        tsa = X["tsa"].to_numpy()
-        found = Parallel(n_jobs=self.n_jobs, prefer="threads")(
-            delayed(self._scores)(self.bank.points[one], tsa[rows], noise[rows]) for one, rows in pieces
+        parts = Parallel(n_jobs=self.n_jobs, prefer="threads")(
+            delayed(self._scores)(point, x, noise[at]) for point, at, x in pieces
         )
-        scores = np.empty((len(X), self._most_teeth + 1 + len(OF_SEVERITY)))
-        for (_, rows), some in zip(pieces, found, strict=True):
-            scores[rows] = some
+        scores = np.empty((len(batch), self._most_teeth + 1 + len(OF_SEVERITY)))
+        for (_, at, _), some in zip(pieces, parts, strict=True):
+            scores[at] = some
         return scores
 
-    def _scores(self, point: PointTemplates, tsa: NDArray[Any], noise: FloatArray) -> FloatArray:
-        x = _averages(tsa, point)
-        laws = point.hypotheses
-        likelihood = laws.log_likelihood(x, noise=noise, index_error=self.bank.index_error)
-        known = posterior(likelihood, point.log_prior, point.healthy)
+    def _scores(self, point: PointTemplates, x: FloatArray, noise: FloatArray) -> FloatArray:
+        _check_averages(x, point)
+        laws, index_error = point.hypotheses, self.bank.index_error
+        likelihood = laws.log_likelihood(x, noise=noise, index_error=index_error)
+        chi2 = laws.chi2(likelihood, noise=noise, index_error=index_error).reshape(len(x), -1)
+        best = likelihood.reshape(len(x), -1).argmax(axis=1)
+        after = posterior(likelihood, point.log_prior, point.healthy)
         ratio = np.full((len(x), self._most_teeth), -np.inf)
-        ratio[:, : point.teeth] = known.location[:, 1:] - known.location[:, :1]
-        misfit = _misfit(likelihood, point, noise, self.bank.index_error)
-        return np.column_stack([ratio, misfit, *_severity(known, point.severity)])
+        ratio[:, : point.teeth] = after.location[:, 1:] - after.location[:, :1]
+        reduced_chi2 = chi2[np.arange(len(x)), best] / point.samples
+        return np.column_stack([ratio, reduced_chi2, *_severity(after, point.severity)])
 
 
-def noise_at_point(bank: TemplateBank, X: pd.DataFrame) -> tuple[IntArray, FloatArray | None]:
-    """Of rows, the place of the nearest operating point of a bank, and the noise relative to its healthy signal, dB."""
-    point = bank.nearest(*X[["speed_rpm", "torque", "teeth"]].to_numpy(float).T)
-    reference = np.array([one.reference_variance.mean() for one in bank.points])
-    return point, noise_db(X, reference[point])
+def _parts(places: IntArray) -> Iterator[IntArray]:
+    """Yield places, some at a time."""
+    for first in range(0, len(places), _ROWS_AT_ONCE):
+        yield places[first : first + _ROWS_AT_ONCE]
 
 
-def check_columns(X: pd.DataFrame) -> None:
-    """Refuse input that is not rows with averages and their scatter."""
-    lacking = [name for name in COLUMNS if not hasattr(X, "columns") or name not in X.columns]
-    if lacking:
+def _check_noise(batch: Batch, noise: FloatArray) -> None:
+    """Refuse rows whose noise is not known."""
+    if np.isnan(noise).any():
+        scatter = batch.column("scatter")[np.isnan(noise).argmax()]
         raise InputError(
-            f"X lacks the columns {lacking}; give rows of Database.features() with tsa of Database.signals()"
-        )
-    if X.empty:
-        raise InputError("X has no rows; give at least one")
-    scatter = X["scatter"].to_numpy(float)
-    if not (scatter > 0).all():
-        raise InputError(
-            f"scatter = {scatter[np.argmin(scatter > 0)]:g} must be above 0: the noise of an average is taken from the "
-            "scatter between its revolutions; give averages of 2 revolutions or more"
+            f"scatter = {scatter:g} must be above 0: the noise of an average is taken from the scatter between its "
+            "revolutions; give averages of 2 revolutions or more"
         )
 
 
-def _averages(tsa: NDArray[Any], point: PointTemplates) -> FloatArray:
-    wrong = [np.size(one) for one in tsa if np.size(one) != point.samples]
-    if wrong:
-        raise InputError(
-            f"tsa has {wrong[0]} samples, but the bank's averages of {point.teeth} teeth have {point.samples}; "
+def _check_averages(x: FloatArray, point: PointTemplates) -> None:
+    """Refuse averages that the templates cannot be compared with."""
+    if x.shape[1] != point.samples:
+        raise NotApplicableError(
+            f"tsa has {x.shape[1]} samples, but the bank's averages of {point.teeth} teeth have {point.samples}; "
             "average with as many samples a tooth"
         )
-    x = np.stack(list(tsa)).astype(float)
     if not np.isfinite(x).all():
         raise InputError("tsa holds values that are not finite; keep rows whose status is 'ok'")
-    return x
 
 
-def _misfit(likelihood: FloatArray, point: PointTemplates, noise: FloatArray, index_error: float) -> FloatArray:
-    """(rows,) squared residual of the most likely hypothesis, whitened, over the number of samples."""
-    n = point.samples
-    d = (point.hypotheses.gains * (index_error / noise)[:, None, None]) ** 2
-    constant = n * np.log(2 * np.pi * noise**2)[:, None] + np.log1p(d).sum(axis=2)
-    square = -2 * likelihood - constant[:, :, None]
-    best = likelihood.reshape(len(noise), -1).argmax(axis=1)
-    return square.reshape(len(noise), -1)[np.arange(len(noise)), best] / n
-
-
-def _severity(known: Posterior, level: FloatArray) -> list[FloatArray]:
-    """Mean, median and spread of each severity; templates with a pattern have none, and do not take part."""
+def _severity(after: Posterior, level: FloatArray) -> list[FloatArray]:
+    """Return mean, median and spread of each severity; templates with a pattern have none, and do not take part."""
     plain: BoolArray = np.isfinite(level.sum(axis=1))
-    given = Posterior(location=known.location, damage=np.where(plain, known.damage, -np.inf))
-    if not np.isfinite(given.damage).any(axis=1).all():
-        return [np.full(len(known.location), np.nan)] * len(OF_SEVERITY)
+    some = Posterior(location=after.location, damage=np.where(plain, after.damage, -np.inf))
+    if not np.isfinite(some.damage).any(axis=1).all():
+        return [np.full(len(after.location), np.nan)] * len(OF_SEVERITY)
     levels = np.where(plain[:, None], level, 0.0).T
-    mean = [given.mean(one) for one in levels]
-    median = [given.median(one) for one in levels]
-    square = [given.severity @ one**2 - m**2 for one, m in zip(levels, mean, strict=True)]
+    mean = [some.mean(one) for one in levels]
+    median = [some.median(one) for one in levels]
+    square = [some.severity @ one**2 - m**2 for one, m in zip(levels, mean, strict=True)]
     return [*mean, *median, *(np.sqrt(one.clip(min=0)) for one in square)]

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sigdb.core.errors import InputError
+from sigdb.core import NotApplicableError
 from sigdb.pipeline import train_model
 from sigdb.recognition import EvaluationError, RecognitionSettings, evaluate, load_model, train
 from sigdb.recognition.answers import Answers
@@ -91,52 +91,31 @@ def test_training_refuses_a_model_above_the_bound_once_it_is_written(many_specim
     assert train_model(many_specimens, "detection", tmp_path / "told", **given, check=False).above == ("p_detected",)
 
 
-def test_detectors_whose_rows_do_not_support_the_rate_are_left_out(many_specimens, monkeypatch):
+def test_detectors_whose_rows_do_not_support_the_rate_are_left_out(many_specimens, without_boosting, monkeypatch):
     """All but the templates learn from a part of the rows, which may hold too few healthy ones."""
 
     def too_few(estimator, *given):
-        raise InputError("too few healthy rows")
+        raise NotApplicableError("too few healthy rows")
 
-    monkeypatch.setattr("sigdb.recognition.estimators.registry.POOLED", ("lda",))
     monkeypatch.setattr("sigdb.recognition.estimators.baselines.threshold.IndicatorScore.fit", too_few)
     steps, settings = [], RecognitionSettings(folds=3, learner="templates", false_alarm_rate=RATE)
     model = train(many_specimens, "detection", settings, on_step=steps.append)
     assert list(model.estimators) == ["lda", "templates"]
     assert "fm4 is left out: too few healthy rows" in steps
     monkeypatch.setattr("sigdb.recognition.estimators.pooled_location.LocationClassifier.fit", too_few)
-    with pytest.raises(InputError, match="too few healthy rows"):
+    with pytest.raises(NotApplicableError, match="too few healthy rows"):
         train(many_specimens, "detection", RecognitionSettings(folds=3, learner="lda", false_alarm_rate=RATE))
 
 
-class Told:
-    """Scores of rows as they are given; it counts how often they are computed."""
-
-    def __init__(self, scores):
-        self.scores, self.asked = scores, 0
-
-    def decision_function(self, X):
-        self.asked += 1
-        return self.scores[X.index]
-
-    def predict_proba(self, X):
-        raise AssertionError("computed twice")
-
-    def sets_of_scores(self, scores, X):
-        return scores > 0
-
-
-def test_scores_are_computed_once():
+def test_scores_give_answer_and_probabilities():
     scores = np.log([[0.2, 0.5, 0.3], [0.6, 0.1, 0.3]])
-    estimator = Told(scores)
-    answers = Answers.of(estimator, pd.DataFrame(index=[0, 1]))
-    assert estimator.asked == 1
+    answers = Answers.of_scores(scores)
     assert answers.predicted.tolist() == [1, 0]
     np.testing.assert_allclose(answers.probabilities, np.exp(scores))
     np.testing.assert_allclose(answers.detection, np.log([0.8 / 0.2, 0.4 / 0.6]))
 
 
 def test_answers_of_gears_with_other_tooth_counts_are_joined():
-    parts = [Answers.of(Told(np.zeros((2, width))), pd.DataFrame(index=[0, 1])) for width in (3, 4)]
-    joined = Answers.concatenate(parts)
+    joined = Answers.concatenate([Answers.of_scores(np.zeros((2, width))) for width in (3, 4)])
     assert joined.scores[0].tolist() == [0, 0, 0, -np.inf]
     np.testing.assert_allclose(joined.probabilities.sum(axis=1), 1)

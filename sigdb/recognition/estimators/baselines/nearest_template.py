@@ -3,19 +3,15 @@
 from typing import Self
 
 import numpy as np
-import pandas as pd
-from numpy.typing import ArrayLike
-from scipy.special import softmax
-from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.base import BaseEstimator
 
 from sigdb.core import FloatArray, IntArray
-from sigdb.recognition.calibration.probabilities import with_none
 from sigdb.recognition.estimators.baselines.threshold import FALSE_ALARM_RATE, ThresholdLocation
-from sigdb.recognition.rows.streamed import reduced
-from sigdb.recognition.rows.tooth_views import averages_by_teeth
+from sigdb.recognition.estimators.contract import required_bank
+from sigdb.recognition.rows.batch import POINT, TSA, Batch, Rows
+from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.templates.bank import PointTemplates, TemplateBank
 from sigdb.recognition.templates.hypotheses import TurnedProducts
-from sigdb.recognition.templates.scores import TemplateScores
 
 
 class NearestTemplate(BaseEstimator):
@@ -32,26 +28,28 @@ class NearestTemplate(BaseEstimator):
     def __init__(self, bank: TemplateBank) -> None:
         self.bank = bank
 
-    def transform(self, X: pd.DataFrame) -> FloatArray:
-        """(rows, 2) by how much the nearest damaged template is nearer than the nearest healthy one, over the norm of
-        the average; tooth to which it is turned, numbered from 1.
+    def transform(self, X: Batch) -> FloatArray:
+        """Return two numbers of each row, (rows, 2).
+
+        The first is by how much the nearest damaged template is nearer than the nearest healthy one, over the norm of
+        the average; the second is the tooth to which it is turned, numbered from 1.
 
         Raises
         ------
-        InputError
+        NotApplicableError
             If the bank does not have a tooth count.
         """
-        found = np.empty((len(X), 2))
-        for teeth, at, x in averages_by_teeth(X):
-            some = X.iloc[at]
-            place = self.bank.nearest(*(some[name].to_numpy(float) for name in ("speed_rpm", "torque", "teeth")))
-            for one in np.unique(place):
-                found[at[place == one]] = _nearest(self.bank.points[one], x[place == one], teeth)
-        return found
+        nearest = np.empty((len(X), 2))
+        place = self.bank.nearest(*X.operating_point())
+        for teeth, at, x in X.averages():
+            for one in np.unique(place[at]):
+                some = place[at] == one
+                nearest[at[some]] = _nearest(self.bank.points[one], x[some], teeth)
+        return nearest
 
 
 def _nearest(point: PointTemplates, x: FloatArray, teeth: int) -> FloatArray:
-    """(rows, 2) ``(min |x - s_none| - min |x - s_damage turned|) / |x|``, and the tooth."""
+    """Return ``(min |x - s_none| - min |x - s_damage turned|) / |x|``, and the tooth; (rows, 2)."""
     s, square = point.hypotheses.signal, (x**2).sum(axis=1)
     distance = square[:, None] - 2 * TurnedProducts(s, teeth)(x) + (s**2).sum(axis=1)  # teeth, rows, templates
     distance = np.sqrt(distance.clip(min=0))
@@ -72,55 +70,32 @@ class NearestTemplateLocation(ThresholdLocation):
         Share of the healthy training rows for which damaged templates are nearer by more than the threshold.
     """
 
+    reads = frozenset({*POINT, TSA})
+    needs_bank = True
+
     def __init__(self, bank: TemplateBank, false_alarm_rate: float = FALSE_ALARM_RATE) -> None:
         super().__init__(false_alarm_rate)
         self.bank = bank
+
+    @classmethod
+    def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
+        """Return an unfitted baseline at the false-alarm rate of the settings."""
+        return cls(required_bank(bank), settings.false_alarm_rate)
+
+    @property
+    def template_bank(self) -> TemplateBank:
+        """Bank of templates that it carries."""
+        return self.bank
 
     @property
     def reducer(self) -> NearestTemplate:
         """What it reads of averages."""
         return NearestTemplate(self.bank)
 
-    def indicator(self, X: pd.DataFrame) -> FloatArray:
-        """(rows,) how much nearer, over the norm of the average."""
-        return reduced(self.reducer, X)[:, 0]
+    def indicator(self, X: Rows) -> FloatArray:
+        """Return how much nearer, over the norm of the average, (rows,)."""
+        return self._batch(X).reduce(self.reducer)[:, 0]
 
-    def tooth(self, X: pd.DataFrame) -> IntArray:
-        """(rows,) tooth of the nearest template."""
-        return reduced(self.reducer, X)[:, 1].astype(int)
-
-
-class WhitenedBankLocation(ClassifierMixin, BaseEstimator):
-    """The tooth of the greatest log-likelihood ratio of :class:`TemplateScores`, none where all are below 0.
-
-    Nothing is learnt from rows: :class:`TemplateLocation` without its calibration.
-
-    Parameters
-    ----------
-    bank
-        Templates.
-    n_jobs
-        Threads of the scores.
-    """
-
-    def __init__(self, bank: TemplateBank, n_jobs: int | None = None) -> None:
-        self.bank = bank
-        self.n_jobs = n_jobs
-
-    def fit(self, X: pd.DataFrame, y: ArrayLike | pd.DataFrame, groups: ArrayLike | None = None) -> Self:
-        """Learn nothing."""
-        self.classes_ = np.arange(max(self.bank.teeth) + 1)
-        return self
-
-    def decision_function(self, X: pd.DataFrame) -> FloatArray:
-        """(rows, most teeth + 1) 0 for none, and the log-likelihood ratio of each tooth."""
-        ratio = reduced(TemplateScores(self.bank, self.n_jobs), X)[:, : max(self.bank.teeth)]
-        return with_none(ratio, 1.0, 0.0)
-
-    def predict_proba(self, X: pd.DataFrame) -> FloatArray:
-        """(rows, most teeth + 1) probability of 'none' and of each tooth, if both kinds are as likely beforehand."""
-        return softmax(self.decision_function(X), axis=1)
-
-    def predict(self, X: pd.DataFrame) -> IntArray:
-        """(rows,) first damaged tooth, 0 for none."""
-        return self.decision_function(X).argmax(axis=1)
+    def tooth(self, X: Rows) -> IntArray:
+        """Return the tooth of the nearest template, (rows,)."""
+        return self._batch(X).reduce(self.reducer)[:, 1].astype(int)

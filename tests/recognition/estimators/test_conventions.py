@@ -12,6 +12,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core.errors import InputError
 from sigdb.recognition import LocationClassifier, RecognitionSettings, SeverityRegressor
+from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.rows.tooth_views import COLUMNS, ToothViews
 from sigdb.recognition.severity_quantities import QUANTITIES
 
@@ -88,7 +89,7 @@ def test_arrays_are_refused(made, rows):
         estimator.fit(np.zeros((4, 3)), labels(estimator, rows))
 
 
-@pytest.mark.parametrize("column", COLUMNS)
+@pytest.mark.parametrize("column", sorted(COLUMNS))
 def test_a_missing_column_is_named(location_model, severity_model, held_out, column):
     lacking = held_out.drop(columns=column)
     for model in (location_model, severity_model):
@@ -118,7 +119,8 @@ def test_an_unknown_learner_is_refused(made, rows):
 
 def test_views_are_of_one_length_for_every_tooth_count(mixed_teeth):
     views = ToothViews().fit(mixed_teeth.features())
-    shapes = {teeth: views.views(mixed_teeth.features(f"teeth = {teeth}"), teeth).shape[1:] for teeth in (12, 13)}
+    rows = {teeth: Batch.from_rows(mixed_teeth.features(f"teeth = {teeth}"), COLUMNS) for teeth in (12, 13)}
+    shapes = {teeth: views.views(batch).shape[1:] for teeth, batch in rows.items()}
     bands = 17  # 0, 1/4, ... 4 mesh orders
     assert shapes == {teeth: (teeth, 6 * bands + bands + 2) for teeth in (12, 13)}
 
@@ -128,7 +130,7 @@ def test_a_view_holds_the_cells_from_one_before_to_four_after(held_out):
     views = ToothViews().fit(held_out)
     cells = np.stack(some["wigner_ville"].to_list()).reshape(5, 12, 17)
     for tooth in (1, 7, 12):
-        seen = views.view_from(some, np.full(5, tooth))
+        seen = views.view_from(Batch.from_rows(some, COLUMNS), np.full(5, tooth))
         for i, offset in enumerate(range(-1, 5)):
             cell = np.arcsinh((cells[:, (tooth - 1 + offset) % 12] - views.centre_) / views.scale_)
             np.testing.assert_allclose(seen[:, 17 * i : 17 * (i + 1)], cell, rtol=1e-6, atol=1e-6)

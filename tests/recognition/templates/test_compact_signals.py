@@ -10,7 +10,7 @@ import skops.io
 from numpy.testing import assert_allclose, assert_array_equal
 
 from sigdb.recognition import TemplateBank
-from sigdb.recognition.model_folder import TRUSTED
+from sigdb.recognition.estimators.registry import trusted_types
 from sigdb.recognition.templates.bank import PointTemplates
 from sigdb.recognition.templates.compact_signals import CompactSignals
 from sigdb.recognition.templates.hypotheses import Hypotheses
@@ -105,7 +105,7 @@ def _laws(teeth, signal, modes, gains, harmonic, phases):
 
 def test_a_stored_bank_is_small_and_the_same(database, bank):
     content = skops.io.dumps(bank, compression=zipfile.ZIP_DEFLATED)
-    again = skops.io.loads(content, trusted=list(TRUSTED))
+    again = skops.io.loads(content, trusted=trusted_types())
     for one, other in zip(bank.points, again.points, strict=True):
         assert_array_equal(one.signals.levels, other.signals.levels)
         assert_array_equal(one.hypotheses.modes, other.hypotheses.modes)

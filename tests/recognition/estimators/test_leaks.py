@@ -175,7 +175,7 @@ def test_names_of_specimens_do_not_matter(rows):
 def test_the_level_of_none_is_calibrated_on_specimens_that_the_scorer_has_not_seen(rows):
     class Witness(LocationClassifier):
         def _fit_scorer(self, X, y):
-            seen.append(sorted(X["specimen"].unique()))
+            seen.append(sorted(X.table["specimen"].unique()))
             assert len(X) == 120 * len(seen[-1])  # whole specimens
             return super()._fit_scorer(X, y)
 

@@ -9,8 +9,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.special import logsumexp
 
 from sigdb.recognition import LocationClassifier, SeverityRegressor
-from sigdb.recognition.calibration.cells import band_edges, levels_of, noise_db
+from sigdb.recognition.calibration.cells import band_edges, levels_of
 from sigdb.recognition.calibration.conformal import greatest_quantile, least_specimens, specimen_quantile
+from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.severity_quantities import QUANTITIES
 
 SIZES = np.array([1.5, 3.0, 6.0])
@@ -26,17 +27,17 @@ class Located(LocationClassifier):
         return self
 
     def tooth_scores(self, X):
-        return np.stack(X["scores"].to_list())
+        return np.stack(X.table["scores"].to_list())
 
 
 class Judged(SeverityRegressor):
     """The regressor with estimates from elsewhere: columns ``estimate_0`` and so on."""
 
-    def _learnt(self, X, y):
+    def _learn(self, X, y):
         return self
 
     def _estimates(self, X):
-        return X[[f"estimate_{i}" for i in range(3)]].to_numpy()
+        return X.table[[f"estimate_{i}" for i in range(3)]].to_numpy()
 
 
 def frame(count, specimens, teeth, noise):
@@ -211,15 +212,16 @@ def test_the_noise_of_a_record_is_found_in_its_revolutions():
     """64 revolutions of 500 samples with noise of 0.3: the average's variance is 0.3^2 / 64."""
     revolutions = np.sin(np.arange(500)) + 0.3 * np.random.default_rng(7).standard_normal((64, 500))
     scatter = math.sqrt(revolutions.var(axis=0, ddof=1).mean())
-    (found,) = noise_db(pd.DataFrame({"scatter": [scatter], "averages": [64]}), reference=0.5)
+    (found,) = Batch(table=pd.DataFrame({"scatter": [scatter], "averages": [64]})).noise_db(0.5)
     error = 10 / math.log(10) * math.sqrt(2 / (500 * 63))
     assert found == pytest.approx(10 * math.log10(0.3**2 / 64 / 0.5), abs=4 * error)
 
 
 @pytest.mark.parametrize("rows", [{"scatter": [1.0]}, {"averages": [2]}, {"averages": [2], "scatter": [0.0]}])
 def test_noise_may_be_unknown(rows):
-    assert noise_db(pd.DataFrame(rows)) is None
-    assert band_edges(None, np.arange(1), 0.9).size == 0
+    noise = Batch(table=pd.DataFrame(rows)).noise_db()
+    assert np.isnan(noise).tolist() == [True]
+    assert band_edges(noise, np.arange(1), 0.9).size == 0
 
 
 def test_bands_have_specimens_enough():

@@ -41,8 +41,8 @@ def test_a_model_of_templates_carries_its_bank(request, database, held_out, tmp_
     with np.load(tmp_path / "model" / "probe.npz") as probe:
         assert probe["tsa"].shape == (8, 768)
     if target == "location":
-        said = made.estimators["templates"].judge(held_out)
-        assert said.equals(loaded.estimators["templates"].judge(held_out))
+        said = made.estimators["templates"].assess(held_out)
+        assert said.equals(loaded.estimators["templates"].assess(held_out))
 
 
 def resealed(folder):

@@ -23,6 +23,7 @@ from sigdb.recognition import (
     TemplateSeverity,
     train,
 )
+from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import PointTemplates
 from sigdb.recognition.templates.hypotheses import Hypotheses
@@ -136,7 +137,7 @@ def test_scores_are_log_likelihood_ratios_of_the_normal_laws_written_out(bank):
 
 def test_scores_have_names(bank):
     names = TemplateScores(bank).get_feature_names_out().tolist()
-    assert names[:6] == ["tooth_1", "tooth_2", "tooth_3", "tooth_4", "misfit", "mean_stiffness_loss"]
+    assert names[:6] == ["tooth_1", "tooth_2", "tooth_3", "tooth_4", "reduced_chi2", "mean_stiffness_loss"]
     assert len(names) == TemplateScores(bank).transform(frame(np.zeros((1, N)))).shape[1]
     named = TemplateScores(bank).set_output(transform="pandas").transform(frame(np.zeros((2, N))))
     assert list(named) == names
@@ -155,15 +156,15 @@ def test_threads_and_scores_made_before_give_the_same(bank, training):
     rows = training[0].iloc[:1500]
     expected = TemplateScores(bank).transform(rows)
     assert_array_equal(TemplateScores(bank, n_jobs=2).transform(rows), expected)
-    reduced = rows[["teeth"]].assign(template_scores=list(expected))
-    assert_array_equal(TemplateScores(bank).transform(reduced), expected)
+    reduced = Batch(table=rows[["teeth"]], reduced={"template_scores": expected})
+    assert_array_equal(reduced.reduce(TemplateScores(bank)), expected)
 
 
-def test_the_misfit_of_rows_of_the_law_is_about_one(bank, test_rows):
+def test_the_reduced_chi_square_of_rows_of_the_law_is_about_one(bank, test_rows):
     """Under the true hypothesis N times it is chi-square of N degrees; the most likely one is no worse."""
-    misfit = TemplateScores(bank).transform(test_rows[0])[:, TEETH]
-    error = math.sqrt(2 / N / len(misfit))
-    assert 1 - 5 / N < misfit.mean() < 1 + 4 * error
+    reduced_chi2 = TemplateScores(bank).transform(test_rows[0])[:, TEETH]
+    error = math.sqrt(2 / N / len(reduced_chi2))
+    assert 1 - 5 / N < reduced_chi2.mean() < 1 + 4 * error
 
 
 def test_the_nearest_operating_point_is_taken():
@@ -251,14 +252,14 @@ def test_fewer_than_nine_specimens_support_no_smaller_set(bank, training):
     rows, labels = training
     few = TemplateLocation(bank).fit(rows[:800], labels["tooth"][:800], np.arange(800) % 8)
     assert few.predict_set(rows[:20]).all()
-    assert set(few.judge(rows[:20])["answer"]) <= {"not sure", "outside the database"}
+    assert set(few.assess(rows[:20])["answer"]) <= {"not sure", "outside the database"}
 
 
 def test_judgement_in_words(location, test_rows):
     rows = test_rows[0].iloc[:400]
-    said = location.judge(rows)
+    said = location.assess(rows)
     sets, best = location.predict_set(rows), location.predict(rows)
-    inside = (said["misfit"] <= location.misfit_threshold_).to_numpy()
+    inside = (said["reduced_chi2"] <= location.reduced_chi2_threshold_).to_numpy()
     assert 0.9 < inside.mean() <= 1
     assert (said["answer"][~inside] == "outside the database").all()
     sure = inside & (sets.sum(axis=1) == 1)
@@ -271,7 +272,7 @@ def test_judgement_in_words(location, test_rows):
 
 def test_what_no_template_resembles_is_outside_the_database(location):
     strange = 3 * np.random.default_rng(7).standard_normal((20, N))
-    assert (location.judge(frame(strange))["answer"] == "outside the database").all()
+    assert (location.assess(frame(strange))["answer"] == "outside the database").all()
 
 
 # Severity
@@ -355,7 +356,9 @@ def test_a_missing_column_is_named(bank, column):
         ({"teeth": 7}, "teeth = 7 is not in the bank of templates, which has 4; train on a database"),
         ({"scatter": [1.0, np.nan]}, "scatter = nan must be above 0: .* averages of 2 revolutions or more"),
         ({"scatter": [0.0, 1.0]}, "scatter = 0 must be above 0"),
-        ({"tsa": [np.zeros(N), np.zeros(30)]}, "tsa has 30 samples, but the bank's averages of 4 teeth have 24"),
+        ({"tsa": [np.zeros(28), np.zeros(28)]}, "tsa has 28 samples, but the bank's averages of 4 teeth have 24"),
+        ({"tsa": [np.zeros(N), np.zeros(28)]}, r"tsa of gears of 4 teeth has \[24, 28\] values; give arrays of one"),
+        ({"tsa": [np.zeros(30), np.zeros(30)]}, "tsa holds 30 values, which do not fit 4 teeth"),
         ({"tsa": [np.zeros(N), np.full(N, np.inf)]}, "tsa holds values that are not finite"),
     ],
 )
@@ -437,8 +440,7 @@ class Retold:
         return self._database.sql(query.replace("from features", f"from {told}"))
 
 
-def test_training_without_a_bank_says_so_or_refuses(database, monkeypatch):
-    monkeypatch.setattr("sigdb.recognition.estimators.registry.POOLED", ("lda",))
+def test_training_without_a_bank_says_so_or_refuses(database, without_boosting):
     steps = []
     model = train(
         OneRevolution(database), "location", RecognitionSettings(folds=3, learner="lda"), on_step=steps.append

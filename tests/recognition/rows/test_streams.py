@@ -1,15 +1,12 @@
 """Unit: training and evaluation hold the arrays of a bounded number of rows, drawn evenly."""
 
-from collections import Counter
-
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.testing import assert_array_equal
 
 from sigdb.recognition import RecognitionSettings, evaluate, train
-from sigdb.recognition.rows.row_matrix import as_matrix, matrix_column
-from sigdb.recognition.rows.streamed import with_reduced
+from sigdb.recognition.rows.batch import Batch
+from sigdb.recognition.rows.streams import reduce_averages
 from sigdb.recognition.training import evenly_drawn, usable_rows
 
 
@@ -44,11 +41,10 @@ class Watched:
 
 
 @pytest.mark.parametrize(("target", "asked"), [("location", 256), ("severity", 96), ("detection", 256)])
-def test_arrays_are_read_in_bounded_batches(many_specimens, monkeypatch, target, asked):
+def test_arrays_are_read_in_bounded_batches(many_specimens, without_boosting, monkeypatch, target, asked):
     watched = Watched(many_specimens)
-    monkeypatch.setattr("sigdb.recognition.rows.streamed.ROWS_AT_ONCE", 50)
+    monkeypatch.setattr("sigdb.recognition.rows.streams.ROWS_AT_ONCE", 50)
     monkeypatch.setattr("sigdb.recognition.training.DRAWN_ROWS", 400)
-    monkeypatch.setattr("sigdb.recognition.estimators.registry.POOLED", ("lda",))  # boosting reads what lda reads
     model = train(watched, target, RecognitionSettings(folds=3, learner="templates", false_alarm_rate=0.2))
     assert (model.rows, model.drawn_rows) == (512, 400)
     assert evaluate(model, watched, bound=False).rows == asked
@@ -59,9 +55,10 @@ def test_arrays_are_read_in_bounded_batches(many_specimens, monkeypatch, target,
 def test_batches_give_the_scores_of_all_rows_at_once(database, location_model, rows):
     few = usable_rows(database, "location").iloc[3::7]
     column, scores = next(iter(location_model.reducers.items()))
-    found = with_reduced(database, few, location_model.reducers, sensor=location_model.sensor)
-    expected = scores.transform(rows.set_index("id").loc[few.index])
-    np.testing.assert_allclose(as_matrix(found[column]), expected, rtol=1e-9)
+    batch = reduce_averages(database, Batch(table=few), location_model.reducers, sensor=location_model.sensor)
+    reads = location_model.estimators["templates"].reads
+    expected = scores.transform(Batch.from_rows(rows.set_index("id").loc[few.index], reads))
+    np.testing.assert_allclose(batch.reduced[column], expected, rtol=1e-9)
 
 
 def test_the_draw_is_even_over_specimens_and_cases():
@@ -81,16 +78,3 @@ def test_the_draw_is_even_over_specimens_and_cases():
     shuffled = rows.sample(frac=1, random_state=0)
     assert set(evenly_drawn(shuffled, 1200).index) == set(drawn.index)
     assert evenly_drawn(rows, len(rows)) is rows
-
-
-def test_a_matrix_as_a_column_is_taken_apart_and_put_together():
-    matrix = np.random.default_rng(0).normal(size=(6, 3))
-    matrix[1, 2], matrix[4, 0] = -np.inf, np.nan
-    frame = pd.DataFrame({"tooth": range(6)}, index=pd.Index(range(10, 16))).assign(
-        scores=lambda one: matrix_column(matrix, one.index)
-    )
-    assert_array_equal(as_matrix(frame["scores"]), matrix)
-    assert_array_equal(as_matrix(frame.iloc[[4, 1]]["scores"]), matrix[[4, 1]])
-    assert_array_equal(as_matrix(frame[frame["tooth"] > 2]["scores"]), matrix[3:])
-    assert_array_equal(as_matrix(pd.concat([frame[:2], frame[4:]])["scores"]), matrix[[0, 1, 4, 5]])
-    assert Counter(len(one) for one in frame["scores"]) == {3: 6}

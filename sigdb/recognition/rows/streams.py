@@ -1,0 +1,150 @@
+"""Streams of rows of a database: arrays are read, used and forgotten a batch at a time."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pyarrow as pa
+
+from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError
+from sigdb.database import Database, suffixed
+from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Matrices, Reducer
+
+ROWS_AT_ONCE = 4096
+"""Rows whose arrays are in memory at once."""
+
+
+def stream_averages(database: Database, rows: Batch, *, sensor: str) -> Iterator[tuple[IntArray, Batch]]:
+    """Yield rows with the averages of a sensor, some at a time, with their places among all.
+
+    Parameters
+    ----------
+    database
+        Where the rows are from.
+    rows
+        By id.
+    sensor
+        A stored sensor.
+    """
+    stored = suffixed(TSA, database.sensors, database.stored_sensor(sensor))
+    for places, matrices in _stream(database, rows, "signals", stored):
+        yield places, replace(rows.take(places), tsa=matrices)
+
+
+def stream_features(database: Database, rows: Batch) -> Iterator[tuple[IntArray, Batch]]:
+    """Yield rows, by id, with their pooled features, some at a time, with their places among all."""
+    for places, matrices in _stream(database, rows, "features", CELLS):
+        yield places, replace(rows.take(places), features=matrices)
+
+
+def reduce_averages(
+    database: Database,
+    rows: Batch,
+    reducers: Mapping[str, Reducer],
+    *,
+    sensor: str,
+    needed: Collection[str] | None = None,
+) -> Batch:
+    """Return rows with what reducers make of their averages, which are read and forgotten.
+
+    Parameters
+    ----------
+    database
+        Where the rows are from.
+    rows
+        By id, with the scalars that the reducers read.
+    reducers
+        By name.
+    sensor
+        Whose averages.
+    needed
+        Names of the reducers that must apply to these rows; all if left out. Others that do not apply are left out.
+
+    Raises
+    ------
+    NotApplicableError
+        If a needed reducer does not apply to the rows.
+    InputError
+        If the database has no such sensor, or no averages of the rows.
+    """
+    left = dict(reducers)
+    reduced: dict[str, FloatArray] = {}
+    for places, batch in stream_averages(database, rows, sensor=sensor) if left else ():
+        for name, reducer in list(left.items()):
+            try:
+                values = reducer.transform(batch)
+            except NotApplicableError:
+                if needed is None or name in needed:
+                    raise
+                del left[name]
+                continue
+            if name not in reduced:
+                reduced[name] = np.full((len(rows), values.shape[1]), np.nan)
+            reduced[name][places] = values
+    if left and not reduced:
+        raise InputError(f"{database.store} has no averages of these rows; keep rows whose status is 'ok'")
+    return replace(rows, reduced={**rows.reduced, **{name: reduced[name] for name in left}})
+
+
+def read_features(database: Database, rows: Batch) -> Batch:
+    """Return rows, not too many of them, by id, with their pooled features."""
+    parts = list(stream_features(database, rows))
+    if sum(len(places) for places, _ in parts) < len(rows):
+        raise InputError(f"{database.store} has no features of these rows; keep rows whose status is 'ok'")
+    places = np.concatenate([places for places, _ in parts])
+    stored = replace(rows.take(places), features=_concatenate([batch.features for _, batch in parts]))
+    return stored.take(np.argsort(places))
+
+
+def read_averages(database: Database, rows: Batch, *, sensor: str) -> Batch:
+    """Return a few rows of one tooth count, by id, with the averages of a sensor."""
+    (teeth,) = np.unique(rows.table["teeth"].to_numpy(int))
+    return replace(rows, tsa={int(teeth): database.signals(rows.index.to_numpy(), sensor=sensor)["tsa"]})
+
+
+def _stream(database: Database, rows: Batch, table: str, column: str) -> Iterator[tuple[IntArray, Matrices]]:
+    """Yield places of rows and their arrays, in the database's order."""
+    if not len(rows):
+        return
+    index, teeth = rows.index, rows.table["teeth"].to_numpy(int)
+    where = f"status = 'ok' and id between {index.min()} and {index.max()}"
+    reader = database.batches(where, table=table, columns=["id", column], rows=ROWS_AT_ONCE)
+    places: list[IntArray] = []
+    arrays: list[Matrices] = []
+    for batch in _drain(reader):
+        at = index.get_indexer(batch["id"].to_numpy())
+        wanted = np.flatnonzero(at >= 0)
+        # Batches of which few rows are wanted are joined: estimators are quicker with many rows at once.
+        if sum(map(len, places)) + len(wanted) > ROWS_AT_ONCE:
+            yield np.concatenate(places), _concatenate(arrays)
+            places, arrays = [], []
+        if wanted.size:
+            places.append(at[wanted])
+            arrays.append(_matrices(batch[column].take(pa.array(wanted)), teeth[at[wanted]]))
+    if places:
+        yield np.concatenate(places), _concatenate(arrays)
+
+
+def _matrices(lists: pa.ListArray, teeth: IntArray) -> dict[int, FloatArray]:
+    """Return lists as a matrix for each tooth count."""
+    some = {int(count): lists.take(pa.array(np.flatnonzero(teeth == count))) for count in np.unique(teeth)}
+    return {count: own.flatten().to_numpy(zero_copy_only=False).reshape(len(own), -1) for count, own in some.items()}
+
+
+def _concatenate(parts: Sequence[Matrices | None]) -> dict[int, FloatArray]:
+    """Return the matrices of several parts, one below the other."""
+    known = [part for part in parts if part is not None]
+    counts = sorted({count for part in known for count in part})
+    return {count: np.concatenate([part[count] for part in known if count in part]) for count in counts}
+
+
+def _drain(reader: pa.RecordBatchReader) -> Iterator[pa.RecordBatch]:
+    """Yield the batches of a reader, which is read to its end also where its reading is given up.
+
+    A reader that is left in the middle goes on reading in the background, and stops the interpreter from ending.
+    """
+    try:
+        yield from reader
+    finally:
+        for _ in reader:
+            pass
