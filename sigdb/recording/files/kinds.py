@@ -9,35 +9,120 @@ from sigdb.recording.files.formats import hdf5, mat5, numpy_files, parquet, tdms
 from sigdb.recording.files.formats.contents import Contents
 from sigdb.recording.files.settings import RecordingSettings
 
-HDF5_MARK = b"\x89HDF\r\n\x1a\n"
-HDF5_STARTS = (0, 512, 1024, 2048)
-
 
 @dataclass(frozen=True, kw_only=True)
 class FileKind:
-    """A format: its name, its suffixes, its reader, and the errors that its libraries raise on damaged files."""
+    """A format of files.
+
+    Attributes
+    ----------
+    name
+        Name in messages.
+    suffixes
+        Suffixes of its files; two formats may share one.
+    begins
+        Whether a file with these first 4096 bytes has the format. No other format but text begins like it.
+    read
+        Its reader.
+    foreign
+        Errors that its libraries raise on damaged files.
+    """
 
     name: str
     suffixes: tuple[str, ...]
+    begins: Callable[[bytes], bool]
     read: Callable[[Path, RecordingSettings], Contents]
     foreign: tuple[type[Exception], ...]
 
 
+def _marked(mark: bytes, *starts: int) -> Callable[[bytes], bool]:
+    """Return a test for a mark at one of some places, by default at the start."""
+    return lambda begin: any(begin.startswith(mark, start) for start in starts or (0,))
+
+
+def _begins_like_text(begin: bytes) -> bool:
+    return b"\0" not in begin or begin[:2] in (b"\xff\xfe", b"\xfe\xff")
+
+
+def _begins_like_uff(begin: bytes) -> bool:
+    first_line = begin.lstrip(b"\r\n").split(b"\n", 1)[0]
+    return first_line.startswith(b"    -1") and first_line.strip() == b"-1"
+
+
 TEXT = FileKind(
-    name="text", suffixes=(".csv", ".txt", ".tsv", ".dat", ".asc"), read=text.read_text, foreign=text.FOREIGN
+    name="text",
+    suffixes=(".csv", ".txt", ".tsv", ".dat", ".asc"),
+    begins=_begins_like_text,
+    read=text.read_text,
+    foreign=text.FOREIGN,
 )
-GZIP = FileKind(
-    name="gzip", suffixes=tuple(f"{suffix}.gz" for suffix in TEXT.suffixes), read=text.read_text, foreign=text.FOREIGN
+KINDS = (
+    TEXT,
+    FileKind(
+        name="gzip",
+        suffixes=tuple(f"{suffix}.gz" for suffix in TEXT.suffixes),
+        begins=_marked(b"\x1f\x8b"),
+        read=text.read_text,
+        foreign=text.FOREIGN,
+    ),
+    FileKind(
+        name="MAT version 5",
+        suffixes=(".mat",),
+        begins=lambda begin: begin[:6] == b"MATLAB" and begin[124:128] in (b"\x00\x01IM", b"\x01\x00MI"),
+        read=mat5.read_mat5,
+        foreign=mat5.FOREIGN,
+    ),
+    FileKind(
+        name="HDF5",
+        suffixes=(".h5", ".hdf5", ".hdf", ".mat"),
+        begins=_marked(b"\x89HDF\r\n\x1a\n", 0, 512, 1024, 2048),
+        read=hdf5.read_hdf5,
+        foreign=hdf5.FOREIGN,
+    ),
+    FileKind(
+        name="WAV",
+        suffixes=(".wav",),
+        begins=lambda begin: begin[:4] in (b"RIFF", b"RIFX", b"RF64") and begin[8:12] == b"WAVE",
+        read=wav.read_wav,
+        foreign=wav.FOREIGN,
+    ),
+    FileKind(
+        name="Parquet",
+        suffixes=(".parquet", ".pq"),
+        begins=_marked(b"PAR1"),
+        read=parquet.read_parquet,
+        foreign=parquet.FOREIGN,
+    ),
+    FileKind(
+        name="NPZ",
+        suffixes=(".npz",),
+        begins=_marked(b"PK\x03\x04"),
+        read=numpy_files.read_npz,
+        foreign=numpy_files.FOREIGN,
+    ),
+    FileKind(
+        name="NPY",
+        suffixes=(".npy",),
+        begins=_marked(b"\x93NUM"),
+        read=numpy_files.read_npy,
+        foreign=numpy_files.FOREIGN,
+    ),
+    FileKind(
+        name="UFF",
+        suffixes=(".uff", ".unv", ".u58"),
+        begins=_begins_like_uff,
+        read=uff58.read_uff58,
+        foreign=uff58.FOREIGN,
+    ),
+    FileKind(
+        name="TDMS",
+        suffixes=(".tdms",),
+        begins=_marked(b"TDSm"),
+        read=tdms.read_tdms,
+        foreign=tdms.FOREIGN,
+    ),
 )
-MAT = FileKind(name="MAT version 5", suffixes=(".mat",), read=mat5.read_mat5, foreign=mat5.FOREIGN)
-HDF5 = FileKind(name="HDF5", suffixes=(".h5", ".hdf5", ".hdf", ".mat"), read=hdf5.read_hdf5, foreign=hdf5.FOREIGN)
-WAV = FileKind(name="WAV", suffixes=(".wav",), read=wav.read_wav, foreign=wav.FOREIGN)
-PARQUET = FileKind(name="Parquet", suffixes=(".parquet", ".pq"), read=parquet.read_parquet, foreign=parquet.FOREIGN)
-NPZ = FileKind(name="NPZ", suffixes=(".npz",), read=numpy_files.read_npz, foreign=numpy_files.FOREIGN)
-NPY = FileKind(name="NPY", suffixes=(".npy",), read=numpy_files.read_npy, foreign=numpy_files.FOREIGN)
-UFF = FileKind(name="UFF", suffixes=(".uff", ".unv", ".u58"), read=uff58.read_uff58, foreign=uff58.FOREIGN)
-TDMS = FileKind(name="TDMS", suffixes=(".tdms",), read=tdms.read_tdms, foreign=tdms.FOREIGN)
-KINDS = (TEXT, GZIP, MAT, HDF5, WAV, PARQUET, NPZ, NPY, UFF, TDMS)
+"""All formats. A file that begins like text is text only if it begins like no other format."""
 
 
 def suffix_of(path: Path) -> str:
@@ -84,19 +169,5 @@ def file_kind(path: Path) -> FileKind:
 
 
 def _by_content(begin: bytes) -> FileKind | None:
-    """Return the format of the first bytes; text if they match no other format and hold no zero bytes."""
-    if begin[:2] == b"\x1f\x8b":
-        return GZIP
-    if any(begin[at : at + 8] == HDF5_MARK for at in HDF5_STARTS):
-        return HDF5
-    if begin[:6] == b"MATLAB" and begin[124:128] in (b"\x00\x01IM", b"\x01\x00MI"):
-        return MAT
-    if begin[:4] in (b"RIFF", b"RIFX", b"RF64") and begin[8:12] == b"WAVE":
-        return WAV
-    starts = {b"PAR1": PARQUET, b"PK\x03\x04": NPZ, b"\x93NUM": NPY, b"TDSm": TDMS}
-    if begin[:4] in starts:
-        return starts[begin[:4]]
-    first_line = begin.lstrip(b"\r\n").split(b"\n", 1)[0]
-    if first_line.startswith(b"    -1") and first_line.strip() == b"-1":
-        return UFF
-    return TEXT if b"\0" not in begin or begin[:2] in (b"\xff\xfe", b"\xfe\xff") else None
+    """Return the format of the first bytes; text only if no other format begins so."""
+    return next((kind for kind in (*KINDS[1:], TEXT) if kind.begins(begin)), None)
