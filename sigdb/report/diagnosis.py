@@ -13,7 +13,7 @@ from sigdb.diagnosis import Diagnosis
 from sigdb.report.evaluation.style import drawing, lay_grid
 from sigdb.report.page import CaptionedFigure, page
 from sigdb.report.panels import DAMAGE, HEALTHY, INK, draw_spectrum, mark_passes
-from sigdb.report.text_table import number, table, word
+from sigdb.report.text_table import number, rows_of, table, word
 
 TITLES = {
     "stiffness_loss": "stiffness loss",
@@ -89,7 +89,7 @@ def diagnosis_text(diagnosis: Diagnosis) -> str:
         lines += ["", table([*columns, *ends], diagnosis.severity.to_dict("records"))]
     nearest = diagnosis.comparison.nearest
     columns = [(name, number(name, 3)) for name in TITLES if name in nearest]
-    lines += ["", "nearest templates", table(columns, plain(nearest.to_dict("records")))]
+    lines += ["", "nearest templates", table(columns, rows_of(nearest))]
     sections = (("missing", diagnosis.missing), ("notes", diagnosis.notes), ("reading", diagnosis.reading))
     for heading, notes in sections:
         if notes:

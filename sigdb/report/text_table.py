@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import pandas as pd
+
 Column = tuple[str, Callable[[Any], str]]
 """A heading, and the text of a row in that column."""
 
@@ -25,6 +27,12 @@ def lists(key: str) -> Callable[[Mapping[str, Any]], str]:
 def hertz(key: str) -> Callable[[Mapping[str, Any]], str]:
     """A frequency by its key."""
     return lambda row: f"{row[key]:.6g}"
+
+
+def rows_of(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the rows of a data frame, with None for numbers that are nan."""
+    records = frame.astype(object).where(frame.notna(), None).to_dict("records")
+    return [{str(name): value for name, value in record.items()} for record in records]
 
 
 def table(columns: Sequence[Column], rows: Sequence[Any]) -> str:

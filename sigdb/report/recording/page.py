@@ -19,7 +19,7 @@ from sigdb.report.recording.tables import (
     indicator_rows,
     outstanding_lines,
 )
-from sigdb.report.text_table import Column
+from sigdb.report.text_table import Column, rows_of
 
 PAGE, NUMBERS = "index.html", "signature.json"
 """Files of a report."""
@@ -72,7 +72,7 @@ def write_recorded_report(
 
 
 def _history(history: pd.DataFrame) -> dict[str, object]:
-    return _table(history_columns(history), plain(history.to_dict("records"))) | {"picture": history_figure(history)}
+    return _table(history_columns(history), rows_of(history)) | {"picture": history_figure(history)}
 
 
 def _signature(signature: RecordedSignature) -> dict[str, object]:

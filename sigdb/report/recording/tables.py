@@ -5,9 +5,8 @@ from math import isnan
 
 import pandas as pd
 
-from sigdb.core import plain
 from sigdb.recording import RecordedSignature
-from sigdb.report.text_table import Column, number, table, word
+from sigdb.report.text_table import Column, number, rows_of, table, word
 from sigdb.signature import INDICATORS
 
 _HISTORY: dict[str, str] = {
@@ -72,7 +71,7 @@ def history_text(history: pd.DataFrame) -> str:
     str
         Several lines.
     """
-    return f"History, oldest first\n{table(history_columns(history), plain(history.to_dict('records')))}\n"
+    return f"History, oldest first\n{table(history_columns(history), rows_of(history))}\n"
 
 
 def history_columns(history: pd.DataFrame) -> list[Column]:
@@ -116,7 +115,7 @@ INDICATOR_COLUMNS: tuple[Column, ...] = (
 def indicator_rows(signature: RecordedSignature) -> list[dict[str, str | float | None]]:
     """Return the indicators with their descriptions."""
     return [
-        {"name": name, "value": plain(value), "help": INDICATORS[name].help}
+        {"name": name, "value": None if isnan(value) else value, "help": INDICATORS[name].help}
         for name, value in signature.indicators.items()
     ]
 
