@@ -1,7 +1,7 @@
 """The page on the paper: its figures and tables, made at build time by a run of ``pipelines/paper.toml``.
 
-The directive ``claims`` makes the table of claims. With ``check`` or ``report`` it makes the table of the sensitivity of
-this kind of claims.
+The directive ``claims`` makes the table of claims. With ``check`` or ``report`` it makes the table of the sensitivity
+of this kind of claims.
 """
 
 import json
