@@ -31,9 +31,9 @@ from threadpoolctl import threadpool_limits
 
 import sigdb
 from sigdb.dynamics import PeriodicRig, march, prepare
-from sigdb.dynamics.damage_forces import change
+from sigdb.dynamics.damage_forces import damage_change
 from sigdb.dynamics.march.marcher import Marcher, mesh_tables
-from sigdb.transmission import ModalSystem, ToothDamage, Transmission, modal_system
+from sigdb.transmission import ModalSystem, ToothDamage, Transmission, elements_from, modal_system
 
 RIG, ROSS_RIG = "nasa-spiral-bevel", "friswell-turbogenerator"
 TOOTH = 6
@@ -112,7 +112,9 @@ def stepping_seconds(rig: Transmission, system: ModalSystem, steps: int, others:
     teeth, speed = rig.gears[gear].teeth, abs(rig.speed(rig.gears[gear].shaft))
     tables = mesh_tables(rig, gear, {TOOTH: ToothDamage(stiffness_loss=0.5)}, np.zeros(teeth))
     step = 2 * np.pi / speed / (teeth * STEPS_PER_TOOTH)
-    marcher = Marcher(rig, gear, system, tables, step, np.eye(system.inputs.shape[1])[:, :others])
+    marcher = Marcher(
+        system, elements_from(rig, gear, system), tables, step, np.eye(system.inputs.shape[1])[:, :others]
+    )
     upper = np.count_nonzero(system.poles.imag >= 0)
     marcher.start(np.zeros(upper, complex), 0.0, np.zeros(others), np.zeros(0))
     turns = np.arange(1, steps + 1) / (teeth * STEPS_PER_TOOTH)
@@ -159,7 +161,7 @@ def template_seconds(prepared: PeriodicRig, damaged: int, specimens: bool, count
 def template_flops(prepared: PeriodicRig, damaged: int, specimens: bool) -> float:
     """Operations of a template; see the head of this file."""
     (damage,) = damages(1, damaged)
-    made = change(
+    made = damage_change(
         prepared.meshes[0], prepared.gear, prepared.teeth, prepared.base_pitch, damage, prepared.samples_per_tooth
     )
     s, rows = len(made.samples), len(prepared.response)
@@ -224,9 +226,8 @@ def revolutions(rig: Transmission, prepared: PeriodicRig, dop853: dict[str, Any]
     for per_tooth in MARCHES:
         steps = prepared.teeth * per_tooth
         marcher = Marcher(
-            rig,
-            prepared.gear,
             prepared.system,
+            elements_from(rig, prepared.gear, prepared.system),
             tables,
             prepared.seconds / steps,
             np.empty((prepared.system.inputs.shape[1], 0)),

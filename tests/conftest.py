@@ -6,7 +6,7 @@ from hypothesis import settings
 from threadpoolctl import threadpool_limits
 
 from sigdb.dynamics.march.marcher import Marcher, MeshTables
-from sigdb.transmission import ModalSystem, Transmission, load_transmission
+from sigdb.transmission import MeshElement, ModalSystem
 
 settings.register_profile("suite", deadline=None)  # a busy machine is no failure
 settings.load_profile("suite")
@@ -31,11 +31,11 @@ def oscillator():
     """A unit mass on one mesh, ``x'' + 2 zeta w x' + (w^2 - mean) x + mesh force = force + others``, in the kernel.
 
     It is called with the mesh's stiffness over its period (the last sample is the first again) and the step.
-    ``w^2 = total`` is the mean of the mesh's stiffness, if it is left out, or that with a spring beside it.
+    ``w^2 = total`` is the mean of the mesh's stiffness, if it is left out, or that with a spring parallel to it.
+    Further ``elements`` may act on the mass through column 0 and row 0.
     """
-    data = load_transmission("nasa-spiral-bevel").model_dump()
 
-    def made(stiffness, step, *, zeta=0.0, force=0.0, backlash=None, mean=1.0, total=None, error=0.0):
+    def made(stiffness, step, *, zeta=0.0, force=0.0, backlash=None, mean=1.0, total=None, error=0.0, elements=()):
         omega = np.sqrt(total or mean)
         pole = omega * (-zeta + 1j * np.sqrt(1 - zeta**2))
         inputs = np.outer([1, -1], [1, force, 1, 0, 0]) / (2j * pole.imag)
@@ -48,14 +48,14 @@ def oscillator():
             sensors=("velocity",),
             mesh_stiffness=np.array([mean]),
         )
-        data["meshes"]["main"] |= {"stiffness": mean, "backlash": backlash}
         tables = MeshTables(
             rates=np.ones(1),
             forces=np.array([[stiffness, error * stiffness]]),
             friction=np.zeros((0, 2, len(stiffness))),
         )
-        rig = Transmission.model_validate(data)
-        return OscillatorMarch(Marcher(rig, "pinion", system, tables, step, np.eye(5)[:, [2]]), pole)
+        mesh = MeshElement(name="main", columns=(0, 3, 4), rows=(0,), mean_stiffness=mean, backlash=backlash)
+        march = Marcher(system, [mesh, *elements], tables, step, np.eye(5)[:, [2]])
+        return OscillatorMarch(march, pole)
 
     return made
 

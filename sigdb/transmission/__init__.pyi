@@ -22,6 +22,12 @@ from .rig import Transmission as Transmission
 from .summary.new_rig import write_new_rig as write_new_rig
 from .summary.summary import describe_rig as describe_rig
 from .summary.summary import origins as origins
+from .system.elements import Element as Element
+from .system.elements import MeshElement as MeshElement
+from .system.elements import NonlinearElement as NonlinearElement
+from .system.elements import elements_from as elements_from
+from .system.elements import meshes_among as meshes_among
+from .system.elements import nonlinear_among as nonlinear_among
 from .system.modal import CoupledModes as CoupledModes
 from .system.modal import ModalSystem as ModalSystem
 from .system.modal import coupled_modes as coupled_modes

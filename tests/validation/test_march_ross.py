@@ -12,7 +12,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from sigdb.dynamics.march.marcher import Marcher, MeshTables
-from sigdb.transmission import Transmission, load_transmission, modal_system
+from sigdb.transmission import Transmission, elements_from, load_transmission, modal_system
 
 REFERENCE = Path(__file__).parents[2] / "data" / "reference" / "ross_time_response.csv"
 SENSORS = {
@@ -64,7 +64,7 @@ def marched(history):
         t = np.arange((len(time) - 1) * finer + 1) * (time[1] / finer)
         angles = np.array([abs(rig.speed(shaft)) * t for shaft in system.unbalanced])
         forces = np.ascontiguousarray(np.stack([np.cos(angles), np.sin(angles)], axis=1).reshape(-1, len(t)).T)
-        marcher = Marcher(rig, "wheel", system, tables, t[1], others)
+        marcher = Marcher(system, elements_from(rig, "wheel", system), tables, t[1], others)
         rest = np.zeros((system.poles.imag >= 0).sum(), complex)
         first, _ = marcher.start(rest, 0.0, forces[0], np.zeros(0))
         outputs, mesh_force = marcher.run(np.zeros(len(t) - 1), forces[1:], np.zeros((len(t) - 1, 0)))

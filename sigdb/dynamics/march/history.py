@@ -11,7 +11,7 @@ from sigdb.dynamics.excitation import checked_index_errors, turning
 from sigdb.dynamics.march.marcher import Marcher, mesh_tables, meshes_from
 from sigdb.dynamics.period import damaged_gear
 from sigdb.dynamics.time_profile import TimeProfile
-from sigdb.transmission import Damage, ModalSystem, Transmission, modal_system
+from sigdb.transmission import Damage, ModalSystem, Transmission, elements_from, modal_system
 
 STEPS_PER_TOOTH = 256
 _CHUNK = 1 << 16
@@ -159,7 +159,7 @@ def march(
     finer = max(1, int(np.ceil(fastest * steps_per_tooth / sampling_rate)))
     drive = _Drive(rig, system, gear, speed, load)
     tables = mesh_tables(rig, gear, damage.on_teeth(teeth), errors)
-    marcher = Marcher(rig, gear, system, tables, 1 / (finer * sampling_rate), drive.inputs)
+    marcher = Marcher(system, elements_from(rig, gear, system), tables, 1 / (finer * sampling_rate), drive.inputs)
     now = np.zeros(1)
     upper = system.poles.imag >= 0
     if state is None:

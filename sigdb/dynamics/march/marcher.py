@@ -1,15 +1,25 @@
 """A rig in motion: its modal coordinates, marched step by step with backlash."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from sigdb.core import ComplexArray, FloatArray
+from sigdb.core import ComplexArray, FloatArray, SigdbError
 from sigdb.dynamics.damage_forces import damage_change
 from sigdb.dynamics.excitation import profile_error
 from sigdb.dynamics.stability import first_order_hold
-from sigdb.transmission import Mesh, ModalSystem, ToothDamage, Transmission, pair_stiffness, pairs_in_contact
+from sigdb.transmission import (
+    Element,
+    Mesh,
+    ModalSystem,
+    ToothDamage,
+    Transmission,
+    meshes_among,
+    nonlinear_among,
+    pair_stiffness,
+    pairs_in_contact,
+)
 
 SAMPLES_OF_A_PASS = 4096
 """Samples a tooth pass of the tables between which mesh stiffness is interpolated: exact to 1e-5 on the sharpest edge
@@ -81,17 +91,25 @@ def _closed(table: FloatArray) -> FloatArray:
     return np.concatenate([table, table[..., :1]], axis=-1)
 
 
+_OutputsAndForces = tuple[FloatArray, FloatArray]
+_MOST_ITERATIONS = 50
+_ACCURACY = 1e-10
+"""Change of the forces of nonlinear elements, as a fraction of the greatest, at which a step is solved."""
+
+
 class Marcher:
     """A rig in motion: its state, and the steps that change it.
 
+    Meshes are solved in closed form in each step. Forces of nonlinear elements are found by iteration, step by step.
+
     Parameters
     ----------
-    rig, gear
-        The rig and its damaged gear.
     system
         The rig's modal system.
+    elements
+        Its local elements, the meshes in the order of ``tables``.
     tables
-        What the meshes do.
+        Stiffness and errors of the meshes.
     step
         Time step, s.
     others
@@ -99,31 +117,32 @@ class Marcher:
     """
 
     def __init__(
-        self, rig: Transmission, gear: str, system: ModalSystem, tables: MeshTables, step: float, others: FloatArray
+        self, system: ModalSystem, elements: Sequence[Element], tables: MeshTables, step: float, others: FloatArray
     ) -> None:
-        names = meshes_from(rig, gear)
-        m, order = len(names), [list(rig.meshes).index(name) for name in names]
-        first = system.inputs.shape[1] - 2 * m + 2 * order[0]
-        inputs = np.eye(system.inputs.shape[1])[:, [*order, *range(first, first + len(tables.friction))]]
-        inputs = np.column_stack([inputs, others])
-        rows = [*order, *range(m, len(system.outputs))]
+        meshes, self._nonlinear = meshes_among(elements), nonlinear_among(elements)
+        m, sensors = len(meshes), len(system.sensors)
+        columns = [mesh.columns[0] for mesh in meshes] + list(meshes[0].columns[1:][: len(tables.friction)])
+        local = [column for element in self._nonlinear for column in element.columns]
+        unit = np.eye(system.inputs.shape[1])
+        inputs = np.column_stack([unit[:, columns], others, unit[:, local]])
+        local_rows = [row for element in self._nonlinear for row in element.rows]
+        rows = np.array([*(mesh.rows[0] for mesh in meshes), *range(m, m + sensors), *local_rows])
         upper = np.flatnonzero(system.poles.imag >= 0)
         # Re(c z) is the real output of a conjugate pair, whose second half is not marched.
         weight = np.where(system.poles[upper].imag > 0, 2.0, 1.0)
         c, b = weight * system.outputs[np.ix_(rows, upper)], system.inputs[upper] @ inputs
         E, g0, g1 = first_order_hold(system.poles[upper], step)
         self._c, self._g1, self._direct = c, b * g1[:, None], system.direct[rows] @ inputs
-        self._tables, self.meshes = tables, m
+        self._tables, self.meshes, self._outputs = tables, m, m + sensors
         static = (c @ (system.inputs[upper, m] / -system.poles[upper])).real + system.direct[rows, m]
-        backlash = [rig.meshes[name].backlash for name in names]
         self._constants = (
             _parts(E),
             np.ascontiguousarray(_parts((E[:, None] * self._g1 + b * g0[:, None]).T).swapaxes(0, 1)),
             np.ascontiguousarray(_parts(c.conj()).swapaxes(0, 1)),
             (c @ self._g1).real + self._direct,
             static,
-            np.array([rig.meshes[name].stiffness for name in names]),
-            np.array([np.inf if one is None else one for one in backlash]),
+            np.array([mesh.mean_stiffness for mesh in meshes]),
+            np.array([np.inf if mesh.backlash is None else mesh.backlash for mesh in meshes]),
         )
         self._x: FloatArray = np.zeros((2, len(upper)))
         self._f: FloatArray = np.zeros(inputs.shape[1])
@@ -136,6 +155,16 @@ class Marcher:
         ``turns``, ``forces`` (k,) and ``lift`` (meshes,) or (0,) are those of this instant, as are the outputs and the
         mesh forces that are returned.
         """
+
+        def begin(local: FloatArray) -> tuple[FloatArray, FloatArray]:
+            return self._start(state, turns, np.concatenate([forces, local]), lift)
+
+        outputs, mesh_force = self._with_local_forces(begin)
+        return outputs[: self._outputs], mesh_force
+
+    def _start(
+        self, state: ComplexArray, turns: float, forces: FloatArray, lift: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         m, sliding = self.meshes, len(self._tables.friction)
         static, mean = self._constants[4], self._constants[5]
         place = turns * self._tables.rates
@@ -180,6 +209,11 @@ class Marcher:
         -------
         outputs, mesh_force : ndarray, (steps, meshes + sensors) and (steps, meshes)
         """
+        if not self._nonlinear:
+            return self._march(turns, forces, lift)
+        return self._march_each_step(turns, forces, lift)
+
+    def _march(self, turns: FloatArray, forces: FloatArray, lift: FloatArray) -> tuple[FloatArray, FloatArray]:
         from sigdb.dynamics.march.kernel import march_steps
 
         outputs, mesh_force = np.empty((len(turns), len(self._c))), np.empty((len(turns), self.meshes))
@@ -189,6 +223,42 @@ class Marcher:
             outputs, mesh_force,
         )  # fmt: skip
         return outputs, mesh_force
+
+    def _march_each_step(
+        self, turns: FloatArray, forces: FloatArray, lift: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Steps with nonlinear elements: each is repeated until their forces are those of its motion."""
+        outputs, mesh_force = np.empty((len(turns), self._outputs)), np.empty((len(turns), self.meshes))
+        for n in range(len(turns)):
+            x, f, here = self._x.copy(), self._f.copy(), slice(n, n + 1)
+
+            def step(local: FloatArray, x: FloatArray = x, f: FloatArray = f, here: slice = here) -> _OutputsAndForces:
+                self._x[:], self._f[:] = x, f
+                ends, force = self._march(turns[here], np.concatenate([forces[here], local[None]], axis=1), lift[here])
+                return ends[0], force[0]
+
+            end, mesh_force[n] = self._with_local_forces(step)
+            outputs[n] = end[: self._outputs]
+        return outputs, mesh_force
+
+    def _with_local_forces(
+        self, solve: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Outputs and mesh forces of an instant, whose nonlinear forces are those of its own motion."""
+        local = self._f[len(self._f) - sum(len(element.columns) for element in self._nonlinear) :].copy()
+        for _ in range(_MOST_ITERATIONS):
+            outputs, mesh_force = solve(local)
+            found = self._local_forces(outputs)
+            if np.abs(found - local).max(initial=0.0) <= _ACCURACY * np.abs(found).max(initial=0.0):
+                return outputs, mesh_force
+            local = found
+        raise SigdbError("the forces of nonlinear elements do not converge within a step; give more steps_per_tooth")
+
+    def _local_forces(self, outputs: FloatArray) -> FloatArray:
+        ends = np.cumsum([len(element.rows) for element in self._nonlinear])
+        motions = np.split(outputs[self._outputs :], ends[:-1]) if self._nonlinear else []
+        forces = [element.law(motion) for element, motion in zip(self._nonlinear, motions, strict=True)]
+        return np.concatenate(forces) if forces else np.empty(0)
 
 
 def _parts(values: ComplexArray) -> FloatArray:

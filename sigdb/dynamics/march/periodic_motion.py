@@ -8,7 +8,7 @@ from sigdb.core import ComplexArray, FloatArray, SigdbError
 from sigdb.dynamics.excitation import HarmonicExcitation
 from sigdb.dynamics.march.marcher import Marcher, MeshTables
 from sigdb.dynamics.period import Period
-from sigdb.transmission import ModalSystem, Transmission
+from sigdb.transmission import ModalSystem, Transmission, elements_from
 
 _SLOWEST = 0.999
 """Ratio of successive changes of a period above which the motion is not taken to settle."""
@@ -57,9 +57,9 @@ class PeriodicMotion:
             lift += (phasor * one.error[self.order]).real
         active = np.flatnonzero(force.any(axis=0))
         force, lift = np.ascontiguousarray(force[:, active]), lift if lift.any() else lift[:, :0]
-        marcher = Marcher(
-            self.rig, self.gear, self.system, self.tables, step, np.eye(self.system.inputs.shape[1])[:, active]
-        )
+        elements = elements_from(self.rig, self.gear, self.system)
+        others = np.eye(self.system.inputs.shape[1])[:, active]
+        marcher = Marcher(self.system, elements, self.tables, step, others)
         marcher.start(state, 0.0, force[0], lift[0])
         before, known = None, np.inf
         for periods in range(1, max(2, self.most_revolutions // self.revolutions) + 1):

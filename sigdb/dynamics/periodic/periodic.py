@@ -33,7 +33,7 @@ from sigdb.dynamics.periodic.long_period import IteratedCorrection, LongPeriod
 from sigdb.dynamics.periodic.steady_state import SteadyState
 from sigdb.dynamics.periodic.truncation import GRID, Truncation
 from sigdb.dynamics.stability import STABILITY_MODES, floquet_multiplier
-from sigdb.transmission import Mesh, ModalSystem, ToothDamage, Transmission
+from sigdb.transmission import Mesh, ModalSystem, ToothDamage, Transmission, meshes_among
 
 SAMPLES_PER_TOOTH = 64
 LEAST_SAMPLES_PER_TOOTH = 16
@@ -235,9 +235,8 @@ class PeriodicRig:
 
         upper = self.system.poles.imag >= 0
         poles, inputs = self.system.poles[upper, None], self.system.inputs[upper]
-        friction = inputs.shape[1] - 2 * m + 2 * self.order[0]
-        spectrum = inputs[:, [*self.order, friction, friction + 1]] @ force / N
-        conjugate = inputs[:, [*self.order, friction, friction + 1]] @ force.conj() / N
+        acting = inputs[:, [*self.order, *meshes_among(self.system.elements)[self.order[0]].columns[1:]]]
+        spectrum, conjugate = acting @ force / N, acting @ force.conj() / N
         omega = 2j * np.pi / self.seconds * np.arange(self.period.harmonics)
         state = (spectrum / (omega - poles)).sum(axis=1) + (conjugate / (-omega - poles))[:, 1:].sum(axis=1)
         for one in self.harmonics:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sigdb.core import ComplexArray, FloatArray, InputError
+from sigdb.core import ComplexArray, FloatArray, InputError, NotApplicableError
 from sigdb.dynamics.excitation import excitation, harmonics, over_a_pass
 from sigdb.dynamics.period import Period, common_period, damaged_gear
 from sigdb.dynamics.periodic.hill import Hill, entries, hill
@@ -13,7 +13,16 @@ from sigdb.dynamics.periodic.influences import Influences, sampled_rows
 from sigdb.dynamics.periodic.long_period import LongPeriod, long_period
 from sigdb.dynamics.periodic.periodic import SAMPLES_PER_TOOTH, TOLERANCE, PeriodicRig
 from sigdb.dynamics.periodic.truncation import truncation, twice
-from sigdb.transmission import Mesh, ModalSystem, Transmission, modal_system, pair_stiffness, pairs_in_contact
+from sigdb.transmission import (
+    Mesh,
+    ModalSystem,
+    Transmission,
+    meshes_among,
+    modal_system,
+    nonlinear_among,
+    pair_stiffness,
+    pairs_in_contact,
+)
 
 _MOST_ENTRIES = 40_000_000
 """Complex numbers in the factors of a healthy rig; one that has more is solved by iteration."""
@@ -44,6 +53,8 @@ def prepare(
 
     Raises
     ------
+    NotApplicableError
+        If the rig has an element whose law of force is not linear.
     InputError
         If the rig has no such gear, no torque, or meshes that do not repeat within a reasonable time.
 
@@ -73,13 +84,17 @@ def prepare(
     period = Period(samples=n * revolutions, revolutions=revolutions, passes=tuple(passes[i] for i in order))
 
     system = system or modal_system(rig)
+    if nonlinear := nonlinear_among(system.elements):
+        raise NotApplicableError(
+            f"rig {rig.name!r} has elements that are not linear, for which there is no periodic solution "
+            f"({', '.join(element.name for element in nonlinear)}); simulate with solver=sigdb.Transient()"
+        )
     found = tuple(replace(one, error=one.error[order]) for one in harmonics(rig, system, shaft, revolutions))
     passes_of = [over_a_pass(mesh) for mesh in meshes]
     varying = [(stiffness - mesh.stiffness, force) for mesh, (stiffness, force) in zip(meshes, passes_of, strict=True)]
     while True:
         transfer = _transfer(system, order, period, speed)
-        friction = transfer.shape[2] - 2 * m + 2 * order[0]
-        inputs = [*range(m), friction, friction + 1]
+        inputs = [*range(m), *meshes_among(system.elements)[order[0]].columns[1:]]
         solver = _solver(transfer[:, :, inputs], [kappa for kappa, _ in varying], period)
         free, force = excitation(period, meshes, teeth, found, transfer)
         force = np.concatenate([force, np.zeros((2, *force.shape[1:]))])

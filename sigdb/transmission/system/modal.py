@@ -4,7 +4,7 @@ Component modes of each rotor and of the casing come first, equations (5) and (6
 in those coordinates, with the mean mesh stiffness and gyroscopics, give one complex eigenproblem.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import block_diag, eigh, null_space
@@ -12,6 +12,7 @@ from scipy.linalg import block_diag, eigh, null_space
 from sigdb.core import ComplexArray, FloatArray, InputError
 from sigdb.transmission.rig import Transmission
 from sigdb.transmission.system.assembly import Assembly, assemble
+from sigdb.transmission.system.elements import Element, mesh_elements, meshes_among
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +40,8 @@ class ModalSystem:
         Names, in order: meshes, sensors, and shafts with an unbalance.
     mesh_stiffness
         (meshes,) mean mesh stiffness contained in the system, N/m.
+    elements
+        Local elements: the meshes, in order, then those whose law of force is not linear.
     """
 
     poles: ComplexArray
@@ -49,6 +52,7 @@ class ModalSystem:
     sensors: tuple[str, ...]
     mesh_stiffness: FloatArray
     unbalanced: tuple[str, ...] = ()
+    elements: tuple[Element, ...] = ()
 
     def transfer(self, omega: FloatArray) -> ComplexArray:
         """Transfer function at angular frequencies (k,), rad/s: (k, outputs, inputs)."""
@@ -66,7 +70,8 @@ class ModalSystem:
         modes
             Number of pairs to keep; real poles count as one.
         """
-        ranking = self.inputs[:, : self.inputs.shape[1] - 2 * len(self.meshes)]
+        friction = [column for mesh in meshes_among(self.elements) for column in mesh.columns[1:]]
+        ranking = np.delete(self.inputs, friction, axis=1)
         static = np.abs(self.outputs[:, None, :] * ranking.T[None] / self.poles)
         share = (static / static.sum(axis=2, keepdims=True).clip(min=1e-300)).max(axis=(0, 1))
         upper = np.flatnonzero(self.poles.imag >= 0)
@@ -76,15 +81,12 @@ class ModalSystem:
         keep[chosen[self.poles[chosen].imag > 0] + 1] = True
         lost = self.outputs[:, ~keep] @ (self.inputs[~keep] / -self.poles[~keep, None])
         # In an acceleration the static share of a mode cancels its direct term, so both go.
-        return ModalSystem(
+        return replace(
+            self,
             poles=self.poles[keep],
             inputs=self.inputs[keep],
             outputs=self.outputs[:, keep],
             direct=self.direct + lost.real,
-            meshes=self.meshes,
-            sensors=self.sensors,
-            mesh_stiffness=self.mesh_stiffness,
-            unbalanced=self.unbalanced,
         )
 
 
@@ -163,6 +165,7 @@ def modal_system(rig: Transmission, *, component_modes: int | None = None) -> Mo
         sensors=tuple(rig.sensors),
         mesh_stiffness=parts.mesh_stiffness,
         unbalanced=rig.unbalanced,
+        elements=mesh_elements(rig),
     )
 
 
