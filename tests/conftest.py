@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from hypothesis import settings
+from scipy.linalg import eigh, null_space
 from threadpoolctl import threadpool_limits
 
 from sigdb.dynamics.march.marcher import Marcher, MeshTables
 from sigdb.transmission import MeshElement, ModalSystem
+from sigdb.transmission.system.assembly import assemble
 
 settings.register_profile("suite", deadline=None)  # a busy machine is no failure
 settings.load_profile("suite")
@@ -58,6 +60,23 @@ def oscillator():
         return OscillatorMarch(march, pole)
 
     return made
+
+
+@pytest.fixture(scope="session")
+def undamped_frequencies():
+    """Natural frequencies, Hz, rising, of a rig at rest without damping and without the train's free rotation.
+
+    ``det(K + sum h kbar h' - w^2 M) = 0``, with the symmetric part of the bearings' stiffness.
+    """
+
+    def frequencies(rig):
+        parts = assemble(rig)
+        stiffness = parts.stiffness + parts.meshes @ np.diag(parts.mesh_stiffness) @ parts.meshes.T
+        elastic = null_space((parts.mass @ parts.free_rotation)[None])
+        both = [elastic.T @ matrix @ elastic for matrix in ((stiffness + stiffness.T) / 2, parts.mass)]
+        return np.sqrt(eigh(*both, eigvals_only=True).clip(min=0)) / (2 * np.pi)
+
+    return frequencies
 
 
 class OscillatorMarch:

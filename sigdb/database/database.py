@@ -164,7 +164,10 @@ class Database(StoredTables):
             return signal_batches(ids, lambda some: self._signal_rows(some, names), names, schema)
 
     def templates(self) -> pd.DataFrame:
-        """The templates: each distinct case once, damage at tooth 1."""
+        """Return the templates: each distinct case once.
+
+        Where the rig turns exactly the damage is at tooth 1; else each damaged tooth has its own template.
+        """
         with self._reading():
             templates: pd.DataFrame = self.dataset("templates").to_table().to_pandas()
         return templates

@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_validator
 
 from sigdb.core import InputError, quantity, suggestion, validated
 from sigdb.transmission.mesh.geometry import MeshGeometry, PairMember, mesh_geometry
@@ -51,20 +51,35 @@ class Transmission(Described):
     casing: Casing = Field(default=Casing(), description="The casing; without modes it is rigid ground.")
     sensors: dict[Name, Sensor] = Field(default={}, description="Sensors by name.")
 
+    @field_validator("meshes")
+    @classmethod
+    def _know_their_gears(cls, meshes: dict[str, Mesh], info: ValidationInfo) -> dict[str, Mesh]:
+        """Meshes whose profiles follow from the geometry of their gears, where they can; else they stay as they are."""
+        parts = info.data
+        if {"gears", "materials"} - set(parts):
+            return meshes
+        fitted = {}
+        for name, mesh in meshes.items():
+            try:
+                driving, driven = parts["gears"][mesh.driving], parts["gears"][mesh.driven]
+                fitted[name] = mesh.fitted(driving, driven, parts["materials"])
+            except (KeyError, ValueError):  # reported with all that is inconsistent, when the rig is complete
+                fitted[name] = mesh
+        return fitted
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         problems = list(self._dangling())
         if not problems:
             problems = list(self._geometry_problems())
         if not problems:
-            problems = list(self._fit_meshes())
+            problems = list(self._profile_problems())
         if problems:
             raise ValueError("\n".join(problems))
         return self
 
-    def _fit_meshes(self) -> Iterator[str]:
-        """Let profiles that follow from the gears' geometry know their gears."""
-        fitted = {}
+    def _profile_problems(self) -> Iterator[str]:
+        """Profiles that do not hold for the gears of their mesh."""
         for name, mesh in self.meshes.items():
             if isinstance(mesh.profile, GeometryProfile) and any(self.geometries[name].pitch_angles_deg):
                 yield (
@@ -72,10 +87,9 @@ class Transmission(Described):
                 )
                 continue
             try:
-                fitted[name] = mesh.fitted(self.gears[mesh.driving], self.gears[mesh.driven], self.materials)
+                mesh.fitted(self.gears[mesh.driving], self.gears[mesh.driven], self.materials)
             except ValueError as error:
                 yield f"meshes.{name}.profile: {error}"
-        self.__dict__["meshes"] = fitted
 
     def _dangling(self) -> Iterator[str]:
         """References to parts and nodes that do not exist."""

@@ -76,12 +76,15 @@ class Hill:
         K, outputs, _ = self.transfer.shape
         meshes, columns = len(self.stiffness), force.shape[2]
         response = np.zeros((outputs, K, columns), complex)
-        for k, factor in zip(self.harmonics, self.factors, strict=True):
+        for k, (lu, pivots) in zip(self.harmonics, self.factors, strict=True):
             H = at_harmonics(self.transfer, k)
             out = np.matmul(H, at_harmonics(force.swapaxes(0, 1), k))  # (L, outputs, columns)
             if free is not None:
                 out += at_harmonics(free.swapaxes(0, 1), k)
-            delta = lu_solve(factor, out[:, :meshes].swapaxes(0, 1).reshape(-1, columns), check_finite=False)
+            # SciPy's wrapper counts the pivots from 1 in place while it solves: threads must not share them.
+            delta = lu_solve(
+                (lu, pivots.copy()), out[:, :meshes].swapaxes(0, 1).reshape(-1, columns), check_finite=False
+            )
             kappa_delta = self.stiffness @ delta.reshape(meshes, len(k), columns)
             out -= np.matmul(H[:, :, :meshes], kappa_delta.swapaxes(0, 1))
             right, left = k >= 0, k < 0

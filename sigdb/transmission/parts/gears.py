@@ -71,6 +71,12 @@ AnyProfile = Annotated[
 """The kinds of profile that a mesh can have, told apart by their key ``kind``."""
 
 
+def _mean_of_profile(checked: dict[str, Any]) -> float | None:
+    """The mean stiffness that a mesh's profile gives; None where it gives none, or not before it knows its gears."""
+    profile = checked.get("profile")
+    return None if profile is None or isinstance(profile, GeometryProfile) else profile.mean_stiffness
+
+
 class Mesh(Described):
     """A gear pair: straight or spiral bevel where the shafts meet at an angle, else spur or helical."""
 
@@ -86,10 +92,6 @@ class Mesh(Described):
     line_of_centres: Vector | None = quantity(
         "-", "Parallel shafts: direction from the driving to the driven gear, in the casing's frame.", default=None
     )
-    stiffness: float = quantity(
-        "N/m", "Mean mesh stiffness along the normal; that of the profile, where it gives one, if left out.",
-        gt=0, default=None,
-    )  # fmt: skip
     damping: float = quantity("N s/m", "Viscous damping along the normal.", ge=0, default=0.0)
     backlash: float | None = quantity(
         "m",
@@ -98,6 +100,10 @@ class Mesh(Described):
         default=None,
     )
     profile: AnyProfile = Field(description="Stiffness of one tooth pair along its contact.")
+    stiffness: float = quantity(
+        "N/m", "Mean mesh stiffness along the normal; that of the profile, where it gives one, if left out.",
+        gt=0, default_factory=_mean_of_profile,
+    )  # fmt: skip
     profile_error: ProfileError | None = Field(default=None, description="Deviation of the tooth profiles.")
 
     @model_validator(mode="after")
@@ -108,14 +114,15 @@ class Mesh(Described):
             raise ValueError(
                 "stiffness is missing; add it, or a profile that gives it (kind = 'table', 'energy-method', 'iso-6336')"
             )
-        return self._with_mean()
+        return self
 
     @model_serializer(mode="wrap")
     def _as_given(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Without a mean stiffness that follows from the profile, so that it follows again."""
-        return {name: value for name, value in handler(self).items() if name != "stiffness" or self._given}
+        stated = "stiffness" in self.model_fields_set
+        return {name: value for name, value in handler(self).items() if name != "stiffness" or stated}
 
-    def fitted(self, driving: Gear, driven: Gear, materials: Mapping[str, Material]) -> Self:
+    def fitted(self, driving: Gear, driven: Gear, materials: Mapping[str, Material]) -> "Mesh":
         """The mesh with a profile that knows its gears, on parallel shafts.
 
         Raises
@@ -142,17 +149,11 @@ class Mesh(Described):
             helix_angle_deg=self.helix_angle_deg,
         )
         pair = ElasticPair(geometry=geometry, materials=(elastic[0], elastic[1]), bores=(driving.bore, driven.bore))
-        return self.model_copy(update={"profile": self.profile.fitted(pair)})._with_mean()
-
-    @property
-    def _given(self) -> bool:
-        return "stiffness" in self.model_fields_set
-
-    def _with_mean(self) -> Self:
-        """Itself, with the mean stiffness of its profile where none is given."""
-        if not self._given:
-            self.__dict__["stiffness"] = self.profile.mean_stiffness
-        return self
+        profile = self.profile.fitted(pair)
+        stated = "stiffness" in self.model_fields_set
+        changes = {"profile": profile, "stiffness": self.stiffness if stated else profile.mean_stiffness}
+        # A copy with the same stated fields, so that the mean follows again when it is read back.
+        return self.model_construct(_fields_set=set(self.model_fields_set), **(dict(self) | changes))
 
 
 class Operating(Described):

@@ -273,17 +273,3 @@ def _check_supported(
         raise InputError(
             f"rig {rig.name!r}: {moving} can move freely; hold it with a bearing that has stiffness in that direction"
         )
-
-
-def undamped_frequencies(rig: Transmission) -> FloatArray:
-    """Natural frequencies, Hz, rising, of the rig at rest without damping and without the train's free rotation.
-
-    ``det(K + sum h kbar h' - w^2 M) = 0``, with the symmetric part of the bearings' stiffness.
-    """
-    parts = assemble(rig)
-    stiffness = parts.stiffness + parts.meshes @ np.diag(parts.mesh_stiffness) @ parts.meshes.T
-    elastic = null_space((parts.mass @ parts.free_rotation)[None])
-    squares = eigh(
-        elastic.T @ (stiffness + stiffness.T) @ elastic / 2, elastic.T @ parts.mass @ elastic, eigvals_only=True
-    )
-    return np.sqrt(squares.clip(min=0)) / (2 * np.pi)

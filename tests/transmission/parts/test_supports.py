@@ -8,7 +8,6 @@ from scipy.linalg import eigvals, solve
 from sigdb.core.errors import InputError
 from sigdb.transmission import Transmission, coupled_modes, modal_system
 from sigdb.transmission.system.assembly import assemble
-from sigdb.transmission.system.modal import undamped_frequencies
 
 STEEL = {"density": 7800.0, "young_modulus": 2.1e11, "shear_modulus": 8.1e10}
 BRASS = {"density": 8500.0, "young_modulus": 1.0e11, "shear_modulus": 3.7e10}
@@ -315,7 +314,7 @@ def test_the_sense_in_which_a_coupled_shaft_is_described_does_not_matter():
     assert_allclose(parts.stiffness @ parts.free_rotation, 0, atol=1e-6)
 
 
-def test_a_coupling_is_a_spring_and_a_damper_in_torsion():
+def test_a_coupling_is_a_spring_and_a_damper_in_torsion(undamped_frequencies):
     """Two rigid disks on rigid shafts: w^2 = k (1 / I1 + 1 / I2)."""
     shaft = {"axis": [1.0, 0.0, 0.0], "motions": ["rz"]}
     rig = Transmission(

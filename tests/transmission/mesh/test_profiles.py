@@ -14,7 +14,7 @@ from sigdb.transmission.mesh.iso_6336 import iso_mesh_stiffness
 from sigdb.transmission.mesh.stiffness import pair_stiffness, pairs_in_contact, sliding_sense, tooth_stiffness
 from sigdb.transmission.parts.gears import Mesh
 
-FILE = Path(__file__).parents[2] / "data" / "transmissions" / "spur_test_rig.toml"
+FILE = Path(__file__).parents[3] / "data" / "transmissions" / "spur_test_rig.toml"
 OWN = re.compile(r"\[meshes\.main\.profile\]\n(.*?)\n\n", re.DOTALL)
 HARMONIC = 'kind = "harmonic"\namplitudes = [0.2, 0.1]\nphases_deg = [40.0, -90.0]\n'
 TABLE = 'kind = "table"\nplaces = [0, 0.5, 1.2, 1.6]\npair_stiffnesses = [1e8, 1.6e8, 1.8e8, 1.1e8]\nflank = 0.2\n'
