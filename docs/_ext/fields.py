@@ -45,7 +45,7 @@ def _type(annotation: Any) -> str:
     if origin is Literal:
         return " or ".join(repr(value) for value in args)
     if origin in (Union, types.UnionType):
-        return " or ".join(_type(one) for one in args if one is not type(None))
+        return " or ".join(_type(member) for member in args if member is not type(None))
     if origin is dict:
         return f"table of {_type(args[1])}"
     if origin is tuple:
@@ -54,16 +54,16 @@ def _type(annotation: Any) -> str:
 
 
 def _bounds(field: FieldInfo) -> str:
-    found = []
+    rules = []
     for rule in field.metadata:
         for key, sign in _BOUNDS.items():
             if getattr(rule, key, None) is not None:
-                found.append(f"{sign}{_NO_BREAK}{getattr(rule, key)}")
+                rules.append(f"{sign}{_NO_BREAK}{getattr(rule, key)}")
         if getattr(rule, "min_length", None) is not None:
-            found.append(f"{rule.min_length} or more")
+            rules.append(f"{rule.min_length} or more")
         if getattr(rule, "pattern", None) is not None:
-            found.append("a name")
-    return ", ".join(found)
+            rules.append("a name")
+    return ", ".join(rules)
 
 
 def _default(field: FieldInfo) -> str:

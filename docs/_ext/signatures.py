@@ -34,7 +34,7 @@ def _process(
 ) -> tuple[str | None, str | None] | None:
     if isinstance(obj, type):
         if issubclass(obj, BaseModel):
-            return f"({', '.join(['*', *(one for one in obj.model_fields if one != 'sources')])})", None
+            return f"({', '.join(['*', *(name for name in obj.model_fields if name != 'sources')])})", None
         if issubclass(obj, Exception):
             return None
         if dataclasses.is_dataclass(obj) or not inspect.isfunction(obj.__init__):
@@ -70,9 +70,9 @@ def _resolve(full: str) -> Any:
 def _short_citations(app: Sphinx, document: nodes.document, name: str) -> None:
     """``[1]`` where numpydoc, to keep the pages' citations apart, has put ``[R60f2d0ee4b2c-1]``."""
     for text in list(document.findall(nodes.Text)):
-        found = re.fullmatch(r"\[R[0-9a-f]+-(\d+)\]", text)
-        if found:
-            text.parent.replace(text, nodes.Text(f"[{found.group(1)}]"))
+        match = re.fullmatch(r"\[R[0-9a-f]+-(\d+)\]", text)
+        if match:
+            text.parent.replace(text, nodes.Text(f"[{match.group(1)}]"))
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

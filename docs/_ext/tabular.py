@@ -1,4 +1,4 @@
-"""A table of text as docutils nodes, for the directives beside this file."""
+"""A table of text as docutils nodes, for the directives in this folder."""
 
 from collections.abc import Collection, Sequence
 

@@ -72,7 +72,7 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
     yield ""
     yield "## Indicators"
     yield ""
-    yield f"Of `{next(iter(facts['sensors']))}`: the 5 %, 50 % and 95 % quantiles."
+    yield f"The 5 %, 50 % and 95 % quantiles of `{next(iter(facts['sensors']))}`."
     yield ""
     yield from _table(
         ("indicator", "unit", "undamaged", "damaged"),
