@@ -13,7 +13,10 @@ def command_help(name: str = "") -> str:
     group = click.Context(cli, info_name="sigdb", **cli.context_settings | {"max_content_width": 80})
     if not name:
         return group.get_help()
-    return click.Context(cli.commands[name], info_name=name, parent=group).get_help()
+    command = cli.get_command(group, name)
+    if command is None:
+        raise ValueError(f"there is no command {name!r}")
+    return click.Context(command, info_name=name, parent=group).get_help()
 
 
 class Command(SphinxDirective):

@@ -1,7 +1,7 @@
 """The page on the paper: its figures and tables, made at build time by a run of ``pipelines/paper.toml``.
 
-The directive ``claims`` makes the table of claims. With ``check`` or ``report`` it makes the table of the sensitivity
-of this kind of claims.
+The directive ``claims`` makes the table of claims; with ``check`` or ``report`` that of how the numbers of this kind of
+claims move.
 """
 
 import json
@@ -14,9 +14,8 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from tabular import text_table
 
-from sigdb.paper import PaperClaims
 from sigdb.pipeline import load_recipe, run_recipe
-from sigdb.report.claims import CLAIM_HEAD, claim_cells, moved_cells
+from sigdb.report.claims import claim_table, moved_table
 
 RECIPE = Path(__file__).parents[2] / "pipelines" / "paper.toml"
 
@@ -25,8 +24,8 @@ def make(folder: Path) -> None:
     """Figures and ``claims.json`` into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as out:
-        run = run_recipe(load_recipe(RECIPE), out, jobs=1)
-        for path in (*run.figures, Path(out) / "claims.json"):
+        made = run_recipe(load_recipe(RECIPE), out, jobs=1)
+        for path in (*made.figures, Path(out) / "claims.json"):
             shutil.copy(path, folder / path.name)
 
 
@@ -37,11 +36,12 @@ class Claims(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         path = Path(self.env.srcdir) / "generated" / "claims.json"
-        claims = PaperClaims.from_json(json.loads(path.read_text(encoding="utf-8")))
+        facts = json.loads(path.read_text(encoding="utf-8"))
         if self.arguments:
-            head, rows = moved_cells(claims, self.arguments[0])
-            return [text_table(head, [[cell.replace(" %", "\u00a0%") for cell in row] for row in rows])]
-        return [text_table(CLAIM_HEAD, [claim_cells(claim) for claim in claims.claims], sentence=3)]
+            table = moved_table(facts, self.arguments[0])
+            return [text_table(table.head, [[cell.replace(" %", "\u00a0%") for cell in row] for row in table.rows])]
+        table = claim_table(facts)
+        return [text_table(table.head, table.rows, sentence=3)]
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

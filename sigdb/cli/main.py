@@ -1,61 +1,61 @@
 """The command ``sigdb``: its sub-commands, and the one place where errors become exit codes."""
 
+import importlib
 import logging
 import os
+import pkgutil
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from enum import IntEnum
 
 import click
 
-from sigdb.cli.commands.card import card
-from sigdb.cli.commands.coverage import coverage
-from sigdb.cli.commands.describe import describe
-from sigdb.cli.commands.diagnose import diagnose
-from sigdb.cli.commands.evaluate import evaluate
-from sigdb.cli.commands.export import export
-from sigdb.cli.commands.match import match
-from sigdb.cli.commands.modes import modes
-from sigdb.cli.commands.new_rig import new_rig
-from sigdb.cli.commands.query import query
-from sigdb.cli.commands.refine import refine
-from sigdb.cli.commands.run import run
-from sigdb.cli.commands.show import show
-from sigdb.cli.commands.signature import signature
-from sigdb.cli.commands.sweep import sweep
-from sigdb.cli.commands.train import train
-from sigdb.cli.commands.verify import verify
+from sigdb.cli import commands
 from sigdb.core import InputError, SigdbError, __version__
 
-FAILED, BAD_INPUT, INTERRUPTED = 3, 2, 130
+_ORDER = (
+    *("new-rig", "describe", "modes"),
+    *("run", "sweep", "verify", "coverage", "refine", "card"),
+    *("query", "show", "match", "export"),
+    *("signature", "diagnose"),
+    *("train", "evaluate"),
+)
+"""Order of the commands in the help; others follow by name."""
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+class ExitCode(IntEnum):
+    """What a command leaves with."""
+
+    DONE = 0
+    WRONG = 1
+    """The command did its work and found something wrong: damage, a match not reached, a model above the bound."""
+    BAD_INPUT = 2
+    FAILED = 3
+    INTERRUPTED = 130
+
+
+class Commands(click.Group):
+    """The modules of :mod:`sigdb.cli.commands`; a module is imported when its command is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all commands, in the order of the help."""
+        names = [module.name.replace("_", "-") for module in pkgutil.iter_modules(commands.__path__)]
+        return sorted(names, key=lambda name: (_ORDER.index(name) if name in _ORDER else len(_ORDER), name))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return the command of a name; None if there is none."""
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        stem = cmd_name.replace("-", "_")
+        command: click.Command = getattr(importlib.import_module(f"{commands.__name__}.{stem}"), stem)
+        return command
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="sigdb")
 def cli() -> None:
-    """Fault-signature databases for gear transmissions: make, query, learn from them."""
-
-
-for _command in (
-    new_rig,
-    describe,
-    modes,
-    run,
-    sweep,
-    verify,
-    coverage,
-    refine,
-    card,
-    query,
-    show,
-    match,
-    signature,
-    export,
-    train,
-    evaluate,
-    diagnose,
-):
-    cli.add_command(_command)
+    """Fault-signature databases for gear transmissions: make them, query them, learn from them."""
 
 
 def main(command: click.Command = cli, name: str = "sigdb") -> None:
@@ -67,11 +67,11 @@ def main(command: click.Command = cli, name: str = "sigdb") -> None:
         sys.stdout.flush()
     except SystemExit as left:
         # click leaves by itself, with another stdout, when the reader (head, less) has gone.
-        code = 0 if sys.stdout is not stdout else int(left.code or 0)
+        code = ExitCode.DONE if sys.stdout is not stdout else int(left.code or 0)
     except BrokenPipeError:
         # Keep Python from complaining about the reader that has gone when it flushes at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), stdout.fileno())
-        code = 0
+        code = ExitCode.DONE
     sys.exit(code)
 
 
@@ -91,21 +91,21 @@ def _log_on_stderr() -> Iterator[None]:
 
 
 def _run(command: click.Command, name: str) -> int:
-    """Exit code of a command; what a user can mend is told in a sentence."""
+    """Return the exit code of a command, and print a sentence about what a user can mend."""
     try:
         code = command.main(prog_name=name, standalone_mode=False)
-        return code if isinstance(code, int) else 0
+        return code if isinstance(code, int) else ExitCode.DONE
     except click.ClickException as error:
         error.show()
-        return BAD_INPUT
+        return ExitCode.BAD_INPUT
     except SigdbError as error:
         click.echo(f"{name}: error: {error}", err=True)
-        return BAD_INPUT if isinstance(error, InputError) else FAILED
+        return ExitCode.BAD_INPUT if isinstance(error, InputError) else ExitCode.FAILED
     except BrokenPipeError:
         raise
     except OSError as error:
         click.echo(f"{name}: error: {error.filename or 'a file'}: {error.strerror or error}", err=True)
-        return FAILED
+        return ExitCode.FAILED
     except (KeyboardInterrupt, click.Abort):
         click.echo(f"{name}: interrupted; what is finished is kept, and the same command goes on", err=True)
-        return INTERRUPTED
+        return ExitCode.INTERRUPTED

@@ -13,6 +13,7 @@ from .fields import read_toml as read_toml
 from .fields import unit_of as unit_of
 from .fields import validated as validated
 from .fields import without_defaults as without_defaults
+from .markdown import markdown_table as markdown_table
 from .notes import Note as Note
 from .plain_values import JsonValue as JsonValue
 from .plain_values import plain as plain

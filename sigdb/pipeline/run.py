@@ -8,7 +8,7 @@ from typing import Any
 
 from sigdb.core import Progress
 from sigdb.database import open as open_database
-from sigdb.paper import PaperClaims, check_subject, paper_claims
+from sigdb.paper import check_subject, paper_claims
 from sigdb.pipeline.recipe import Recipe
 from sigdb.pipeline.recipe_figures import check_figures, draw_figure
 from sigdb.pipeline.recipe_models import ModelResult, check_models, make_models
@@ -43,7 +43,7 @@ class RecipeRun:
     others: tuple[Path, ...]
     results: tuple[ModelResult, ...]
     figures: tuple[Path, ...]
-    claims: PaperClaims | None
+    claims: dict[str, Any] | None
 
 
 def run_recipe(
@@ -164,7 +164,7 @@ class _Run:
         run_stage(stage, make, self.on_stage, "drawn")
         return stage.path
 
-    def claims(self) -> PaperClaims | None:
+    def claims(self) -> dict[str, Any] | None:
         """The comparison with the paper, where the recipe asks for it."""
         if not self.recipe.sections.report.paper:
             return None
@@ -176,13 +176,14 @@ class _Run:
             from sigdb.report import claims_markdown
 
             self.on_stage(f"{self.out}: comparing with the paper, and with one number of the rig changed at a time")
-            claims = paper_claims(self.recipe.rig, gear=gear, sensor=sensor)
-            numbers.write_text(json.dumps(claims.as_json(), indent=1) + "\n", encoding="utf-8")
-            stage.path.write_text(claims_markdown(claims), encoding="utf-8")
+            facts = paper_claims(self.recipe.rig, gear=gear, sensor=sensor)
+            numbers.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
+            stage.path.write_text(claims_markdown(facts), encoding="utf-8")
             return [stage.path, numbers]
 
         run_stage(stage, make, self.on_stage, "written")
-        return PaperClaims.from_json(json.loads(numbers.read_text(encoding="utf-8")))
+        facts: dict[str, Any] = json.loads(numbers.read_text(encoding="utf-8"))
+        return facts
 
 
 def _said(folder: Path, summary: SweepSummary) -> str:

@@ -40,7 +40,7 @@ from .metrics.significance import Excess as Excess
 from .metrics.significance import above_bound as above_bound
 from .model import Model as Model
 from .model_card import Cell as Cell
-from .model_card import TextTable as TextTable
+from .model_card import EstimateTable as EstimateTable
 from .model_card import bound_text as bound_text
 from .model_card import criteria_table as criteria_table
 from .model_card import efficiency_cells as efficiency_cells

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sigdb.core import markdown_table
 from sigdb.recognition.bound.noise_bands import ALL
 from sigdb.recognition.criteria import CriterionResult
 from sigdb.recognition.estimators.registry import LEARNERS
@@ -18,7 +19,7 @@ Cell = Estimate | str
 
 
 @dataclass(frozen=True, kw_only=True)
-class TextTable:
+class EstimateTable:
     """A table of texts and estimates.
 
     Attributes
@@ -56,7 +57,7 @@ _WITHOUT_INTERVAL = ("error", "bound_error")
 _ENDS = {"value": "", "low": "_low", "high": "_high"}
 
 
-def metric_table(evaluation: Evaluation) -> TextTable:
+def metric_table(evaluation: Evaluation) -> EstimateTable:
     """Return a row for each metric that is known of any estimator, a column for each estimator and for the bound."""
     columns = {
         f"{name} (the model)" if name == evaluation.learner else name: metrics
@@ -69,18 +70,18 @@ def metric_table(evaluation: Evaluation) -> TextTable:
         for metric in TARGETS[evaluation.target].metrics
         if any(_is_known(metrics.get(metric.name)) for metrics in columns.values())
     ]
-    return TextTable(head=["metric", *columns], rows=rows)
+    return EstimateTable(head=["metric", *columns], rows=rows)
 
 
 def _is_known(estimate: Estimate | None) -> bool:
     return estimate is not None and not np.isnan(estimate.value)
 
 
-def efficiency_cells(evaluation: Evaluation) -> TextTable:
+def efficiency_cells(evaluation: Evaluation) -> EstimateTable:
     """Return the model compared with the bound, a row for each noise band; no rows without a bound."""
     table = evaluation.efficiency
     if table is None or not {"bound_error", "bound_a90"} & set(table):
-        return TextTable(head=[], rows=[])
+        return EstimateTable(head=[], rows=[])
     shown = [name for name in _EFFICIENCY if name in table and table[name].notna().any()]
     quantity = ["quantity"] if "quantity" in table else []
     rows = [
@@ -92,7 +93,7 @@ def efficiency_cells(evaluation: Evaluation) -> TextTable:
         ]
         for row in table.to_dict("records")
     ]
-    return TextTable(head=[*quantity, "noise", "rows", *(_EFFICIENCY[name] for name in shown)], rows=rows)
+    return EstimateTable(head=[*quantity, "noise", "rows", *(_EFFICIENCY[name] for name in shown)], rows=rows)
 
 
 def noise_text(row: Mapping[Hashable, float | str]) -> str:
@@ -109,13 +110,13 @@ def _efficiency_cell(name: str, row: Mapping[Hashable, float]) -> Cell:
     return "beyond" if np.isinf(estimate.value) else estimate
 
 
-def criteria_table(evaluation: Evaluation) -> TextTable:
+def criteria_table(evaluation: Evaluation) -> EstimateTable:
     """Return the criteria: title, limit, value, whether it is met, and why not; no rows without criteria."""
     rows = [
         [result.title, f"{result.limit:g}", _value_text(result), _met_text(result.met), _reason(result)]
         for result in evaluation.criteria
     ]
-    return TextTable(head=["criterion", "at most", "value", "met", "why"], rows=rows)
+    return EstimateTable(head=["criterion", "at most", "value", "met", "why"], rows=rows)
 
 
 def _value_text(result: CriterionResult) -> str:
@@ -201,9 +202,9 @@ Split: {evaluation.split}, {evaluation.split_text}. {evaluation.rows} rows of
 """
 
 
-def _markdown(table: TextTable) -> str:
+def _markdown(table: EstimateTable) -> str:
     head, *rows = table.lines
-    return "\n".join("| " + " | ".join(line) + " |" for line in [head, ["---"] * len(head), *rows])
+    return markdown_table(head, rows)
 
 
 def _against_bound(evaluation: Evaluation) -> str:

@@ -10,7 +10,9 @@ from .evaluation.page import PAGE as PAGE
 from .evaluation.page import evaluation_figures as evaluation_figures
 from .evaluation.page import evaluation_html as evaluation_html
 from .evaluation.page import write_evaluation_report as write_evaluation_report
+from .evaluation.text import evaluation_text as evaluation_text
 from .grid_coverage import coverage_figure as coverage_figure
+from .grid_coverage import coverage_text as coverage_text
 from .recording.page import write_recorded_report as write_recorded_report
 from .recording.pictures import history_figure as history_figure
 from .recording.pictures import recorded_figures as recorded_figures
@@ -18,11 +20,13 @@ from .recording.tables import history_text as history_text
 from .recording.tables import recorded_text as recorded_text
 from .rig.campbell import campbell_figure as campbell_figure
 from .rig.drawing import rig_figure as rig_figure
+from .rig.text import modes_text as modes_text
 from .rig.text import rig_text as rig_text
 from .settings import Picture as Picture
 from .settings import ReportSettings as ReportSettings
 from .signature import check_picture as check_picture
 from .signature import save_figure as save_figure
 from .signature import signature_figure as signature_figure
-from .text_table import table as table
+from .text_table import Terminal as Terminal
+from .text_table import TextTable as TextTable
 from .text_table import word as word

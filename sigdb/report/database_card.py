@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from sigdb.core import markdown_table
+
 _COUNTS = (
     ("rows", "signatures"),
     ("healthy", "of undamaged gears"),
@@ -40,7 +42,7 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
     yield ""
     yield "## Size"
     yield ""
-    yield from _table(
+    yield markdown_table(
         ("number", "what"),
         [
             *((_grouped(facts[name]), said) for name, said in _COUNTS),
@@ -53,7 +55,7 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
     yield ""
     yield "## Cases"
     yield ""
-    yield from _table(
+    yield markdown_table(
         ("axis", "unit", "values", "least", "greatest"),
         [
             (f"`{one['name']}`", one["unit"], str(one["values"]), f"{one['least']:.6g}", f"{one['greatest']:.6g}")
@@ -74,10 +76,10 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
     yield ""
     yield f"The 5 %, 50 % and 95 % quantiles of `{next(iter(facts['sensors']))}`."
     yield ""
-    yield from _table(
+    yield markdown_table(
         ("indicator", "unit", "undamaged", "damaged"),
         [
-            (f"`{one['name']}`", one["unit"].replace("|", "\\|"), _triple(one["healthy"]), _triple(one["damaged"]))
+            (f"`{one['name']}`", one["unit"], _triple(one["healthy"]), _triple(one["damaged"]))
             for one in facts["indicators"]
         ],
     )
@@ -140,8 +142,3 @@ def _grouped(number: int) -> str:
 
 def _triple(quantiles: Sequence[float] | None) -> str:
     return "-" if quantiles is None else " / ".join(f"{one:.4g}" for one in quantiles)
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    for cells in (head, ["---"] * len(head), *rows):
-        yield "| " + " | ".join(cells) + " |"

@@ -13,7 +13,7 @@ from sigdb.diagnosis import Diagnosis
 from sigdb.report.evaluation.style import drawing, lay_grid
 from sigdb.report.page import CaptionedFigure, page
 from sigdb.report.panels import DAMAGE, HEALTHY, INK, draw_spectrum, mark_passes
-from sigdb.report.text_table import number, rows_of, table, word
+from sigdb.report.text_table import PLAIN, Terminal, TextTable, number
 
 TITLES = {
     "stiffness_loss": "stiffness loss",
@@ -80,16 +80,32 @@ def diagnosis_html(diagnosis: Diagnosis, *, title: str | None = None) -> str:
     )
 
 
-def diagnosis_text(diagnosis: Diagnosis) -> str:
-    """Return the answer and its evidence as text for a terminal."""
+def diagnosis_text(diagnosis: Diagnosis, *, terminal: Terminal = PLAIN) -> str:
+    """Return the answer and its evidence as text for a terminal.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        From :func:`sigdb.diagnose`.
+    terminal : Terminal
+        Where the text is shown; by default a file of any width.
+
+    Returns
+    -------
+    str
+        Several lines.
+    """
     lines = [diagnosis.answer, _evidence(diagnosis)]
     if diagnosis.severity is not None:
-        columns = [("severity", word("target")), ("estimate", number("estimate", 3))]
-        ends = [("low", number("low", 3)), ("high", number("high", 3))]
-        lines += ["", table([*columns, *ends], diagnosis.severity.to_dict("records"))]
+        ends = ("estimate", "low", "high")
+        rows = [
+            [row["target"], *(number(row[name], 3) for name in ends)] for row in diagnosis.severity.to_dict("records")
+        ]
+        lines += ["", TextTable(("severity", *ends), rows).text(terminal, indent=2)]
     nearest = diagnosis.comparison.nearest
-    columns = [(name, number(name, 3)) for name in TITLES if name in nearest]
-    lines += ["", "nearest templates", table(columns, rows_of(nearest))]
+    names = [name for name in TITLES if name in nearest]
+    rows = [[number(row[name], 3) for name in names] for row in nearest.to_dict("records")]
+    lines += ["", "nearest templates", TextTable(names, rows).text(terminal, indent=2)]
     sections = (("missing", diagnosis.missing), ("notes", diagnosis.notes), ("reading", diagnosis.reading))
     for heading, notes in sections:
         if notes:

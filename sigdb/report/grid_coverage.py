@@ -11,6 +11,8 @@ from matplotlib.figure import Figure
 
 from sigdb.core import FloatArray, unit_of
 from sigdb.report.panels import DAMAGE, GRID, INK
+from sigdb.report.text_table import PLAIN, Terminal, TextTable
+from sigdb.sweep import Coverage
 from sigdb.transmission import Damage, Gear, Operating, ToothDamage
 
 _ASKED = 0.97
@@ -18,6 +20,36 @@ _BINS = 30
 _COLUMNS = 3
 _APART = 0.2
 """Least distance between labelled values of an axis, as a fraction of its length."""
+
+
+def coverage_text(coverage: Coverage, *, name: str, terminal: Terminal = PLAIN) -> str:
+    """Return a study of the grid coverage as text.
+
+    Parameters
+    ----------
+    coverage
+        What :func:`sigdb.sweep.coverage` returns.
+    name
+        Name or place of the database.
+    terminal
+        Where the text is shown.
+    """
+    record, match = coverage.record, coverage.cases["match"]
+    details = record.details
+    lines = [
+        f"{name}: {details['cases']} random cases between its own, sensor {record.sensor}",
+        f"match with the nearest template: least {match.min():.3f}, 5 % below {match.quantile(0.05):.3f}, "
+        f"median {match.median():.3f}; {details['share_above_0.97']:.1%} of the cases at 0.97 or above",
+        f"separation from it, in deviations of an average's noise: median {details['separation_median']:.1f}, "
+        f"greatest {details['separation_greatest']:.1f}",
+        f"threshold of 'outside the database': a misfit of {record.threshold:.3g} (exceeded by 1 % of "
+        f"{details['rows']} measured rows, or fewer); stored",
+    ]
+    if coverage.failed:
+        lines.append(f"{coverage.failed} more cases have no result")
+    if len(coverage.coarse):
+        lines += ["", TextTable.of_frame(coverage.coarse).text(terminal)]
+    return "\n".join(lines) + "\n"
 
 
 def coverage_figure(cases: pd.DataFrame, *, grid: Mapping[str, FloatArray], title: str) -> Figure:

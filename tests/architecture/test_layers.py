@@ -150,7 +150,8 @@ def test_the_command_of_the_sweep_only_calls_the_command_line():
         ("skops", {"recognition"}),
         ("duckdb", {"database"}),
         ("click", {"cli"}),
-        ("rich", {"cli"}),
+        ("jinja2", {"report"}),
+        ("rich", {"cli", "report"}),  # progress; tables of text
     ],
 )
 def test_a_library_has_one_home(library, layers):

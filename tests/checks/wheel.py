@@ -28,12 +28,13 @@ def main(dist: Path, environment: Path) -> None:
     top = {name.split("/")[0] for name in names}
     expected = {"sigdb", wheel.name.split("-py3")[0] + ".dist-info"}
     assert top == expected, f"top level of {wheel.name}: {sorted(top)}"
-    source = Path(__file__).parents[1] / "sigdb"
+    source = Path(__file__).parents[2] / "sigdb"
     beside_code = {
         path.relative_to(source.parent).as_posix()
         for pattern in ("*.pyi", "py.typed", "templates/*")
         for path in source.rglob(pattern)
     }
+    assert len(beside_code) > 10, f"not the source: {source}"
     assert beside_code <= names, f"not in {wheel.name}: {sorted(beside_code - names)}"
     venv.create(environment, clear=True, with_pip=True)
     python = environment / "bin" / "python"

@@ -5,10 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 
 import sigdb
+from sigdb.cli import commands
 from sigdb.cli.main import cli
 
 COMMANDS = (
@@ -18,8 +20,30 @@ COMMANDS = (
 SIGDB = Path(sys.executable).with_name("sigdb")
 
 
+def names():
+    return cli.list_commands(click.Context(cli))
+
+
 def test_the_commands_are_these():
-    assert set(cli.commands) == set(COMMANDS)
+    assert set(names()) == set(COMMANDS)
+
+
+def test_a_module_of_commands_is_a_command_without_another_line(monkeypatch, tmp_path):
+    source = "import click\n\n@click.command()\ndef my_own():\n    'Say hello.'\n    click.echo('hello')\n"
+    (tmp_path / "my_own.py").write_text(source, encoding="utf-8")
+    monkeypatch.setattr(commands, "__path__", [*commands.__path__, str(tmp_path)])
+    monkeypatch.delitem(sys.modules, "sigdb.cli.commands.my_own", raising=False)
+    assert names()[-1] == "my-own"
+    assert CliRunner().invoke(cli, ["my-own"]).output == "hello\n"
+    monkeypatch.delitem(sys.modules, "sigdb.cli.commands.my_own")
+
+
+def test_the_help_imports_no_heavy_library(shell):
+    text = "import sys\nfrom sigdb.cli import main\ntry: main()\nexcept SystemExit: pass\nprint(sorted(sys.modules))"
+    loaded = shell("-c", text, "--help", command=[sys.executable]).stdout.splitlines()[-1]
+    assert "'sigdb.cli.commands.query'" in loaded
+    for heavy in ("numpy", "pandas", "pyarrow", "rich", "matplotlib", "jinja2"):
+        assert f"'{heavy}'" not in loaded
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -29,7 +53,7 @@ def test_every_command_has_help(command, option):
     assert result.exit_code == 0
     assert result.stdout.startswith(f"Usage: cli {command}")
     assert result.stdout.count("\n\n") >= 2
-    for parameter in cli.commands[command].params:
+    for parameter in cli.get_command(click.Context(cli), command).params:
         if parameter.param_type_name == "option" and parameter.name != "help":
             assert parameter.help, f"{command} {parameter.name} has no help"
 

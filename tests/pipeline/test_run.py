@@ -205,6 +205,6 @@ def test_the_paper_is_about_twelve_teeth(load, tmp_path):
     wheel = RECIPE.replace("[report]\n", "[report]\npaper = true\n").replace(
         "healthy = 2", 'healthy = 2\ngear = "gear"'
     )
-    with pytest.raises(InputError, match=r"about the 12 teeth of a pinion, and gear 'gear' of rig .* is no gear of 12"):
+    with pytest.raises(InputError, match=r"about the 12 teeth of a pinion, and gear 'gear' of rig .* is not one"):
         run_recipe(load(wheel.replace("tooth = 12", "tooth = 13")), tmp_path / "out", jobs=1)
     assert not (tmp_path / "out").exists()

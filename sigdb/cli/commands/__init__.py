@@ -1,1 +1,1 @@
-"""The commands, one module each."""
+"""The commands, a module each: ``new_rig`` holds ``sigdb new-rig`` as the function ``new_rig``."""

@@ -1,32 +1,28 @@
 """``sigdb card``."""
 
-import json
 from pathlib import Path
 
 import click
+
+from sigdb.cli.options.format import format_option
 
 
 @click.command()
 @click.argument("database", metavar="DB")
 @click.option("--out", type=click.Path(path_type=Path), help="Write to this file instead of the terminal.")
-@click.option("--title", help="Title of the page; the database's place if left out.")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["markdown", "json"]),
-    default="markdown",
-    show_default=True,
-    help="How the card is written.",
-)
+@click.option("--title", help="Title of the page; by default the place of the database.")
+@format_option("markdown", "json", of="the card")
 def card(database: str, out: Path | None, title: str | None, form: str) -> None:
-    """Tell what a finished database is: its size, its cases, how far to trust it, its recipe."""
+    """Describe a finished database: its size, its cases, how far to trust it, its recipe."""
+    import json
+
     from sigdb.database import database_card
     from sigdb.database import open as open_database
     from sigdb.report import database_card_markdown
 
     facts = database_card(open_database(database))
-    said = title or f"Signatures in {database}"
-    text = json.dumps(facts, indent=1) + "\n" if form == "json" else database_card_markdown(facts, title=said)
+    heading = title or f"Signatures in {database}"
+    text = json.dumps(facts, indent=1) + "\n" if form == "json" else database_card_markdown(facts, title=heading)
     if out is None:
         click.echo(text, nl=False)
     else:

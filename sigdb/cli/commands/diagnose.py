@@ -1,11 +1,12 @@
 """``sigdb diagnose``."""
 
-import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from sigdb.cli.options.format import echo_json, format_option
 from sigdb.cli.options.recordings import recording_options
 
 if TYPE_CHECKING:
@@ -18,22 +19,17 @@ if TYPE_CHECKING:
 @click.option(
     "--healthy",
     type=click.Path(path_type=Path),
-    help="Healthy recording of the same rig by the same channel: tells the path from mesh to sensor.",
+    help="Healthy recording of the same rig by the same channel; it shows the path from mesh to sensor.",
 )
 @click.option("--model", help="Folder or name of a trained model whose templates are used.")
-@click.option("--db", "database", help="Database whose templates are used; simulated now if neither is given.")
-@click.option("--gear", help="Gear on the averaged shaft; the mesh's driving gear if left out.")
-@click.option("--sensor", help="The rig's sensor; that of the channel's name, or the first one, if left out.")
-@click.option("--torque", type=float, help="Torque in N m, as the rig's operating point has it, if another one.")
-@recording_options
 @click.option(
-    "--format",
-    "form",
-    type=click.Choice(["table", "json"]),
-    default="table",
-    show_default=True,
-    help="How the answer is written.",
+    "--db", "database", help="Database whose templates are used; without --model and --db they are simulated now."
 )
+@click.option("--gear", help="Gear on the averaged shaft; by default the mesh's driving gear.")
+@click.option("--sensor", help="The rig's sensor; by default that of the channel's name, or the first one.")
+@click.option("--torque", type=float, help="Torque, N m; by default that of the rig's operating point.")
+@recording_options
+@format_option("table", "json")
 @click.option("--out", type=click.Path(path_type=Path), help="Also write a page and its numbers into this folder.")
 def diagnose(
     recording: Path,
@@ -49,13 +45,13 @@ def diagnose(
     reading: "RecordingOptions",
     averaging: "AngleOptions",
 ) -> None:
-    """From a recording to an answer: damaged or not, which tooth, how severe, or why it cannot be told.
+    """Diagnose a recording: damage or none, the tooth, the severity, or why there is no answer.
 
     Example: sigdb diagnose run.csv --rig rig.toml --healthy new.csv --tacho tacho --out diagnosis
     """
     from sigdb.diagnosis import diagnose as diagnose_recording
     from sigdb.recording import read_recording
-    from sigdb.report import diagnosis_text, write_diagnosis_report
+    from sigdb.report import Terminal, diagnosis_text, write_diagnosis_report
 
     diagnosis = diagnose_recording(
         read_recording(recording, **reading),
@@ -68,6 +64,9 @@ def diagnose(
         torque=torque,
         **averaging,
     )
-    click.echo(json.dumps(diagnosis.as_json()) if form == "json" else diagnosis_text(diagnosis), nl=form == "json")
+    if form == "json":
+        echo_json(diagnosis.as_json(), indent=None)
+    else:
+        click.echo(diagnosis_text(diagnosis, terminal=Terminal.of(sys.stdout)), nl=False)
     if out is not None:
         click.echo(f"page: {write_diagnosis_report(diagnosis, out)}", err=True)

@@ -8,9 +8,9 @@ import click
 @click.command()
 @click.argument("database", metavar="DB")
 @click.argument("out", type=click.Path(path_type=Path))
-@click.option("--where", help="Only rows that meet this condition in SQL, for example 'tooth = 6'.")
+@click.option("--where", help="Only rows that meet this SQL condition, for example 'tooth = 6'.")
 @click.option("--signals/--no-signals", default=True, show_default=True, help="Write averages and spectra too.")
-@click.option("--sensor", help="Only this sensor's columns, without suffix; all sensors' if left out.")
+@click.option("--sensor", help="Only this sensor's columns, without suffix; by default those of all sensors.")
 def export(database: str, out: Path, where: str | None, signals: bool, sensor: str | None) -> None:
     """Write a database, or some of its rows, for MATLAB: OUT.mat, or OUT.h5 for HDF5.
 

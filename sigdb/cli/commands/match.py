@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from sigdb.cli.options.format import format_option
 from sigdb.cli.rows import write_rows
 from sigdb.core import InputError
 
@@ -18,17 +19,10 @@ if TYPE_CHECKING:
 @click.argument("recording", type=click.Path(path_type=Path), required=False)
 @click.option("--id", type=int, help="Compare this row of the database instead of a recording.")
 @click.option("--k", type=click.IntRange(1), default=10, show_default=True, help="Number of templates to show.")
-@click.option("--sensor", help="Sensor; the first stored one if left out.")
-@click.option("--where", help="Only templates that meet this condition in SQL, for example 'torque > 100'.")
+@click.option("--sensor", help="Sensor; by default the first stored one.")
+@click.option("--where", help="Only templates that meet this SQL condition, for example 'torque > 100'.")
 @click.option("--whole-teeth", is_flag=True, help="Turn by whole teeth only: sample 0 is at the tacho mark.")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["table", "csv", "json"]),
-    default="table",
-    show_default=True,
-    help="How the rows are written.",
-)
+@format_option("table", "csv", "json", of="the rows")
 def match(
     database: str,
     recording: Path | None,
@@ -60,9 +54,9 @@ def match(
     tsa = _revolution(recording) if recording is not None else opened.signals(np.array([id]), sensor=sensor)["tsa"][0]
     step = opened.manifest.resolved["signature"]["samples_per_tooth"]
     turns = range(len(tsa) // step) if whole_teeth else None
-    found = opened.match(tsa, k=k, sensor=sensor, where=where, turns=turns)
-    write_rows(pa.Table.from_pandas(found.table, preserve_index=False).to_reader(), form, sys.stdout.buffer)
-    click.echo(found.verdict, err=form != "table")
+    nearest = opened.match(tsa, k=k, sensor=sensor, where=where, turns=turns)
+    write_rows(pa.Table.from_pandas(nearest.table, preserve_index=False).to_reader(), form, sys.stdout.buffer)
+    click.echo(nearest.verdict, err=form != "table")
 
 
 def _revolution(path: Path) -> "FloatArray":

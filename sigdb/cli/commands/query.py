@@ -5,6 +5,7 @@ from pathlib import Path
 
 import click
 
+from sigdb.cli.options.format import format_option
 from sigdb.cli.rows import FORMATS, write_rows
 
 _ROWS_AT_ONCE = 8192
@@ -13,20 +14,13 @@ _ROWS_AT_ONCE = 8192
 @click.command()
 @click.argument("database", metavar="DB")
 @click.argument("sql")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(FORMATS),
-    default="table",
-    show_default=True,
-    help="How the rows are written.",
-)
+@format_option(*FORMATS, of="the rows")
 @click.option("--out", type=click.Path(path_type=Path), help="Write to this file instead of the terminal.")
 def query(database: str, sql: str, form: str, out: Path | None) -> None:
-    """Ask a database with one SELECT statement.
+    """Query a database with one SELECT statement.
 
     The views are features (all columns of a row), cases (the same without lists), signals and templates. Rows are
-    written as they are found, so a result may be larger than memory.
+    written as they come, so a result may be larger than memory.
 
     Example: sigdb query DB "select tooth, avg(fm4) from features group by tooth"
     """

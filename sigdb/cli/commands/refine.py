@@ -1,22 +1,30 @@
 """``sigdb refine``."""
 
-import json
+import sys
 
 import click
 
-from sigdb.cli.commands.coverage import coverage_facts, coverage_text, format_option
-from sigdb.cli.options.recordings import jobs_option, scheduler_option
+from sigdb.cli.commands.coverage import coverage_facts
+from sigdb.cli.main import ExitCode
+from sigdb.cli.options.format import echo_json, format_option
+from sigdb.cli.options.workers import jobs_option, scheduler_option
 
 
 @click.command()
 @click.argument("database", metavar="DB")
-@click.option("--match", type=float, default=0.97, show_default=True, help="Least match that is asked for.")
-@click.option("--cases", type=click.IntRange(1), default=200, show_default=True, help="Random cases of a round, about.")
-@click.option("--rounds", type=click.IntRange(1), default=10, show_default=True, help="Append so often at most.")
-@click.option("--sensor", help="Sensor; the first stored one if left out.")
+@click.option("--match", type=float, default=0.97, show_default=True, help="Required match.")
+@click.option(
+    "--cases",
+    type=click.IntRange(1),
+    default=200,
+    show_default=True,
+    help="Approximate number of random cases per round.",
+)
+@click.option("--rounds", type=click.IntRange(1), default=10, show_default=True, help="Greatest number of rounds.")
+@click.option("--sensor", help="Sensor; by default the first stored one.")
 @jobs_option
 @scheduler_option
-@format_option
+@format_option("table", "json")
 def refine(
     database: str,
     match: float,
@@ -29,14 +37,15 @@ def refine(
 ) -> int:
     """Append cases to a database until random cases between its own match its templates.
 
-    Rows that are there stay as they are. Stopped at any instant, the same command goes on. Exit code 1 if the match was
-    not reached in so many rounds.
+    Rows that exist stay as they are. The command may be stopped at any instant; repeated, it goes on. The exit code is
+    1 if the match was not reached within the rounds.
     """
     from sigdb.cli.progress import show_progress
-    from sigdb.sweep import refine as refined
+    from sigdb.report import Terminal, coverage_text
+    from sigdb.sweep import refine as refine_database
 
     with show_progress() as on_progress:
-        done = refined(
+        done = refine_database(
             database,
             match=match,
             cases=cases,
@@ -48,9 +57,9 @@ def refine(
         )
     if form == "json":
         facts = {name: getattr(done, name) for name in ("reached", "rounds", "cases", "rows")}
-        click.echo(json.dumps(facts | {"coverage": coverage_facts(done.coverage)}, indent=1))
+        echo_json(facts | {"coverage": coverage_facts(done.coverage)})
     else:
         reached = "reached" if done.reached else "NOT reached; run the command again, or with more --rounds"
         click.echo(f"{database}: appended {done.cases} cases, {done.rows} rows; a match of {match:g} is {reached}")
-        click.echo(coverage_text(database, done.coverage))
-    return 0 if done.reached else 1
+        click.echo(coverage_text(done.coverage, name=database, terminal=Terminal.of(sys.stdout)), nl=False)
+    return ExitCode.DONE if done.reached else ExitCode.WRONG

@@ -1,79 +1,79 @@
 """``sigdb run``."""
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from sigdb.cli.options.recordings import jobs_option
+from sigdb.cli.main import ExitCode
+from sigdb.cli.options.workers import jobs_option
 
 if TYPE_CHECKING:
     from sigdb.pipeline import ModelResult
     from sigdb.recognition import Estimate
-
-FOUND = 1
-"""Exit code where a model is better than is possible."""
+    from sigdb.report import TextTable
 
 
 @click.command()
 @click.argument("recipe", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for all that is made; data/RECIPE if left out.")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for all results; by default data/RECIPE.")
 @jobs_option
 def run(recipe: Path, out: Path | None, jobs: int) -> int:
-    """Make all that a recipe asks for: its database, models with their reports, figures.
+    """Run a recipe: make its database, its models with their reports, and its pictures.
 
-    Stopped at any instant, the same command goes on. What is there already, of the same inputs, is kept. The exit code
+    The command may be stopped at any instant; repeated, it goes on. Results of the same inputs are kept. The exit code
     is 1 if a model is better than the best possible answer, which no honest model is.
     """
     from sigdb.cli.progress import show_progress
     from sigdb.pipeline import load_recipe, run_recipe
-    from sigdb.report import claims_text
+    from sigdb.report import Terminal, claims_text
 
     with show_progress() as on_progress:
-        made = run_recipe(
+        results = run_recipe(
             load_recipe(recipe),
             out or Path("data") / recipe.stem,
             jobs=jobs,
             on_stage=click.echo,
             on_progress=on_progress,
         )
-    if made.claims is not None:
-        click.echo(f"\n{claims_text(made.claims)}", nl=False)
-    if made.results:
-        click.echo(f"\n{_table(made.results)}")
-    above = [result for result in made.results if result.above]
+    terminal = Terminal.of(sys.stdout)
+    if results.claims is not None:
+        click.echo(f"\n{claims_text(results.claims, terminal=terminal)}", nl=False)
+    if results.results:
+        click.echo(f"\n{_table(results.results).text(terminal, indent=2)}")
+    above = [result for result in results.results if result.above]
     for result in above:
         click.echo(
             f"sigdb: {result.page}: the model {result.model} is better than the best possible answer "
             f"({', '.join(result.above)})",
             err=True,
         )
-    return FOUND if above else 0
+    return ExitCode.WRONG if above else ExitCode.DONE
 
 
-def _table(results: Sequence["ModelResult"]) -> str:
+def _table(results: Sequence["ModelResult"]) -> "TextTable":
     from sigdb.recognition import TITLES
-    from sigdb.report import table, word
+    from sigdb.report import TextTable, word
 
-    rows = [
-        {
-            "target": one.target,
-            "split": one.split,
-            "metric": TITLES[one.metric],
-            "value": _digits(one.value),
-            "bound": _digits(one.bound),
-            "page": one.page,
-        }
-        for one in results
-    ]
-    columns = {"target": "target", "split": "split", "metric": "metric", "model": "value"}
-    columns |= {"bound": "bound", "report": "page"}
-    return table([(head, word(key)) for head, key in columns.items()], rows)
+    columns = ("target", "split", "metric", "model", "bound", "report")
+    return TextTable(
+        columns,
+        [
+            [
+                result.target,
+                result.split,
+                TITLES[result.metric],
+                _digits(result.value),
+                _digits(result.bound),
+                word(result.page),
+            ]
+            for result in results
+        ],
+    )
 
 
-def _digits(estimate: "Estimate | None") -> str | None:
-    """Return an estimate to three digits: some are thousandths."""
-    if estimate is None:
-        return None
-    return f"{estimate.value:.3g} [{estimate.low:.3g}, {estimate.high:.3g}]"
+def _digits(estimate: "Estimate | None") -> str:
+    """Return an estimate and its interval to three digits: some are thousandths."""
+    return "-" if estimate is None else f"{estimate.value:.3g} [{estimate.low:.3g}, {estimate.high:.3g}]"

@@ -1,24 +1,25 @@
 """``sigdb signature``."""
 
-import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from sigdb.cli.options.format import echo_json, format_option
 from sigdb.cli.options.recordings import recording_options
 
 if TYPE_CHECKING:
     from sigdb.recording import AngleOptions, RecordingOptions
 
 _LARGE = "record_spectrum"
-"""What is not printed: tens of thousands of numbers, which a report has."""
+"""Tens of thousands of numbers, which a report holds and the terminal does not show."""
 
 
 @click.command()
 @click.argument("recordings", metavar="RECORDING...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--teeth", type=click.IntRange(1), help="Tooth count of the gear on the averaged shaft.")
-@click.option("--rig", help="Built-in rig or TOML file: names orders and sidebands, tells the tooth cycle.")
+@click.option("--rig", help="Built-in rig or TOML file: it names orders and sidebands, and has the tooth cycle.")
 @click.option("--gear", help="The rig's gear on the averaged shaft.")
 @recording_options
 @click.option(
@@ -26,17 +27,14 @@ _LARGE = "record_spectrum"
     type=click.IntRange(8),
     default=64,
     show_default=True,
-    help="Samples of the average in a tooth pass.",
+    help="Samples of the average per tooth pass.",
 )
-@click.option("--baseline", type=click.IntRange(1), help="First, healthy recordings of a history: adds NA4* and NB4*.")
 @click.option(
-    "--format",
-    "form",
-    type=click.Choice(["table", "json"]),
-    default="table",
-    show_default=True,
-    help="How the facts are written.",
+    "--baseline",
+    type=click.IntRange(1),
+    help="Number of healthy recordings at the beginning of a history; adds NA4* and NB4*.",
 )
+@format_option("table", "json")
 @click.option("--out", type=click.Path(path_type=Path), help="Also write a page and its numbers into this folder.")
 def signature(
     recordings: tuple[Path, ...],
@@ -50,14 +48,14 @@ def signature(
     reading: "RecordingOptions",
     averaging: "AngleOptions",
 ) -> None:
-    """From recordings to signatures: speed, synchronous average, spectrum, indicators.
+    """Compute the signatures of recordings: speed, synchronous average, spectrum, indicators.
 
     Several recordings are a history of one machine, oldest first: NA4 and NB4 compare them.
 
     Example: sigdb signature run.csv --sampling-rate 12800 --teeth 32 --mesh-phase --out signature
     """
     from sigdb.recording import AveragingSettings, read_recording, recorded_history, recorded_signature
-    from sigdb.report import history_text, recorded_text, write_recorded_report
+    from sigdb.report import Terminal, history_text, recorded_text, write_recorded_report
     from sigdb.transmission import load_transmission
 
     if baseline is not None and len(recordings) < 2:
@@ -69,12 +67,12 @@ def signature(
     history = recorded_history(signatures, baseline=baseline) if len(signatures) > 1 else None
     if form == "json":
         facts = [signature.as_json() for signature in signatures]
-        click.echo(
-            json.dumps([{name: value for name, value in signature.items() if name != _LARGE} for signature in facts])
-        )
+        echo_json([{name: fact[name] for name in fact if name != _LARGE} for fact in facts], indent=None)
     else:
-        texts = [recorded_text(signature) for signature in signatures]
-        click.echo("\n".join(texts if history is None else [*texts, history_text(history)]), nl=False)
+        terminal = Terminal.of(sys.stdout)
+        texts = [recorded_text(signature, terminal=terminal) for signature in signatures]
+        texts += [] if history is None else [history_text(history, terminal=terminal)]
+        click.echo("\n".join(texts), nl=False)
     if out is not None:
         page = write_recorded_report(signatures, out, history=history, title=f"Signature of {recordings[0].name}")
         click.echo(f"page: {page}", err=True)

@@ -1,13 +1,15 @@
 """``sigdb sweep``, and ``python -m sigdb.sweep``."""
 
 import json
+import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from sigdb.cli.options.recordings import jobs_option, scheduler_option
+from sigdb.cli.options.format import echo_json, format_option
+from sigdb.cli.options.workers import jobs_option, scheduler_option
 
 if TYPE_CHECKING:
     from sigdb.sweep import Plan
@@ -15,25 +17,18 @@ if TYPE_CHECKING:
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @click.argument("recipe", type=click.Path(path_type=Path))
-@click.option("--out", help="Directory of the database, or s3://BUCKET/PREFIX; data/RECIPE/signatures if left out.")
+@click.option("--out", help="Directory of the database, or s3://BUCKET/PREFIX; by default data/RECIPE/signatures.")
 @jobs_option
 @scheduler_option
-@click.option("--retry-failed", is_flag=True, help="Make parts again that hold templates or rows without a result.")
+@click.option("--retry-failed", is_flag=True, help="Make parts that hold templates or rows without a result again.")
 @click.option("--dry-run", is_flag=True, help="Print templates, rows, bytes, time and the first rows, and stop.")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["table", "json"]),
-    default="table",
-    show_default=True,
-    help="How --dry-run tells the plan.",
-)
+@format_option("table", "json", of="the plan that --dry-run prints")
 def sweep(
     recipe: Path, out: str | None, jobs: int, scheduler: str | None, retry_failed: bool, dry_run: bool, form: str
 ) -> None:
     """Make the database of a recipe, or go on making it.
 
-    Stopped at any instant, the same command goes on. Rows are the same for any number of jobs.
+    The command may be stopped at any instant; repeated, it goes on. Rows are the same for any number of jobs.
     """
     from sigdb.cli.progress import show_progress
     from sigdb.pipeline import load_recipe
@@ -73,29 +68,30 @@ def sweep(
 
 
 def _print_plan(plan: "Plan", out: str, jobs: int, form: str) -> None:
+    from sigdb.report import Terminal, TextTable
     from sigdb.sweep import estimate
 
-    found = estimate(plan, jobs)
-    shown = plan.table_of(plan.sample_ids(5, 5))
+    cost = estimate(plan, jobs)
+    first = plan.table_of(plan.sample_ids(5, 5))
     if form == "json":
-        told = {"out": str(out), "rows": plan.rows, "templates": plan.n_templates, "parts": plan.row_parts}
-        told |= {"bytes": round(found.bytes), "seconds": found.seconds, "jobs": found.jobs}
-        click.echo(json.dumps(told | {"first_rows": json.loads(shown.to_json(orient="records", double_precision=15))}))
+        facts = {"out": out, "rows": plan.rows, "templates": plan.n_templates, "parts": plan.row_parts}
+        facts |= {"bytes": round(cost.bytes), "seconds": cost.seconds, "jobs": cost.jobs}
+        rows = json.loads(first.to_json(orient="records", double_precision=15))
+        echo_json(facts | {"first_rows": rows}, indent=None)
         return
     click.echo(f"{out}: would hold {plan.rows} rows from {plan.n_templates} templates, in {plan.row_parts} parts")
     click.echo(
-        f"about {_told_bytes(found.bytes)} and {_told_seconds(found.seconds)} with {found.jobs} jobs, "
-        "measured on a sample"
+        f"about {_bytes_text(cost.bytes)} and {_seconds_text(cost.seconds)} with {cost.jobs} jobs, measured on a sample"
     )
     click.echo("first rows of the plan, and the first with damage:")
-    click.echo(shown.to_string(index=False, na_rep="-"))
+    click.echo(TextTable.of_frame(first).text(Terminal.of(sys.stdout)))
 
 
-def _told_bytes(size: float) -> str:
+def _bytes_text(size: float) -> str:
     return f"{size / 1e9:.1f} GB" if size >= 1e10 else f"{size / 1e6:.1f} MB"
 
 
-def _told_seconds(seconds: float) -> str:
+def _seconds_text(seconds: float) -> str:
     for name, length in (("days", 86400), ("h", 3600), ("min", 60)):
         if seconds >= 3 * length:
             return f"{seconds / length:.1f} {name}"

@@ -1,15 +1,29 @@
 """``sigdb train``."""
 
 import shlex
+import sys
 from typing import TYPE_CHECKING
 
 import click
 
-from sigdb.cli.commands.evaluate import FOUND
-from sigdb.recognition import LEARNERS
+from sigdb.cli.main import ExitCode
 
 if TYPE_CHECKING:
     from sigdb.recognition import Evaluation
+
+
+class LearnerChoice(click.Choice[str]):
+    """The names of the learners, read when they are needed: their classes take a second to import."""
+
+    def __init__(self) -> None:
+        self.case_sensitive = True
+
+    @property
+    def choices(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Names of the learners."""
+        from sigdb.recognition import LEARNERS
+
+        return tuple(LEARNERS)
 
 
 @click.command()
@@ -20,13 +34,13 @@ if TYPE_CHECKING:
 @click.option("--out", required=True, type=click.Path(), help="Folder for the model.")
 @click.option(
     "--learner",
-    type=click.Choice(list(LEARNERS)),
-    help="Which learner is the model; that of the database's recipe if left out. All are trained and compared.",
+    type=LearnerChoice(),
+    help="Learner of the model; by default that of the database's recipe. All learners are trained and compared.",
 )
 @click.option(
     "--false-alarm-rate",
     type=float,
-    help="Rate of false alarms of detectors and of the baselines' thresholds; that of the recipe if left out, 0.01.",
+    help="False-alarm rate of detectors and of the baselines' thresholds; by default that of the recipe, or 0.01.",
 )
 @click.option(
     "--split",
@@ -41,17 +55,17 @@ def train(database: str, target: str, out: str, learner: str | None, false_alarm
 
     The exit code is 1 if the model is better than the best possible answer, which no honest model is.
     """
-    from sigdb.cli.rows import print_evaluation
     from sigdb.database import open as open_database
     from sigdb.pipeline import train_model
     from sigdb.recognition import EvaluationError
+    from sigdb.report import Terminal, evaluation_text
 
     words = ["sigdb", "train", database, "--target", target, "--out", out, *(["--learner", learner] if learner else [])]
     words += ["--false-alarm-rate", f"{false_alarm_rate:g}"] if false_alarm_rate is not None else []
     words += ["--split", split] if split != "S1" else []
 
-    def written(evaluation: "Evaluation") -> None:
-        print_evaluation(evaluation)
+    def show(evaluation: "Evaluation") -> None:
+        click.echo(evaluation_text(evaluation, terminal=Terminal.of(sys.stdout)), nl=False)
         click.echo(f"model and card: {out}")
 
     try:
@@ -64,9 +78,9 @@ def train(database: str, target: str, out: str, learner: str | None, false_alarm
             split=split,
             command=shlex.join(words),
             on_step=lambda step: click.echo(f"training {target}: {step}", err=True),
-            on_evaluation=written,
+            on_evaluation=show,
         )
     except EvaluationError as error:
         click.echo(f"sigdb: {error}", err=True)
-        return FOUND
-    return 0
+        return ExitCode.WRONG
+    return ExitCode.DONE

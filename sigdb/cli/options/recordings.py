@@ -9,21 +9,23 @@ import click
 _ABOVE_ZERO = click.FloatRange(0, min_open=True)
 
 _FILE = {
-    "tacho": click.option("--tacho", metavar="CHANNEL", help="Channel with the tacho."),
-    "sampling_rate": click.option("--sampling-rate", type=_ABOVE_ZERO, help="Hz, where the file does not say it."),
-    "units": click.option("--unit", "units", help="Unit of the signals, where the file does not say it."),
+    "tacho": click.option("--tacho", metavar="CHANNEL", help="Channel of the tacho."),
+    "sampling_rate": click.option("--sampling-rate", type=_ABOVE_ZERO, help="Hz, if the file does not state it."),
+    "units": click.option("--unit", "units", help="Unit of the signals, if the file does not state it."),
     "pulses_per_rev": click.option(
-        "--pulses-per-rev", type=click.IntRange(1), help="Pulses of the tacho a revolution of its shaft."
+        "--pulses-per-rev", type=click.IntRange(1), help="Pulses of the tacho per revolution of its shaft."
     ),
-    "ratio": click.option("--ratio", type=_ABOVE_ZERO, help="Revolutions of the averaged shaft in one of the tacho's."),
-    "variable": click.option("--variable", help="Array or group of a file that holds several."),
+    "ratio": click.option(
+        "--ratio", type=_ABOVE_ZERO, help="Revolutions of the averaged shaft per revolution of the tacho's shaft."
+    ),
+    "variable": click.option("--variable", help="Array or group to read from a file that holds several."),
 }
 """Options of :func:`sigdb.read_recording`."""
 
 _ANGLE = {
-    "channel": click.option("--channel", help="Signal; the first one if left out."),
+    "channel": click.option("--channel", help="Signal; by default the first one."),
     "mesh_phase": click.option(
-        "--mesh-phase", is_flag=True, help="Take the angle from the phase of the mesh: no tacho is needed."
+        "--mesh-phase", is_flag=True, help="Take the angle from the phase of the mesh; no tacho is needed."
     ),
     "speed_rpm": click.option("--speed-rpm", type=_ABOVE_ZERO, help="Speed for --mesh-phase, to within 5 %."),
     "speed_range_rpm": click.option(
@@ -32,15 +34,15 @@ _ANGLE = {
         nargs=2,
         type=float,
         metavar="LOW HIGH",
-        help="Where to seek the speed instead, rpm.",
+        help="Range in which --mesh-phase searches for the speed, rpm.",
     ),
     "harmonic": click.option(
         "--harmonic",
         type=click.IntRange(1),
-        help="Mesh harmonic for --mesh-phase; of the first three the most even if left out.",
+        help="Mesh harmonic for --mesh-phase; by default the steadiest of the first three.",
     ),
     "revolutions": click.option(
-        "--revolutions", type=click.IntRange(1), help="Revolutions to average; all whole tooth cycles else."
+        "--revolutions", type=click.IntRange(1), help="Revolutions to average; by default all whole tooth cycles."
     ),
 }
 """Options of :func:`sigdb.recording.recorded_signature`."""
@@ -63,21 +65,3 @@ def recording_options(command: Callable[..., None]) -> Callable[..., None]:
     for option in reversed((*_FILE.values(), *_ANGLE.values())):
         call = option(call)
     return call
-
-
-def _checked(context: click.Context, parameter: click.Parameter, jobs: int) -> int:
-    if jobs == 0 or jobs < -1:
-        raise click.BadParameter(f"{jobs}; give 1 or more, or -1 for one on each core")
-    return jobs
-
-
-def jobs_option(command: Any) -> Any:
-    """``--jobs``."""
-    said = "Worker processes; -1 for one on each core."
-    return click.option("--jobs", type=int, default=-1, show_default=True, callback=_checked, help=said)(command)
-
-
-def scheduler_option(command: Any) -> Any:
-    """``--scheduler``."""
-    said = "Let the workers of this Dask scheduler do the work."
-    return click.option("--scheduler", metavar="ADDRESS", help=said)(command)

@@ -12,8 +12,8 @@ from sigdb.recognition import (
     TARGETS,
     TITLES,
     Estimate,
+    EstimateTable,
     Evaluation,
-    TextTable,
     bound_text,
     criteria_table,
     efficiency_cells,
@@ -100,7 +100,7 @@ def _why_no_cells(evaluation: Evaluation) -> str:
     return f"no cell of severity, noise and operating point has {ENOUGH} rows"
 
 
-def _table(table: TextTable) -> dict[str, Sequence[object]] | None:
+def _table(table: EstimateTable) -> dict[str, Sequence[object]] | None:
     """Return head and rows for the template; None for a table without rows."""
     return {"head": table.head, "rows": [list(map(_cell, row)) for row in table.rows]} if table else None
 

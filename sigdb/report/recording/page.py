@@ -3,7 +3,6 @@
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -11,15 +10,7 @@ from sigdb.core import __version__, plain
 from sigdb.recording import RecordedSignature
 from sigdb.report.page import page
 from sigdb.report.recording.pictures import history_figure, recorded_figures
-from sigdb.report.recording.tables import (
-    INDICATOR_COLUMNS,
-    LINE_COLUMNS,
-    fact_rows,
-    history_columns,
-    indicator_rows,
-    outstanding_lines,
-)
-from sigdb.report.text_table import Column, rows_of
+from sigdb.report.recording.tables import fact_rows, history_table, indicator_table, line_table
 
 PAGE, NUMBERS = "index.html", "signature.json"
 """Files of a report."""
@@ -72,7 +63,7 @@ def write_recorded_report(
 
 
 def _history(history: pd.DataFrame) -> dict[str, object]:
-    return _table(history_columns(history), rows_of(history)) | {"picture": history_figure(history)}
+    return {"table": history_table(history), "picture": history_figure(history)}
 
 
 def _signature(signature: RecordedSignature) -> dict[str, object]:
@@ -81,10 +72,6 @@ def _signature(signature: RecordedSignature) -> dict[str, object]:
         "facts": fact_rows(signature),
         "notes": signature.notes,
         "pictures": list(recorded_figures(signature)),
-        "lines": _table(LINE_COLUMNS, outstanding_lines(signature)),
-        "indicators": _table(INDICATOR_COLUMNS, indicator_rows(signature)),
+        "lines": line_table(signature),
+        "indicators": indicator_table(signature),
     }
-
-
-def _table(columns: Sequence[Column], rows: Sequence[Any]) -> dict[str, object]:
-    return {"head": [head for head, _ in columns], "rows": [[cell(row) for _, cell in columns] for row in rows]}

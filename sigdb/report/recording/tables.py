@@ -1,12 +1,12 @@
 """The signature of a recording as tables of text."""
 
-import re
 from math import isnan
+from pathlib import PureWindowsPath
 
 import pandas as pd
 
 from sigdb.recording import RecordedSignature
-from sigdb.report.text_table import Column, number, rows_of, table, word
+from sigdb.report.text_table import PLAIN, Terminal, TextTable, number
 from sigdb.signature import INDICATORS
 
 _HISTORY: dict[str, str] = {
@@ -21,22 +21,17 @@ _HISTORY: dict[str, str] = {
     "na4_star": "NA4*",
     "nb4_star": "NB4*",
 }
-LINE_COLUMNS: tuple[Column, ...] = (
-    ("order", lambda row: f"{row['order']:.3f}"),
-    ("amplitude", number("amplitude")),
-    ("over level", lambda row: f"{row['over_level']:.1f}"),
-    ("what", word("name")),
-)
-"""Columns of the table of :func:`outstanding_lines`."""
 
 
-def recorded_text(signature: RecordedSignature) -> str:
+def recorded_text(signature: RecordedSignature, *, terminal: Terminal = PLAIN) -> str:
     """Return facts, indicators, outstanding lines and notes of a recording's signature as text.
 
     Parameters
     ----------
     signature : RecordedSignature
         From :func:`sigdb.recording.recorded_signature`.
+    terminal : Terminal
+        Where the text is shown; by default a file of any width.
 
     Returns
     -------
@@ -46,38 +41,45 @@ def recorded_text(signature: RecordedSignature) -> str:
     facts = fact_rows(signature)
     width = max(len(name) for name, _ in facts)
     head = "\n".join(f"  {name.ljust(width)}  {value}" for name, value in facts)
-    lines = outstanding_lines(signature)
+    lines = line_table(signature)
     blocks = [
         f"{signature.source}\n{head}",
-        f"Indicators\n{table(INDICATOR_COLUMNS, indicator_rows(signature))}",
-        f"Lines that stand out of the spectrum over the angle\n{table(LINE_COLUMNS, lines)}"
-        if lines
+        f"Indicators\n{indicator_table(signature).text(terminal, indent=2)}",
+        f"Lines that stand out of the spectrum over the angle\n{lines.text(terminal, indent=2)}"
+        if lines.rows
         else "No line stands out",
         "Notes\n" + "\n".join(f"  - {note.text}" for note in signature.notes),
     ]
     return "\n\n".join(blocks) + "\n"
 
 
-def history_text(history: pd.DataFrame) -> str:
+def history_text(history: pd.DataFrame, *, terminal: Terminal = PLAIN) -> str:
     """Return the recordings of a machine as text, a line for each, oldest first.
 
     Parameters
     ----------
     history : pandas.DataFrame
         From :func:`sigdb.recording.recorded_history`.
+    terminal : Terminal
+        Where the text is shown; by default a file of any width.
 
     Returns
     -------
     str
         Several lines.
     """
-    return f"History, oldest first\n{table(history_columns(history), rows_of(history))}\n"
+    return f"History, oldest first\n{history_table(history).text(terminal, indent=2)}\n"
 
 
-def history_columns(history: pd.DataFrame) -> list[Column]:
-    """Return the columns of the table of a history."""
-    shown = [(title, number(key, 5)) for key, title in _HISTORY.items() if key in history]
-    return [("recording", lambda row: re.split(r"[/\\]", row["source"])[-1]), *shown]
+def history_table(history: pd.DataFrame) -> TextTable:
+    """Return the table of a history, a row for each recording."""
+    shown = {key: title for key, title in _HISTORY.items() if key in history}
+    rows = [
+        # The name of a file of Windows or of another system.
+        [PureWindowsPath(row["source"]).name, *(number(row[key], 5) for key in shown)]
+        for row in history.to_dict("records")
+    ]
+    return TextTable(["recording", *shown.values()], rows)
 
 
 def fact_rows(signature: RecordedSignature) -> list[tuple[str, str]]:
@@ -104,23 +106,15 @@ def _averages(signature: RecordedSignature) -> str:
     return f"{M} revolutions{whole}; {signature.dropped} dropped"
 
 
-INDICATOR_COLUMNS: tuple[Column, ...] = (
-    ("indicator", word("name")),
-    ("value", number("value")),
-    ("what", word("help")),
-)
-"""Columns of :func:`indicator_rows`."""
+def indicator_table(signature: RecordedSignature) -> TextTable:
+    """Return the table of the indicators, with their descriptions."""
+    rows = [[name, number(value), INDICATORS[name].help] for name, value in signature.indicators.items()]
+    return TextTable(("indicator", "value", "what"), rows)
 
 
-def indicator_rows(signature: RecordedSignature) -> list[dict[str, str | float | None]]:
-    """Return the indicators with their descriptions."""
-    return [
-        {"name": name, "value": None if isnan(value) else value, "help": INDICATORS[name].help}
-        for name, value in signature.indicators.items()
-    ]
-
-
-def outstanding_lines(signature: RecordedSignature) -> list[dict[str, str | float]]:
-    """Return the lines that stand out of the spectrum over the angle."""
+def line_table(signature: RecordedSignature) -> TextTable:
+    """Return the table of the lines that stand out of the spectrum over the angle."""
     lines = signature.lines[signature.lines["stands_out"]]
-    return [{str(name): value for name, value in row.items()} for row in lines.to_dict("records")]
+    columns = zip(lines["order"], lines["amplitude"], lines["over_level"], lines["name"], strict=True)
+    rows = [[f"{order:.3f}", number(amplitude), f"{over:.1f}", name] for order, amplitude, over, name in columns]
+    return TextTable(("order", "amplitude", "over level", "what"), rows)

@@ -4,16 +4,19 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from sigdb.report.text_table import Column, hertz, lists, number, table, word
+from sigdb.report.text_table import PLAIN, Column, Terminal, TextTable, number, word
+from sigdb.transmission import CoupledModes
 
 
-def rig_text(facts: Mapping[str, Any]) -> str:
-    """The numbers of a rig as a page of text.
+def rig_text(facts: Mapping[str, Any], *, terminal: Terminal = PLAIN) -> str:
+    """Return the numbers of a rig as a page of text.
 
     Parameters
     ----------
     facts
         What :func:`sigdb.transmission.describe_rig` returns.
+    terminal
+        Where the text is shown.
 
     Returns
     -------
@@ -24,9 +27,43 @@ def rig_text(facts: Mapping[str, Any]) -> str:
     blocks = [_head(facts)]
     for title, key, columns in _TABLES:
         if facts[key]:
-            blocks.append(f"{title}\n{table(columns, facts[key])}")
-    blocks += [*_frequencies(facts), _origins(facts["origins"])]
+            blocks.append(f"{title}\n{_table(columns, facts[key], terminal)}")
+    blocks += [*_frequencies(facts, terminal), _origins(facts["origins"])]
     return "\n\n".join(blocks) + "\n"
+
+
+def modes_text(modes: CoupledModes, *, count: int | None = None, terminal: Terminal = PLAIN) -> str:
+    """Return the modes of a rig as aligned text, the lowest first.
+
+    Parameters
+    ----------
+    modes
+        What :func:`sigdb.transmission.coupled_modes` returns.
+    count
+        Number of modes to show; all of them by default.
+    terminal
+        Where the text is shown.
+    """
+    head = ("mode", "frequency, Hz", "damping ratio", "moves (share of kinetic energy)")
+    rows = [
+        [str(i), f"{frequency:.1f}", f"{ratio:z.4f}", _moves(moves)]
+        for i, (frequency, ratio, moves) in enumerate(
+            zip(modes.frequency_hz, modes.damping_ratio, modes.moves, strict=True), start=1
+        )
+    ]
+    return TextTable(head, rows[:count]).text(terminal) + "\n"
+
+
+def _table(columns: Sequence[Column[Any]], rows: Sequence[Any], terminal: Terminal) -> str:
+    return TextTable.of(columns, rows).text(terminal, indent=2)
+
+
+def _list(values: Sequence[float]) -> str:
+    return " ".join(f"{value:g}" for value in values)
+
+
+def _hertz(value: float) -> str:
+    return f"{value:.6g}"
 
 
 def _end(row: Mapping[str, Any]) -> str:
@@ -39,34 +76,39 @@ def _place(row: Mapping[str, Any]) -> str:
     return f"gear {row['gear']}" if row["gear"] else f"casing point {row['point']}"
 
 
-def _moves(row: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name} {share:.0%}" for name, share in list(row["moves"].items())[:3] if share >= 0.05)
+def _moves(moves: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {share:.0%}" for name, share in list(moves.items())[:3] if share >= 0.05)
 
 
-_NAME: Column = ("name", word("name"))
-_WHERE: tuple[Column, Column] = (("shaft", word("shaft")), ("node", word("node")))
-_INERTIA: tuple[Column, ...] = (
-    ("mass, kg", number("mass")),
-    ("Ip, kg m^2", number("polar_inertia")),
-    ("Id, kg m^2", number("diametral_inertia")),
+_NAME: Column[Any] = ("name", lambda row: word(row["name"]))
+_WHERE: tuple[Column[Any], Column[Any]] = (
+    ("shaft", lambda row: word(row["shaft"])),
+    ("node", lambda row: word(row["node"])),
 )
-_MODE: tuple[Column, ...] = (
+_INERTIA: tuple[Column[Any], ...] = (
+    ("mass, kg", lambda row: number(row["mass"])),
+    ("Ip, kg m^2", lambda row: number(row["polar_inertia"])),
+    ("Id, kg m^2", lambda row: number(row["diametral_inertia"])),
+)
+_MODE: tuple[Column[Any], ...] = (
     ("frequency, Hz", lambda row: f"{row['frequency_hz']:.1f}"),
     ("damping ratio", lambda row: f"{row['damping_ratio']:z.4f}"),
 )
 
-_TABLES: tuple[tuple[str, str, Sequence[Column]], ...] = (
+_MOVES: Column[Any] = ("moves", lambda row: _moves(row["moves"]))
+
+_TABLES: tuple[tuple[str, str, Sequence[Column[Any]]], ...] = (
     (
         "Shafts",
         "shafts",
         (
             _NAME,
-            ("segments", word("segments")),
-            ("nodes", word("nodes")),
-            ("length, m", number("length")),
-            ("mass, kg", number("mass")),
-            ("speed, rpm", number("speed_rpm", 6)),
-            ("speed, Hz", hertz("speed_hz")),
+            ("segments", lambda row: word(row["segments"])),
+            ("nodes", lambda row: word(row["nodes"])),
+            ("length, m", lambda row: number(row["length"])),
+            ("mass, kg", lambda row: number(row["mass"])),
+            ("speed, rpm", lambda row: number(row["speed_rpm"], 6)),
+            ("speed, Hz", lambda row: _hertz(row["speed_hz"])),
             ("motions", lambda row: " ".join(row["motions"])),
         ),
     ),
@@ -76,9 +118,9 @@ _TABLES: tuple[tuple[str, str, Sequence[Column]], ...] = (
         (
             _NAME,
             *_WHERE,
-            ("teeth", word("teeth")),
-            ("radius, mm", number("pitch_radius", scale=1e3)),
-            ("pitch angle, deg", number("pitch_angle_deg", 5)),
+            ("teeth", lambda row: word(row["teeth"])),
+            ("radius, mm", lambda row: number(row["pitch_radius"] * 1e3)),
+            ("pitch angle, deg", lambda row: number(row["pitch_angle_deg"], 5)),
             *_INERTIA,
         ),
     ),
@@ -88,24 +130,24 @@ _TABLES: tuple[tuple[str, str, Sequence[Column]], ...] = (
         "meshes",
         (
             _NAME,
-            ("driving", word("driving")),
-            ("driven", word("driven")),
-            ("ratio", number("ratio", 5)),
-            ("stiffness, N/m", number("stiffness")),
-            ("contact ratio", number("contact_ratio")),
-            ("normal force, N", number("normal_force", 5)),
-            ("compression, um", number("static_compression", scale=1e6)),
+            ("driving", lambda row: word(row["driving"])),
+            ("driven", lambda row: word(row["driven"])),
+            ("ratio", lambda row: number(row["ratio"], 5)),
+            ("stiffness, N/m", lambda row: number(row["stiffness"])),
+            ("contact ratio", lambda row: number(row["contact_ratio"])),
+            ("normal force, N", lambda row: number(row["normal_force"], 5)),
+            ("compression, um", lambda row: number(row["static_compression"] * 1e6)),
         ),
     ),
     (
         "Tooth forces, N (radial: towards the gear's axis; axial: along its shaft's z)",
         "tooth_forces",
         (
-            ("mesh", word("mesh")),
-            ("gear", word("gear")),
-            ("tangential", number("tangential", 5)),
-            ("radial", number("radial", 5)),
-            ("axial", number("axial", 5)),
+            ("mesh", lambda row: word(row["mesh"])),
+            ("gear", lambda row: word(row["gear"])),
+            ("tangential", lambda row: number(row["tangential"], 5)),
+            ("radial", lambda row: number(row["radial"], 5)),
+            ("axial", lambda row: number(row["axial"], 5)),
         ),
     ),
     (
@@ -115,8 +157,8 @@ _TABLES: tuple[tuple[str, str, Sequence[Column]], ...] = (
             _NAME,
             *_WHERE,
             ("seat", lambda row: row["seat"] or "ground"),
-            ("stiffness", lists("stiffness")),
-            ("damping", lists("damping")),
+            ("stiffness", lambda row: _list(row["stiffness"])),
+            ("damping", lambda row: _list(row["damping"])),
             ("cross terms", lambda row: "yes" if row["cross_terms"] else "no"),
         ),
     ),
@@ -127,14 +169,18 @@ _TABLES: tuple[tuple[str, str, Sequence[Column]], ...] = (
             _NAME,
             *_WHERE,
             ("to", _end),
-            ("stiffness, N m/rad", number("stiffness")),
-            ("damping, N m s/rad", number("damping")),
+            ("stiffness, N m/rad", lambda row: number(row["stiffness"])),
+            ("damping, N m s/rad", lambda row: number(row["damping"])),
         ),
     ),
     (
         "Casing modes",
         "casing",
-        (*_MODE, ("modal mass, kg", number("modal_mass")), ("points", lambda row: ", ".join(row["shape"]))),
+        (
+            *_MODE,
+            ("modal mass, kg", lambda row: number(row["modal_mass"])),
+            ("points", lambda row: ", ".join(row["shape"])),
+        ),
     ),
     (
         "Sensors",
@@ -142,15 +188,20 @@ _TABLES: tuple[tuple[str, str, Sequence[Column]], ...] = (
         (
             _NAME,
             ("at", _place),
-            ("direction", lists("direction")),
-            ("measures", word("quantity")),
-            ("unit", word("unit")),
+            ("direction", lambda row: _list(row["direction"])),
+            ("measures", lambda row: word(row["quantity"])),
+            ("unit", lambda row: word(row["unit"])),
         ),
     ),
     (
         "Other excitations",
         "excitations",
-        (("what", word("what")), ("size", number("size")), ("unit", word("unit")), ("shaft", word("shaft"))),
+        (
+            ("what", lambda row: word(row["what"])),
+            ("size", lambda row: number(row["size"])),
+            ("unit", lambda row: word(row["unit"])),
+            ("shaft", lambda row: word(row["shaft"])),
+        ),
     ),
 )
 
@@ -170,35 +221,35 @@ def _head(facts: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _frequencies(facts: Mapping[str, Any]) -> list[str]:
+def _frequencies(facts: Mapping[str, Any], terminal: Terminal) -> list[str]:
     blocks = []
     if facts["meshes"]:
-        columns: tuple[Column, ...] = (
-            ("mesh", word("name")),
-            ("mesh, Hz", hertz("mesh_frequency_hz")),
+        columns: tuple[Column[Any], ...] = (
+            ("mesh", lambda row: word(row["name"])),
+            ("mesh, Hz", lambda row: _hertz(row["mesh_frequency_hz"])),
             ("twice", lambda row: f"{row['harmonics_hz'][1]:.6g}"),
             ("three times", lambda row: f"{row['harmonics_hz'][2]:.6g}"),
-            ("tooth cycle, Hz", hertz("tooth_cycle_hz")),
+            ("tooth cycle, Hz", lambda row: _hertz(row["tooth_cycle_hz"])),
         )
         note = "tooth cycle = mesh frequency x gcd(z1, z2) / (z1 z2): how often the same two teeth meet"
-        blocks.append(f"Mesh frequencies\n{table(columns, facts['meshes'])}\n{note}")
+        blocks.append(f"Mesh frequencies\n{_table(columns, facts['meshes'], terminal)}\n{note}")
     title = f"Natural frequencies ({len(facts['modes'])} shown; moves: share of kinetic energy)"
-    block = f"{title}\n{table((*_MODE, ('moves', _moves)), facts['modes'])}"
+    block = f"{title}\n{_table((*_MODE, _MOVES), facts['modes'], terminal)}"
     if facts["overdamped"]:
         block += f"\n{facts['overdamped']} more do not vibrate: they are overdamped"
-    return [*blocks, block, _warnings(facts["resonances"])]
+    return [*blocks, block, _warnings(facts["resonances"], terminal)]
 
 
-def _warnings(resonances: Sequence[Mapping[str, Any]]) -> str:
+def _warnings(resonances: Sequence[Mapping[str, Any]], terminal: Terminal) -> str:
     if not resonances:
         return "No natural frequency is within 5 % of a shaft's speed or of the first three harmonics of a mesh"
-    columns: tuple[Column, ...] = (
+    columns: tuple[Column[Any], ...] = (
         *_MODE,
         ("is near", lambda row: f"{row['order']} x {row['excited_by']}"),
         ("at, Hz", lambda row: f"{row['excitation_hz']:.1f}"),
-        ("moves", _moves),
+        _MOVES,
     )
-    return f"Resonance: natural frequencies within 5 % of an excitation\n{table(columns, resonances)}"
+    return f"Resonance: natural frequencies within 5 % of an excitation\n{_table(columns, resonances, terminal)}"
 
 
 def _origins(origins: Mapping[str, int]) -> str:

@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sigdb.cli.rows import print_evaluation
 from sigdb.core import Note
 from sigdb.recognition import TARGETS, CriteriaSettings, Estimate, Evaluation
 from sigdb.recognition.answers import Answers
@@ -18,7 +17,7 @@ from sigdb.recognition.criteria import assess_criteria
 from sigdb.recognition.evaluation_tables import evaluation_tables
 from sigdb.recognition.metrics.evaluated import Evaluated
 from sigdb.recognition.metrics.metric import estimates
-from sigdb.report import evaluation_figures, evaluation_html, write_evaluation_report
+from sigdb.report import evaluation_figures, evaluation_html, evaluation_text, write_evaluation_report
 
 TEETH = 5
 
@@ -226,9 +225,8 @@ def test_the_loss_is_drawn_by_noise_band(compared):
     assert figure.axes[0].containers[0].lines[0].get_xydata().tolist() == [[-8.0, 0.31], [-4.0, 0.2]]
 
 
-def test_the_command_prints_them_compactly(compared, capsys):
-    print_evaluation(compared)
-    said = capsys.readouterr().out
+def test_the_text_has_them_compactly(compared):
+    said = evaluation_text(compared)
     assert re.search(r"^-10 to -6 dB +500 +0\.410 +0\.400 +0\.310 \[0\.100, 0\.500\]$", said, re.MULTILINE)
     assert re.search(r"^location, loss against the bound, dB +0\.25 +beyond \(-6 to -2 dB\) +no$", said, re.MULTILINE)
     assert "Because a < b." in " ".join(said.split())

@@ -1,0 +1,26 @@
+"""The options that say which processes do the work."""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+
+
+def _checked(context: click.Context, parameter: click.Parameter, jobs: int) -> int:
+    if jobs == 0 or jobs < -1:
+        raise click.BadParameter(f"{jobs}; give 1 or more, or -1 for one on each core")
+    return jobs
+
+
+def jobs_option(command: _Command) -> _Command:
+    """Add ``--jobs`` to a command."""
+    text = "Worker processes; -1 for one on each core."
+    return click.option("--jobs", type=int, default=-1, show_default=True, callback=_checked, help=text)(command)
+
+
+def scheduler_option(command: _Command) -> _Command:
+    """Add ``--scheduler`` to a command."""
+    text = "Use the workers of this Dask scheduler."
+    return click.option("--scheduler", metavar="ADDRESS", help=text)(command)
