@@ -3,12 +3,12 @@ from .database import check_complete as check_complete
 from .database import open as open
 from .export.export import Export as Export
 from .matching.match import Match as Match
-from .matching.match import template_bank as template_bank
+from .matching.match import Matcher as Matcher
 from .matching.nearest import Distance as Distance
 from .matching.nearest import Nearest as Nearest
-from .matching.nearest import misfit as misfit
 from .matching.nearest import mismatch as mismatch
 from .matching.nearest import nearest as nearest
+from .matching.nearest import residual_distance as residual_distance
 from .matching.outside_threshold import COVERAGE_FILE as COVERAGE_FILE
 from .matching.outside_threshold import CoverageRecord as CoverageRecord
 from .matching.outside_threshold import write_coverage as write_coverage

@@ -172,10 +172,10 @@ def _sentence(error: Exception) -> str:
 
 
 SignalRows = Callable[[IntArray], Iterable[tuple[IntArray, pa.Table]]]
-"""Rows of ``signals`` by ids in ascending order, block by block."""
+"""Returns rows of ``signals`` by ids in ascending order, block by block."""
 
 
-def chosen_columns(
+def check_columns(
     schema: pa.Schema, table: str, columns: Sequence[str] | None, why_absent: Callable[[str], str]
 ) -> list[str]:
     """Return the columns to read, all if None.
@@ -211,14 +211,14 @@ def check_table(table: str) -> None:
         raise InputError(f"table = {table!r} is not a table of a database{suggestion(table, TABLES)}")
 
 
-def check_rows(rows: int) -> None:
+def check_row_count(rows: int) -> None:
     """Refuse batches without rows."""
     if rows < 1:
         raise InputError(f"rows = {rows} must be 1 or more: it is the greatest number of rows in a batch")
 
 
 def describe_columns(reader: pa.RecordBatchReader, schema: pa.Schema) -> pa.RecordBatchReader:
-    """Batches whose columns carry unit, description and formula, which SQL forgets."""
+    """Return batches whose columns carry unit, description and formula, which SQL drops."""
     wanted = pa.schema([schema.field(name) for name in reader.schema.names])
     return pa.RecordBatchReader.from_batches(wanted, (batch.cast(wanted) for batch in reader))
 
@@ -226,7 +226,7 @@ def describe_columns(reader: pa.RecordBatchReader, schema: pa.Schema) -> pa.Reco
 def signal_batches(
     ids: pa.RecordBatchReader, read: SignalRows, columns: Sequence[str], schema: pa.Schema
 ) -> pa.RecordBatchReader:
-    """Rows of ``signals`` of a stream of ids, a batch for each batch of ids."""
+    """Return rows of ``signals`` of a stream of ids, a batch for each batch of ids."""
     wanted = pa.schema([schema.field(name) for name in columns])
 
     def batches() -> Iterator[pa.RecordBatch]:

@@ -1,4 +1,4 @@
-"""The finished parts of a database: tables as Arrow datasets, rows by id, a connection for SQL."""
+"""The finished parts of a database: tables as Arrow datasets, rows by id or in batches, connections for SQL."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -12,7 +12,14 @@ import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 
 from sigdb.core import DatabaseError, InputError, IntArray, __version__
-from sigdb.database.query import Connection
+from sigdb.database.query import (
+    Connection,
+    check_columns,
+    check_row_count,
+    check_table,
+    describe_columns,
+    signal_batches,
+)
 from sigdb.database.signals import AbsentRowError, row_blocks
 from sigdb.database.store.checked import open_checked
 from sigdb.database.store.manifest import Manifest, read_manifest
@@ -26,7 +33,10 @@ _PART_KIND = {"templates": "templates", "features": "rows", "signals": "rows"}
 
 
 class StoredTables:
-    """What of a database was finished when it was opened."""
+    """The finished parts of a database, as of its opening.
+
+    Its columns are those that the database was made with, whatever this version of sigdb would store.
+    """
 
     def __init__(self, location: str | PathLike[str] | Store) -> None:
         self.store = Store.at(location)
@@ -45,33 +55,109 @@ class StoredTables:
         """Stored sensors; the first one's columns have no suffix."""
         return self.manifest.sensors
 
+    def receipts(self, name: str) -> list[Receipt]:
+        """Return the receipts of the finished parts, ``templates`` or ``rows``."""
+        return list(self._receipts[name].values())
+
+    def stored_sensor(self, sensor: str | None) -> str:
+        """Return a stored sensor by name, the first one if None.
+
+        Raises
+        ------
+        InputError
+            If the database has no such sensor.
+        """
+        if sensor is not None and sensor not in self.sensors:
+            raise InputError(f"sensor {sensor!r} is not stored in {self.store}; stored: {', '.join(self.sensors)}")
+        return sensor or self.sensors[0]
+
     def dataset(self, table: str) -> ds.Dataset:
-        """The finished parts of a table as an Arrow dataset; whatever it reads is compared with its checksums.
+        """Return the finished parts of a table as an Arrow dataset, whose reads are compared with checksums.
 
         Parameters
         ----------
-        table
-            ``templates``, ``features`` or ``signals``.
+        table : {"templates", "features", "signals"}
+            Name of the table.
+
+        Raises
+        ------
+        DatabaseError
+            If no part is finished, or a part is damaged.
         """
         with self._reading():
             return self._dataset(table)
 
-    def _dataset(self, table: str, errors: list[DatabaseError] | None = None) -> ds.Dataset:
-        receipts = self._receipts[_PART_KIND[table]].values()
-        if not receipts:
-            raise DatabaseError(f"{self.store}: no {table} are finished yet; run the sweep that makes this database")
-        files = [open_checked(self.store, receipt.file(table), errors) for receipt in receipts]
-        parts = [_PARQUET.make_fragment(file) for file in files]
-        return ds.FileSystemDataset(parts, parts[0].physical_schema, _PARQUET)
+    def scan(self, table: str, columns: Sequence[str]) -> Iterator[pa.RecordBatch]:
+        """Yield some columns of a table, batch by batch, without SQL."""
+        with self._reading():
+            yield from self.dataset(table).to_batches(columns=list(columns))
+
+    def batches(
+        self,
+        where: str | None = None,
+        *,
+        table: str = "features",
+        columns: Sequence[str] | None = None,
+        rows: int = 2048,
+    ) -> pa.RecordBatchReader:
+        """Return rows of a table in Arrow batches, in the order of their ids.
+
+        Memory holds a few batches and row groups, however many rows there are.
+
+        Parameters
+        ----------
+        where : str, optional
+            A condition as in :meth:`cases`, on columns of ``features`` also for ``signals``, on columns of
+            ``templates`` for ``templates``.
+        table : {"features", "signals", "templates"}
+            Name of the table.
+        columns : sequence of str, optional
+            Columns by name; all columns of the table if left out.
+        rows : int
+            Greatest number of rows in a batch.
+
+        Returns
+        -------
+        pyarrow.RecordBatchReader
+            An iterator of record batches. The field of each column carries its unit, description and formula.
+
+        Raises
+        ------
+        InputError
+            If ``where``, ``table`` or ``columns`` name a thing that does not exist.
+        DatabaseError
+            If a part is damaged: when the stream comes to it.
+
+        Examples
+        --------
+        Mean square of every signal with damage at tooth 6, whatever the size of the database::
+
+            for batch in db.batches("tooth = 6", table="signals", columns=["id", "tsa"]):
+                tsa = np.stack(batch["tsa"].to_numpy(zero_copy_only=False))
+                square = (tsa**2).mean(axis=1)
+        """
+        check_table(table)
+        check_row_count(rows)
+        schema = self.dataset(table).schema
+        names = check_columns(schema, table, columns, self.why_absent)
+        with self._reading():
+            if table != "signals":
+                return describe_columns(self._connect().choose_batches(table, where, names, rows), schema)
+            ids = self._connect().choose_batches("features", where, ["id"], rows)
+            return signal_batches(ids, lambda some: self._signal_rows(some, names), names, schema)
+
+    def signal_rows(self, ids: IntArray, columns: Sequence[str]) -> pa.Table:
+        """Return columns of ``signals`` of rows by ascending ids."""
+        return pa.concat_tables(rows.select(columns) for _, rows in self._signal_rows(ids, columns))
 
     def why_absent(self, text: str) -> str:
         """Return why the database lacks a column that a text names.
 
-        A database keeps the columns that it was made with. Another version of sigdb may know more.
+        Another version of sigdb may know more columns than that which made the database.
 
         Parameters
         ----------
-        text
+        text : str
             Name of a column, or SQL text.
 
         Returns
@@ -93,24 +179,13 @@ class StoredTables:
         names = [suffixed(name, self.sensors, sensor) for sensor in self.sensors for name in FEATURES]
         return [name for name in names if name not in present]
 
-    def scan(self, table: str, columns: Sequence[str]) -> Iterator[pa.RecordBatch]:
-        """Some columns of a table, batch by batch, without SQL."""
-        with self._reading():
-            yield from self.dataset(table).to_batches(columns=list(columns))
-
-    def receipts(self, name: str) -> list[Receipt]:
-        """Receipts of the finished parts, ``templates`` or ``rows``."""
-        return list(self._receipts[name].values())
-
-    def stored_sensor(self, sensor: str | None) -> str:
-        """A stored sensor by name, the first one if None."""
-        if sensor is not None and sensor not in self.sensors:
-            raise InputError(f"sensor {sensor!r} is not stored in {self.store}; stored: {', '.join(self.sensors)}")
-        return sensor or self.sensors[0]
-
-    def signal_rows(self, ids: IntArray, columns: Sequence[str]) -> pa.Table:
-        """Rows of ``signals`` by ascending ids."""
-        return pa.concat_tables(rows.select(columns) for _, rows in self._signal_rows(ids, columns))
+    def _dataset(self, table: str, errors: list[DatabaseError] | None = None) -> ds.Dataset:
+        receipts = self._receipts[_PART_KIND[table]].values()
+        if not receipts:
+            raise DatabaseError(f"{self.store}: no {table} are finished yet; run the sweep that makes this database")
+        files = [open_checked(self.store, receipt.file(table), errors) for receipt in receipts]
+        parts = [_PARQUET.make_fragment(file) for file in files]
+        return ds.FileSystemDataset(parts, parts[0].physical_schema, _PARQUET)
 
     def _signal_rows(self, ids: IntArray, columns: Iterable[str]) -> Iterator[tuple[IntArray, pa.Table]]:
         """Rows of ``signals``, a few row groups at a time; see :func:`row_blocks`."""
@@ -126,7 +201,8 @@ class StoredTables:
             return pa.table({"id": pa.array([], pa.int64())})
         with self._reading():
             file = pq.ParquetFile(open_checked(self.store, self._receipts["rows"][part].file("signals")))
-            return file.read_row_groups([one for one in groups if one < file.num_row_groups], columns=list(columns))
+            present = [group for group in groups if group < file.num_row_groups]
+            return file.read_row_groups(present, columns=list(columns))
 
     @contextmanager
     def _reading(self) -> Iterator[None]:

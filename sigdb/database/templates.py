@@ -10,8 +10,8 @@ import numpy as np
 import pyarrow as pa
 
 from sigdb.core import FloatArray, InputError, NotApplicableError, validated
-from sigdb.database.database import Database
 from sigdb.database.store.schema import suffixed
+from sigdb.database.stored_tables import StoredTables
 from sigdb.transmission import Transmission
 
 CaseValue: TypeAlias = str | float | int | bool | None
@@ -203,7 +203,7 @@ def _flat(values: FloatArray) -> FloatArray:
 
 
 def stored_templates(
-    database: Database,
+    database: StoredTables,
     *,
     speed_rpm: float,
     torque: float,
@@ -259,7 +259,7 @@ def stored_templates(
     return templates
 
 
-def mate_teeth(database: Database, template: Template) -> int:
+def mate_teeth(database: StoredTables, template: Template) -> int:
     """Return the tooth count of the damaged gear's mate in a template, which a sweep may have changed."""
     rig, gear = _rig(database)
     mate = rig.mate(gear)
@@ -267,7 +267,7 @@ def mate_teeth(database: Database, template: Template) -> int:
     return int(template.case[swept[0]] or 0) if swept else rig.gears[mate].teeth
 
 
-def _rig(database: Database) -> tuple[Transmission, str]:
+def _rig(database: StoredTables) -> tuple[Transmission, str]:
     """The rig that a database was made of, and its damaged gear."""
     resolved = database.manifest.resolved
     rig = validated(Transmission, resolved["rig"], owner=str(database.store))

@@ -120,7 +120,7 @@ def _coverage(coverage: Mapping[str, Any] | None) -> Iterator[str]:
         f"{coverage['separation_median']:.1f} standard deviations of an average's noise away (median), at most "
         f"{coverage['separation_greatest']:.1f}."
     )
-    yield f"- A signature whose misfit is above {coverage['threshold']:.3g} is outside the database."
+    yield f"- A signature whose residual distance is above {coverage['threshold']:.3g} is outside the database."
 
 
 def _failures(statuses: Sequence[Mapping[str, Any]]) -> Iterator[str]:

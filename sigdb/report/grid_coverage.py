@@ -42,7 +42,7 @@ def coverage_text(coverage: Coverage, *, name: str, terminal: Terminal = PLAIN) 
         f"median {match.median():.3f}; {details['share_above_0.97']:.1%} of the cases at 0.97 or above",
         f"separation from it, in deviations of an average's noise: median {details['separation_median']:.1f}, "
         f"greatest {details['separation_greatest']:.1f}",
-        f"threshold of 'outside the database': a misfit of {record.threshold:.3g} (exceeded by 1 % of "
+        f"threshold of 'outside the database': a residual distance of {record.threshold:.3g} (exceeded by 1 % of "
         f"{details['rows']} measured rows, or fewer); stored",
     ]
     if coverage.failed:

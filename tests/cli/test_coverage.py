@@ -39,7 +39,7 @@ def test_coverage_as_text_and_picture(invoke, copy, tmp_path):
     result = invoke("coverage", copy, "--cases", 6, "--jobs", 1, "--seed", 9, "--out", tmp_path / "a" / "match.png")
     first, *lines, last = result.stdout.splitlines()
     assert first == f"{copy}: 6 random cases between its own, sensor pinion-vertical"
-    assert any(line.startswith("threshold of 'outside the database': a misfit of") for line in lines)
+    assert any(line.startswith("threshold of 'outside the database': a residual distance of") for line in lines)
     assert last == f"{tmp_path / 'a' / 'match.png'}: the match of 6 cases"
     assert (tmp_path / "a" / "match.png").read_bytes().startswith(b"\x89PNG")
 

@@ -158,7 +158,11 @@ def test_match_as_json(invoke, folder, database):
     found = pd.DataFrame(json.loads(result.stdout))
     expected = database.match(database.signals([row])["tsa"][0], k=4)
     assert found["template"].tolist() == expected.table["template"].tolist()
-    assert_allclose(found[["turn", "match", "misfit"]], expected.table[["turn", "match", "misfit"]], rtol=1e-12)
+    assert_allclose(
+        found[["turn", "match", "residual_distance"]],
+        expected.table[["turn", "match", "residual_distance"]],
+        rtol=1e-12,
+    )
     assert found["outside"].isna().all()
     assert result.stderr == f"{expected}\n"
 
@@ -174,7 +178,7 @@ def test_match_of_a_recording(invoke, folder, database, tmp_path, kind):
     printed = invoke("match", folder / "signatures", path, "--whole-teeth", "--where", "stiffness_loss > 0").stdout
     table = database.match(x, turns=range(12), where="stiffness_loss > 0").table
     head, *lines, count, verdict = printed.splitlines()
-    assert head.split()[:6] == ["template", "tooth", "turn", "match", "misfit", "outside"]
+    assert head.split()[:6] == ["template", "tooth", "turn", "match", "residual_distance", "outside"]
     assert [int(line.split()[0]) for line in lines] == table["template"].tolist()
     assert [int(line.split()[1]) for line in lines] == table["tooth"].tolist()
     assert count == f"({len(table)} rows)"

@@ -203,7 +203,7 @@ def test_what_a_mat_file_cannot_hold(database, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("name", "options", "says"),
     [
-        ("a.csv", {}, r"a\.csv: the name of an export ends in \.mat or \.h5"),
+        ("a.csv", {}, r"a\.csv: the name of an export ends in \.mat, \.h5 or \.hdf5"),
         ("a", {}, r"the name of an export ends in"),
         ("a.h5", {"where": "true) --"}, r"where = 'true\) --'"),
         ("a.mat", {"where": "tuth = 1"}, r"where = 'tuth = 1'"),

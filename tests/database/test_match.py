@@ -27,29 +27,29 @@ def residual(x, teeth):
 
 
 def brute_force(folder, x, teeth, *, column="tsa", turns=None):
-    """Template, best turn in samples, match and misfit, the nearest first."""
+    """Template, best turn in samples, match and residual distance, the nearest first."""
     z, found = residual(x, teeth), []
     for row in pq.read_table(folder / "templates" / "part-00000.parquet").to_pylist():
         if row["teeth"] != teeth or row["status"] != "ok":
             continue
         z_t = residual(row[column], teeth)
         shifts = range(len(x)) if turns is None else [int(one * STEP) for one in turns]
-        misfits = [np.sqrt(np.mean((z - np.roll(z_t, s)) ** 2)) for s in shifts]
-        s = shifts[int(np.argmin(misfits))]
+        distances = [np.sqrt(np.mean((z - np.roll(z_t, s)) ** 2)) for s in shifts]
+        s = shifts[int(np.argmin(distances))]
         overlap = z @ np.roll(z_t, s) / np.sqrt((z @ z) * (z_t @ z_t)) if row["tooth"] else 0.0
-        found.append((row["template"], s if row["tooth"] else 0, overlap, min(misfits)))
+        found.append((row["template"], s if row["tooth"] else 0, overlap, min(distances)))
     return sorted(found, key=lambda one: one[-1])
 
 
 def check(match, expected):
     table = match.table
     assert sorted(table["template"]) == sorted(one[0] for one in expected)
-    assert (np.diff(table["misfit"]) >= 0).all()
+    assert (np.diff(table["residual_distance"]) >= 0).all()
     by_template = {one[0]: one for one in expected}
     for row in table.itertuples():
-        _, s, overlap, misfit = by_template[row.template]
+        _, s, overlap, distance = by_template[row.template]
         assert row.turn == s / STEP
-        assert_allclose([row.match, row.misfit], [overlap, misfit], rtol=0, atol=1e-6)
+        assert_allclose([row.match, row.residual_distance], [overlap, distance], rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -85,9 +85,9 @@ def test_given_turns(database, folder, turns):
     healthy = table["tooth"] == 0
     assert set(table["template"]) == {one[0] for one in expected}
     for row in table[~healthy].itertuples():
-        (_, s, overlap, misfit) = next(one for one in expected if one[0] == row.template)
+        (_, s, overlap, distance) = next(one for one in expected if one[0] == row.template)
         assert row.turn == s / STEP
-        assert_allclose([row.match, row.misfit], [overlap, misfit], rtol=0, atol=1e-6)
+        assert_allclose([row.match, row.residual_distance], [overlap, distance], rtol=0, atol=1e-6)
 
 
 def test_a_clean_template_is_found_exactly_wherever_it_is_turned(database):
@@ -99,14 +99,14 @@ def test_a_clean_template_is_found_exactly_wherever_it_is_turned(database):
             assert best["template"] == number
             assert best["tooth"] == tooth
             assert best["match"] == pytest.approx(1, abs=1e-6)
-            assert best["misfit"] < 1e-6
+            assert best["residual_distance"] < 1e-6
 
 
 def test_a_clean_healthy_average_fits_a_healthy_template_and_overlaps_with_nothing(database):
     healthy = database.templates().set_index("template").loc[0]
     table = database.match(healthy["tsa"]).table
     assert table["damaged_teeth"].iloc[0] == table["tooth"].iloc[0] == 0
-    assert table["misfit"].iloc[0] == 0
+    assert table["residual_distance"].iloc[0] == 0
     assert (table["match"] == 0).all()
 
 
@@ -124,7 +124,7 @@ def test_the_table(database):
     x = database.signals([400])["tsa"][0]
     table = database.match(x, k=3).table
     assert len(table) == 3
-    assert list(table)[:6] == ["template", "tooth", "turn", "match", "misfit", "outside"]
+    assert list(table)[:6] == ["template", "tooth", "turn", "match", "residual_distance", "outside"]
     assert {"gear", "teeth", "speed_rpm", "torque", "damaged_teeth", "stiffness_loss", "pattern"} < set(table)
     templates = database.templates().set_index("template")
     for row in table.itertuples():
@@ -153,7 +153,7 @@ def test_where_chooses_templates(database):
         ({"tsa": ["a"]}, r"tsa must be an array of real numbers"),
         ({"k": 0}, r"k = 0 must be 1 or more"),
         ({"sensor": "gear"}, r"sensor 'gear' is not stored in .*; stored: pinion-vertical"),
-        ({"turns": [0, 0.3]}, r"turns: 0\.3 teeth is not a whole number of samples, of which a tooth has 32"),
+        ({"turns": [0, 0.3]}, r"turns: 0\.3 teeth is not a whole number of samples; a tooth has 32"),
         ({"turns": []}, r"turns: none"),
         ({"where": "torque > 1e9"}, r"no template of this length meets where = 'torque > 1e9'"),
         ({"where": "fm4 > 3"}, r"where = 'fm4 > 3': .*not found"),
@@ -172,15 +172,15 @@ def test_outside_by_the_threshold_that_is_stored(copy):
     assert (unknown.outside, unknown.threshold) == (None, None)
     assert unknown.table["outside"].isna().all()
     assert "sigdb coverage has not been run" in str(unknown)
-    misfits = unknown.table["misfit"]
+    distances = unknown.table["residual_distance"]
     plans = tuple(plan.hash for plan in database.manifest.plans)
-    for threshold, outside in ((misfits[0] * 1.001, False), (misfits[0] * 0.999, True)):
+    for threshold, outside in ((distances[0] * 1.001, False), (distances[0] * 0.999, True)):
         record = CoverageRecord(threshold=threshold, sensor="pinion-vertical", plans=plans)
         write_coverage(database.store, record)
         found = sigdb.open(copy).match(x)
         assert found.outside is outside
         assert str(found).startswith("outside the database" if outside else "inside the database")
-        assert found.table["outside"].tolist() == (misfits > threshold).tolist()
+        assert found.table["outside"].tolist() == (distances > threshold).tolist()
     # Of another sensor, or of what the database was before, nothing is known.
     y = database.signals([400], sensor=SECOND)["tsa"][0]
     assert database.match(y, sensor=SECOND).outside is None
@@ -208,7 +208,7 @@ def test_the_cache_is_made_once_and_used(folder, cache, monkeypatch):
     x = sigdb.open(folder).signals([400])["tsa"][0]
     first = sigdb.open(folder).match(x)
     (file,) = cache.iterdir()
-    monkeypatch.setattr("sigdb.database.matching.match.bank_batches", None)  # to be called no more
+    monkeypatch.setattr("sigdb.database.matching.match.index_batches", None)  # to be called no more
     pd.testing.assert_frame_equal(sigdb.open(folder).match(x).table, first.table)
     assert list(cache.iterdir()) == [file]
 

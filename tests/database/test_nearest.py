@@ -5,7 +5,7 @@ import pyarrow as pa
 import pytest
 from numpy.testing import assert_allclose
 
-from sigdb.database.matching.index import RMS, MatchIndex, bank_batches
+from sigdb.database.matching.index import RMS, MatchIndex, index_batches
 from sigdb.database.matching.nearest import nearest
 
 TEETH, STEP = 8, 16
@@ -27,7 +27,7 @@ def bank(templates):
     rows = [*templates[:1000], None, np.zeros(N - 8, np.float32), *templates[1000:]]
     numbers = [*range(1000), -1, -2, *range(1000, 3000)]
     table = pa.table({"template": numbers, "tsa": pa.array(rows, pa.list_(pa.float32()))})
-    blocks = list(bank_batches(table.to_batches(max_chunksize=77), "tsa", N, TEETH))
+    blocks = list(index_batches(table.to_batches(max_chunksize=77), "tsa", N, TEETH))
     whole = pa.Table.from_batches(blocks)
     spectra = tuple(
         chunk.flatten().to_numpy().reshape(len(chunk), -1).view(np.complex64) for chunk in whole["spectrum"].chunks
@@ -59,12 +59,12 @@ def test_against_all_turns_of_all(bank, templates, seed):
     x = np.roll(templates[rng.integers(3000)], rng.integers(N)) + rng.normal(size=N) * rng.choice([0, 0.1, 0.5])
     z, z_t = without_regular(x), without_regular(templates)
     turned = np.stack([np.roll(z_t, s, axis=1) for s in range(N)])
-    misfit = np.sqrt(np.mean((z - turned) ** 2, axis=-1))
-    order = np.argsort(misfit.min(axis=0))[:20]
+    distance = np.sqrt(np.mean((z - turned) ** 2, axis=-1))
+    order = np.argsort(distance.min(axis=0))[:20]
     found = nearest(bank, x, teeth=TEETH, k=20, shifts=np.arange(N), among=np.ones(3000, bool))
     assert found.place.tolist() == order.tolist()
-    assert found.shift.tolist() == misfit.argmin(axis=0)[order].tolist()
-    assert_allclose(found.misfit, misfit.min(axis=0)[order], rtol=0, atol=1e-6)
+    assert found.shift.tolist() == distance.argmin(axis=0)[order].tolist()
+    assert_allclose(found.residual_distance, distance.min(axis=0)[order], rtol=0, atol=1e-6)
     best = np.stack([np.roll(z_t[i], s) for i, s in zip(found.place, found.shift, strict=True)])
     assert_allclose(found.match, best @ z / np.linalg.norm(best, axis=1) / np.linalg.norm(z), rtol=0, atol=1e-6)
 

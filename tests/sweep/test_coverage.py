@@ -1,4 +1,4 @@
-"""Verification: match, misfit and threshold are what brute force over simulated cases says; and what is stored."""
+"""Verification: match, residual distance and threshold are those of brute force over simulated cases; and storage."""
 
 import json
 import shutil
@@ -92,7 +92,7 @@ def turned(z):
     return np.stack([np.roll(z, turn) for turn in range(len(z))])
 
 
-def test_match_and_misfit_are_those_of_brute_force(studied):
+def test_match_and_residual_distance_are_those_of_brute_force(studied):
     """Against the grid's four cases and the undamaged one, simulated anew, at every turn."""
     found = studied[1].cases
     templates = [turned(z) for z in residuals(CASES)]
@@ -101,15 +101,15 @@ def test_match_and_misfit_are_those_of_brute_force(studied):
         some.to_dict("records"), residuals(some[["stiffness_loss", "phase_shift_deg"]].to_numpy()), strict=True
     ):
         match = max((one @ z).max() / (np.linalg.norm(one[0]) * np.linalg.norm(z)) for one in templates)
-        misfit = [np.sqrt(((one - z) ** 2).mean(axis=1)).min() for one in templates]
-        least = min([*misfit, np.sqrt((z**2).mean())])
+        distance = [np.sqrt(((one - z) ** 2).mean(axis=1)).min() for one in templates]
+        least = min([*distance, np.sqrt((z**2).mean())])
         assert_allclose(case["match"], match, rtol=1e-5)
-        assert_allclose(case["misfit"], least, rtol=1e-4)
-        assert case["template"] == 1 + int(np.argmin(misfit))
+        assert_allclose(case["residual_distance"], least, rtol=1e-4)
+        assert case["template"] == 1 + int(np.argmin(distance))
 
 
 def test_separation_counts_deviations_of_the_noise(studied):
-    """``misfit std(y) sqrt(n) / sigma``, sigma^2 the variance of the undamaged average over 10^(snr/10) averages."""
+    """``residual_distance std(y) sqrt(n) / sigma``; sigma^2 is the undamaged variance over 10^(snr/10) averages."""
     case = studied[1].cases.iloc[5]
     rig = sigdb.load_transmission("nasa-spiral-bevel")
 
@@ -120,7 +120,7 @@ def test_separation_counts_deviations_of_the_noise(studied):
 
     y = deviation(sigdb.Damage(tooth=1, stiffness_loss=case["stiffness_loss"], phase_shift_deg=case["phase_shift_deg"]))
     sigma = deviation(None) / np.sqrt(10**0 * 102)
-    assert_allclose(case["separation"], case["misfit"] * y * np.sqrt(12 * 32) / sigma, rtol=1e-4)
+    assert_allclose(case["separation"], case["residual_distance"] * y * np.sqrt(12 * 32) / sigma, rtol=1e-4)
 
 
 def test_cases_on_the_grid_match_wholly(make, bare, tmp_path):
@@ -143,9 +143,11 @@ def test_the_threshold_is_the_stated_quantile(studied, make):
     head = HEAD.replace("seed = 3", "seed = 4").replace("specimens = 3", "specimens = 4").replace("= 20", "= 15")
     again = sigdb.open(make(head + f"[[sweep.grid]]\ntooth = 1\n{ranges}points = 60\nmethod = 'random'\n" + TAIL))
     rows = again.cases()
-    misfit = pd.Series([database.match(y, k=1).table["misfit"][0] for y in again.signals(rows["id"])["tsa"]])
+    distance = pd.Series(
+        [database.match(y, k=1).table["residual_distance"][0] for y in again.signals(rows["id"])["tsa"]]
+    )
     # The noise is of another plan: the same law, other numbers.
-    quantiles = [np.quantile(misfit[some], 0.99) for some in (rows["tooth"] > 0, rows["tooth"] == 0)]
+    quantiles = [np.quantile(distance[some], 0.99) for some in (rows["tooth"] > 0, rows["tooth"] == 0)]
     assert_allclose(found.record.threshold, max(quantiles), rtol=0.1)
     assert np.mean(found.measured > found.record.threshold) <= 0.01
 
@@ -237,7 +239,7 @@ def test_damage_that_leaves_no_residual_matches(make):
     folder = make(HEAD + "[[sweep.grid]]\ntooth = 1\ndamaged_teeth = 12\nstiffness_loss = [0.1, 0.3]\n" + TAIL)
     found = coverage(folder, cases=6, jobs=1)
     assert found.cases["match"].tolist() == [1.0] * 6
-    assert found.cases["misfit"].tolist() == [0.0] * 6
+    assert found.cases["residual_distance"].tolist() == [0.0] * 6
 
 
 def test_grids_with_columns_of_their_own(make):

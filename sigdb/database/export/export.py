@@ -1,8 +1,7 @@
-"""Export of a database, or of a part of it, to files that MATLAB reads."""
+"""Export of rows of a database to files that MATLAB reads."""
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow.compute as pc
@@ -12,9 +11,7 @@ from sigdb.database.export.columns import ExportColumn, export_batches, export_c
 from sigdb.database.export.hdf5 import write_hdf5
 from sigdb.database.export.mat import check_size, write_mat
 from sigdb.database.store.store import publish
-
-if TYPE_CHECKING:
-    from sigdb.database.database import Database
+from sigdb.database.stored_tables import StoredTables
 
 _WRITERS = {".mat": write_mat, ".h5": write_hdf5, ".hdf5": write_hdf5}
 _BATCH = 2048
@@ -22,7 +19,15 @@ _BATCH = 2048
 
 @dataclass(frozen=True, kw_only=True)
 class Export:
-    """What was written: the file, its rows and its columns."""
+    """A file that rows of a database were written to.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+        The file.
+    rows, columns : int
+        Numbers of rows and columns in it.
+    """
 
     path: Path
     rows: int
@@ -30,40 +35,40 @@ class Export:
 
 
 def export_database(
-    database: "Database", path: str | Path, *, where: str | None, signals: bool, sensor: str | None
+    tables: StoredTables, path: str | Path, *, where: str | None, signals: bool, sensor: str | None
 ) -> Export:
-    """What :meth:`Database.export` does."""
+    """Write rows to a file; see :meth:`Database.export`."""
     path = Path(path)
     write = _WRITERS.get(path.suffix.lower())
     if write is None:
-        raise InputError(f"{path}: the name of an export ends in .mat or .h5, which says what is written")
-    columns = export_columns(database, signals=signals, sensor=sensor)
+        raise InputError(f"{path}: the name of an export ends in .mat, .h5 or .hdf5; give such a name")
+    columns = export_columns(tables, signals=signals, sensor=sensor)
     if write is write_mat:
-        check_size(_list_sizes(database, where, columns))
-    counted: list[int] = []
-    batches = export_batches(database, where, columns, _BATCH)
-    about = _about(database, where)
-    publish(path, lambda temporary: counted.append(write(temporary, columns, batches, about)))
-    return Export(path=path, rows=counted[0], columns=len(columns))
+        check_size(_list_sizes(tables, where, columns))
+    rows: list[int] = []
+    batches = export_batches(tables, where, columns, _BATCH)
+    about = _about(tables, where)
+    publish(path, lambda temporary: rows.append(write(temporary, columns, batches, about)))
+    return Export(path=path, rows=rows[0], columns=len(columns))
 
 
-def _about(database: "Database", where: str | None) -> dict[str, str]:
-    manifest = database.manifest
+def _about(tables: StoredTables, where: str | None) -> dict[str, str]:
+    manifest = tables.manifest
     return {
-        "database": str(database.store),
+        "database": str(tables.store),
         "hash": manifest.hash,
         "where": where or "",
-        "sensors": ", ".join(database.sensors),
+        "sensors": ", ".join(tables.sensors),
         "sigdb_version": manifest.sigdb_version,
         "licence": manifest.licence,
         "citation": manifest.citation,
     }
 
 
-def _list_sizes(database: "Database", where: str | None, columns: list[ExportColumn]) -> dict[str, int]:
+def _list_sizes(tables: StoredTables, where: str | None, columns: list[ExportColumn]) -> dict[str, int]:
     """Bytes of each matrix before it is read: the rows times the lists of a row of the greatest tooth count."""
     rows, teeth, longest = 0, 0, None
-    for batch in database.batches(where, columns=["id", "teeth", "status"], rows=65536):
+    for batch in tables.batches(where, columns=["id", "teeth", "status"], rows=65536):
         rows += batch.num_rows
         done = batch.filter(pc.equal(batch["status"], "ok"))
         if done.num_rows and pc.max(done["teeth"]).as_py() > teeth:
@@ -72,5 +77,5 @@ def _list_sizes(database: "Database", where: str | None, columns: list[ExportCol
     lists = [column for column in columns if column.is_list]
     if longest is None:
         return dict.fromkeys((column.name for column in lists), 0)
-    (row,) = export_batches(database, f"id = {longest}", lists, 1)
-    return {name: rows * values.nbytes for name, values in row.items()}
+    (row,) = export_batches(tables, f"id = {longest}", lists, 1)
+    return {name: rows * np.asarray(values).nbytes for name, values in row.items()}

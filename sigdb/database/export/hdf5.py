@@ -1,4 +1,4 @@
-"""An export as HDF5, batch by batch: memory stays bounded however large the database is."""
+"""An export as HDF5, written batch by batch: memory is bounded, however large the database."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from sigdb.core import InputError
-from sigdb.database.export.columns import ExportColumn
+from sigdb.core import FloatArray, InputError
+from sigdb.database.export.columns import ExportColumn, Values
 
 _CHUNK_ROWS = {1: 8192, 2: 256}
 
 
 def write_hdf5(
-    path: Path, columns: Iterable[ExportColumn], batches: Iterable[dict[str, Any]], about: Mapping[str, str]
+    path: Path, columns: Iterable[ExportColumn], batches: Iterable[Mapping[str, Values]], about: Mapping[str, str]
 ) -> int:
-    """Write batches and give the number of rows.
+    """Write batches and return the number of rows.
 
     Datasets without lists are in the group ``cases``, (rows,) float64 or text; lists at the top, (rows, n) float32.
     Each has the attributes ``column``, ``unit``, ``description`` and ``formula``.
@@ -54,7 +54,7 @@ def _dataset(h5py: ModuleType, file: Any, column: ExportColumn) -> Any:
     return dataset
 
 
-def _append(dataset: Any, rows: int, part: Any) -> None:
+def _append(dataset: Any, rows: int, part: FloatArray) -> None:
     width = tuple(max(old, new) for old, new in zip(dataset.shape[1:], part.shape[1:], strict=True))
     dataset.resize((rows + len(part), *width))
     if part.size:

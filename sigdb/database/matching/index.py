@@ -1,7 +1,7 @@
-"""The templates as match reads them: spectra of their residuals, with their cases, in a file of the user's cache.
+"""The match index: spectra of the templates' residuals, with their cases, in a file of the user's cache.
 
-The file is an Arrow file, uncompressed, to be memory-mapped, and behind it four bytes of its CRC-32. It is made again
-whenever it is not what its name and its sum say, so it may be deleted at any time.
+The file is an uncompressed Arrow file that is memory-mapped, followed by four bytes of its CRC-32. It is written again
+whenever its name or its checksum does not fit, so it may be deleted at any time.
 """
 
 import itertools
@@ -23,63 +23,74 @@ from sigdb.database.store.store import publish
 
 RMS, SPECTRUM = "residual_rms", "spectrum"
 _BLOCK = 512
-"""Templates worked on at once: their spectra and correlations stay in a core's cache."""
+"""Templates of a block: their spectra and correlations stay in the cache of a core."""
 
 _SUM_BYTES = 4
 
 
 @dataclass(frozen=True, kw_only=True)
 class MatchIndex:
-    """Templates of one length.
+    """The templates of one length, ready to be matched.
 
     Attributes
     ----------
     cases
-        Their columns without lists, one row a template, and ``residual_rms``.
+        Columns without lists, one row a template, and ``residual_rms``.
     spectra
-        Blocks of consecutive templates: (rows, n // 2 + 1) complex64, the FFT of each one's residual of unit
-        deviation.
+        Blocks of consecutive templates: (rows, n // 2 + 1) complex64, the FFT of each residual of unit deviation.
     """
 
     cases: pa.Table
     spectra: tuple[NDArray[np.complex64], ...]
 
 
-def cached_bank(key: str, make: Callable[[], Iterable[pa.RecordBatch]]) -> MatchIndex:
-    """The bank with a key, from the cache if it is there and whole, else made and put there.
+def cached_index(key: str, make_batches: Callable[[], Iterable[pa.RecordBatch]]) -> MatchIndex:
+    """Return the index with a key, from the cache if the file there is whole; else make it and write it there.
 
-    A cache that cannot be written is no failure: the bank is held in memory then.
+    Where the cache cannot be written, the index is held in memory.
 
     Parameters
     ----------
     key
-        Names all that the bank depends on.
-    make
-        Gives its batches; see :func:`bank_batches`.
+        Name of all that the index depends on.
+    make_batches
+        Returns the batches of the index; see :func:`index_batches`.
     """
     path = cache_folder() / f"match-{key}.arrow"
     content = _read(path, key)
     if content is None:
         try:
-            publish(path, lambda temporary: _write(temporary, key, make()))
+            publish(path, lambda temporary: _write(temporary, key, make_batches()))
             content = _read(path, key)
         except OSError:
             content = None
-    return _bank(_in_memory(make()) if content is None else content)
+    return _index(_in_memory(make_batches()) if content is None else content)
 
 
 def cache_folder() -> Path:
-    """Where caches are: ``SIGDB_CACHE``, or the user's cache directory."""
+    """Return the folder of caches: ``SIGDB_CACHE``, or the user's cache directory."""
     return Path(os.environ.get("SIGDB_CACHE") or platformdirs.user_cache_dir("sigdb", appauthor=False))
 
 
-def bank_batches(templates: Iterable[pa.RecordBatch], column: str, n: int, teeth: int) -> Iterator[pa.RecordBatch]:
-    """Blocks of the bank from batches of templates; ``column`` is their clean average. Other lengths are left out."""
+def index_batches(templates: Iterable[pa.RecordBatch], column: str, n: int, teeth: int) -> Iterator[pa.RecordBatch]:
+    """Yield the blocks of an index.
+
+    Parameters
+    ----------
+    templates
+        Batches of templates.
+    column
+        Column of their clean averages.
+    n
+        Samples of an average; templates of other lengths are left out.
+    teeth
+        Tooth count of the averaged gear.
+    """
     waiting: list[pa.RecordBatch] = []
     for batch in templates:
-        of_length = batch.filter(pa.array(list_lengths(batch[column]) == n))
-        waiting += [of_length] if of_length.num_rows else []
-        if sum(one.num_rows for one in waiting) >= _BLOCK:
+        fitting = batch.filter(pa.array(list_lengths(batch[column]) == n))
+        waiting += [fitting] if fitting.num_rows else []
+        if sum(part.num_rows for part in waiting) >= _BLOCK:
             yield _block(waiting, column, n, teeth)
             waiting = []
     if waiting:
@@ -96,7 +107,7 @@ def _block(batches: list[pa.RecordBatch], column: str, n: int, teeth: int) -> pa
 
 
 def _read(path: Path, key: str) -> pa.Buffer | None:
-    """The Arrow file in a file of the cache; None if there is none, or it is not what was written for this key."""
+    """The Arrow file in a file of the cache; None if it is missing, or was not written whole for this key."""
     try:
         content = np.memmap(path, dtype=np.uint8, mode="r")
     except (OSError, ValueError):
@@ -131,7 +142,7 @@ def _sum(body: NDArray[np.uint8], key: str) -> bytes:
     return zlib.crc32(body.data, zlib.crc32(key.encode())).to_bytes(_SUM_BYTES, "little")
 
 
-def _bank(content: pa.Buffer) -> MatchIndex:
+def _index(content: pa.Buffer) -> MatchIndex:
     table = pa.ipc.open_file(content).read_all()
     return MatchIndex(
         cases=table.drop_columns([SPECTRUM]),
@@ -140,6 +151,5 @@ def _bank(content: pa.Buffer) -> MatchIndex:
 
 
 def _complex(chunk: pa.FixedSizeListArray) -> NDArray[np.complex64]:
-    parts = chunk.flatten().to_numpy(zero_copy_only=True)
-    spectra: NDArray[np.complex64] = parts.reshape(len(chunk), -1).view(np.complex64)
-    return spectra
+    parts: NDArray[np.float32] = chunk.flatten().to_numpy(zero_copy_only=True)
+    return parts.reshape(len(chunk), -1).view(np.complex64)

@@ -1,38 +1,39 @@
-"""Match: the templates that are nearest to a measured average, over all turns."""
+"""Match: the templates nearest to a measured average, over all turns."""
 
 import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from sigdb.core import InputError
-from sigdb.database.matching.index import RMS, MatchIndex, bank_batches, cached_bank
+from sigdb.core import BoolArray, InputError
+from sigdb.database.matching.index import RMS, MatchIndex, cached_index, index_batches
 from sigdb.database.matching.nearest import Nearest, checked_average, nearest, whole_shifts
 from sigdb.database.matching.outside_threshold import read_coverage
 from sigdb.database.query import Connection
 from sigdb.database.store.schema import suffixed
+from sigdb.database.stored_tables import StoredTables
 
-if TYPE_CHECKING:
-    from sigdb.database.database import Database
-
-_BANK_FORMAT = 2
+_INDEX_FORMAT = 2
 
 
 @dataclass(frozen=True, kw_only=True)
 class Match:
-    """The nearest templates; see :meth:`Database.match`.
+    """The nearest templates to an average, and whether the average is outside the database.
+
+    :meth:`Database.match` returns it. The verdict compares the ``residual_distance`` of the nearest template with the
+    threshold that ``sigdb coverage`` stored. It does not depend on a model: the verdict of ``sigdb diagnose`` compares
+    the ``reduced_chi2`` of a template scorer with a threshold of its training.
 
     Attributes
     ----------
-    table
+    table : pandas.DataFrame
         One row a template, the nearest first.
-    threshold
-        Greatest misfit of a signature that the database covers; None where coverage was not studied.
+    threshold : float or None
+        Greatest residual distance of a signature inside the database; None if coverage was not studied.
     """
 
     table: pd.DataFrame
@@ -40,119 +41,133 @@ class Match:
 
     @property
     def outside(self) -> bool | None:
-        """Whether even the nearest template is farther than the threshold; None where there is none."""
-        return None if self.threshold is None else bool(self.table["misfit"].iloc[0] > self.threshold)
+        """Whether even the nearest template is farther than the threshold; None if there is no threshold."""
+        return None if self.threshold is None else self._least > self.threshold
+
+    @property
+    def verdict(self) -> str:
+        """:attr:`outside` as a sentence with its numbers."""
+        if self.threshold is None:
+            return "not estimated whether it is outside the database: sigdb coverage has not been run on it"
+        place, side = ("outside", "above") if self.outside else ("inside", "within")
+        return (
+            f"{place} the database: the least residual distance {self._least:.3g} is {side} the threshold "
+            f"{self.threshold:.3g}"
+        )
+
+    @property
+    def _least(self) -> float:
+        return float(self.table["residual_distance"].iloc[0])
 
     def __str__(self) -> str:
         return self.verdict
 
-    @property
-    def verdict(self) -> str:
-        """What :attr:`outside` means, in a sentence."""
-        least = self.table["misfit"].iloc[0]
-        if self.threshold is None:
-            return "not known whether it is outside the database: sigdb coverage has not been run on it"
-        if self.outside:
-            return f"outside the database: the least misfit {least:.3g} is above the threshold {self.threshold:.3g}"
-        return f"inside the database: the least misfit {least:.3g} is within the threshold {self.threshold:.3g}"
 
+class Matcher:
+    """The templates of a database, ready to be matched with averages.
 
-def match_average(
-    database: "Database", tsa: ArrayLike, *, k: int, sensor: str | None, turns: ArrayLike | None, where: str | None
-) -> Match:
-    """What :meth:`Database.match` gives."""
-    x = checked_average(tsa)
-    if k < 1:
-        raise InputError(f"k = {k} must be 1 or more: it is the number of templates to return")
-    sensor = database.stored_sensor(sensor)
-    step = int(database.manifest.resolved["signature"]["samples_per_tooth"])
-    shifts = whole_shifts(turns, step, x.size)
-    bank = template_bank(database, sensor, x.size)
-    among = _among(bank, where)
-    found = nearest(bank, x, teeth=x.size // step, k=k, shifts=shifts, among=among)
-    record = read_coverage(database.store, database.manifest)
-    threshold = record.threshold if record is not None and record.sensor == sensor else None
-    shared = set(database.dataset("features").schema.names)
-    names = [name for name in bank.cases.column_names if name in shared | {"tooth"} and name != "status"]
-    cases = bank.cases.select(names).take(pa.array(found.place)).to_pandas()
-    return Match(table=_table(found, cases, step, threshold), threshold=threshold)
-
-
-def template_bank(database: "Database", sensor: str, n: int) -> MatchIndex:
-    """The templates of a sensor and of n samples, from the user's cache or the database.
-
-    Raises
-    ------
-    InputError
-        If no template has that length.
+    Parameters
+    ----------
+    tables
+        The database.
     """
-    column = suffixed("tsa", database.sensors, sensor)
-    digests = (file.sha256 for receipt in database.receipts("templates") for file in receipt.files)
-    text = "\n".join([str(_BANK_FORMAT), database.manifest.hash, sensor, str(n), *digests])
-    key = hashlib.sha256(text.encode()).hexdigest()
-    if key not in database.banks:
-        database.banks[key] = cached_bank(key, lambda: _of_length(database, column, n))
-    return database.banks[key]
+
+    def __init__(self, tables: StoredTables) -> None:
+        self._tables = tables
+        self._step = int(tables.manifest.resolved["signature"]["samples_per_tooth"])
+        self._indices: dict[tuple[str, int], MatchIndex] = {}
+
+    def index(self, sensor: str, n: int) -> MatchIndex:
+        """Return the templates of a sensor and of n samples, from the user's cache or the database.
+
+        Raises
+        ------
+        InputError
+            If no template has that length.
+        """
+        if (sensor, n) not in self._indices:
+            tables, column = self._tables, suffixed("tsa", self._tables.sensors, sensor)
+            digests = (file.sha256 for receipt in tables.receipts("templates") for file in receipt.files)
+            text = "\n".join([str(_INDEX_FORMAT), tables.manifest.hash, sensor, str(n), *digests])
+            key = hashlib.sha256(text.encode()).hexdigest()
+            self._indices[sensor, n] = cached_index(key, lambda: self._batches(column, n))
+        return self._indices[sensor, n]
+
+    def match(self, tsa: ArrayLike, *, k: int, sensor: str | None, turns: ArrayLike | None, where: str | None) -> Match:
+        """Return the nearest templates; see :meth:`Database.match`."""
+        x = checked_average(tsa)
+        if k < 1:
+            raise InputError(f"k = {k} must be 1 or more: it is the number of templates to return")
+        sensor = self._tables.stored_sensor(sensor)
+        shifts = whole_shifts(turns, self._step, x.size)
+        index = self.index(sensor, x.size)
+        near = nearest(index, x, teeth=x.size // self._step, k=k, shifts=shifts, among=_among(index, where))
+        record = read_coverage(self._tables.store, self._tables.manifest)
+        threshold = record.threshold if record is not None and record.sensor == sensor else None
+        shared = {*self._tables.dataset("features").schema.names, "tooth"} - {"status"}
+        names = [name for name in index.cases.column_names if name in shared]
+        cases = index.cases.select(names).take(pa.array(near.place)).to_pandas()
+        return Match(table=_table(near, cases, self._step, threshold), threshold=threshold)
+
+    def _batches(self, column: str, n: int) -> Iterator[pa.RecordBatch]:
+        """Batches of the index, or an error that names the lengths of the templates.
+
+        An extension has undamaged templates of its own. Those of an operating point that has one already are left out.
+        """
+        tables, step = self._tables, self._step
+        scalars = [field.name for field in tables.dataset("templates").schema if not pa.types.is_list(field.type)]
+        rig = ["teeth", "speed_rpm", "torque", *(name for name in scalars if "." in name)]  # swept: by dotted path
+        teeth: set[int] = set()
+        undamaged: set[tuple[float, ...]] = set()
+
+        def distinct() -> Iterator[pa.RecordBatch]:
+            for batch in tables.scan("templates", [*scalars, column]):
+                teeth.update(batch["teeth"].filter(batch[column].is_valid()).to_pylist())
+                new = np.ones(batch.num_rows, dtype=bool)
+                for row in np.flatnonzero((batch["tooth"].to_numpy() == 0) & batch[column].is_valid().to_numpy(False)):
+                    point = tuple(batch[name][int(row)].as_py() for name in rig)
+                    new[row] = point not in undamaged
+                    undamaged.add(point)
+                yield batch.filter(pa.array(new))
+
+        batches = index_batches(distinct(), column, n, n // step)
+        first = next(batches, None)
+        if first is None:
+            lengths = ", ".join(f"{step * z} ({z} teeth)" for z in sorted(teeth)) or "none"
+            raise InputError(
+                f"tsa has {n} samples, and no template of {tables.store} has; lengths of its templates: {lengths}, "
+                f"{step} samples a tooth"
+            )
+        yield first
+        yield from batches
 
 
-def _of_length(database: "Database", column: str, n: int) -> Iterator[pa.RecordBatch]:
-    """Batches of the bank, or an error that names the lengths that there are.
-
-    An extension has undamaged templates of its own: those that are there already are left out.
-    """
-    schema, step = database.dataset("templates").schema, database.manifest.resolved["signature"]["samples_per_tooth"]
-    scalars = [field.name for field in schema if not pa.types.is_list(field.type)]
-    rig = ["teeth", "speed_rpm", "torque", *(name for name in scalars if "." in name)]  # swept: by dotted path
-    teeth: set[int] = set()
-    undamaged: set[tuple[float, ...]] = set()
-
-    def distinct() -> Iterator[pa.RecordBatch]:
-        for batch in database.scan("templates", [*scalars, column]):
-            teeth.update(batch["teeth"].filter(batch[column].is_valid()).to_pylist())
-            new = np.ones(batch.num_rows, dtype=bool)
-            for row in np.flatnonzero((batch["tooth"].to_numpy() == 0) & batch[column].is_valid().to_numpy(False)):
-                point = tuple(batch[name][int(row)].as_py() for name in rig)
-                new[row] = point not in undamaged
-                undamaged.add(point)
-            yield batch.filter(pa.array(new))
-
-    batches = bank_batches(distinct(), column, n, n // step)
-    first = next(batches, None)
-    if first is None:
-        lengths = ", ".join(f"{step * z} ({z} teeth)" for z in sorted(teeth)) or "none"
-        raise InputError(
-            f"tsa has {n} samples, and no template of {database.store} has; lengths that it has: {lengths}, "
-            f"{step} samples a tooth"
-        )
-    yield first
-    yield from batches
-
-
-def _among(bank: MatchIndex, where: str | None) -> NDArray[np.bool_]:
-    """Which templates of a bank meet a condition."""
+def _among(index: MatchIndex, where: str | None) -> BoolArray:
+    """Which templates of an index meet a condition."""
     if where is None:
-        return np.ones(bank.cases.num_rows, dtype=bool)
-    with Connection({"templates": bank.cases.drop_columns([RMS])}) as connection:
+        return np.ones(index.cases.num_rows, dtype=bool)
+    with Connection({"templates": index.cases.drop_columns([RMS])}) as connection:
         chosen = connection.choose("templates", where)["template"].to_numpy()
-    among = np.isin(bank.cases["template"].to_numpy(), chosen)
+    among = np.isin(index.cases["template"].to_numpy(), chosen)
     if not among.any():
         raise InputError(f"no template of this length meets where = {where!r}")
     return among
 
 
-def _table(found: Nearest, cases: pd.DataFrame, samples_per_tooth: int, threshold: float | None) -> pd.DataFrame:
-    """The table from the cases of the templates found, in their order."""
+def _table(near: Nearest, cases: pd.DataFrame, samples_per_tooth: int, threshold: float | None) -> pd.DataFrame:
+    """The table of a match from the cases of the nearest templates, in their order."""
     first, teeth = cases["tooth"].to_numpy(), cases["teeth"].to_numpy()
-    turn = found.shift / samples_per_tooth
-    # Half a tooth of turn is the next tooth's.
+    turn = near.shift / samples_per_tooth
+    # A turn by half a tooth counts for the next tooth.
     tooth = np.where(first > 0, (first - 1 + np.floor(turn + 0.5).astype(int)) % teeth + 1, 0)
-    outside = pd.array([None if threshold is None else bool(one > threshold) for one in found.misfit], dtype="boolean")
+    distance = near.residual_distance
+    outside = [None if threshold is None else bool(value > threshold) for value in distance]
     columns = {
         "template": cases["template"].to_numpy(),
         "tooth": tooth,
         "turn": turn,
-        "match": found.match,
-        "misfit": found.misfit,
-        "outside": outside,
+        "match": near.match,
+        "residual_distance": distance,
+        "outside": pd.array(outside, dtype="boolean"),
     }
     return pd.DataFrame(columns | {name: cases[name].to_numpy() for name in cases if name not in columns})

@@ -1,30 +1,30 @@
-"""``coverage.json``: how well the templates stand for what lies between them, and when a signature is outside."""
+"""``coverage.json``: the coverage of the grid, and the threshold above which a signature is outside the database."""
 
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from sigdb.core import DatabaseError
 from sigdb.database.store.manifest import Manifest
 from sigdb.database.store.seal import sealed_json, unsealed
-from sigdb.database.store.store import Store
+from sigdb.database.store.store import DamagedFileError, FileError, Store
 
 COVERAGE_FILE = "coverage.json"
 
 
 @dataclass(frozen=True, kw_only=True)
 class CoverageRecord:
-    """What a study of coverage stored beside a database.
+    """The result of a study of the grid's coverage, as a database stores it.
 
     Attributes
     ----------
     threshold
-        Greatest misfit to the nearest template of a signature that the database covers; see :meth:`Database.match`.
+        Greatest residual distance to the nearest template of a signature inside the database; see
+        :meth:`Database.match`.
     sensor
-        Sensor for which it was found.
+        The sensor that the study was made for.
     plans
-        Hashes of the database's plans then: it holds as long as these are all.
+        Hashes of the database's plans at the time of the study. The record is void once the database has others.
     details
-        What else the study found.
+        Further results of the study by name.
     """
 
     threshold: float
@@ -39,7 +39,7 @@ def write_coverage(store: Store, record: CoverageRecord) -> None:
 
 
 def read_coverage(store: Store, manifest: Manifest) -> CoverageRecord | None:
-    """What is stored, None where coverage was not studied since the database was begun or extended.
+    """Return the stored record; None if coverage was not studied since the database was begun or extended.
 
     Raises
     ------
@@ -51,6 +51,9 @@ def read_coverage(store: Store, manifest: Manifest) -> CoverageRecord | None:
     try:
         content = unsealed(store.get(COVERAGE_FILE), name=store.name_of(COVERAGE_FILE))
         record = CoverageRecord(**content | {"plans": tuple(content["plans"])})
-    except (DatabaseError, ValueError, TypeError, KeyError) as error:
-        raise DatabaseError(f"{error}; run sigdb coverage again") from None
+    except FileError as error:
+        raise error.with_remedy("run sigdb coverage again") from None
+    except (ValueError, TypeError, KeyError):
+        problem = "is not a record of coverage"
+        raise DamagedFileError(store.name_of(COVERAGE_FILE), problem, "run sigdb coverage again") from None
     return record if record.plans == tuple(plan.hash for plan in manifest.plans) else None

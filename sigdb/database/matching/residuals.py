@@ -1,4 +1,4 @@
-"""What match compares: residual signals of averages of unit standard deviation."""
+"""Residual signals of averages of unit standard deviation, which match compares."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ _NOTHING = 64 * float(np.finfo(np.float32).eps)
 
 
 def unit_residuals(tsa: FloatArray, teeth: int) -> FloatArray:
-    """Residuals of averages, each divided by its standard deviation over the revolution.
+    """Return residuals of averages, each average divided by its standard deviation over the revolution.
 
     Parameters
     ----------
@@ -22,8 +22,8 @@ def unit_residuals(tsa: FloatArray, teeth: int) -> FloatArray:
     Returns
     -------
     (..., n) float64
-        Mean, mesh harmonics and shaft orders 1 and 2 removed; exactly 0 where no more than float32's rounding is left
-        (of a clean healthy average), or the average does not vary.
+        The averages without mean, mesh harmonics and shaft orders 1 and 2. They are exactly 0 where the rest is
+        rounding of float32, as for a clean healthy average, or where the average does not vary.
     """
     x = np.asarray(tsa, dtype=float)
     scale = np.abs(x).max(axis=-1, keepdims=True, initial=0)
@@ -34,6 +34,6 @@ def unit_residuals(tsa: FloatArray, teeth: int) -> FloatArray:
 
 
 def root_mean_square(z: FloatArray) -> FloatArray:
-    """Root mean square over the revolution."""
+    """Return the root mean square over the revolution, (...) of (..., n)."""
     rms: FloatArray = np.sqrt(np.mean(np.square(z), axis=-1))
     return rms

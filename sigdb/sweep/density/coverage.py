@@ -68,8 +68,8 @@ class Coverage:
     cases : pandas.DataFrame
         A row for each case off the grid, without noise and index errors. Its columns are the parameters of the case;
         ``match``, the greatest normalised overlap with a template, 1 where damage leaves no residual; ``template``, the
-        number of the template of least misfit; ``misfit``; and ``separation``, the distance from that template in
-        standard deviations of the noise.
+        number of the template of least residual distance; ``residual_distance``; and ``separation``, the distance from
+        that template in standard deviations of the noise.
     grid : dict of ndarray
         Values of the axes between which the cases lie, as the database was begun with them.
     coarse : pandas.DataFrame
@@ -106,11 +106,12 @@ def coverage(
     turns. A template bank is dense enough where the match stays above 0.97, which costs 1 / 0.97^2 - 1 = 6 % more
     revolutions [1]_. The match compares shapes only. Severity acts as amplitude, which the separation from the nearest
     template compares: it should not be more than about one standard deviation of the noise. The separation is
-    ``misfit std(y) sqrt(n) / sigma``. Here y is the clean average of the case, of n samples, and sigma the standard
-    deviation of the noise in the least noisy average of the database.
+    ``residual_distance std(y) sqrt(n) / sigma``. Here y is the clean average of the case, of n samples, and sigma the
+    standard deviation of the noise in the least noisy average of the database.
 
-    The threshold is the misfit (:meth:`sigdb.database.Database.match`) that 1 % of measured rows exceed: of damaged
-    rows off the grid or of undamaged rows, whichever is greater. These rows have their own gear pairs and noise.
+    The threshold is the residual distance (:meth:`sigdb.database.Database.match`) that 1 % of measured rows exceed: of
+    damaged rows off the grid or of undamaged rows, whichever is greater. These rows have gear pairs and noise of their
+    own.
 
     Parameters
     ----------
@@ -160,7 +161,7 @@ def summarize(study: Study) -> Coverage:
         cases=cases.drop(columns="off_grid"),
         grid=grid,
         coarse=coarseness(cases, grid, {"teeth", *WHOLE_AXES, *whole_axes(base, base.rig_points.swept)}),
-        measured=study.measured["misfit"].to_numpy(),
+        measured=study.measured["residual_distance"].to_numpy(),
         failed=study.failed,
         record=CoverageRecord(
             threshold=_threshold(study.measured),
@@ -172,8 +173,8 @@ def summarize(study: Study) -> Coverage:
 
 
 def _threshold(measured: pd.DataFrame) -> float:
-    """Return the quantile of the misfit, of damaged rows or of undamaged rows, whichever is greater."""
-    return float(measured.groupby(measured["tooth"] > 0)["misfit"].quantile(QUANTILE).max())
+    """Return the quantile of the residual distance, of damaged rows or of undamaged rows, whichever is greater."""
+    return float(measured.groupby(measured["tooth"] > 0)["residual_distance"].quantile(QUANTILE).max())
 
 
 def _details(clean: pd.DataFrame, measured: pd.DataFrame, seed: int) -> dict[str, Any]:

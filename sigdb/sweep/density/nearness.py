@@ -1,7 +1,6 @@
 """Distances of cases off the grid, and of their measured rows, from the templates of a database."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -12,13 +11,13 @@ from sigdb.core import FloatArray, OnProgress, Progress
 from sigdb.database import (
     Database,
     Distance,
+    Matcher,
     Nearest,
-    misfit,
     mismatch,
     nearest,
+    residual_distance,
     root_mean_square,
     suffixed,
-    template_bank,
     unit_residuals,
 )
 
@@ -29,7 +28,7 @@ class Nearness:
     def __init__(self, database: Database, sensor: str) -> None:
         self._database, self._sensor = database, sensor
         self._step = int(database.manifest.resolved["signature"]["samples_per_tooth"])
-        self._bank = cache(lambda n: template_bank(database, sensor, n))
+        self._matcher = Matcher(database)
 
     def clean(
         self, off_grid: Database, columns: Sequence[str], noise: float, on_progress: OnProgress
@@ -42,7 +41,7 @@ class Nearness:
             Cases off the grid, with the same sensors.
         columns
             Parameters of a case that the result has too. Its other columns are ``off_grid`` (the number of the template
-            there), ``match``, ``template``, ``misfit`` and ``separation``.
+            there), ``match``, ``template``, ``residual_distance`` and ``separation``.
         noise
             Standard deviation of the noise of an average, in standard deviations of the undamaged clean average.
         """
@@ -58,17 +57,17 @@ class Nearness:
                 zip(signals, deviation, strict=True), len(signals), "off-grid cases", on_progress
             )
         ]
-        compared = pd.DataFrame(distances, columns=["match", "template", "misfit", "separation"])
+        compared = pd.DataFrame(distances, columns=["match", "template", "residual_distance", "separation"])
         cases = templates[list(columns)].assign(off_grid=templates["template"]).reset_index(drop=True)
         return pd.concat([cases, compared], axis=1), signals
 
     def _distances(self, y: FloatArray, deviation: float) -> dict[str, float]:
-        near = self._nearest(y, misfit)
-        least = float(near.misfit[0])
+        near = self._nearest(y, residual_distance)
+        least = float(near.residual_distance[0])
         return {
             "match": self._match(y),
-            "template": self._bank(len(y)).cases["template"][int(near.place[0])].as_py(),
-            "misfit": least,
+            "template": self._matcher.index(self._sensor, len(y)).cases["template"][int(near.place[0])].as_py(),
+            "residual_distance": least,
             "separation": least * float(y.std()) * np.sqrt(len(y)) / deviation,
         }
 
@@ -79,19 +78,24 @@ class Nearness:
         return float(self._nearest(y, mismatch).match[0])
 
     def measured(self, off_grid: Database, on_progress: OnProgress) -> pd.DataFrame:
-        """Return tooth and misfit of the measured rows of a database off the grid."""
+        """Return tooth and residual distance of the measured rows of a database off the grid."""
         column, done = suffixed("tsa", off_grid.sensors, self._sensor), "status = 'ok'"
         tooth = off_grid.cases(done)["tooth"].to_numpy()
         batches = off_grid.batches(done, table="signals", columns=[column])
         rows = (tsa.values.to_numpy().astype(float) for batch in batches for tsa in batch[column])
         each = with_progress(rows, len(tooth), "measured rows", on_progress)
-        return pd.DataFrame({"tooth": tooth, "misfit": [float(self._nearest(x, misfit).misfit[0]) for x in each]})
+        return pd.DataFrame(
+            {
+                "tooth": tooth,
+                "residual_distance": [float(self._nearest(x, residual_distance).residual_distance[0]) for x in each],
+            }
+        )
 
     def _nearest(self, x: FloatArray, distance: Distance) -> Nearest:
         """Return the nearest template, over all turns."""
-        bank, n = self._bank(len(x)), len(x)
-        every = np.ones(bank.cases.num_rows, dtype=bool)
-        return nearest(bank, x, teeth=n // self._step, k=1, shifts=np.arange(n), among=every, distance=distance)
+        index, n = self._matcher.index(self._sensor, len(x)), len(x)
+        every = np.ones(index.cases.num_rows, dtype=bool)
+        return nearest(index, x, teeth=n // self._step, k=1, shifts=np.arange(n), among=every, distance=distance)
 
 
 def with_progress(rows: Iterable[Any], total: int, stage: str, on_progress: OnProgress) -> Iterator[Any]:

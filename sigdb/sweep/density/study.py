@@ -32,7 +32,7 @@ class Study:
     signals
         Clean average of each case.
     measured
-        ``tooth`` and ``misfit`` of measured rows.
+        ``tooth`` and ``residual_distance`` of measured rows.
     measurements
         Measurements of the rows of each case, by ``off_grid``.
     failed
