@@ -15,6 +15,7 @@ from .mesh.stiffness import pairs_in_contact as pairs_in_contact
 from .mesh.stiffness import sliding_sense as sliding_sense
 from .mesh.stiffness import tooth_stiffness as tooth_stiffness
 from .parts.bodies import Disk as Disk
+from .parts.gears import AnyProfile as AnyProfile
 from .parts.gears import Gear as Gear
 from .parts.gears import Mesh as Mesh
 from .parts.gears import Operating as Operating

@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from sigdb.core import NOISE_BLOCK, DatabaseError
 from sigdb.database import ROW_GROUP, IntegrityFinding, PartKey, Receipt, Schema, Store, damaged_part, open_checked
 from sigdb.sweep.plan.plan import Plan
-from sigdb.sweep.work.rows import row_pieces
+from sigdb.sweep.work.rows import make_rows
 from sigdb.sweep.work.stored_schema import computable
 from sigdb.sweep.work.templates import template_table
 
@@ -80,7 +80,7 @@ def _differing_block(store: Store, plan: Plan, schema: Schema, receipt: Receipt,
     stop = min(first + NOISE_BLOCK, receipt.first + receipt.rows)
     try:
         with threadpool_limits(1):
-            (again,) = row_pieces(plan, store, schema, first, stop)
+            (again,) = make_rows(plan, store, schema, first, stop)
     except DatabaseError:
         return None  # its templates are damaged, which is a finding already
     for table, content in again.items():

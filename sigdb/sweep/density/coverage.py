@@ -3,7 +3,6 @@
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -177,7 +176,7 @@ def _threshold(measured: pd.DataFrame) -> float:
     return float(measured.groupby(measured["tooth"] > 0)["residual_distance"].quantile(QUANTILE).max())
 
 
-def _details(clean: pd.DataFrame, measured: pd.DataFrame, seed: int) -> dict[str, Any]:
+def _details(clean: pd.DataFrame, measured: pd.DataFrame, seed: int) -> dict[str, float]:
     match, separation = clean["match"], clean["separation"]
     return {
         "cases": len(clean),

@@ -1,7 +1,7 @@
 """Distances of cases off the grid, and of their measured rows, from the templates of a database."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 import pandas as pd
@@ -20,6 +20,8 @@ from sigdb.database import (
     suffixed,
     unit_residuals,
 )
+
+T = TypeVar("T")
 
 
 class Nearness:
@@ -98,7 +100,7 @@ class Nearness:
         return nearest(index, x, teeth=n // self._step, k=1, shifts=np.arange(n), among=every, distance=distance)
 
 
-def with_progress(rows: Iterable[Any], total: int, stage: str, on_progress: OnProgress) -> Iterator[Any]:
+def with_progress(rows: Iterable[T], total: int, stage: str, on_progress: OnProgress) -> Iterator[T]:
     """Yield the rows and report progress."""
     on_progress(Progress(stage=stage, done=0, total=total, before=0))
     for done, row in enumerate(rows, start=1):

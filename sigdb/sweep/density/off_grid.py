@@ -1,8 +1,8 @@
 """Designs of random cases that lie between those of a plan."""
 
 import math
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import Any, Literal
 
 from sigdb.core import InputError, validated
 from sigdb.sweep.design.axes import AXIS_NAMES, DAMAGE_AXES, MEASUREMENT_AXES, WHOLE_AXES, Range
@@ -13,6 +13,7 @@ from sigdb.sweep.plan.rig_points import is_whole
 
 Spans = dict[str, tuple[float, float]]
 """Least and greatest value of axes, by name."""
+AxisValues = Range | Sequence[float] | Sequence[str]
 
 
 def off_grid(base: Plan, *, cases: int, seed: int, specimens: int) -> SweepSettings:
@@ -59,7 +60,7 @@ def whole_axes(base: Plan, axes: Iterable[str]) -> frozenset[str]:
     )
 
 
-def _axes(base: Plan, grid: Grid) -> dict[str, Any]:
+def _axes(base: Plan, grid: Grid) -> dict[str, AxisValues]:
     """Return the values of each axis of a grid, or its range, but teeth and listed measurements."""
     swept = {base.rig.path(axis): axis for axis in base.rig_points.swept}
     axes = {axis: getattr(grid, axis) for axis in grid.listed_damage} | grid.rig | grid.ranges | (grid.table or {})
@@ -71,13 +72,13 @@ def _axes(base: Plan, grid: Grid) -> dict[str, Any]:
     }
 
 
-def _ends(values: Any) -> tuple[float, float]:
+def _ends(values: AxisValues) -> tuple[float, float]:
     if isinstance(values, Range):
         return values.min, values.max
     return float(min(values)), float(max(values))
 
 
-def _wholes(values: Any) -> list[int]:
+def _wholes(values: AxisValues) -> list[int]:
     """Return whole numbers in order, each once; all numbers of a range."""
     if isinstance(values, Range):
         return list(range(int(values.min), int(values.max) + 1))
@@ -111,7 +112,7 @@ def _random(base: Plan, grid: Grid, spans: Spans, cases: int) -> dict[str, Any]:
     }
 
 
-def _teeth(base: Plan, grid: Grid) -> Any:
+def _teeth(base: Plan, grid: Grid) -> Literal["all"] | Sequence[int]:
     if base.rig.turns_exactly(base.gear):
         return [1]
     joint = grid.ranges.get("tooth") or (grid.table or {}).get("tooth")

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeGuard
 
 from pydantic import ConfigDict, Strict, TypeAdapter, ValidationError, field_validator, model_validator
 from pydantic.fields import FieldInfo
@@ -65,7 +65,7 @@ class Axis:
         value
             The value.
         label
-            What the message calls the value; the name of the axis if left out.
+            Name of the value in the message; that of the axis if left out.
 
         Raises
         ------
@@ -129,12 +129,12 @@ class Range(Section):
         return self
 
 
-def is_range(value: Any) -> bool:
+def is_range(value: object) -> TypeGuard[Range | Mapping[str, object]]:
     """Return whether a value of an axis is meant as a range."""
     return isinstance(value, Range) or (isinstance(value, Mapping) and bool(value) and not {*value} - {"min", "max"})
 
 
-def read_range(axis: str, value: Any) -> Range:
+def read_range(axis: str, value: Range | Mapping[str, object]) -> Range:
     """Return a range from what a recipe holds, checked.
 
     Raises
@@ -142,11 +142,12 @@ def read_range(axis: str, value: Any) -> Range:
     ValueError
         Names the axis, the end, the value and what to do.
     """
-    ends = value.model_dump() if isinstance(value, Range) else dict(value)
+    content = value.model_dump() if isinstance(value, Range) else value
+    ends: dict[str, float] = {}
     for end in ("min", "max"):
-        if end not in ends:
+        if end not in content:
             raise ValueError(f"{axis}.{end} is missing; a range has both ends: {{ min = ..., max = ... }}")
-        ends[end] = _read_number(f"{axis}.{end}", ends[end])
+        ends[end] = _read_number(f"{axis}.{end}", content[end])
         check_bounds(axis, ends[end], label=f"{axis}.{end}")
     if ends["min"] > ends["max"]:
         raise ValueError(f"{axis}.min = {ends['min']:g} is more than {axis}.max = {ends['max']:g}; exchange them")
@@ -165,7 +166,7 @@ def check_bounds(name: str, value: float, *, label: str | None = None) -> None:
         AXES[name].check(value, label=label)
 
 
-def flatten(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def flatten(table: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
     """Yield keys and values of nested tables, by dotted path; a range is a value."""
     for key, value in table.items():
         if isinstance(value, Mapping) and not is_range(value):
@@ -174,7 +175,7 @@ def flatten(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, A
             yield f"{prefix}{key}", value
 
 
-def split_axes(data: Mapping[str, Any], others: Iterable[str]) -> dict[str, Any]:
+def split_axes(data: Mapping[str, object], others: Iterable[str]) -> dict[str, object]:
     """Return a grid's keys with its ranges under ``ranges`` and its other axes over the rig under ``rig``.
 
     Parameters
@@ -189,9 +190,9 @@ def split_axes(data: Mapping[str, Any], others: Iterable[str]) -> dict[str, Any]
     ValueError
         If a table stands where an axis that is not over the rig has its values.
     """
-    keys: dict[str, Any] = {}
-    rig: dict[str, Any] = {}
-    ranges: dict[str, Any] = {}
+    keys: dict[str, object] = {}
+    rig: dict[str, object] = {}
+    ranges: dict[str, object] = {}
     for key, value in data.items():
         if key in others:
             keys[key] = value
@@ -210,11 +211,12 @@ def split_axes(data: Mapping[str, Any], others: Iterable[str]) -> dict[str, Any]
     ranges |= {axis: value for axis, value in rig.items() if is_range(value)}
     listed = {axis: value for axis, value in rig.items() if not is_range(value)}
     if ranges:
-        keys["ranges"] = {**keys.get("ranges", {}), **ranges}
+        declared = keys.get("ranges", {})
+        keys["ranges"] = {**declared, **ranges} if isinstance(declared, Mapping) else declared
     return keys | ({"rig": listed} if listed else {})
 
 
-def _read_number(label: str, value: Any) -> float:
+def _read_number(label: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ValueError(f"{label} = {value!r} must be a number")
     if not math.isfinite(value):
@@ -222,7 +224,7 @@ def _read_number(label: str, value: Any) -> float:
     return float(value)
 
 
-def read_teeth(value: Any) -> Any:
+def read_teeth(value: object) -> object:
     """Return first damaged teeth from what a recipe holds.
 
     Raises

@@ -1,7 +1,7 @@
 """Grids of cases, as a recipe declares them: products of axes, samples of ranges, and tables."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import (
     BeforeValidator,
@@ -12,6 +12,7 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
+from pydantic.fields import FieldInfo
 
 from sigdb.core import Section, quantity, without_defaults
 from sigdb.sweep.design.axes import (
@@ -31,7 +32,7 @@ from sigdb.sweep.design.tables import read_table
 from sigdb.transmission import FLAW_FIELDS
 
 
-def _as_list(value: Any) -> Any:
+def _as_list(value: object) -> object:
     return value if isinstance(value, list | tuple) else [value]
 
 
@@ -40,7 +41,7 @@ Counts = Annotated[tuple[int, ...], Strict(False), BeforeValidator(_as_list)]
 Names = Annotated[tuple[str, ...], Strict(False), BeforeValidator(_as_list)]
 
 
-def listed_values(axis: Axis, *, optional: bool = False) -> Any:
+def listed_values(axis: Axis, *, optional: bool = False) -> tuple[object, FieldInfo]:
     """Return the type and the field of a list of an axis' values, as :func:`pydantic.create_model` takes them.
 
     Parameters
@@ -57,7 +58,7 @@ def listed_values(axis: Axis, *, optional: bool = False) -> Any:
     return kind, quantity(axis.unit, axis.help, default=(axis.field.default,), min_length=1)
 
 
-def grid_fields(axes: Mapping[str, Axis]) -> dict[str, Any]:
+def grid_fields(axes: Mapping[str, Axis]) -> dict[str, tuple[object, FieldInfo]]:
     """Return the fields of a grid's axes, in order, as :func:`pydantic.create_model` takes them."""
     tooth = quantity("-", "First damaged tooth: a list, or 'all' teeth of the gear.", default="all")
     pattern = quantity(
@@ -96,7 +97,7 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
 
     @model_validator(mode="before")
     @classmethod
-    def _read(cls, data: Any) -> Any:
+    def _read(cls, data: object) -> object:
         """Dotted paths become axes over the rig, tables with two ends ranges, and a table's path its columns."""
         if not isinstance(data, Mapping):
             return data
@@ -160,7 +161,7 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
         return self
 
     @model_serializer(mode="wrap")
-    def _as_used(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _as_used(self, handler: SerializerFunctionWrapHandler) -> dict[str, object]:
         dumped = without_defaults(self, handler(self), (*FLAW_FIELDS, "ranges", "points", "method", "table"))
         return {name: value for name, value in dumped.items() if name not in self.joint_axes}
 

@@ -2,19 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
 
+from sigdb.core import FloatArray
 from sigdb.sweep.design.axes import WHOLE_AXES, check_axis_name, check_bounds, flatten
 
 Columns = dict[str, tuple[float, ...] | tuple[int, ...] | tuple[str, ...]]
 
 
-def read_table(table: Any) -> Columns:
+def read_table(table: object) -> Columns:
     """Return the columns of a table, checked: numbers by axis, and names of patterns.
 
     Parameters
@@ -37,15 +37,16 @@ def read_table(table: Any) -> Columns:
     )
 
 
-def check_columns(table: Mapping[str, Any], *, owner: str) -> Columns:
+def check_columns(table: Mapping[str, object], *, owner: str) -> Columns:
     """Return the columns with checked names and values; see :func:`read_table`."""
     if not table:
         raise ValueError(f"{owner} has no columns; give one for each axis that it is to set")
-    lengths = {}
+    lists: dict[str, Sequence[object]] = {}
     for name, values in table.items():
         if not isinstance(values, Sequence) or isinstance(values, str):
             raise ValueError(f"{owner}: column {name} = {values!r} must be a list of values, one for each row")
-        lengths[name] = len(values)
+        lists[name] = values
+    lengths = {name: len(values) for name, values in lists.items()}
     first, rows = next(iter(lengths.items()))
     for name, length in lengths.items():
         if length != rows:
@@ -53,7 +54,7 @@ def check_columns(table: Mapping[str, Any], *, owner: str) -> Columns:
     if not rows:
         raise ValueError(f"{owner} has no rows; give at least one")
     columns: Columns = {}
-    for name, values in sorted((name.removeprefix("rig."), values) for name, values in table.items()):
+    for name, values in sorted((name.removeprefix("rig."), values) for name, values in lists.items()):
         if f"rig.{name}" not in table:
             _check_name(name, owner)
         columns[name] = _names(values, owner) if name == "pattern" else _numbers(name, values, owner)
@@ -67,14 +68,16 @@ def _check_name(name: str, owner: str) -> None:
         raise ValueError(f"{owner}: column {name}: {error}") from None
 
 
-def _names(values: Any, owner: str) -> tuple[str, ...]:
+def _names(values: Sequence[object], owner: str) -> tuple[str, ...]:
+    names: list[str] = []
     for row, value in enumerate(values, 1):
         if not isinstance(value, str) or not value:
             raise ValueError(f"{owner}: row {row}: pattern = {value!r} must be the name of a pattern")
-    return tuple(values)
+        names.append(value)
+    return tuple(names)
 
 
-def _numbers(name: str, values: Any, owner: str) -> tuple[float, ...] | tuple[int, ...]:
+def _numbers(name: str, values: Sequence[object], owner: str) -> tuple[float, ...] | tuple[int, ...]:
     for row, value in enumerate(values, 1):
         if isinstance(value, bool) or not isinstance(value, int | float):
             rule = "is empty; fill it in" if value in (None, "") else f"= {value!r} must be a number"
@@ -90,7 +93,7 @@ def _numbers(name: str, values: Any, owner: str) -> tuple[float, ...] | tuple[in
     return tuple(numbers.astype(np.int64).tolist())
 
 
-def _check_rows(name: str, numbers: Any, owner: str, rows: tuple[int, ...]) -> None:
+def _check_rows(name: str, numbers: FloatArray, owner: str, rows: tuple[int, ...]) -> None:
     """Check the values in some rows: bounds are intervals, so the extreme values stand for all."""
     for row in rows:
         try:
@@ -99,7 +102,7 @@ def _check_rows(name: str, numbers: Any, owner: str, rows: tuple[int, ...]) -> N
             raise ValueError(f"{owner}: row {row + 1}: {error}") from None
 
 
-def _read_file(path: Path) -> dict[str, list[Any]]:
+def _read_file(path: Path) -> dict[str, list[object]]:
     try:
         table = pq.read_table(path) if path.suffix == ".parquet" else _read_csv(path)
     except FileNotFoundError:
@@ -126,7 +129,7 @@ def _read_csv(path: Path) -> pa.Table:
     return pa_csv.read_csv(path, convert_options=options)
 
 
-def _parse_number(value: Any) -> Any:
+def _parse_number(value: object) -> object:
     """Return the number in a text, or the text: a single word makes a whole column of a CSV file text."""
     try:
         return float(value) if isinstance(value, str) else value

@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sigdb.core import FloatArray, InputError, IntArray
 from sigdb.measurement import MeasurementSettings
@@ -22,8 +23,11 @@ from sigdb.sweep.plan.layout import consecutive, distinct
 from sigdb.sweep.plan.rig_points import is_whole
 from sigdb.transmission import Transmission
 
+AxisArray = NDArray[Any]
+"""Values of an axis: numbers, or names of patterns."""
 
-def product(axes: Mapping[str, Sequence[Any]]) -> tuple[dict[str, Any], int]:
+
+def product(axes: Mapping[str, Sequence[float] | Sequence[str]]) -> tuple[dict[str, AxisArray], int]:
     """Return each combination of distinct values as columns, the last axis fastest, and their number."""
     lists = [np.array(list(dict.fromkeys(values))) for values in axes.values()]
     mesh = np.meshgrid(*lists, indexing="ij") if lists else []
@@ -47,7 +51,7 @@ class Crossing:
 
     owner: str
     grid: Grid
-    joint: Mapping[str, Any]
+    joint: Mapping[str, AxisArray]
 
     @cached_property
     def _joint_groups(self) -> tuple[IntArray, IntArray]:
@@ -85,7 +89,7 @@ class Crossing:
             axis: np.asarray(column)[first] for axis, column in self.joint.items() if axis not in AXIS_NAMES
         }
 
-    def damages(self) -> tuple[dict[str, FloatArray], Any, int]:
+    def damages(self) -> tuple[dict[str, FloatArray], AxisArray | None, int]:
         """Return the damage of each case as columns, the names of the patterns, and the number of cases in a place.
 
         Cases stand place by place. Without patterns the names are None. Only axes that are not at their default have a

@@ -165,6 +165,22 @@ class TemplateTable:
         return len(self.rig)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """Templates and rows of a plan.
+
+    Attributes
+    ----------
+    templates
+        The distinct cases.
+    row_runs
+        The rows.
+    """
+
+    templates: TemplateTable
+    row_runs: RowRuns
+
+
 def lay_out(
     blocks: Blocks,
     teeth: IntArray,
@@ -176,7 +192,7 @@ def lay_out(
     specimens: int,
     draws: int,
     healthy_draws: int,
-) -> tuple[TemplateTable, RowRuns]:
+) -> Layout:
     """Return the templates, and the rows in runs, of the cases of grids.
 
     Parameters
@@ -209,7 +225,7 @@ def lay_out(
     )
     kept, case, measured = _drop_repeated(blocks, case, teeth, measured)
     of_rig, start, count = _runs(healthy[0] if healthy_draws else np.empty(0, np.int64))
-    return templates, RowRuns(
+    row_runs = RowRuns(
         template=_join(undamaged[of_rig], number[case]),
         tooth_start=_join(np.zeros_like(of_rig), kept.tooth_start),
         tooth_count=_join(np.ones_like(of_rig), kept.tooth_count),
@@ -220,6 +236,7 @@ def lay_out(
         teeth=teeth,
         measured=_join(measured, healthy[1]),
     )
+    return Layout(templates=templates, row_runs=row_runs)
 
 
 def _join(healthy: IntArray, damaged: IntArray) -> NDArray[np.int32]:

@@ -6,18 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from sigdb.core import DatabaseError, FloatArray, InputError, IntArray, validated
+from sigdb.core import BoolArray, DatabaseError, FloatArray, InputError, IntArray, validated
 from sigdb.dynamics import damaged_gear, solver_named
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import SignatureSettings
 from sigdb.sweep.design.settings import SweepSettings
-from sigdb.sweep.plan.crossing import Crossing, joint_points
+from sigdb.sweep.plan.crossing import AxisArray, Crossing, joint_points
 from sigdb.sweep.plan.damages import Damages, Pattern, default_of
 from sigdb.sweep.plan.layout import Blocks, consecutive, distinct, lay_out
 from sigdb.sweep.plan.plan import Plan, rows_of_a_part
 from sigdb.sweep.plan.resolved import same_content, without_sources
 from sigdb.sweep.plan.rig_points import RigPoints, rig_points
-from sigdb.transmission import PRESETS, ToothDamage, Transmission, damaged_profile, preset_teeth
+from sigdb.transmission import PRESETS, AnyProfile, ToothDamage, Transmission, damaged_profile, preset_teeth
 
 _MOST_CASES = 20_000_000
 """Cases of damage in a grid, which a plan holds in memory; more could not be simulated."""
@@ -81,7 +81,7 @@ def make_plan(
     _check_specimens(design, signature, measurements["index_error"])
     rig_measured = _rig_measured(gathered, measured)
     _check_whole_cycles(measurements["averages"].astype(np.int64), rig_measured, points)
-    templates, row_runs = lay_out(
+    layout = lay_out(
         blocks,
         teeth,
         measured,
@@ -92,7 +92,7 @@ def make_plan(
         draws=design.draws,
         healthy_draws=design.healthy,
     )
-    if not row_runs.rows:
+    if not layout.row_runs.rows:
         raise InputError(
             "the sweep has no rows: no grid damages anything and healthy = 0; give a loss, a shift or healthy"
         )
@@ -104,11 +104,11 @@ def make_plan(
         gear=gear,
         sensors=sensors,
         rig_points=points,
-        templates=templates,
+        templates=layout.templates,
         damages=damages,
-        row_runs=row_runs,
+        row_runs=layout.row_runs,
         measurements=measurements,
-        part_rows=part_rows or rows_of_a_part(row_runs.rows),
+        part_rows=part_rows or rows_of_a_part(layout.row_runs.rows),
         first_row_part=first_row_part,
         first_template_part=first_template_part,
         base_fields=tuple(base_fields),
@@ -186,10 +186,10 @@ class _GridCases:
             }
         )
 
-    def _numbered(self, names: Any, teeth: IntArray) -> tuple[IntArray, Any]:
+    def _numbered(self, names: AxisArray | None, teeth: IntArray) -> tuple[IntArray, BoolArray]:
         """Return the number of each case's pattern, 0 for none, and whether it damages all teeth of the gear alike."""
         if names is None:
-            return np.zeros(len(teeth), np.int64), False
+            return np.zeros(len(teeth), np.int64), np.zeros(len(teeth), bool)
         pairs, first = distinct(names, teeth)
         each = [self._pattern(str(names[at]), int(teeth[at])) for at in first]
         numbers = [self.patterns.setdefault(pattern, len(self.patterns) + 1) for pattern in each]
@@ -275,7 +275,7 @@ def _check_damages(damages: Damages, blocks: Blocks, points: RigPoints, gear: st
 def _check_geometry(damages: Damages, blocks: Blocks, points: RigPoints, gear: str) -> None:
     build = points.builds[blocks.rig]
     _, first = distinct(blocks.damage, build)
-    profiles: dict[int, tuple[Any, bool]] = {}
+    profiles: dict[int, tuple[AnyProfile, bool]] = {}
     for at in first:
         point = points[int(blocks.rig[at])]
         if build[at] not in profiles:

@@ -12,8 +12,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from sigdb.core import NOISE_BLOCK, FloatArray, IntArray
+from sigdb.database import CaseValue
 from sigdb.dynamics import Solver, solver_named
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import SignatureSettings
@@ -25,6 +27,9 @@ from sigdb.sweep.plan.rig_points import RigPoint, RigPoints
 from sigdb.transmission import Damage, Transmission
 
 __all__ = ["PART_TEMPLATES", "Plan", "RigPoint", "TemplateCase", "rows_of_a_part"]
+
+CaseArray = FloatArray | IntArray | NDArray[np.object_]
+"""Values of a column of cases."""
 
 PART_TEMPLATES = 64
 _LEAST_PART, _GREATEST_PART, _PARTS_WANTED = 2048, 32768, 16
@@ -128,7 +133,7 @@ class Plan:
         return range(self.first_template_part, self.first_template_part + self.template_parts)
 
     @property
-    def parts_settings(self) -> dict[str, Any]:
+    def parts_settings(self) -> dict[str, int | list[str]]:
         """Numbers and columns of its parts that do not follow from its rows, as in an extension."""
         if self.first_row_part == self.first_template_part == 0 and self.part_rows == rows_of_a_part(self.rows):
             return {}
@@ -213,7 +218,7 @@ class Plan:
         """SHA-256 of :attr:`resolved`, sources of the rig's numbers and descriptions aside."""
         return hash_of(self.resolved)
 
-    def case_columns(self, number: int) -> dict[str, Any]:
+    def case_columns(self, number: int) -> dict[str, CaseValue]:
         """Return the parameters that a template and its rows share, by column."""
         columns = self._case_columns(np.array([number - self.first_template]))
         case = {
@@ -223,7 +228,7 @@ class Plan:
             return case | dict.fromkeys(self.damage_fields)
         return case | {name: int(case[name]) for name in WHOLE_DAMAGE_AXES if name in case}
 
-    def _case_columns(self, at: IntArray) -> dict[str, Any]:
+    def _case_columns(self, at: IntArray) -> dict[str, str | CaseArray]:
         """Return columns of templates, counted from this plan's first; a single value where it is the same for all."""
         rig, damage = self.templates.rig[at], self.templates.damage[at]
         of_damage = self._damage_table
@@ -243,12 +248,12 @@ class Plan:
         return operating | {path: self.rig_points.parameter(path) for path in self.swept}
 
     @cached_property
-    def _damage_table(self) -> dict[str, Any]:
+    def _damage_table(self) -> dict[str, CaseArray]:
         """Columns of the kinds of damage; the last row, which -1 names too, is that of no damage."""
         none = Damage(gear=self.gear)
         patterned = self.damages.pattern > 0
         names = np.array(["", *(name for name, _ in self.damages.patterns)], dtype=object)
-        table: dict[str, Any] = {
+        table: dict[str, CaseArray] = {
             "damaged_teeth": np.append(self.damages.damaged_teeth, 0),
             "pattern": np.append(names[self.damages.pattern], ""),
         }
@@ -265,7 +270,10 @@ class Plan:
     def table_of(self, ids: IntArray) -> pd.DataFrame:
         """Return rows of the plan by their ids, with the columns of :meth:`table`."""
         place = self.row_runs.locate(ids - self.first_row)
-        columns: dict[str, Any] = {"id": ids, "template": place["template"] + self.first_template}
+        columns: dict[str, str | CaseArray | pd.Series] = {
+            "id": ids,
+            "template": place["template"] + self.first_template,
+        }
         for name, values in self._case_columns(place["template"]).items():
             columns[name] = pd.Series(values, dtype="str") if name == "pattern" else values
         columns |= {name: place[name] for name in ("tooth", "specimen", "draw")}

@@ -39,7 +39,7 @@ def without_sources(resolved: dict[str, Any]) -> dict[str, Any]:
     return resolved | {"rig": _without(resolved["rig"], ("sources", "title"))}
 
 
-def _presets(plan: "Plan") -> dict[str, Any]:
+def _presets(plan: "Plan") -> dict[str, list[dict[str, object]]]:
     """Return the patterns that the grids name and the design does not define, on the rig's tooth count."""
     teeth = plan.rig.gears[plan.gear].teeth
     return {
@@ -49,7 +49,7 @@ def _presets(plan: "Plan") -> dict[str, Any]:
     }
 
 
-def _without(value: Any, keys: tuple[str, ...]) -> Any:
+def _without(value: object, keys: tuple[str, ...]) -> object:
     if isinstance(value, dict):
         return {key: _without(item, keys) for key, item in value.items() if key not in keys}
     if isinstance(value, list):
@@ -57,7 +57,7 @@ def _without(value: Any, keys: tuple[str, ...]) -> Any:
     return value
 
 
-def same_content(content: Any, other: Any) -> bool:
+def same_content(content: object, other: object) -> bool:
     """Return whether two resolved recipes have the same content; TOML has no key that holds None."""
     if isinstance(content, dict) and isinstance(other, dict):
         keys = {key for key in {*content, *other} if content.get(key) is not None or other.get(key) is not None}

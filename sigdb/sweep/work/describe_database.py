@@ -2,7 +2,6 @@
 
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
 
 from sigdb.core import CorruptionError, InputError, __version__
 from sigdb.database import (
@@ -103,7 +102,7 @@ def _check_orphans(plan: Plan, store: Store) -> None:
         check_version(store, receipt.versions["sigdb"])
 
 
-def _first_difference(old: Any, new: Any, path: str = "") -> str:
+def _first_difference(old: object, new: object, path: str = "") -> str:
     """Return the first key whose values differ, with both values; empty where none do."""
     if isinstance(old, dict) and isinstance(new, dict):
         # A key that holds None is not in TOML.

@@ -11,7 +11,7 @@ from sigdb.core import NOISE_BLOCK
 from sigdb.database import Receipt, Store, write_part, write_schema
 from sigdb.sweep.plan.plan import PART_TEMPLATES, Plan
 from sigdb.sweep.plan.schema import plan_schema
-from sigdb.sweep.work.rows import row_pieces
+from sigdb.sweep.work.rows import make_rows
 from sigdb.sweep.work.templates import make_template_part
 
 
@@ -50,14 +50,14 @@ def estimate(plan: Plan, jobs: int = -1) -> CostEstimate:
         started = time.perf_counter()
         templates = [make_template_part(plan, store, part) for part in parts]
         template_seconds = time.perf_counter() - started
-        list(row_pieces(plan, store, schema, *samples[0][:2]))
+        list(make_rows(plan, store, schema, *samples[0][:2]))
         started = time.perf_counter()
         rows = [
             write_part(
                 store,
                 "rows",
                 i,
-                row_pieces(plan, store, schema, start, stop),
+                make_rows(plan, store, schema, start, stop),
                 plan=plan.hash,
                 first=start,
                 started=time.perf_counter(),

@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TypedDict, cast
 
 from filelock import FileLock, Timeout
 
@@ -19,6 +19,15 @@ from sigdb.database import Store
 OWNER, LOCK = ".owner", ".lock"
 _BEAT, _STALE = 20.0, 90.0
 """Seconds between signs of life in an object store, and without one until an owner counts as dead."""
+
+
+class Owner(TypedDict):
+    """Content of the file of an owner: its process, its host, the time of its last sign of life, and a token."""
+
+    process: int
+    host: str
+    alive: float
+    token: str
 
 
 @contextmanager
@@ -71,8 +80,9 @@ def _signed(store: Store) -> Iterator[None]:
                 store.put(OWNER, _signature(mine))
 
     store.put(OWNER, _signature(mine))
-    if (_owner(store) or {}).get("token") != mine:
-        raise _busy(store, _owner(store))
+    signed = _owner(store)
+    if signed is None or signed["token"] != mine:
+        raise _busy(store, signed)
     beat = threading.Thread(target=sign, daemon=True)
     beat.start()
     try:
@@ -89,15 +99,16 @@ def _signature(token: str = "") -> bytes:
     ).encode()
 
 
-def _owner(store: Store) -> dict[str, Any] | None:
+def _owner(store: Store) -> Owner | None:
     """Return the owner of a place; None where nobody has signed."""
     try:
         owner = json.loads(store.get(OWNER)) if store.size(OWNER) else None
     except (DatabaseError, ValueError):
         return None
-    return owner if isinstance(owner, dict) and {"process", "host", "alive"} <= owner.keys() else None
+    complete = isinstance(owner, dict) and owner.keys() >= Owner.__annotations__.keys()
+    return cast(Owner, owner) if complete else None
 
 
-def _busy(store: Store, owner: dict[str, Any] | None) -> DatabaseError:
+def _busy(store: Store, owner: Owner | None) -> DatabaseError:
     name = f"process {owner['process']} on {owner['host']}" if owner else "another process"
     return DatabaseError(f"{store}: a sweep is already running on it ({name}); wait until it ends, or stop it")

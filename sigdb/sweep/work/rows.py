@@ -18,11 +18,11 @@ def make_row_part(plan: Plan, store: Store, part: int) -> Receipt:
     """Make the rows of a part from the stored templates, and write their features and signals."""
     started = time.perf_counter()
     start, stop = plan.row_range(part)
-    pieces = row_pieces(plan, store, read_schema(store), start, stop)
+    pieces = make_rows(plan, store, read_schema(store), start, stop)
     return write_part(store, "rows", part, pieces, plan=plan.hash, first=start, started=started)
 
 
-def row_pieces(plan: Plan, store: Store, schema: Schema, start: int, stop: int) -> Iterator[dict[str, pa.Table]]:
+def make_rows(plan: Plan, store: Store, schema: Schema, start: int, stop: int) -> Iterator[dict[str, pa.Table]]:
     """Yield the tables ``features`` and ``signals`` of rows ``start`` to ``stop - 1``, by noise block.
 
     ``start`` begins a noise block. The tables have the columns of ``schema``.

@@ -339,7 +339,7 @@ def test_failed_rows_of_an_extension_are_made_again(copy, recipe, monkeypatch):
     for path in [*copy.glob("receipts/*-00001.json")]:
         path.unlink()
     with monkeypatch.context() as patch:
-        patch.setattr("sigdb.sweep.work.templates.prepare", unable)
+        patch.setattr("sigdb.sweep.work.templates._PreparedPoint", unable)
         summary = run(plans[0], copy, recipe=recipe.text, jobs=1)
     assert summary.failed == plans[1].rows
     assert sigdb.open(copy).cases("id >= 2048")["status"].tolist() == ["no"] * plans[1].rows

@@ -17,7 +17,7 @@ from sigdb.core.errors import CorruptionError, DatabaseError, InputError
 from sigdb.sweep import run
 
 BEGINNING = importlib.import_module("sigdb.sweep.work.describe_database")
-BUILT_IN = Path(__file__).parents[2] / "data" / "transmissions" / "nasa_spiral_bevel.toml"
+BUILT_IN = Path(__file__).parents[3] / "data" / "transmissions" / "nasa_spiral_bevel.toml"
 
 
 @pytest.fixture

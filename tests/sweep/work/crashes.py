@@ -1,6 +1,6 @@
 """A sweep that is killed at random instants until it is done, while a reader looks: a test, and a longer command.
 
-python tests/sweep/crashes.py --kills 200 --seed 1
+python tests/sweep/work/crashes.py --kills 200 --seed 1
 """
 
 import argparse

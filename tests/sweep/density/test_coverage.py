@@ -322,7 +322,7 @@ def test_a_database_without_any_result_is_refused(make, monkeypatch):
     def unstable(*args, **options):
         raise UnstableRigError("the rig is unstable")
 
-    monkeypatch.setattr("sigdb.sweep.work.templates.prepare", unstable)
+    monkeypatch.setattr("sigdb.sweep.work.templates._PreparedPoint", unstable)
     folder = make(RECIPE)
     with pytest.raises(DatabaseError, match=r"no template has a result, .* the first one says: the rig is unstable"):
         coverage(folder, jobs=1)

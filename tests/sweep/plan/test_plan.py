@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from sigdb.core.streams import NOISE_BLOCK
 from sigdb.sweep.plan.plan import rows_of_a_part
 
-BUILT_IN = Path(__file__).parents[2] / "data" / "transmissions" / "nasa_spiral_bevel.toml"
+BUILT_IN = Path(__file__).parents[3] / "data" / "transmissions" / "nasa_spiral_bevel.toml"
 
 
 def rows_of(plan):

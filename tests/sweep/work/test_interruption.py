@@ -1,4 +1,4 @@
-"""Unit: interrupted, or with a worker that dies, a sweep goes on to the same bytes; test_sweep_crashes.py kills it."""
+"""Unit: interrupted, or with a worker that dies, a sweep goes on to the same bytes; test_crashes.py kills it."""
 
 import contextlib
 import importlib
@@ -118,6 +118,7 @@ def test_a_worker_that_dies_does_not_end_the_sweep(
 
 
 def test_workers_that_keep_dying_end_the_sweep_with_a_sentence(parts_plan, parts_text, tmp_path, monkeypatch):
+    monkeypatch.setattr(SWEEP_RUN, "_WORKER_DEATHS", 2)
     monkeypatch.setitem(SWEEP_RUN._MAKERS, "rows", deadly(None, SWEEP_RUN._MAKERS["rows"]))
     with pytest.raises(DatabaseError, match=r"keep dying .* 0 of 5060 rows are kept; run .* with fewer --jobs"):
         run(parts_plan, tmp_path / "signatures", recipe=parts_text, jobs=2)

@@ -244,56 +244,71 @@ def test_a_wrong_row_count_is_found(copy):
 NAN, INFINITY = float("nan"), float("inf")
 
 
-@pytest.mark.parametrize(
-    ("column", "row", "value", "says"),
-    [
+WRONG_ROWS = {
+    "numbers": [
         ("id", 5, 2052, "id of row 2053 is 2052, by the recipe 2053"),
-        ("id", 5, 9999, "id of row 2053 is 9999, by the recipe 2053"),
         ("stiffness_loss", 7, 0.4, "stiffness_loss of row 2055 is 0.4, by the recipe 0."),
-        ("stiffness_loss", 7, None, "stiffness_loss of row 2055 is None, by the recipe 0."),
         ("tooth", 0, lambda tooth: tooth % 11 + 1, "tooth of row 2048 is "),
         ("gear", 0, "gear", "gear of row 2048 is 'gear', by the recipe 'pinion'"),
         ("rms", 3, NAN, "rms of row 2051 is nan"),
         ("fm4", 3, INFINITY, "fm4 of row 2051 is inf"),
-        ("status", 3, "no result", "rms of row 2051 is "),
         ("tsa", 300, lambda tsa: [*tsa[:-1], NAN], "tsa of row 2348 holds a value that is no finite number"),
-        ("tsa", 300, lambda tsa: [*tsa[:-1], None], "tsa of row 2348 holds a value that is no finite number"),
         (
             "spectrum",
             300,
             lambda spectrum: spectrum[:-1],
-            "spectrum of row 2348 has 176 values, by the recipe it has 177 values",
+            "spectrum of row 2348 has 176 values, by the recipe it has 177",
         ),
         ("wigner_ville", 300, None, "wigner_ville of row 2348 is null, by the recipe it has 187 values"),
     ],
-)
-def test_wrong_content_is_found_in_depth(copy, column, row, value, says):
-    """The part was written so, its checksums are right."""
-    remade(copy, "rows", 1, with_value(column, row, value))
-    assert verify(copy) == ()
-    found = verify(copy, deep=True, sample=0)
-    assert {(one.kind, one.stage, one.part) for one in found} == {("damage", "rows", 1)}
-    assert any(one.what.startswith(says) for one in found), [one.what for one in found]
-
-
-@pytest.mark.parametrize(
-    ("column", "row", "value", "says"),
-    [
+    "nulls": [
+        ("id", 5, 9999, "id of row 2053 is 9999, by the recipe 2053"),
+        ("stiffness_loss", 7, None, "stiffness_loss of row 2055 is None, by the recipe 0."),
+        ("tsa", 300, lambda tsa: [*tsa[:-1], None], "tsa of row 2348 holds a value that is no finite number"),
+    ],
+    "status": [("status", 3, "no result", "rms of row 2051 is ")],
+}
+WRONG_TEMPLATES = {
+    "numbers": [
         ("template", 2, 1, "template of row 2 is 1, by the recipe 2"),
         ("damaged_teeth", 2, 7, "damaged_teeth of row 2 is 7, by the recipe "),
         ("reference_variance", 1, NAN, "reference_variance of row 1 is nan"),
         ("tsa", 1, lambda tsa: [*tsa[:-1], INFINITY], "tsa of row 1 holds a value that is no finite number"),
         ("specimen_response", 1, lambda values: values[:-1], "specimen_response of row 1 has 3871 values"),
         ("compression", 1, None, "compression of row 1 is null"),
-        ("status", 1, "no result", "tsa of row 1 has 352 values, by the recipe it is null"),
     ],
-)
-def test_wrong_templates_are_found_in_depth(copy, column, row, value, says):
-    remade(copy, "templates", 0, with_value(column, row, value))
+    "status": [("status", 1, "no result", "tsa of row 1 has 352 values, by the recipe it is null")],
+}
+
+
+def with_values(changes):
+    def change(name, table):
+        for column, row, value, _ in changes:
+            table = with_value(column, row, value)(name, table)
+        return table
+
+    return change
+
+
+@pytest.mark.parametrize("changes", WRONG_ROWS.values(), ids=WRONG_ROWS)
+def test_wrong_content_is_found_in_depth(copy, changes):
+    """The part was written so, its checksums are right; every wrong column is named."""
+    remade(copy, "rows", 1, with_values(changes))
     assert verify(copy) == ()
-    found = verify(copy, deep=True, sample=0)
-    assert {(one.kind, one.file, one.part) for one in found} == {("damage", "templates/part-00000.parquet", 0)}
-    assert any(one.what.startswith(says) for one in found), [one.what for one in found]
+    findings = verify(copy, deep=True, sample=0)
+    assert {(one.kind, one.stage, one.part) for one in findings} == {("damage", "rows", 1)}
+    for *_, says in changes:
+        assert any(one.what.startswith(says) for one in findings), (says, [one.what for one in findings])
+
+
+@pytest.mark.parametrize("changes", WRONG_TEMPLATES.values(), ids=WRONG_TEMPLATES)
+def test_wrong_templates_are_found_in_depth(copy, changes):
+    remade(copy, "templates", 0, with_values(changes))
+    assert verify(copy) == ()
+    findings = verify(copy, deep=True, sample=0)
+    assert {(one.kind, one.file, one.part) for one in findings} == {("damage", "templates/part-00000.parquet", 0)}
+    for *_, says in changes:
+        assert any(one.what.startswith(says) for one in findings), (says, [one.what for one in findings])
 
 
 @pytest.mark.parametrize(
