@@ -1,6 +1,6 @@
 """Criteria: limits of metrics that a recipe sets, and whether a model keeps them."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,8 +64,9 @@ _NEED_BOUND = ("loss_db", "a90_ratio", "mae_ratio")
 def assess_criteria(
     criteria: CriteriaSettings,
     target: Target,
+    metrics: Collection[str],
     efficiency: pd.DataFrame,
-    cells: pd.DataFrame | None,
+    tables: Mapping[str, pd.DataFrame],
     *,
     bounded: bool = True,
 ) -> tuple[CriterionResult, ...]:
@@ -80,14 +81,15 @@ def assess_criteria(
         Limits.
     target
         Target of the model.
-    efficiency
-        Table of efficiency, see :class:`Evaluation`.
-    cells
-        Coverage by cell, see :func:`coverage_cells`; None where the model gives neither sets nor intervals.
+    metrics
+        Names of the model's metrics.
+    efficiency, tables
+        Table of efficiency, and tables by name, see :class:`Evaluation`.
     bounded
         Whether there is a bound.
     """
     limits = criteria.limits
+    cells = tables.get("coverage", pd.DataFrame()) if any("coverage" in name for name in metrics) else None
     return tuple(
         result
         for name in target.criteria

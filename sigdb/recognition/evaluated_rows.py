@@ -9,7 +9,7 @@ from sigdb.database import Database
 from sigdb.recognition.model import Model
 from sigdb.recognition.splits.kinds import changed_parts, make_split, model_form
 from sigdb.recognition.splits.split import TEST
-from sigdb.recognition.targets.all_targets import target_named
+from sigdb.recognition.targets.all_targets import TARGETS
 from sigdb.recognition.training import usable_rows
 
 
@@ -23,12 +23,15 @@ class Selection:
         Name of the split: ``S0`` to ``S4``, or ``S5`` for another model form.
     text
         Description of the split.
+    seen
+        Whether some rows are of specimens of the training, as under S0; the bound is for unseen gears.
     changed_parts
         Parts of the rig and the solver that differ from those of the training, for ``S5``.
     """
 
     split: str
     text: str
+    seen: bool = False
     changed_parts: tuple[str, ...] = ()
 
 
@@ -57,7 +60,7 @@ def requested_rows(model: Model, database: Database) -> pd.DataFrame:
 
 def select_rows(model: Model, database: Database) -> tuple[pd.DataFrame, Selection]:
     """Return the rows of a database that a model is evaluated on, and how they were selected."""
-    rows, target = usable_rows(database, model.target), target_named(model.target)
+    rows, target = usable_rows(database, model.target), TARGETS[model.target]
     if database.sensors[0] != model.sensor:
         raise InputError(f"the model reads {model.sensor!r}, {database.store} holds {database.sensors[0]!r} first")
     if database.manifest.hash == model.database_hash and model.split != "S1":
@@ -75,11 +78,6 @@ def select_rows(model: Model, database: Database) -> tuple[pd.DataFrame, Selecti
     return rows, selection
 
 
-def has_seen(model: Model, database: Database, rows: pd.DataFrame) -> bool:
-    """Return whether some rows are of specimens of the training, as under S0; the bound is for unseen gears."""
-    return database.manifest.seed == model.seed and bool(rows["specimen"].isin(model.trained_on).any())
-
-
 def _of_split(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, Selection]:
     """Return the test rows of the model's split, on the database of its training."""
     split = make_split(model.split, rows, seed=model.seed, folds=model.folds)
@@ -88,7 +86,9 @@ def _of_split(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.
             f"{database.store} was extended since the model was trained, and the split {model.split} of its rows is "
             "another one now; train again"
         )
-    return rows[split.folds(rows) == TEST], Selection(split=split.name, text=split.text)
+    rows = rows[split.folds(rows) == TEST]
+    seen = bool(rows["specimen"].isin(model.trained_on).any())
+    return rows, Selection(split=split.name, text=split.text, seen=seen)
 
 
 def _of_others(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, Selection]:

@@ -4,25 +4,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
-from sigdb.core import BoolArray, FloatArray, NotApplicableError, Note, SigdbError, plain
+from sigdb.core import NotApplicableError, Note, SigdbError, plain
 from sigdb.database import Database
-from sigdb.recognition.answers import Answers
-from sigdb.recognition.bound.bayes_bound import Bound, bayes_bound
 from sigdb.recognition.criteria import CriterionResult, assess_criteria
-from sigdb.recognition.evaluated_rows import has_seen, select_rows
+from sigdb.recognition.evaluated_rows import select_rows
 from sigdb.recognition.evaluation_tables import efficiency_table, evaluation_tables
 from sigdb.recognition.limitations import limitations
-from sigdb.recognition.metrics.estimate import Estimate, Specimens
+from sigdb.recognition.metrics.estimate import Estimate
 from sigdb.recognition.metrics.evaluated import Evaluated
-from sigdb.recognition.metrics.metric import estimates, means
-from sigdb.recognition.metrics.significance import metrics_above_bound
+from sigdb.recognition.metrics.metric import differences, estimates
 from sigdb.recognition.model import Model
 from sigdb.recognition.settings import CriteriaSettings
 from sigdb.recognition.targets.all_targets import target_named
-from sigdb.recognition.targets.target import Target
+from sigdb.recognition.targets.best_answers import best_answers
 
 Metrics = Mapping[str, Estimate]
 """Estimates by name of the metric."""
@@ -111,37 +107,6 @@ class Evaluation:
         return {name: plain(getattr(self, name)) for name in names} | {"efficiency": plain(rows)}
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Best:
-    """The best possible answers to evaluated rows.
-
-    Attributes
-    ----------
-    bound
-        Bound of the rows. Its prior is the share of cases among these rows and no others: with that of all rows of a
-        database, a rule that answers for some of the severities only could be better.
-    inside
-        (rows,) whether a row is inside the law.
-    metrics
-        Metrics of the answers.
-    values
-        Value of each row inside the law, by metric.
-    """
-
-    bound: Bound
-    inside: BoolArray
-    metrics: Metrics
-    values: Mapping[str, FloatArray]
-
-    @property
-    def all_values(self) -> dict[str, FloatArray]:
-        """By metric, the value of each row; NaN outside the law."""
-        values = {name: np.full(len(self.inside), np.nan) for name in self.values}
-        for name, value in values.items():
-            value[self.inside] = self.values[name]
-        return values
-
-
 def evaluate(
     model: Model, database: Database, *, bound: bool = True, criteria: CriteriaSettings | None = None
 ) -> Evaluation:
@@ -174,15 +139,23 @@ def evaluate(
     """
     target = target_named(model.target)
     rows, selection = select_rows(model, database)
-    evaluated = _evaluated(model.answers(database, rows), rows)
+    evaluated = Evaluated.of_each(model.answers(database, rows), rows)
     values = {name: target.values(each) for name, each in evaluated.items()}
-    metrics = {name: _metrics(target, values[name], each) for name, each in evaluated.items()}
-    ours = evaluated[model.learner]
-    best, notes = _best(model, database, target, ours) if bound else (None, ())
+    metrics = {
+        name: estimates(target.metrics, values[name], each.specimens) | target.quotients(each)
+        for name, each in evaluated.items()
+    }
+    ours, notes, best = evaluated[model.learner], [], None
+    try:
+        if bound:
+            rate = model.false_alarm_rate
+            best = best_answers(target, database, ours, sensor=model.sensor, false_alarm_rate=rate)
+    except NotApplicableError as error:
+        notes.append(Note(code="no-bound", text=str(error)))
     law, bound_values = (None, {}) if best is None else (best.bound, best.all_values)
     tables = evaluation_tables(target, evaluated, model.learner, law, bound_values)
     efficiency = efficiency_table(target, ours, law)
-    above = () if best is None or has_seen(model, database, rows) else _above(target, ours, best)
+    index_error = None if law is None else law.index_error
     return Evaluation(
         target=model.target,
         learner=model.learner,
@@ -192,72 +165,19 @@ def evaluate(
         rows=len(rows),
         specimens=rows["specimen"].nunique(),
         metrics=metrics,
-        differences=_differences(target, values, model.learner, ours.specimens),
+        differences=differences(target.metrics, values, model.learner, ours.specimens),
         bound=None if best is None else best.metrics,
         bound_rows=None if best is None else int(best.inside.sum()),
-        above=above,
+        above=() if best is None or selection.seen else best.above(ours),
         tables=tables,
         efficiency=efficiency if len(efficiency) else None,
-        notes=(*notes, *limitations(model, rows, selection, None if law is None else law.index_error)),
+        notes=(*notes, *limitations(model, rows, selection, index_error)),
         criteria=assess_criteria(
             criteria or CriteriaSettings(),
             target,
+            metrics[model.learner],
             efficiency,
-            _cells(tables, metrics[model.learner]),
+            tables,
             bounded=best is not None,
         ),
     )
-
-
-def _evaluated(answers: Mapping[str, Answers], rows: pd.DataFrame) -> dict[str, Evaluated]:
-    """Return answers with their rows, whose specimens are resampled once."""
-    specimens = Specimens(rows["specimen"])
-    return {name: Evaluated(rows=rows, answers=each, specimens=specimens) for name, each in answers.items()}
-
-
-def _metrics(target: Target, values: Mapping[str, FloatArray], evaluated: Evaluated) -> dict[str, Estimate]:
-    return estimates(target.metrics, values, evaluated.specimens) | target.quotients(evaluated)
-
-
-def _best(
-    model: Model, database: Database, target: Target, evaluated: Evaluated
-) -> tuple[_Best | None, tuple[Note, ...]]:
-    """Return the best possible answers, or a note on why there are none."""
-    rows = evaluated.rows
-    try:
-        bound = bayes_bound(database, rows.index, among=rows.index, target=target.rule.name, sensor=model.sensor)
-    except NotApplicableError as error:
-        return None, (Note(code="no-bound", text=str(error)),)
-    inside = rows.index.isin(bound.rows.index)
-    known, specimens = rows[inside], evaluated.specimens.select(inside)
-    values = target.bound_values(bound, known)
-    quotients = target.bound_quotients(bound, known, specimens, model.false_alarm_rate)
-    metrics = estimates(target.metrics, values, specimens) | quotients
-    return _Best(bound=bound, inside=inside, metrics=metrics, values=means(target.metrics, values)), ()
-
-
-def _above(target: Target, evaluated: Evaluated, best: _Best) -> tuple[str, ...]:
-    """Return the names of the metrics that are better than the bound, on the rows inside its law."""
-    inside = evaluated.select(best.inside)
-    values = target.values(inside)
-    metrics = _metrics(target, values, inside)
-    ours = means(target.metrics, values)
-    return metrics_above_bound(target.metrics, metrics, best.metrics, ours, best.values, inside.rows)
-
-
-def _differences(
-    target: Target, values: Mapping[str, Mapping[str, FloatArray]], learner: str, specimens: Specimens
-) -> dict[str, dict[str, Estimate]]:
-    """Return the model minus each other estimator, in the metrics that both have row by row."""
-    plain_means = {name: means(target.metrics, each) for name, each in values.items()}
-    ours = plain_means.pop(learner)
-    return {
-        other: {name: specimens.mean(ours[name] - theirs[name]) for name in ours if name in theirs}
-        for other, theirs in plain_means.items()
-    }
-
-
-def _cells(tables: Mapping[str, pd.DataFrame], metrics: Metrics) -> pd.DataFrame | None:
-    """Return coverage by cell; None where the model gives neither sets nor intervals."""
-    gives_sets = any("coverage" in name for name in metrics)
-    return tables.get("coverage", pd.DataFrame()) if gives_sets else None

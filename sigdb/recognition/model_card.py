@@ -111,20 +111,16 @@ def _efficiency_cell(name: str, row: Mapping[Hashable, float]) -> Cell:
 
 
 def criteria_table(evaluation: Evaluation) -> EstimateTable:
-    """Return the criteria: title, limit, value, whether it is met, and why not; no rows without criteria."""
+    """Return the criteria: title, limit, value, band, whether it is met, and why not; no rows without criteria."""
     rows = [
-        [result.title, f"{result.limit:g}", _value_text(result), _met_text(result.met), _reason(result)]
+        [result.title, f"{result.limit:g}", _value(result), result.band, _met_text(result.met), _reason(result)]
         for result in evaluation.criteria
     ]
-    return EstimateTable(head=["criterion", "at most", "value", "met", "why"], rows=rows)
+    return EstimateTable(head=["criterion", "at most", "value", "noise", "met", "why"], rows=rows)
 
 
-def _value_text(result: CriterionResult) -> str:
-    if np.isnan(result.value):
-        return "-"
-    estimate = Estimate(value=result.value, low=result.low, high=result.high)
-    value = "beyond" if np.isinf(result.value) else str(estimate)
-    return f"{value} ({result.band})" if result.band not in ("", ALL) else value
+def _value(result: CriterionResult) -> Cell:
+    return "beyond" if np.isinf(result.value) else Estimate(value=result.value, low=result.low, high=result.high)
 
 
 def _met_text(met: bool | None) -> str:

@@ -16,7 +16,7 @@ from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.splits.kinds import make_split, model_form
 from sigdb.recognition.splits.split import TRAINING
-from sigdb.recognition.targets.all_targets import target_named
+from sigdb.recognition.targets.all_targets import TARGETS, target_named
 from sigdb.recognition.templates.bank import TemplateBank
 
 CASE = (
@@ -179,7 +179,7 @@ def usable_rows(database: Database, target: str) -> pd.DataFrame:
     """
     check_complete(database)
     columns = ", ".join(dict.fromkeys((*_COLUMNS, *sorted(columns_read()))))
-    condition = target_named(target).row_condition
+    condition = TARGETS[target].row_condition
     where = f"status = 'ok' and {condition}" if condition else "status = 'ok'"
     return database.sql(f"select id, {columns} from features where {where} order by id").set_index("id")
 

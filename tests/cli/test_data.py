@@ -295,5 +295,5 @@ def test_criteria_are_those_of_the_database_s_recipe(invoke, folder, database, m
     criteria = evaluate_model(load_model(folder / "location"), database).criteria
     assert [(result.criterion, result.limit) for result in criteria] == [("loss_db", 0.25), ("a90_ratio", 1.05)]
     lines = invoke("evaluate", folder / "location", folder / "signatures").stdout.split("Criteria:")[1].splitlines()
-    assert lines[1].split() == ["criterion", "at", "most", "value", "met"]
+    assert lines[1].split() == ["criterion", "at", "most", "value", "noise", "met"]
     assert re.search(r"^a90 over the bound's, .* 1\.05 +- +not estimated$", "\n".join(lines), re.MULTILINE)

@@ -13,7 +13,9 @@ PROJECT = CriteriaSettings(loss_db=0.25, a90_ratio=1.05, mae_ratio=1.05, ece=0.0
 
 
 def assess(target, table, cells=None, **options):
-    return assess_criteria(PROJECT, TARGETS[target], table, cells, **options)
+    """The project's criteria, of a model that gives sets where there are cells."""
+    metrics, tables = ([], {}) if cells is None else (["set_coverage"], {"coverage": cells})
+    return assess_criteria(PROJECT, TARGETS[target], metrics, table, tables, **options)
 
 
 def a_table(**columns):

@@ -142,7 +142,7 @@ def bound_right_in(monkeypatch, share, among=lambda rows: rows.index == rows.ind
             target="location", rows=answers, losses=losses, scores=None, outside={}, expected=None, entropy=1.0
         )
 
-    monkeypatch.setattr("sigdb.recognition.evaluation.bayes_bound", bayes_bound)
+    monkeypatch.setattr("sigdb.recognition.targets.best_answers.bayes_bound", bayes_bound)
     monkeypatch.setattr("sigdb.recognition.evaluation.efficiency_table", lambda *parts: pd.DataFrame())
     monkeypatch.setattr(Bound, "index_error", 1e-6)
 
@@ -162,10 +162,10 @@ def test_who_has_seen_the_specimens_may_be_above_the_bound(location_model, datab
     bound_right_in(monkeypatch, 0.5)
     seen = usable_rows(database, "location")
     seen = seen[seen["specimen"].isin(location_model.trained_on)]
-    selection = Selection(split="S0", text="new noise only")
-    monkeypatch.setattr("sigdb.recognition.evaluation.select_rows", lambda model, database: (seen, selection))
-    assert requested(location_model, database, Oracle()).above == ()
-    assert "accuracy" in requested(replace(location_model, seed=99), database, Oracle()).above
+    for selection in (Selection(split="S0", text="new noise", seen=True), Selection(split="S1", text="by specimen")):
+        monkeypatch.setattr("sigdb.recognition.evaluation.select_rows", lambda *args, how=selection: (seen, how))
+        above = requested(location_model, database, Oracle()).above
+        assert ("accuracy" in above) == (not selection.seen)
 
 
 def test_a_model_at_or_below_the_bound_passes(location_model, database, monkeypatch):

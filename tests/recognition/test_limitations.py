@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sigdb.recognition import TemplateBank
+from sigdb.recognition import Detector, LocationClassifier, TemplateBank, TemplateLocation
 from sigdb.recognition.evaluated_rows import Selection
 from sigdb.recognition.limitations import limitations
 
@@ -19,7 +19,7 @@ def bank(database):
 
 @pytest.fixture(scope="module")
 def model(location_model, bank):
-    return replace(location_model, learner="bank", estimators={"bank": type("Holder", (), {"bank": bank})()})
+    return replace(location_model, learner="bank", estimators={"bank": TemplateLocation(bank)})
 
 
 def test_a_bank_lists_what_it_has_no_templates_of(database, model):
@@ -51,7 +51,7 @@ def test_the_selection_is_read_from_its_fields_whatever_its_text(database, model
 
 
 def test_detectors_have_the_bank_of_their_scorer_and_pooled_learners_none(database, model, location_model, bank):
-    scored = type("Detector", (), {"scorer": type("Holder", (), {"bank": bank})()})()
-    assert limitations(replace(model, estimators={"bank": scored}), database.features(), PLAIN, 1e-6) == []
-    pooled = replace(location_model, learner="lda", estimators={"lda": object()})
+    detector = Detector(TemplateLocation(bank))
+    assert limitations(replace(model, estimators={"bank": detector}), database.features(), PLAIN, 1e-6) == []
+    pooled = replace(location_model, learner="lda", estimators={"lda": LocationClassifier("lda")})
     assert [note.code for note in limitations(pooled, database.features(), PLAIN)] == ["pooled-features"]

@@ -1,5 +1,6 @@
 """Evaluated rows: rows of a database, the answers of an estimator to them, and their specimens."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self, cast
 
@@ -32,6 +33,12 @@ class Evaluated:
     def of(cls, answers: Answers, rows: pd.DataFrame) -> Self:
         """Return rows and answers with specimens of their own resamples."""
         return cls(rows=rows, answers=answers, specimens=Specimens(rows["specimen"]))
+
+    @classmethod
+    def of_each(cls, answers: Mapping[str, Answers], rows: pd.DataFrame) -> dict[str, Self]:
+        """Return the same rows with the answers of each estimator, by its name; their specimens are resampled once."""
+        specimens = Specimens(rows["specimen"])
+        return {name: cls(rows=rows, answers=each, specimens=specimens) for name, each in answers.items()}
 
     def select(self, inside: BoolArray) -> Self:
         """Return some of the rows, by a mask (rows,)."""

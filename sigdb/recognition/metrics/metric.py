@@ -64,6 +64,31 @@ def estimates(metrics: Iterable[Metric], values: Mapping[str, FloatArray], speci
     return {metric.name: statistic[metric.kind](values[metric.name]) for metric in metrics if metric.name in values}
 
 
+def differences(
+    metrics: Iterable[Metric], values: Mapping[str, Mapping[str, FloatArray]], learner: str, specimens: Specimens
+) -> dict[str, dict[str, Estimate]]:
+    """Estimate the model minus each other estimator, in the metrics that both have row by row.
+
+    Parameters
+    ----------
+    metrics
+        Metrics.
+    values
+        Value of each row (rows,) by estimator and name of a metric.
+    learner
+        Name of the estimator that is the model.
+    specimens
+        Specimens of the rows.
+    """
+    metrics = list(metrics)
+    ours = means(metrics, values[learner])
+    theirs = {name: means(metrics, each) for name, each in values.items() if name != learner}
+    return {
+        name: {metric: specimens.mean(ours[metric] - each[metric]) for metric in ours if metric in each}
+        for name, each in theirs.items()
+    }
+
+
 def means(metrics: Iterable[Metric], values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     """Return the values whose plain means are metrics: those that can be compared row by row."""
     return {

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 
 from sigdb.core.errors import DatabaseError, InputError
 from sigdb.recognition import RecognitionSettings, evaluate, train
+from sigdb.recognition.estimators.contract import Scorer
+from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.splits.kinds import make_split
 from sigdb.recognition.splits.split import check_classes, specimen_folds
 from sigdb.recognition.training import usable_rows
@@ -97,16 +99,19 @@ def test_training_and_held_out_specimens_are_disjoint(database, location_model):
     assert location_model.database_hash == database.manifest.hash
 
 
-class Witness:
-    """An estimator that remembers the rows that it is asked about."""
+class Witness(Scorer):
+    """An estimator that remembers the rows that it answers."""
 
-    def predict(self, X):
-        self.seen = X
-        return np.zeros(len(X), int)
+    def fit(self, X, y, groups=None):
+        return self
+
+    def decision_function(self, X):
+        self.seen = Batch.from_rows(X).table
+        return np.zeros((len(self.seen), 2))
 
 
-def asked(model, database):
-    """The rows that evaluation asks a model about, and the evaluation."""
+def evaluated(model, database):
+    """The rows that a model is evaluated on, and the evaluation."""
     witness = Witness()
     evaluation = evaluate(replace(model, estimators={model.learner: witness}), database, bound=False)
     assert evaluation.rows == len(witness.seen)
@@ -115,7 +120,7 @@ def asked(model, database):
 
 
 def test_evaluation_on_the_training_database_asks_about_held_out_specimens(database, location_model):
-    seen, evaluation = asked(location_model, database)
+    seen, evaluation = evaluated(location_model, database)
     assert set(seen["specimen"]) == {3, 5}
     assert len(seen) == 2 * (24 + 8 * 12)
     assert "held out of training, the same cases" in evaluation.split_text
@@ -123,14 +128,14 @@ def test_evaluation_on_the_training_database_asks_about_held_out_specimens(datab
 
 def test_evaluation_on_more_specimens_of_the_same_seed_leaves_out_the_known_ones(make_database, location_model):
     more = make_database(specimens=8, healthy=2, grid=TWO_TEETH)
-    seen, evaluation = asked(location_model, more)
+    seen, evaluation = evaluated(location_model, more)
     assert set(seen["specimen"]) == {3, 5, 6, 7}
     assert len(seen) == 4 * (2 + 2)
     assert "held out of training, the cases of another database" in evaluation.split_text
 
 
 def test_evaluation_on_another_seed_asks_about_all_specimens(mixed_teeth, location_model):
-    seen, evaluation = asked(location_model, mixed_teeth)
+    seen, evaluation = evaluated(location_model, mixed_teeth)
     assert set(seen["specimen"]) == {0, 1, 2}
     assert len(seen) == len(mixed_teeth)
     assert "another seed" in evaluation.split_text
