@@ -1,7 +1,7 @@
 """The page on the paper: its figures and tables, made at build time by a run of ``pipelines/paper.toml``.
 
-The directive ``claims`` makes the table of claims; with ``check`` or ``report`` that of how the numbers of this kind of
-claims move.
+The directive ``claims`` makes the table of claims. With ``check`` or ``report`` it makes the table of the sensitivity
+of this kind of claims.
 """
 
 import json
@@ -14,6 +14,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from tabular import text_table
 
+from sigdb.paper import PaperClaims
 from sigdb.pipeline import load_recipe, run_recipe
 from sigdb.report.claims import claim_table, moved_table
 
@@ -24,8 +25,8 @@ def make(folder: Path) -> None:
     """Figures and ``claims.json`` into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as out:
-        made = run_recipe(load_recipe(RECIPE), out, jobs=1)
-        for path in (*made.figures, Path(out) / "claims.json"):
+        run = run_recipe(load_recipe(RECIPE), out, jobs=1)
+        for path in (*run.figures, Path(out) / "claims.json"):
             shutil.copy(path, folder / path.name)
 
 
@@ -36,11 +37,11 @@ class Claims(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         path = Path(self.env.srcdir) / "generated" / "claims.json"
-        facts = json.loads(path.read_text(encoding="utf-8"))
+        claims = PaperClaims.from_json(json.loads(path.read_text(encoding="utf-8")))
         if self.arguments:
-            table = moved_table(facts, self.arguments[0])
+            table = moved_table(claims, self.arguments[0])
             return [text_table(table.head, [[cell.replace(" %", "\u00a0%") for cell in row] for row in table.rows])]
-        table = claim_table(facts)
+        table = claim_table(claims)
         return [text_table(table.head, table.rows, sentence=3)]
 
 

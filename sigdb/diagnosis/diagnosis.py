@@ -192,8 +192,8 @@ def _answer(comparison: Comparison, absolute: bool) -> tuple[Kind, str]:
     counted = "" if absolute else ", counted from where the average begins, since there is no tacho mark"
     if comparison.outside:
         return "outside", (
-            "Outside the database: neither a healthy gear nor any simulated damage fits this recording, so nothing is "
-            "said of its teeth."
+            "Outside the database: neither a healthy gear nor any simulated damage fits this recording, so it gives "
+            "no information on its teeth."
         )
     if not teeth:
         return "none", "No tooth damage found."

@@ -1,26 +1,104 @@
-"""The table of the paper's claims on a rig, and how it moves with the rig's numbers."""
+"""The paper's claims on a rig, and their sensitivity to the rig's numbers."""
 
-from collections.abc import Callable
-from dataclasses import asdict, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from pydantic import TypeAdapter
 from threadpoolctl import threadpool_limits
 
-from sigdb.core import SigdbError
-from sigdb.paper import sensitivity as truncation
-from sigdb.paper.claims import CLAIMS, ClaimResult
-from sigdb.paper.sensitivity import variations
+from sigdb.core import OnStep, SigdbError, ignore, plain
+from sigdb.paper.claim_results import ClaimResult
+from sigdb.paper.claims import CLAIMS, ClaimText
+from sigdb.paper.sensitivity import Variation, variations
 from sigdb.paper.signals import PaperSignals, check_subject, paper_signals
+from sigdb.paper.truncation import TRUNCATION, truncated_against_full
 from sigdb.transmission import Transmission
 
-_EFFORT = {
-    "id": "P10",
-    "figure": "5 to 9",
-    "kind": "report",
-    "shows": truncation.SHOWS,
-    "leading": truncation.LEADING,
-    "rule": truncation.RULE,
-}
+
+@dataclass(frozen=True, kw_only=True)
+class EvaluatedClaim(ClaimText, ClaimResult):
+    """A claim with its result on a rig."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClaimValue:
+    """The leading number of a claim on a varied rig, and whether the claim holds."""
+
+    value: float
+    holds: bool | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class VariedClaims:
+    """The claims on a rig with one number changed.
+
+    Attributes
+    ----------
+    what, factor
+        The changed number, and the factor on it.
+    status
+        ``ok``, or the reason why the rig has no result.
+    min_compression
+        Least compression of the mesh in all cases, relative to the static one; None without a result.
+    claims
+        Leading numbers by id.
+    """
+
+    what: str
+    factor: float
+    status: str
+    min_compression: float | None
+    claims: Mapping[str, ClaimValue]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperClaims:
+    """The paper's claims on a rig.
+
+    Attributes
+    ----------
+    rig, gear, sensor
+        Names of the rig, the damaged gear and the sensor.
+    min_compression
+        Least compression of the mesh in all cases, relative to the static one.
+    claims
+        Claims P1 to P10: words, leading number ``value``, verdict ``holds`` and all ``numbers``.
+    sensitivity
+        The claims on varied rigs; empty if they were not requested.
+    """
+
+    rig: str
+    gear: str
+    sensor: str
+    min_compression: float
+    claims: tuple[EvaluatedClaim, ...]
+    sensitivity: tuple[VariedClaims, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the claims as plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Attributes by name; claims and variations are dictionaries in lists.
+        """
+        return {name: plain(value) for name, value in vars(self).items()}
+
+    @classmethod
+    def from_json(cls, facts: Mapping[str, Any]) -> "PaperClaims":
+        """Return the claims from the values of :meth:`as_json`.
+
+        Parameters
+        ----------
+        facts : dict
+            Values that :meth:`as_json` returned.
+
+        Returns
+        -------
+        PaperClaims
+        """
+        return TypeAdapter(cls).validate_python(facts)
 
 
 def paper_claims(
@@ -29,9 +107,9 @@ def paper_claims(
     gear: str = "pinion",
     sensor: str = "pinion-vertical",
     sensitivity: bool = True,
-    on_step: Callable[[str], Any] = lambda step: None,
-) -> dict[str, Any]:
-    """What the paper shows, P1 to P10, as numbers on clean signals of a rig.
+    on_step: OnStep = ignore,
+) -> PaperClaims:
+    """Evaluate the paper's claims P1 to P10 on clean signals of a rig.
 
     The paper is Choy, Polyshchuk, Zakrajsek, Handschuh, Townsend, "Analysis of the Effects of Surface Pitting and Wear
     on the Vibrations of a Gear Transmission System", Tribology International 29(1), 1996,
@@ -39,23 +117,19 @@ def paper_claims(
 
     Parameters
     ----------
-    rig
+    rig : Transmission
         A rig with a pinion of 12 teeth.
-    gear, sensor
+    gear, sensor : str
         The damaged gear, and the sensor.
-    sensitivity
-        Whether to repeat it with one number of the rig changed at a time.
-    on_step
-        Called with what is about to be computed.
+    sensitivity : bool
+        Whether to repeat the evaluation with one number of the rig changed at a time.
+    on_step : callable
+        Called with the name of each step before it begins.
 
     Returns
     -------
-    dict
-        ``rig``, ``gear``, ``sensor``; ``min_compression`` of the mesh in all cases, as a fraction of the static one;
-        ``claims``, a list of dictionaries with ``id``, ``figure``, ``kind`` (``check`` or ``report``), ``shows``,
-        ``leading`` and ``rule`` in words, ``value`` (the leading number), ``holds`` (None: nothing to judge by) and
-        ``numbers``; ``sensitivity``, a list of dictionaries with ``what``, ``factor``, ``status``, ``min_compression``
-        and ``claims``, value and holds by id.
+    PaperClaims
+        The claims with their results, and their sensitivity to the rig's numbers.
 
     Raises
     ------
@@ -67,8 +141,8 @@ def paper_claims(
     Examples
     --------
     >>> import sigdb
-    >>> facts = paper_claims(sigdb.load_transmission("nasa-spiral-bevel"), sensitivity=False)
-    >>> [claim["id"] for claim in facts["claims"] if claim["kind"] == "check"]
+    >>> result = paper_claims(sigdb.load_transmission("nasa-spiral-bevel"), sensitivity=False)
+    >>> [claim.id for claim in result.claims if claim.kind == "check"]
     ['P1', 'P2', 'P3', 'P4', 'P5', 'P6']
     """
     check_subject(rig, gear, sensor)
@@ -76,42 +150,46 @@ def paper_claims(
     with threadpool_limits(1):
         on_step("the paper's cases")
         signals = paper_signals(rig, gear=gear, sensor=sensor)
-        claims = [_told(asdict(claim), claim.find(signals)) for claim in CLAIMS]
-        effort = truncation.truncated_against_full(rig, gear=gear, sensor=sensor)
-        rows = []
-        for one in variations(rig, gear) if sensitivity else ():
-            on_step(f"{one.what} times {one.factor:g}")
-            rows.append({"what": one.what, "factor": one.factor} | _varied(one.rig, gear, sensor))
-    return {
-        "rig": rig.name,
-        "gear": gear,
-        "sensor": sensor,
-        "min_compression": signals.min_compression,
-        "claims": [*claims, _told(_EFFORT, effort)],
-        "sensitivity": rows,
-    }
+        claims = [_evaluated(claim, claim.find(signals)) for claim in CLAIMS]
+        claims.append(_evaluated(TRUNCATION, truncated_against_full(rig, gear=gear, sensor=sensor)))
+        varied = []
+        for variation in variations(rig, gear) if sensitivity else ():
+            on_step(f"{variation.what} times {variation.factor:g}")
+            varied.append(_vary(variation, gear, sensor))
+    return PaperClaims(
+        rig=rig.name,
+        gear=gear,
+        sensor=sensor,
+        min_compression=signals.min_compression,
+        claims=tuple(claims),
+        sensitivity=tuple(varied),
+    )
 
 
-def _told(claim: dict[str, Any], finding: ClaimResult) -> dict[str, Any]:
-    return {name: value for name, value in claim.items() if name != "find"} | asdict(finding)
+def _evaluated(claim: ClaimText, result: ClaimResult) -> EvaluatedClaim:
+    words = {name: getattr(claim, name) for name in ClaimText.__dataclass_fields__}
+    return EvaluatedClaim(**words, **asdict(result))
 
 
-def _varied(rig: Transmission, gear: str, sensor: str) -> dict[str, Any]:
-    """Status, least compression, and the claims' leading numbers on a changed rig."""
+def _vary(variation: Variation, gear: str, sensor: str) -> VariedClaims:
+    """Evaluate the claims on a varied rig; a rig that has no steady state gives a status without claims."""
+    what, factor = variation.what, variation.factor
     try:
-        signals = paper_signals(rig, gear=gear, sensor=sensor)
+        signals = paper_signals(variation.rig, gear=gear, sensor=sensor)
     except SigdbError as error:
-        return {"status": str(error), "min_compression": None, "claims": {}}
-    found = _findings(signals)
-    # One short run tells the error, not the time.
-    effort = truncation.truncated_against_full(rig, gear=gear, sensor=sensor, repeats=1)
-    found["P10"] = replace(effort, holds=None)
-    return {
-        "status": "ok",
-        "min_compression": signals.min_compression,
-        "claims": {name: {"value": one.value, "holds": one.holds} for name, one in found.items()},
-    }
+        return VariedClaims(what=what, factor=factor, status=str(error), min_compression=None, claims={})
+    results = _results(signals)
+    # A single short run gives the error, not the time.
+    effort = truncated_against_full(variation.rig, gear=gear, sensor=sensor, repeats=1)
+    results[TRUNCATION.id] = replace(effort, holds=None)
+    return VariedClaims(
+        what=what,
+        factor=factor,
+        status="ok",
+        min_compression=signals.min_compression,
+        claims={name: ClaimValue(value=result.value, holds=result.holds) for name, result in results.items()},
+    )
 
 
-def _findings(signals: PaperSignals) -> dict[str, ClaimResult]:
+def _results(signals: PaperSignals) -> dict[str, ClaimResult]:
     return {claim.id: claim.find(signals) for claim in CLAIMS}

@@ -8,10 +8,10 @@ from sigdb.dynamics import PeriodicRig, prepare
 from sigdb.transmission import ToothDamage, Transmission
 
 TEETH, TOOTH, ELSEWHERE = 12, 6, 9
-"""The pinion's teeth, the damaged one, and another to which P2 moves the damage."""
+"""Teeth of the pinion, the damaged tooth, and the tooth to which P2 moves the damage."""
 SHIFTS, LOSSES = (1.5, 3.0, 4.5), (0.25, 0.5)
 FRICTION = 0.08
-"""Assumed for the cases of Figures 8 and 9: lubricated gear teeth have 0.03 to 0.08, and pitted flanks are rough."""
+"""Friction in Figures 8 and 9, assumed: lubricated gear teeth have 0.03 to 0.08, and pitted flanks are rough."""
 
 _PITTED = ToothDamage(stiffness_loss=0.5, loss_extent=0.2, friction=FRICTION)
 _BROKEN = ToothDamage(stiffness_loss=0.5, friction=FRICTION)
@@ -28,13 +28,13 @@ class PaperSignals:
     teeth
         Teeth of the pinion.
     healthy
-        Without damage.
+        Signal without damage.
     shifts
-        By phase shift of tooth 6, deg.
+        Signals by phase shift of tooth 6, deg.
     elsewhere
-        The greatest shift at another tooth.
+        Signal of the greatest shift at another tooth.
     losses
-        By stiffness loss of tooth 6.
+        Signals by stiffness loss of tooth 6.
     pitted
         Figure 8A: tooth 6 pitted, with friction.
     broken
@@ -60,7 +60,7 @@ def paper_signals(rig: Transmission, *, gear: str, sensor: str) -> PaperSignals:
     Raises
     ------
     InputError
-        If the gear has not 12 teeth, which the paper's claims are about, or the rig has no such sensor.
+        If the gear has not 12 teeth, as the paper's pinion has, or the rig has no such sensor.
     UnstableRigError
         If the rig is unstable.
     """
@@ -69,24 +69,24 @@ def paper_signals(rig: Transmission, *, gear: str, sensor: str) -> PaperSignals:
 
 
 def check_subject(rig: Transmission, gear: str, sensor: str) -> None:
-    """Refuse a rig that the paper's claims cannot be about.
+    """Refuse a rig to which the paper's claims do not apply.
 
     Raises
     ------
     InputError
-        What is wrong.
+        If the gear has not 12 teeth, or the rig has no such sensor.
     """
     if gear not in rig.gears or rig.gears[gear].teeth != TEETH:
         raise InputError(
-            f"the paper's claims are about the {TEETH} teeth of a pinion, and gear {gear!r} of rig {rig.name!r} is not "
-            f"one of {TEETH} teeth; name such a gear, or leave out report.paper"
+            f"the paper's claims are about the {TEETH} teeth of a pinion, and gear {gear!r} of rig {rig.name!r} is no "
+            f"gear of {TEETH} teeth; name such a gear, or leave out report.paper"
         )
     if sensor not in rig.sensors:
         raise InputError(f"rig {rig.name!r} has no sensor {sensor!r}; known: {', '.join(rig.sensors)}")
 
 
 def signals_of(rig: Transmission, prepared: PeriodicRig, sensor: str) -> PaperSignals:
-    """The paper's cases on a prepared rig."""
+    """Simulate the paper's cases on a prepared rig."""
     row, least = list(rig.sensors).index(sensor), []
 
     def signal(damage: dict[int, ToothDamage]) -> FloatArray:

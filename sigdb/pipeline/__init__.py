@@ -1,4 +1,4 @@
-"""What joins the layers for a person: whole recipes, models from databases, pictures, rigs described and begun."""
+"""Whole recipes: databases, models with their reports, pictures, and the comparison with the paper."""
 
 import lazy_loader
 

@@ -1,11 +1,11 @@
-"""From a database to a model's folder, with the settings of the database's own recipe."""
+"""Training and evaluation of models with the settings of their database's recipe."""
 
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
-from sigdb.core import Section, validated
+from sigdb.core import OnStep, Section, ignore, validated
 from sigdb.database import Database
 from sigdb.recognition import (
     Evaluation,
@@ -21,7 +21,7 @@ S = TypeVar("S", bound=Section)
 
 
 def recipe_section(database: Database, section: type[S], name: str) -> S:
-    """A section of the recipe that a database was made from; its defaults where the recipe has none."""
+    """Return a section of the recipe of a database; its defaults where the recipe has no such section."""
     text = database.manifest.recipe
     return validated(section, tomllib.loads(text).get(name, {}), owner=f"{database.store}/sigdb.toml: recipe: {name}")
 
@@ -49,45 +49,50 @@ def train_model(
     false_alarm_rate: float | None = None,
     split: str = "S1",
     command: str,
-    on_step: Callable[[str], Any] = lambda step: None,
-    on_evaluation: Callable[[Evaluation], Any] = lambda evaluation: None,
+    on_step: OnStep = ignore,
+    on_evaluation: Callable[[Evaluation], object] = ignore,
     check: bool = True,
 ) -> Evaluation:
-    """Train a model, evaluate it on what was held out, and write its folder.
+    """Train a model, evaluate it on the rows that its split holds out, and write its folder.
 
     Parameters
     ----------
-    database
+    database : Database
         A finished database.
-    target
+    target : str
         ``location``, ``severity`` or ``detection``.
-    folder
+    folder : str or path-like
         Folder of the model.
-    learner
+    learner : str, optional
         Learner; that of the database's recipe if left out.
-    false_alarm_rate
+    false_alarm_rate : float, optional
         Rate of false alarms of detectors and thresholds; that of the database's recipe if left out.
-    split
-        What is left out for the evaluation, ``S0`` to ``S4``; see :func:`sigdb.recognition.make_split`.
-    command
-        The command that makes it again, for the card.
-    on_step
-        Called with the name of each estimator before it is trained, and with a sentence on what is left out.
-    on_evaluation
+    split : str
+        Split of training and evaluation, ``S0`` to ``S4``; see :func:`sigdb.recognition.make_split`.
+    command : str
+        Command that makes the model again, for its card.
+    on_step : callable
+        Called with the name of each estimator before it is trained, and with a sentence on each that is left out.
+    on_evaluation : callable
         Called with the evaluation once the folder is written.
-    check
-        Whether a model that is better than the bound is refused, once it is written.
+    check : bool
+        Whether to refuse a model that is better than the bound, once it is written.
+
+    Returns
+    -------
+    Evaluation
+        The evaluation of the model.
 
     Raises
     ------
     EvaluationError
-        If the model is better than is possible.
+        If the model is better than the best possible answer.
     """
     settings = recipe_section(database, RecognitionSettings, "recognition")
-    given = {"learner": learner, "false_alarm_rate": false_alarm_rate}
-    given = {name: value for name, value in given.items() if value is not None}
-    settings = validated(RecognitionSettings, settings.model_dump() | given, owner="train_model")
-    Path(folder).mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is told before the work
+    options = {"learner": learner, "false_alarm_rate": false_alarm_rate}
+    changes = {name: value for name, value in options.items() if value is not None}
+    settings = validated(RecognitionSettings, settings.model_dump() | changes, owner="train_model")
+    Path(folder).mkdir(parents=True, exist_ok=True)  # a folder that cannot be written fails before the work
     model = train(database, target, settings, split=split, on_step=on_step)
     evaluation = evaluate(model, database, criteria=settings.criteria)
     save_model(

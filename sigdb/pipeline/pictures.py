@@ -1,5 +1,6 @@
-"""From a row of a database, or a study of its coverage, to its picture."""
+"""Pictures of a row of a database, of a study of its grid coverage, and of a rig."""
 
+from collections.abc import Hashable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,14 +26,19 @@ def draw_signature(database: Database, id: int, path: str | Path, *, sensor: str
 
     Parameters
     ----------
-    database
+    database : Database
         A database.
-    id
+    id : int
         Id of the row.
-    path
+    path : str or path-like
         Picture file; its suffix is the format.
-    sensor
-        Sensor; the first stored one if left out.
+    sensor : str, optional
+        Sensor; the first stored sensor if left out.
+
+    Returns
+    -------
+    pathlib.Path
+        The picture file.
 
     Raises
     ------
@@ -60,16 +66,21 @@ def draw_signature(database: Database, id: int, path: str | Path, *, sensor: str
 
 
 def draw_coverage(coverage: Coverage, path: str | Path, name: str) -> Path:
-    """Draw a study of coverage into a file: the match of its cases, and where they lie.
+    """Draw a study of grid coverage into a file: the match of its cases, and their positions in the grid.
 
     Parameters
     ----------
-    coverage
+    coverage : Coverage
         From :func:`sigdb.sweep.coverage`.
-    path
+    path : str or path-like
         Picture file; its suffix is the format.
-    name
-        What was studied, for the title.
+    name : str
+        Name of the database, for the title.
+
+    Returns
+    -------
+    pathlib.Path
+        The picture file.
 
     Raises
     ------
@@ -77,25 +88,39 @@ def draw_coverage(coverage: Coverage, path: str | Path, name: str) -> Path:
         If the suffix names no format of pictures.
     """
     figure = coverage_figure(
-        coverage.cases, grid=coverage.grid, title=f"{name}: {len(coverage.cases)} random cases between its own"
+        coverage.cases,
+        grid=coverage.grid,
+        title=f"{name}: {len(coverage.cases)} random cases between its own",
     )
     save_figure(figure, Path(path))
     return Path(path)
 
 
-def _sentence(case: dict[Any, Any]) -> str:
+def _sentence(case: Mapping[Hashable, Any]) -> str:
     noise = f"{case['averages']} averages at {case['snr_db']:g} dB, specimen {case['specimen']}"
     if case["tooth"] == 0:
         return f"undamaged {case['gear']}; {noise}"
     if case["pattern"]:
-        what = f"pattern {case['pattern']}"
+        damage = f"pattern {case['pattern']}"
     else:
-        what = f"loss {case['stiffness_loss']:g}, shift {case['phase_shift_deg']:g} deg"
-    return f"{case['gear']} tooth {case['tooth']}, {case['damaged_teeth']} damaged, {what}; {noise}"
+        damage = f"loss {case['stiffness_loss']:g}, shift {case['phase_shift_deg']:g} deg"
+    return f"{case['gear']} tooth {case['tooth']}, {case['damaged_teeth']} damaged, {damage}; {noise}"
 
 
 def draw_rig(rig: Transmission, folder: str | Path) -> list[Path]:
     """Write ``rig.png`` and, for a rig that turns, ``campbell.png`` into a folder.
+
+    Parameters
+    ----------
+    rig : Transmission
+        The rig.
+    folder : str or path-like
+        Folder of the pictures.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The picture files.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A recipe: a TOML file whose sections are typed objects, each owned by its layer."""
+"""A recipe: a TOML file whose sections are typed objects, each declared by its package."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,16 +18,28 @@ from sigdb.transmission import Transmission, load_transmission
 class RecipeSections(Section):
     """The sections of a recipe file."""
 
-    sweep: SweepSettings = Field(description="Which cases are simulated.")
-    measurement: MeasurementSettings = Field(default=MeasurementSettings(), description="What a measurement adds.")
-    signature: SignatureSettings = Field(default=SignatureSettings(), description="What is stored of each average.")
-    recognition: RecognitionSettings = Field(default=RecognitionSettings(), description="How damage is learnt.")
-    report: ReportSettings = Field(default=ReportSettings(), description="How pictures look.")
+    sweep: SweepSettings = Field(description="The simulated cases.")
+    measurement: MeasurementSettings = Field(default=MeasurementSettings(), description="Noise and errors.")
+    signature: SignatureSettings = Field(default=SignatureSettings(), description="The stored parts of an average.")
+    recognition: RecognitionSettings = Field(default=RecognitionSettings(), description="Models.")
+    report: ReportSettings = Field(default=ReportSettings(), description="Pictures.")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Recipe:
-    """A recipe as read: its text, its sections, its rig."""
+    """A recipe that was read from a file.
+
+    Attributes
+    ----------
+    path
+        The file.
+    text
+        Its text.
+    sections
+        Its sections.
+    rig
+        The rig that it names.
+    """
 
     path: Path
     text: str
@@ -35,7 +47,11 @@ class Recipe:
     rig: Transmission
 
     def plan(self) -> Plan:
-        """The plan of its sweep.
+        """Return the plan of its sweep.
+
+        Returns
+        -------
+        Plan
 
         Raises
         ------
@@ -48,7 +64,11 @@ class Recipe:
             raise InputError("\n".join(f"{self.path}: {line}" for line in str(error).splitlines())) from None
 
     def evaluated_on(self) -> tuple["Recipe", ...]:
-        """The other recipes on whose databases a run evaluates its models.
+        """Return the other recipes on whose databases a run evaluates its models.
+
+        Returns
+        -------
+        tuple of Recipe
 
         Raises
         ------
@@ -70,10 +90,19 @@ class Recipe:
 def load_recipe(path: str | Path) -> Recipe:
     """Read a recipe file and the rig that it names.
 
+    Parameters
+    ----------
+    path : str or path-like
+        The recipe file, TOML.
+
+    Returns
+    -------
+    Recipe
+
     Raises
     ------
     InputError
-        Names file, key, value and remedy.
+        If a key of the file breaks a rule. The message names file, key, value and remedy.
     """
     path = Path(path)
     sections = validated(RecipeSections, _with_tables(read_toml(path), path.parent), owner=str(path))
@@ -83,7 +112,7 @@ def load_recipe(path: str | Path) -> Recipe:
 
 
 def _rig(name: str, recipe: Path) -> Transmission:
-    """The rig that a recipe names; a file is looked for from the recipe's folder."""
+    """Return the rig that a recipe names; the path of a rig file starts at the recipe's folder."""
     if name.endswith(".toml"):
         return load_transmission(recipe.parent / name)
     try:
@@ -93,7 +122,7 @@ def _rig(name: str, recipe: Path) -> Transmission:
 
 
 def _with_tables(content: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The content of a recipe with the paths of its tables seen from its folder."""
+    """Return the content of a recipe with the paths of its tables below its folder."""
     sweep = content.get("sweep")
     grids = sweep.get("grid") if isinstance(sweep, dict) else None
     for grid in grids if isinstance(grids, list) else []:

@@ -1,7 +1,8 @@
-"""The figures that a recipe asks for: cases of its database, side by side."""
+"""The figures of a recipe: cases of its database, side by side."""
 
+from collections.abc import Hashable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,8 +14,11 @@ from sigdb.report import Picture
 from sigdb.sweep import Plan
 from sigdb.transmission import Damage, tooth_stiffness
 
+if TYPE_CHECKING:
+    from sigdb.report import Case
+
 _CASE = ["template", "tooth", *MeasurementSettings.model_fields]
-"""Columns that tell cases apart; specimens and noise draws of one case do not count."""
+"""Columns that identify a case; its specimens and noise draws do not differ in them."""
 
 
 def draw_figure(recipe: Recipe, plan: Plan, database: Database, picture: Picture, path: Path) -> None:
@@ -23,14 +27,14 @@ def draw_figure(recipe: Recipe, plan: Plan, database: Database, picture: Picture
     Raises
     ------
     InputError
-        If a condition is no SQL condition, selects nothing, several different cases, or a row without a result.
+        If a condition is no SQL condition, or if it selects no row, several cases, or a row without a result.
     """
     from sigdb.report import ReportSettings, comparison_figure, save_figure
 
     report: ReportSettings = recipe.sections.report
     sensor = picture.sensor or database.sensors[0]
     figure = comparison_figure(
-        [_shown(recipe, plan, database, picture, sensor, condition) for condition in picture.rows],
+        [_case(recipe, plan, database, picture, sensor, condition) for condition in picture.rows],
         sensor=sensor,
         unit=database.unit("tsa", sensor),
         panels=picture.panels,
@@ -42,12 +46,12 @@ def draw_figure(recipe: Recipe, plan: Plan, database: Database, picture: Picture
 
 
 def check_figures(recipe: Recipe, plan: Plan) -> None:
-    """Refuse figures of sensors that are not stored, before anything is simulated.
+    """Refuse figures of sensors that are not stored, before the simulation.
 
     Raises
     ------
     InputError
-        Names the figure and the sensor.
+        If a sensor is not stored; the message names the figure and the sensor.
     """
     for picture in recipe.sections.report.figures:
         if picture.sensor is not None and picture.sensor not in plan.sensors:
@@ -60,37 +64,37 @@ def _owner(recipe: Recipe, picture: Picture) -> str:
     return f"{recipe.path}: report.figures: {picture.name}"
 
 
-def selected_row(database: Database, condition: str, owner: str) -> dict[Any, Any]:
-    """The first row of the one case that a condition selects.
+def select_row(database: Database, condition: str, owner: str) -> dict[Hashable, Any]:
+    """Return the first row of the only case that a condition selects.
 
     Raises
     ------
     InputError
-        If it is no condition, selects nothing, several different cases, or a row without a result.
+        If it is no condition, or if it selects no row, several cases, or a row without a result.
     """
     try:
-        found = database.cases(condition)
+        rows = database.cases(condition)
     except InputError as error:
         raise InputError(f"{owner}: row {condition!r}: {error}") from None
-    if found.empty:
+    if rows.empty:
         raise InputError(f"{owner}: row {condition!r} selects nothing of {database.store}; loosen the condition")
-    cases = found.drop_duplicates(_CASE)
+    cases = rows.drop_duplicates(_CASE)
     if len(cases) > 1:
         differing = [name for name in _CASE[1:] if cases[name].nunique() > 1] or ["damage or rig"]
         raise InputError(
             f"{owner}: row {condition!r} selects {len(cases)} different cases, which differ in {', '.join(differing)} "
-            f"(rows {', '.join(str(one) for one in cases['id'].head(5))}); narrow it to one"
+            f"(rows {', '.join(map(str, cases['id'].head(5)))}); narrow it to one"
         )
-    row: dict[Any, Any] = found.iloc[0].to_dict()
+    row: dict[Hashable, Any] = rows.iloc[0].to_dict()
     if row["status"] != "ok":
         raise InputError(f"{owner}: row {condition!r} selects row {row['id']}, which has no result: {row['status']}")
     return row
 
 
-def _shown(recipe: Recipe, plan: Plan, database: Database, picture: Picture, sensor: str, condition: str) -> Any:
+def _case(recipe: Recipe, plan: Plan, database: Database, picture: Picture, sensor: str, condition: str) -> "Case":
     from sigdb.report import Case
 
-    row = selected_row(database, condition, _owner(recipe, picture))
+    row = select_row(database, condition, _owner(recipe, picture))
     template, teeth = int(row["template"]), int(row["teeth"])
     tsa = database.signals([int(row["id"])], sensor=sensor)["tsa"][0]
     damage = plan.case(template).damage
@@ -109,7 +113,7 @@ def _shown(recipe: Recipe, plan: Plan, database: Database, picture: Picture, sen
 
 
 def _healthy(plan: Plan, database: Database, template: int, sensor: str) -> FloatArray | None:
-    """The clean signal of the undamaged gear on the same rig; None where it has no result."""
+    """Return the clean signal of the undamaged gear on the same rig; None where it has no result."""
     healthy = plan.templates_at(plan.case(template).rig_point)[0]
     column = suffixed("tsa", database.sensors, sensor)
     (tsa,) = database.sql(f'select "{column}" as tsa from templates where template = {healthy}')["tsa"]
@@ -117,7 +121,7 @@ def _healthy(plan: Plan, database: Database, template: int, sensor: str) -> Floa
 
 
 def _stiffness(plan: Plan, template: int, damage: Damage, n: int) -> FloatArray:
-    """(n,) stiffness of the damaged gear's mesh over its revolution, N/m."""
+    """Return (n,) stiffness of the damaged gear's mesh over its revolution, N/m."""
     point = plan.rig_points[plan.case(template).rig_point]
     mesh = point.rig.meshes[point.rig.meshes_of(plan.gear)[0]]
     u = np.arange(n) * point.teeth / n
@@ -133,9 +137,9 @@ def _title(damage: Damage) -> str:
     )
     if damage.pattern:
         return f"{where}: {damage.pattern}"
-    set_apart = [
+    settings = [
         f"{name.removesuffix('_deg').replace('_', ' ')} {value:g}{' deg' if name.endswith('_deg') else ''}"
         for name, value in damage.model_dump(exclude={"tooth", "damaged_teeth", "gear", "pattern", "each"}).items()
         if value != type(damage).model_fields[name].default
     ]
-    return f"{where}: {', '.join(set_apart)}"
+    return f"{where}: {', '.join(settings)}"

@@ -29,7 +29,7 @@ class ModelResult:
     Attributes
     ----------
     target
-        Question that it answers.
+        Target of the model.
     split
         Name of the split: ``S0`` to ``S5``.
     model, page
@@ -37,7 +37,7 @@ class ModelResult:
     metric
         Name of the metric that sums the model up.
     value, bound
-        That metric of the model and of the best possible answer; None where it is not known.
+        That metric of the model and of the best possible answer; None where it is not estimated.
     above
         Names of the model's metrics that are better than the bound, which no honest model's are.
     """
@@ -53,7 +53,7 @@ class ModelResult:
 
 
 def check_models(recipe: Recipe, plan: Plan, others: Mapping[str, Plan]) -> None:
-    """Refuse what no model can be made or evaluated from, before anything is simulated.
+    """Refuse settings from which no model can be trained or evaluated, before the simulation.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def check_models(recipe: Recipe, plan: Plan, others: Mapping[str, Plan]) -> None
     Raises
     ------
     InputError
-        Names the key and what to do.
+        If a setting does not fit; the message names the key and the remedy.
     """
     settings, sweep = recipe.sections.recognition, recipe.sections.sweep
     if settings.targets and not sweep.healthy:
@@ -106,7 +106,12 @@ def make_models(
     out
         Folder of the run.
     on_stage
-        Called with a sentence on what is under way or has been made.
+        Called with a sentence at the beginning and at the end of each stage.
+
+    Yields
+    ------
+    ModelResult
+        The result of each report.
     """
     settings = recipe.sections.recognition
     content, contents = content_of(database), {name: content_of(other) for name, other in others.items()}
@@ -144,7 +149,7 @@ def _train(recipe: Recipe, database: Database, stage: Stage, on_stage: OnStep) -
             split=stage.inputs["split"],
             command=shlex.join(["sigdb", "run", str(recipe.path), "--out", str(stage.out)]),
             on_step=lambda step: on_stage(f"{stage.path}: {step}"),
-            check=False,  # the run tells of it at its end, when all reports are written
+            check=False,  # the run reports it at its end, when all reports are written
         )
         evaluations.append(evaluation)
         return _files(stage.path)

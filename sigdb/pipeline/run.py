@@ -1,14 +1,12 @@
-"""A whole recipe: its databases, its models and their reports, its figures, its comparison with the paper."""
+"""A run of a recipe: its databases, its models and their reports, its figures, its comparison with the paper."""
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from sigdb.core import Progress
+from sigdb.core import OnProgress, OnStep, ignore
 from sigdb.database import open as open_database
-from sigdb.paper import check_subject, paper_claims
+from sigdb.paper import PaperClaims, check_subject, paper_claims
 from sigdb.pipeline.recipe import Recipe
 from sigdb.pipeline.recipe_figures import check_figures, draw_figure
 from sigdb.pipeline.recipe_models import ModelResult, check_models, make_models
@@ -20,22 +18,22 @@ from sigdb.sweep import run as run_sweep
 
 @dataclass(frozen=True, kw_only=True)
 class RecipeRun:
-    """What a run of a recipe has made, or has found to be there.
+    """Result of a run of a recipe: what it made, and what was already there.
 
     Attributes
     ----------
     database
         Directory of the database.
     summary
-        What the sweep did.
+        Summary of the sweep.
     others
         Directories of the databases of other recipes on which the models were evaluated.
     results
-        What the models are worth, a :class:`ModelResult` for each report.
+        Results of the models, one for each report.
     figures
         Picture files.
     claims
-        The comparison with the paper, as of :func:`paper_claims`; None where the recipe does not ask for it.
+        The comparison with the paper; None where the recipe does not request it.
     """
 
     database: Path
@@ -43,7 +41,7 @@ class RecipeRun:
     others: tuple[Path, ...]
     results: tuple[ModelResult, ...]
     figures: tuple[Path, ...]
-    claims: dict[str, Any] | None
+    claims: PaperClaims | None
 
 
 def run_recipe(
@@ -51,40 +49,40 @@ def run_recipe(
     out: str | Path,
     *,
     jobs: int = -1,
-    on_stage: Callable[[str], Any] = lambda sentence: None,
-    on_progress: Callable[[Progress], Any] = lambda progress: None,
+    on_stage: OnStep = ignore,
+    on_progress: OnProgress = ignore,
 ) -> RecipeRun:
-    """Make all that a recipe asks for: its database, models, reports and figures.
+    """Make the database, models, reports and figures of a recipe.
 
-    What is there already, whole and of the same inputs, is kept. Inputs are told apart by their content: databases by
-    the checksums of their parts, models by their files, then settings and versions. Stopped at any instant, the same
-    call goes on.
+    Results that exist already, whole and from the same inputs, are kept. Inputs are compared by their content:
+    databases by the checksums of their parts, models by their files, settings and versions by value. After an
+    interruption the same call continues.
 
     Parameters
     ----------
-    recipe
+    recipe : Recipe
         From :func:`load_recipe`.
-    out
-        Folder: the database goes to ``signatures``, those of other recipes to ``others/NAME/signatures``, models to
-        ``models``, their reports to ``reports``, pictures to ``figures``, the comparison with the paper to
-        ``claims.md`` and ``claims.json``. What each was made from is in ``receipts``.
-    jobs
+    out : str or path-like
+        Folder of the run: the database goes to ``signatures``, those of other recipes to ``others/NAME/signatures``,
+        models to ``models``, their reports to ``reports``, pictures to ``figures``, the comparison with the paper to
+        ``claims.md`` and ``claims.json``. The inputs of each are in ``receipts``.
+    jobs : int
         Worker processes of the sweep; -1 for one on each core.
-    on_stage
-        Called with a sentence on what begins or has been made.
-    on_progress
-        Called with what of the sweep is finished, as of :func:`sigdb.sweep.run`.
+    on_stage : callable
+        Called with a sentence at the beginning and at the end of each stage.
+    on_progress : callable
+        Called with the progress of the sweep, as in :func:`sigdb.sweep.run`.
 
     Returns
     -------
-    Made
-        A model among its results that is better than is possible has figures in ``above``.
+    RecipeRun
+        A model that is better than the best possible answer has names of metrics in ``above`` of its result.
 
     Raises
     ------
     InputError
         If the design does not fit the rig, the folder holds the database of another recipe, the database does not
-        allow a model or its split, or a figure's condition does not select one case.
+        allow a model or its split, or a figure's condition does not select a single case.
     DatabaseError
         If the database cannot be written or read.
     """
@@ -104,15 +102,15 @@ def run_recipe(
 
 
 class _Run:
-    """A recipe, where it is made, and whom to tell."""
+    """A recipe with the folder and the callbacks of its run."""
 
     def __init__(
         self,
         recipe: Recipe,
         out: Path,
         jobs: int,
-        on_stage: Callable[[str], Any],
-        on_progress: Callable[[Progress], Any],
+        on_stage: OnStep,
+        on_progress: OnProgress,
     ) -> None:
         self.recipe, self.out, self.jobs = recipe, out, jobs
         self.on_stage, self.on_progress = on_stage, on_progress
@@ -124,7 +122,7 @@ class _Run:
         return self.out / "others" / name / "signatures"
 
     def check(self) -> None:
-        """Refuse what cannot be made, before anything is."""
+        """Refuse settings that cannot work, before any work."""
         check_figures(self.recipe, self.plan)
         check_models(self.recipe, self.plan, self.other_plans)
         if self.recipe.sections.report.paper:
@@ -133,7 +131,7 @@ class _Run:
     def sweep(self, recipe: Recipe, plan: Plan, folder: Path) -> SweepSummary:
         self.on_stage(f"{folder}: {plan.rows} rows from {plan.n_templates} templates of rig {plan.rig.name}")
         summary = run_sweep(plan, folder, recipe=recipe.text, jobs=self.jobs, on_progress=self.on_progress)
-        self.on_stage(_said(folder, summary))
+        self.on_stage(_sweep_sentence(folder, summary))
         return summary
 
     def models(self) -> tuple[ModelResult, ...]:
@@ -164,8 +162,8 @@ class _Run:
         run_stage(stage, make, self.on_stage, "drawn")
         return stage.path
 
-    def claims(self) -> dict[str, Any] | None:
-        """The comparison with the paper, where the recipe asks for it."""
+    def claims(self) -> PaperClaims | None:
+        """Return the comparison with the paper, where the recipe requests it."""
         if not self.recipe.sections.report.paper:
             return None
         gear, sensor, numbers = self.plan.gear, self.plan.sensors[0], self.out / "claims.json"
@@ -176,19 +174,18 @@ class _Run:
             from sigdb.report import claims_markdown
 
             self.on_stage(f"{self.out}: comparing with the paper, and with one number of the rig changed at a time")
-            facts = paper_claims(self.recipe.rig, gear=gear, sensor=sensor)
-            numbers.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
-            stage.path.write_text(claims_markdown(facts), encoding="utf-8")
+            claims = paper_claims(self.recipe.rig, gear=gear, sensor=sensor)
+            numbers.write_text(json.dumps(claims.as_json(), indent=1) + "\n", encoding="utf-8")
+            stage.path.write_text(claims_markdown(claims), encoding="utf-8")
             return [stage.path, numbers]
 
         run_stage(stage, make, self.on_stage, "written")
-        facts: dict[str, Any] = json.loads(numbers.read_text(encoding="utf-8"))
-        return facts
+        return PaperClaims.from_json(json.loads(numbers.read_text(encoding="utf-8")))
 
 
-def _said(folder: Path, summary: SweepSummary) -> str:
+def _sweep_sentence(folder: Path, summary: SweepSummary) -> str:
     if summary.new_rows == 0:
-        said = f"{folder}: unchanged, all {summary.rows} rows are there"
+        text = f"{folder}: unchanged, all {summary.rows} rows are there"
     else:
-        said = f"{folder}: made {summary.new_rows} rows, {summary.bytes / 1e6:.1f} MB"
-    return f"{said}; {summary.failed} have no result" if summary.failed else said
+        text = f"{folder}: made {summary.new_rows} rows, {summary.bytes / 1e6:.1f} MB"
+    return f"{text}; {summary.failed} have no result" if summary.failed else text

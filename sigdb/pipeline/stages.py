@@ -1,4 +1,4 @@
-"""Stages of a run: what one made is kept while it is as it was made, and what it was made from is the same."""
+"""Stages of a run: a result is kept while its files and its inputs are unchanged."""
 
 import hashlib
 import json
@@ -9,25 +9,25 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from sigdb.core import DatabaseError, __version__
+from sigdb.core import DatabaseError, OnStep, __version__
 from sigdb.database import KINDS, Database, Store, sealed_json, unsealed
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """Something that a run makes, with a receipt that is written when all of it is there.
+    """A result of a run, with a receipt that is written when all of its files exist.
 
-    Nothing need be deleted before it is made again, or when a run is stopped: a receipt counts only while each file
-    has the content that it tells of.
+    Nothing need be deleted before it is made again, or when a run is interrupted: a receipt is valid only while each
+    file has the checksum in it.
 
     Attributes
     ----------
     out
         Folder of the run.
     name
-        Path of what is made, below that folder.
+        Path of the result, below that folder.
     inputs
-        All that determines it, by name: what JSON can hold, and tells apart.
+        Everything that determines the result, by name, as JSON can hold it.
     """
 
     out: Path
@@ -36,28 +36,32 @@ class Stage:
 
     @property
     def path(self) -> Path:
-        """What is made: a file or a folder."""
+        """The result: a file or a folder."""
         return self.out / self.name
 
     @property
     def files(self) -> dict[str, str]:
-        """SHA-256 by name of what was made; empty where there is no receipt."""
+        """SHA-256 of the files of the result, by name; empty where there is no receipt."""
         return dict(self._receipt().get("files", {}))
 
     def is_unchanged(self) -> bool:
-        """Whether it is there as it was made, from these inputs."""
+        """Return whether the files exist unchanged and were made from these inputs."""
         receipt = self._receipt()
-        return bool(receipt) and receipt["inputs"] == self._inputs and receipt["files"] == self._found(receipt["files"])
+        return (
+            bool(receipt)
+            and receipt["inputs"] == self._inputs
+            and receipt["files"] == self._checksums(receipt["files"])
+        )
 
     def finish(self, files: Iterable[Path]) -> None:
-        """Write the receipt of what has been made."""
+        """Write the receipt of the files."""
         names = sorted(path.relative_to(self.out).as_posix() for path in files)
-        content = {"inputs": self._inputs, "files": self._found(names)}
+        content = {"inputs": self._inputs, "files": self._checksums(names)}
         Store.at(self.out).put(self._receipt_name, sealed_json(content))
 
     @property
     def _inputs(self) -> Any:
-        """The inputs as JSON gives them back."""
+        """The inputs as they return from JSON."""
         return json.loads(json.dumps({**self.inputs, "versions": _VERSIONS}))
 
     @property
@@ -71,35 +75,35 @@ class Stage:
         except DatabaseError:
             return {}
 
-    def _found(self, names: Iterable[str]) -> dict[str, str]:
-        """SHA-256 of those files that are there."""
+    def _checksums(self, names: Iterable[str]) -> dict[str, str]:
+        """Return the SHA-256 of those files that exist."""
         paths = {name: self.out / name for name in names}
         return {name: _sha256(path) for name, path in paths.items() if path.is_file()}
 
 
-def run_stage(stage: Stage, make: Callable[[], Iterable[Path]], on_stage: Callable[[str], Any], did: str) -> None:
-    """Have a stage made, unless it is unchanged, and say which.
+def run_stage(stage: Stage, make: Callable[[], Iterable[Path]], on_stage: OnStep, verb: str) -> None:
+    """Make a stage unless it is unchanged, and report which.
 
     Parameters
     ----------
     stage
-        What is made.
+        The stage.
     make
-        Makes it, and gives its files.
+        Makes the result and returns its files.
     on_stage
         Called with a sentence at the end.
-    did
-        The word for its being made.
+    verb
+        Participle for the sentence, for example ``trained``.
     """
     if stage.is_unchanged():
         on_stage(f"{stage.path}: unchanged")
         return
     stage.finish(make())
-    on_stage(f"{stage.path}: {did}")
+    on_stage(f"{stage.path}: {verb}")
 
 
 def content_of(database: Database) -> dict[str, Any]:
-    """What a finished database holds: its plans, its rows, and a SHA-256 over those of all its files."""
+    """Return the content of a finished database: its plans, its rows, and a SHA-256 over those of all its files."""
     files = [file for kind in KINDS for receipt in database.receipts(kind) for file in receipt.files]
     listed = "\n".join(f"{file.path} {file.sha256}" for file in sorted(files, key=lambda file: file.path))
     return {
@@ -118,4 +122,4 @@ def _sha256(path: Path) -> str:
 
 
 _VERSIONS = {"sigdb": __version__, "scikit-learn": version("scikit-learn")}
-"""Another version may make something else of the same inputs."""
+"""Versions that may change the result of the same inputs."""

@@ -1,116 +1,140 @@
 """The table of the paper's claims: as text for a terminal, and as a page in Markdown."""
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 from sigdb.core import markdown_table
+from sigdb.paper import ClaimValue, PaperClaims, VariedClaims
 from sigdb.report.text_table import PLAIN, Terminal, TextTable, number
 
 _HOLDS = {True: "yes", False: "no", None: "-"}
 
+KINDS = ("check", "report")
+"""Kinds of claims; the sensitivity of each kind is a table."""
 
-def claims_text(facts: Mapping[str, Any], *, terminal: Terminal = PLAIN) -> str:
-    """Return the claims, and how their numbers move, as aligned text.
+
+def claims_text(claims: PaperClaims, *, terminal: Terminal = PLAIN) -> str:
+    """Return the claims and their sensitivity as aligned text.
 
     Parameters
     ----------
-    facts
-        What :func:`sigdb.paper.paper_claims` returns.
-    terminal
-        Where the text is shown.
+    claims : PaperClaims
+        From :func:`sigdb.paper.paper_claims`.
+    terminal : Terminal
+        Where the text is shown; by default a file of any width.
+
+    Returns
+    -------
+    str
+        Several tables.
     """
-    head = ("claim", "figure", "kind", "holds", "number", "what the number is")
+    head = ("claim", "figure", "kind", "holds", "number", "meaning of the number")
     rows = [
-        [one["id"], one["figure"], one["kind"], _HOLDS[one["holds"]], number(one["value"], 3), one["leading"]]
-        for one in facts["claims"]
+        [claim.id, claim.figure, claim.kind, _HOLDS[claim.holds], number(claim.value, 3), claim.leading]
+        for claim in claims.claims
     ]
     parts = [
-        f"The paper's claims on {facts['rig']}, {facts['gear']}, {facts['sensor']}; least compression of the mesh "
-        f"{facts['min_compression']:.2g} of the static one",
+        f"The paper's claims on {claims.rig}, {claims.gear}, {claims.sensor}; least compression of the mesh "
+        f"{claims.min_compression:.2g} of the static one",
         TextTable(head, rows).text(terminal, indent=2),
     ]
-    if facts["sensitivity"]:
+    if claims.sensitivity:
         parts.append("How the numbers move; a claim that does not hold in brackets")
-        parts += [moved_table(facts, kind).text(terminal, indent=2) for kind in KINDS]
+        parts += [moved_table(claims, kind).text(terminal, indent=2) for kind in KINDS]
     return "\n\n".join(parts) + "\n"
 
 
-def claims_markdown(facts: Mapping[str, Any]) -> str:
-    """The claims with all their numbers, and how they move, as a page."""
-    return "\n".join(_page(facts)) + "\n"
+def claims_markdown(claims: PaperClaims) -> str:
+    """Return the claims with all their numbers and their sensitivity as a page in Markdown.
+
+    Parameters
+    ----------
+    claims : PaperClaims
+        From :func:`sigdb.paper.paper_claims`.
+
+    Returns
+    -------
+    str
+        The page.
+    """
+    return "\n".join(_page(claims)) + "\n"
 
 
-def _page(facts: Mapping[str, Any]) -> Iterator[str]:
-    yield f"# The paper's claims on {facts['rig']}"
+def _page(claims: PaperClaims) -> Iterator[str]:
+    yield f"# The paper's claims on {claims.rig}"
     yield ""
     yield (
-        f"Clean signals of `{facts['sensor']}` over one revolution of `{facts['gear']}`. The least compression of the "
-        f"mesh in all cases is {facts['min_compression']:.2g} of the static one. A *check* is expected to hold, a "
-        "*report* tells what comes out."
+        f"Clean signals of `{claims.sensor}` over one revolution of `{claims.gear}`. The least compression of the "
+        f"mesh in all cases is {claims.min_compression:.2g} of the static one. A *check* is expected to hold, a "
+        "*report* only gives its result."
     )
     yield ""
-    table = claim_table(facts)
-    yield markdown_table(table.head, table.rows)
-    for claim in facts["claims"]:
+    yield _markdown(claim_table(claims))
+    for claim in claims.claims:
         yield ""
-        yield f"## {claim['id']}"
+        yield f"## {claim.id}"
         yield ""
-        yield f"{claim['shows']} It holds where: {claim['rule'][0].lower()}{claim['rule'][1:]}"
+        yield f"{claim.shows} It holds where: {claim.rule[0].lower()}{claim.rule[1:]}"
         yield ""
-        yield markdown_table(("number", "value"), [(name, number(one)) for name, one in claim["numbers"].items()])
-    if facts["sensitivity"]:
+        yield markdown_table(("number", "value"), [(name, number(value)) for name, value in claim.numbers.items()])
+    if claims.sensitivity:
         yield ""
         yield "## How the numbers move"
         yield ""
         yield "One number of the rig is changed at a time. A claim that does not hold is in brackets."
         for kind in KINDS:
             yield ""
-            table = moved_table(facts, kind)
-            yield markdown_table(table.head, table.rows)
+            yield _markdown(moved_table(claims, kind))
 
 
-def claim_table(facts: Mapping[str, Any]) -> TextTable:
+def _markdown(table: TextTable) -> str:
+    return markdown_table(table.head, table.rows)
+
+
+def claim_table(claims: PaperClaims) -> TextTable:
     """Return the table of claims."""
     head = ("claim", "figure", "kind", "what the paper shows", "number", "value", "holds")
-    names = ("id", "figure", "kind", "shows", "leading")
-    rows = [[*(one[name] for name in names), number(one["value"]), _HOLDS[one["holds"]]] for one in facts["claims"]]
+    rows = [
+        [claim.id, claim.figure, claim.kind, claim.shows, claim.leading, number(claim.value), _HOLDS[claim.holds]]
+        for claim in claims.claims
+    ]
     return TextTable(head, rows)
 
 
-KINDS = ("check", "report")
-"""Kinds of claims, each with a table of how its numbers move."""
-
-
-def moved_table(facts: Mapping[str, Any], kind: str) -> TextTable:
-    """Return the table of how the numbers of a kind of claims move, the unchanged rig first."""
-    ids = [claim["id"] for claim in facts["claims"] if claim["kind"] == kind]
+def moved_table(claims: PaperClaims, kind: str) -> TextTable:
+    """Return the table of the sensitivity of a kind of claims, the unchanged rig first."""
+    ids = [claim.id for claim in claims.claims if claim.kind == kind]
     head = ("changed", *ids, "least compression")
     rows = [
         (
-            f"{row['what']} {_change(row['factor'])}".strip(),
+            f"{row.what} {_change(row.factor)}".strip(),
             *(_cell(row, name) for name in ids),
-            number(row["min_compression"], 2),
+            number(row.min_compression, 2),
         )
-        for row in _with_base(facts)
+        for row in (_unchanged(claims), *claims.sensitivity)
     ]
     return TextTable(head, rows)
 
 
 def _change(factor: float) -> str:
-    """A factor as a change in per cent; nothing for 1."""
+    """Return a factor as a change in per cent; an empty text for 1."""
     return f"{100 * (factor - 1):+.0f} %" if factor != 1 else ""
 
 
-def _cell(row: Mapping[str, Any], name: str) -> str:
-    """A claim's number in a varied rig, in brackets where the claim does not hold; a dash where there is none."""
-    if name not in row["claims"]:
+def _cell(row: VariedClaims, name: str) -> str:
+    """Return a claim's number on a varied rig, in brackets where the claim does not hold; a dash without a number."""
+    if name not in row.claims:
         return "-"
-    one = row["claims"][name]
-    text = number(one["value"], 3)
-    return f"({text})" if one["holds"] is False else text
+    claim = row.claims[name]
+    text = number(claim.value, 3)
+    return f"({text})" if claim.holds is False else text
 
 
-def _with_base(facts: Mapping[str, Any]) -> list[dict[str, Any]]:
-    base = {claim["id"]: claim for claim in facts["claims"]}
-    first = {"what": "nothing", "factor": 1, "min_compression": facts["min_compression"], "claims": base}
-    return [first, *facts["sensitivity"]]
+def _unchanged(claims: PaperClaims) -> VariedClaims:
+    """Return the claims on the unchanged rig as a row of the sensitivity."""
+    return VariedClaims(
+        what="nothing",
+        factor=1.0,
+        status="ok",
+        min_compression=claims.min_compression,
+        claims={claim.id: ClaimValue(value=claim.value, holds=claim.holds) for claim in claims.claims},
+    )

@@ -6,7 +6,7 @@ import pytest
 import sigdb
 from sigdb.core.errors import InputError
 from sigdb.pipeline import load_recipe, run_recipe
-from sigdb.pipeline.recipe_figures import draw_figure, selected_row
+from sigdb.pipeline.recipe_figures import draw_figure, select_row
 from sigdb.transmission import Damage
 from sigdb.transmission.mesh.stiffness import tooth_stiffness
 
@@ -170,7 +170,7 @@ def test_a_figure_shows_mesh_stiffness_and_another_sensor(recipe, out, monkeypat
 )
 def test_a_condition_that_does_not_select_one_case_is_told(out, condition, says):
     with pytest.raises(InputError, match=says) as caught:
-        selected_row(sigdb.open(out[1].database), condition, "recipe.toml: report.figures: x")
+        select_row(sigdb.open(out[1].database), condition, "recipe.toml: report.figures: x")
     assert str(caught.value).startswith("recipe.toml: report.figures: x: ")
 
 
@@ -205,6 +205,6 @@ def test_the_paper_is_about_twelve_teeth(load, tmp_path):
     wheel = RECIPE.replace("[report]\n", "[report]\npaper = true\n").replace(
         "healthy = 2", 'healthy = 2\ngear = "gear"'
     )
-    with pytest.raises(InputError, match=r"about the 12 teeth of a pinion, and gear 'gear' of rig .* is not one"):
+    with pytest.raises(InputError, match=r"about the 12 teeth of a pinion, and gear 'gear' of rig .* is no gear of 12"):
         run_recipe(load(wheel.replace("tooth = 12", "tooth = 13")), tmp_path / "out", jobs=1)
     assert not (tmp_path / "out").exists()

@@ -148,11 +148,10 @@ def test_a_rig_that_cannot_be_solved_is_a_row_with_its_reason(monkeypatch):
         raise sigdb.SigdbError("it is unstable")
 
     monkeypatch.setattr(results, "paper_signals", unstable)
-    assert results._varied(rig, "pinion", "pinion-vertical") == {
-        "status": "it is unstable",
-        "min_compression": None,
-        "claims": {},
-    }
+    variation = sensitivity.Variation(what="speed", factor=1.1, rig=rig)
+    assert results._vary(variation, "pinion", "pinion-vertical") == results.VariedClaims(
+        what="speed", factor=1.1, status="it is unstable", min_compression=None, claims={}
+    )
 
 
 def test_the_recipe_and_the_claims_mean_the_same_cases_of_figure_8():

@@ -1,4 +1,4 @@
-"""The kinds of files that can be read, told apart by their suffix and first bytes."""
+"""Kinds of files that can be read, distinguished by their suffix and first bytes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
