@@ -8,6 +8,7 @@ __all__ = [
     "CoupledModes",
     "Damage",
     "ModalSystem",
+    "RigFacts",
     "ToothDamage",
     "Transmission",
     "built_in_transmissions",

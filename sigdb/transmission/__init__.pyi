@@ -20,6 +20,7 @@ from .parts.gears import Gear as Gear
 from .parts.gears import Mesh as Mesh
 from .parts.gears import Operating as Operating
 from .rig import Transmission as Transmission
+from .summary.facts import RigFacts as RigFacts
 from .summary.new_rig import write_new_rig as write_new_rig
 from .summary.summary import describe_rig as describe_rig
 from .summary.summary import origins as origins

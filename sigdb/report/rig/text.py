@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 from sigdb.report.text_table import PLAIN, Column, Terminal, TextTable, number, word
-from sigdb.transmission import CoupledModes
+from sigdb.transmission import CoupledModes, RigFacts
 
 
-def rig_text(facts: Mapping[str, Any], *, terminal: Terminal = PLAIN) -> str:
+def rig_text(facts: RigFacts, *, terminal: Terminal = PLAIN) -> str:
     """Return the numbers of a rig as a page of text.
 
     Parameters
@@ -97,7 +97,10 @@ _MODE: tuple[Column[Any], ...] = (
 
 _MOVES: Column[Any] = ("moves", lambda row: _moves(row["moves"]))
 
-_TABLES: tuple[tuple[str, str, Sequence[Column[Any]]], ...] = (
+_Parts = Literal[
+    "shafts", "gears", "disks", "meshes", "tooth_forces", "bearings", "couplings", "casing", "sensors", "excitations"
+]
+_TABLES: tuple[tuple[str, _Parts, Sequence[Column[Any]]], ...] = (
     (
         "Shafts",
         "shafts",
@@ -206,7 +209,7 @@ _TABLES: tuple[tuple[str, str, Sequence[Column[Any]]], ...] = (
 )
 
 
-def _head(facts: Mapping[str, Any]) -> str:
+def _head(facts: RigFacts) -> str:
     at = facts["operating"]
     lines = [f"{facts['name']}: {facts['title']}" if facts["title"] else facts["name"]]
     if at["drive"] is None:
@@ -221,7 +224,7 @@ def _head(facts: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _frequencies(facts: Mapping[str, Any], terminal: Terminal) -> list[str]:
+def _frequencies(facts: RigFacts, terminal: Terminal) -> list[str]:
     blocks = []
     if facts["meshes"]:
         columns: tuple[Column[Any], ...] = (
@@ -240,7 +243,7 @@ def _frequencies(facts: Mapping[str, Any], terminal: Terminal) -> list[str]:
     return [*blocks, block, _warnings(facts["resonances"], terminal)]
 
 
-def _warnings(resonances: Sequence[Mapping[str, Any]], terminal: Terminal) -> str:
+def _warnings(resonances: Sequence[object], terminal: Terminal) -> str:
     if not resonances:
         return "No natural frequency is within 5 % of a shaft's speed or of the first three harmonics of a mesh"
     columns: tuple[Column[Any], ...] = (

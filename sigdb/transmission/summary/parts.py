@@ -1,20 +1,29 @@
-"""Numbers of a rig's shafts, gears, bearings and meshes at its operating point."""
+"""Facts of a rig's parts at its operating point: shafts, gears, disks, bearings, meshes, modes."""
 
 from collections.abc import Iterator
 from math import gcd
-from typing import Any
 
 import numpy as np
 
 from sigdb.transmission.rig import Transmission
+from sigdb.transmission.summary.facts import (
+    BearingFacts,
+    BodyFacts,
+    GearFacts,
+    MeshFacts,
+    ModeFacts,
+    ResonanceFacts,
+    ShaftFacts,
+    ToothForceFacts,
+)
 from sigdb.transmission.system.modal import coupled_modes, modal_system
 
 MESH_ORDERS = (1, 2, 3)
 """Harmonics of a mesh frequency that are listed."""
 
 
-def shaft_numbers(rig: Transmission, name: str) -> dict[str, Any]:
-    """A shaft: length, mass, signed speed about its own z axis."""
+def shaft_facts(rig: Transmission, name: str) -> ShaftFacts:
+    """Return the facts of a shaft: length, mass, signed speed about its own z axis."""
     shaft = rig.shafts[name]
     mass = sum(
         rig.materials[one.material or shaft.material or ""].density
@@ -33,11 +42,12 @@ def shaft_numbers(rig: Transmission, name: str) -> dict[str, Any]:
     }
 
 
-def gear_numbers(rig: Transmission, name: str) -> dict[str, Any]:
-    """A gear: teeth, mean pitch radius and pitch angle where it meshes, inertia."""
+def gear_facts(rig: Transmission, name: str) -> GearFacts:
+    """Return the facts of a gear: teeth, mean pitch radius and pitch angle where it meshes, inertia."""
     gear = rig.gears[name]
     mesh = next(iter(rig.meshes_of(name)), None)
     member = 0 if mesh and rig.meshes[mesh].driving == name else 1
+    body = rig.gear_body(name)
     return {
         "name": name,
         "shaft": gear.shaft,
@@ -45,12 +55,27 @@ def gear_numbers(rig: Transmission, name: str) -> dict[str, Any]:
         "teeth": gear.teeth,
         "pitch_radius": rig.geometries[mesh].radii[member] if mesh else None,
         "pitch_angle_deg": rig.geometries[mesh].pitch_angles_deg[member] if mesh else None,
-        **rig.gear_body(name).model_dump(),
+        "mass": body.mass,
+        "polar_inertia": body.polar_inertia,
+        "diametral_inertia": body.diametral_inertia,
     }
 
 
-def bearing_numbers(rig: Transmission, name: str) -> dict[str, Any]:
-    """A bearing: the diagonals of its stiffness and damping, and whether they have cross terms."""
+def disk_facts(rig: Transmission, name: str) -> BodyFacts:
+    """Return the facts of a disk."""
+    disk, body = rig.disks[name], rig.disk_body(name)
+    return {
+        "name": name,
+        "shaft": disk.shaft,
+        "node": disk.node,
+        "mass": body.mass,
+        "polar_inertia": body.polar_inertia,
+        "diametral_inertia": body.diametral_inertia,
+    }
+
+
+def bearing_facts(rig: Transmission, name: str) -> BearingFacts:
+    """Return the facts of a bearing: the diagonals of its stiffness and damping, and whether they have cross terms."""
     bearing = rig.bearings[name]
     stiffness, damping = bearing.matrices
     crossed = any(np.any(one - np.diag(np.diag(one))) for one in (stiffness, damping))
@@ -65,13 +90,13 @@ def bearing_numbers(rig: Transmission, name: str) -> dict[str, Any]:
     }
 
 
-def mesh_numbers(rig: Transmission) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Meshes, and the static forces on their gears under the mean torque.
+def mesh_facts(rig: Transmission) -> tuple[list[MeshFacts], list[ToothForceFacts]]:
+    """Return the facts of the meshes, and of the static forces on their gears under the mean torque.
 
     Tangential forces are magnitudes, radial ones positive towards the gear's axis, axial ones along its shaft's z.
     """
-    meshes: list[dict[str, Any]] = []
-    forces: list[dict[str, Any]] = []
+    meshes: list[MeshFacts] = []
+    forces: list[ToothForceFacts] = []
     if not rig.meshes:
         return meshes, forces
     static = modal_system(rig).transfer(np.zeros(1))[0, : len(rig.meshes), len(rig.meshes)].real
@@ -114,24 +139,24 @@ _NO_PEAK = 0.7
 _LEAST_MODES = 6
 
 
-def mode_numbers(rig: Transmission) -> tuple[list[dict[str, Any]], int]:
-    """Modes that vibrate, to three times the highest mesh frequency, and the number of all that do not."""
-    found = coupled_modes(rig)
+def mode_facts(rig: Transmission) -> tuple[list[ModeFacts], int]:
+    """Return the modes that vibrate, to three times the highest mesh frequency, and the number of those that do not."""
+    modes = coupled_modes(rig)
     turning = max(abs(rig.speed(name)) for name in rig.shafts) / (2 * np.pi)
     meshing = max((rig.mesh_frequency(name) for name in rig.meshes), default=0.0)
     limit = MESH_ORDERS[-1] * meshing or _SHAFT_ORDERS * turning
-    rows: list[dict[str, Any]] = [
+    rows: list[ModeFacts] = [
         {"frequency_hz": float(frequency), "damping_ratio": float(ratio), "moves": moves}
-        for frequency, ratio, moves in zip(found.frequency_hz, found.damping_ratio, found.moves, strict=True)
+        for frequency, ratio, moves in zip(modes.frequency_hz, modes.damping_ratio, modes.moves, strict=True)
         if frequency > 0
     ]
     rows.sort(key=lambda row: row["frequency_hz"])
     within = [row for i, row in enumerate(rows) if i < _LEAST_MODES or row["frequency_hz"] <= limit]
-    return within, len(found.frequency_hz) - len(rows)
+    return within, len(modes.frequency_hz) - len(rows)
 
 
-def resonances(rig: Transmission, modes: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Modes near the speed of a shaft or a harmonic of a mesh frequency."""
+def resonances(rig: Transmission, modes: list[ModeFacts]) -> Iterator[ResonanceFacts]:
+    """Yield the modes near the speed of a shaft or a harmonic of a mesh frequency."""
     exciting = [(f"shaft {name}", 1, abs(rig.speed(name)) / (2 * np.pi)) for name in rig.shafts]
     exciting += [(f"mesh {name}", n, n * rig.mesh_frequency(name)) for name in rig.meshes for n in MESH_ORDERS]
     for mode in modes:
@@ -139,4 +164,4 @@ def resonances(rig: Transmission, modes: list[dict[str, Any]]) -> Iterator[dict[
             continue
         for what, order, frequency in exciting:
             if frequency and abs(mode["frequency_hz"] / frequency - 1) <= _NEAR:
-                yield mode | {"excited_by": what, "order": order, "excitation_hz": float(frequency)}
+                yield {**mode, "excited_by": what, "order": order, "excitation_hz": float(frequency)}

@@ -1,35 +1,44 @@
-"""What a rig is, in numbers: its parts, its forces, its frequencies, and where its numbers come from."""
+"""Summary of a rig in numbers: its parts, its forces, its frequencies, and where its numbers come from."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import cast
 
 from pydantic import BaseModel
 
 from sigdb.transmission.parts.described import ORIGINS, Described
 from sigdb.transmission.rig import Transmission
+from sigdb.transmission.summary.facts import (
+    CasingModeFacts,
+    CouplingFacts,
+    ExcitationFacts,
+    OperatingFacts,
+    RigFacts,
+    SensorFacts,
+)
 from sigdb.transmission.summary.parts import (
-    bearing_numbers,
-    gear_numbers,
-    mesh_numbers,
-    mode_numbers,
+    bearing_facts,
+    disk_facts,
+    gear_facts,
+    mesh_facts,
+    mode_facts,
     resonances,
-    shaft_numbers,
+    shaft_facts,
 )
 
 
-def describe_rig(rig: Transmission) -> dict[str, Any]:
-    """Numbers of a rig at its operating point, as plain lists and dictionaries.
+def describe_rig(rig: Transmission) -> RigFacts:
+    """Return the numbers of a rig at its operating point, as lists and dictionaries that JSON can hold.
 
     Parameters
     ----------
-    rig
+    rig : Transmission
         Any rig, with or without meshes, torque or casing.
 
     Returns
     -------
-    dict
-        ``name``, ``title``, ``damping_ratio``, ``operating``; lists of dictionaries ``shafts``, ``gears``, ``disks``,
-        ``meshes``, ``tooth_forces``, ``bearings``, ``couplings``, ``casing``, ``sensors``, ``excitations``, ``modes``
+    RigFacts
+        A dictionary of ``name``, ``title``, ``damping_ratio``, ``operating``; lists of dictionaries ``shafts``,
+        ``gears``, ``disks``, ``meshes``, ``tooth_forces``, ``bearings``, ``couplings``, ``casing``, ``sensors``, ``excitations``, ``modes``
         (to three times the highest mesh frequency, or ten times the highest shaft speed of a rig without meshes, and
         the lowest six at least), ``resonances`` (modes with a damping ratio below 0.7 within 5 % of a shaft's speed or
         of one of the first three harmonics of a mesh); ``overdamped``, a count of modes that do not vibrate; and
@@ -47,29 +56,26 @@ def describe_rig(rig: Transmission) -> dict[str, Any]:
     >>> facts["meshes"][0]["mesh_frequency_hz"], facts["meshes"][0]["tooth_cycle_hz"]
     (2880.0, 80.0)
     """
-    operating = rig.operating.model_dump(exclude={"sources"}) | {"drive_shaft": rig.drive_shaft}
-    meshes, forces = mesh_numbers(rig)
-    modes, overdamped = mode_numbers(rig)
+    operating = cast(OperatingFacts, _dumped(rig.operating) | {"drive_shaft": rig.drive_shaft})
+    meshes, forces = mesh_facts(rig)
+    modes, overdamped = mode_facts(rig)
     return {
         "name": rig.name,
         "title": rig.title,
         "damping_ratio": rig.damping_ratio,
         "operating": operating,
-        "shafts": [shaft_numbers(rig, name) for name in rig.shafts],
-        "gears": [gear_numbers(rig, name) for name in rig.gears],
-        "disks": [
-            {"name": name, "shaft": disk.shaft, "node": disk.node} | rig.disk_body(name).model_dump()
-            for name, disk in rig.disks.items()
-        ],
+        "shafts": [shaft_facts(rig, name) for name in rig.shafts],
+        "gears": [gear_facts(rig, name) for name in rig.gears],
+        "disks": [disk_facts(rig, name) for name in rig.disks],
         "meshes": meshes,
         "tooth_forces": forces,
-        "bearings": [bearing_numbers(rig, name) for name in rig.bearings],
+        "bearings": [bearing_facts(rig, name) for name in rig.bearings],
         "couplings": [
-            {"name": name} | coupling.model_dump(exclude={"sources"}) for name, coupling in rig.couplings.items()
+            cast(CouplingFacts, {"name": name} | _dumped(coupling)) for name, coupling in rig.couplings.items()
         ],
-        "casing": [mode.model_dump(exclude={"sources"}) for mode in rig.casing.modes],
+        "casing": [cast(CasingModeFacts, _dumped(mode)) for mode in rig.casing.modes],
         "sensors": [
-            {"name": name, "unit": sensor.unit} | sensor.model_dump(exclude={"sources"})
+            cast(SensorFacts, {"name": name, "unit": sensor.unit} | _dumped(sensor))
             for name, sensor in rig.sensors.items()
         ],
         "excitations": list(_excitations(rig)),
@@ -80,8 +86,12 @@ def describe_rig(rig: Transmission) -> dict[str, Any]:
     }
 
 
-def _excitations(rig: Transmission) -> Iterator[dict[str, Any]]:
-    """What excites the rig besides torque and mesh stiffness."""
+def _dumped(part: Described) -> dict[str, object]:
+    return part.model_dump(exclude={"sources"})
+
+
+def _excitations(rig: Transmission) -> Iterator[ExcitationFacts]:
+    """The excitations of a rig other than torque and mesh stiffness."""
     for name, body in (*rig.gears.items(), *rig.disks.items()):
         if body.unbalance:
             yield {"what": f"unbalance of {name}", "size": body.unbalance, "unit": "kg m", "shaft": body.shaft}
@@ -99,7 +109,7 @@ def _excitations(rig: Transmission) -> Iterator[dict[str, Any]]:
 
 
 def origins(rig: Transmission) -> dict[str, int]:
-    """Counts of fields by the origin that ``sources`` gives them; ``unstated`` are quantities without one."""
+    """Return counts of fields by the origin that ``sources`` gives them; ``unstated`` are quantities without one."""
     counts = dict.fromkeys((*ORIGINS, "unstated"), 0)
     for part in _parts(rig):
         for text in part.sources.values():
@@ -114,15 +124,15 @@ def origins(rig: Transmission) -> dict[str, int]:
     return counts
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) or (isinstance(value, tuple) and all(_is_number(one) for one in value))
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) or (isinstance(value, tuple) and all(map(_is_number, value)))
 
 
-def _parts(here: Any) -> Iterator[Described]:
+def _parts(here: object) -> Iterator[Described]:
     if isinstance(here, Described):
         yield here
     if isinstance(here, BaseModel):
-        values = [getattr(here, name) for name in type(here).model_fields]
+        values: list[object] = [getattr(here, name) for name in type(here).model_fields]
     elif isinstance(here, dict | tuple):
         values = list(here.values() if isinstance(here, dict) else here)
     else:
