@@ -80,10 +80,10 @@ def _wrong(package: str, public: str, value: object) -> Iterator[str]:
 
 
 def _documented_otherwise(value: object, message: str) -> bool:
-    """Whether parameters of a class stand with its attributes, or with the fields of a section."""
+    """Whether parameters of a class stand with its attributes, or with the fields of a section, or there are none."""
     if not inspect.isclass(value):
         return False
-    if issubclass(value, BaseModel | Exception):
+    if issubclass(value, BaseModel | Exception) or getattr(value, "_is_protocol", False):
         return True
     if not dataclasses.is_dataclass(value):
         return False
