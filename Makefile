@@ -52,6 +52,7 @@ check: .venv/check
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python tests/checks/tree.py
 	$(BIN)/codespell sigdb docs tests benchmarks pipelines README.md CHANGELOG.md Makefile pyproject.toml
 
 docs: .venv/docs
