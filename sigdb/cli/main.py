@@ -25,7 +25,7 @@ _ORDER = (
 
 
 class ExitCode(IntEnum):
-    """What a command leaves with."""
+    """Exit codes of the commands."""
 
     DONE = 0
     WRONG = 1
@@ -59,7 +59,15 @@ def cli() -> None:
 
 
 def main(command: click.Command = cli, name: str = "sigdb") -> None:
-    """Run a command and leave with its exit code; no traceback for what a user can mend."""
+    """Run a command and exit with its code; errors of a user's input show a sentence instead of a traceback.
+
+    Parameters
+    ----------
+    command : click.Command
+        The command; by default the group of all of them.
+    name : str
+        Name of the program in messages.
+    """
     stdout = sys.stdout
     try:
         with _log_on_stderr():

@@ -1,4 +1,4 @@
-"""Cases side by side: a column for each, a row of panels for each thing that is shown of them."""
+"""Picture of cases side by side: a column for each case, a row for each kind of panel."""
 
 import textwrap
 from collections.abc import Sequence
@@ -22,12 +22,12 @@ _HEIGHTS: dict[Panel, float] = {"stiffness": 2.1, "signal": 2.4, "spectrum": 2.2
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """A case that is shown.
+    """A case of a comparison.
 
     Attributes
     ----------
     title
-        What it is, in a few words.
+        Title of its column.
     teeth
         Tooth count of the damaged gear.
     tsa
@@ -35,7 +35,7 @@ class Case:
     damaged
         Damaged teeth, marked in the panels over angle.
     healthy
-        (n,) the average without damage, drawn lightly behind; None for none.
+        (n,) the average without damage, drawn lightly behind the other; None to leave it out.
     stiffness, healthy_stiffness
         (n,) mesh stiffness, N/m, with and without damage; needed only where it is shown.
     """
@@ -59,7 +59,7 @@ def comparison_figure(
     caption: str = "",
     settings: ReportSettings | None = None,
 ) -> Figure:
-    """Cases side by side, on the same scales.
+    """Draw cases side by side, on the same scales.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def comparison_figure(
     sensor, unit
         Name and unit of the signal.
     panels
-        What is shown of each case, from top to bottom: ``stiffness``, ``signal``, ``spectrum``, ``distribution``.
+        Panels of each case, from top to bottom: ``stiffness``, ``signal``, ``spectrum``, ``distribution``.
     title, caption
         Text above and below.
     settings
@@ -118,7 +118,7 @@ def _stiffnesses(row: list[Axes], cases: Sequence[Case], settings: ReportSetting
         assert case.stiffness is not None
         draw_signal(axes, case.stiffness, case.teeth, case.damaged, case.healthy_stiffness)
         axes.set(xlabel=_ANGLE)
-        axes.set_ylim(0, 1.2 * max(float(np.max(one.stiffness)) for one in cases if one.stiffness is not None))
+        axes.set_ylim(0, 1.2 * max(float(np.max(case.stiffness)) for case in cases if case.stiffness is not None))
 
 
 def _signals(row: list[Axes], cases: Sequence[Case], settings: ReportSettings) -> None:
@@ -134,11 +134,11 @@ def _spectra(row: list[Axes], cases: Sequence[Case], settings: ReportSettings) -
 
 
 def _distributions(row: list[Axes], cases: Sequence[Case], settings: ReportSettings) -> None:
-    """On one scale of colours, with one bar for it."""
-    found = [wigner_ville(case.tsa - np.mean(case.tsa)) for case in cases]
-    limit = max(colour_limit(w, _highest(case, settings)) for w, case in zip(found, cases, strict=True))
+    """Draw distributions on one scale of colours, with one bar for it."""
+    distributions = [wigner_ville(case.tsa - np.mean(case.tsa)) for case in cases]
+    limit = max(colour_limit(w, _highest(case, settings)) for w, case in zip(distributions, cases, strict=True))
     image: Any = None
-    for axes, case, w in zip(row, cases, found, strict=True):
+    for axes, case, w in zip(row, cases, distributions, strict=True):
         image = draw_distribution(axes, w, case.teeth, _highest(case, settings), case.damaged, limit)
         axes.set(xlabel=_ANGLE)
     figure: Any = row[0].figure

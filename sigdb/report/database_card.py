@@ -1,4 +1,4 @@
-"""The card of a database: a page in Markdown that says what it is, what it is for and what it is not."""
+"""The card of a database: a page in Markdown on its size, its cases, its purpose and its limits."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -15,11 +15,24 @@ _COUNTS = (
 )
 
 _REASONS = 5
-"""Reasons of failures that are told one by one, the most frequent ones."""
+"""Reasons of failures that are listed, the most frequent ones."""
 
 
 def database_card_markdown(facts: Mapping[str, Any], *, title: str) -> str:
-    """The card, from what :func:`sigdb.database.database_card` gives."""
+    """Return the card of a database as a page in Markdown.
+
+    Parameters
+    ----------
+    facts : dict
+        From :func:`sigdb.database.database_card`.
+    title : str
+        Heading of the page.
+
+    Returns
+    -------
+    str
+        The page.
+    """
     return "\n".join(_lines(facts, title)) + "\n"
 
 
@@ -28,12 +41,12 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
     yield f"# {title}"
     yield ""
     yield (
-        f"Simulated signatures of the rig `{rig['name']}` ({rig['title']}) with damage on its `{facts['gear']}`. Of "
-        f"the rig's numbers {origins['published']} are published, {origins['derived']} derived from published ones and "
-        f"{origins['assumed'] + origins['unstated']} assumed."
+        f"Simulated signatures of the rig `{rig['name']}` ({rig['title']}) with damage on its `{facts['gear']}`. The "
+        f"rig has {origins['published']} published numbers, {origins['derived']} derived from published ones and "
+        f"{origins['assumed'] + origins['unstated']} assumed ones."
     )
     yield ""
-    yield ("For: developing and comparing methods that find and size tooth damage, the truth of every signature known.")
+    yield "For: development and comparison of methods that find and size tooth damage. Every signature has its truth."
     yield ""
     yield (
         "Not for: deciding about a machine. The signals are simulated; another machine's shafts, bearings, casing and "
@@ -45,7 +58,7 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
     yield markdown_table(
         ("number", "what"),
         [
-            *((_grouped(facts[name]), said) for name, said in _COUNTS),
+            *((_grouped(facts[name]), text) for name, text in _COUNTS),
             (
                 f"{facts['bytes'] / 1e6:.1f} MB",
                 f"in {facts['parts']} parts, {facts['bytes'] / facts['rows']:.0f} bytes a row",
@@ -58,8 +71,8 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
     yield markdown_table(
         ("axis", "unit", "values", "least", "greatest"),
         [
-            (f"`{one['name']}`", one["unit"], str(one["values"]), f"{one['least']:.6g}", f"{one['greatest']:.6g}")
-            for one in facts["axes"]
+            (f"`{axis['name']}`", axis["unit"], str(axis["values"]), f"{axis['least']:.6g}", f"{axis['greatest']:.6g}")
+            for axis in facts["axes"]
         ],
     )
     if facts["patterns"]:
@@ -79,8 +92,8 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
     yield markdown_table(
         ("indicator", "unit", "undamaged", "damaged"),
         [
-            (f"`{one['name']}`", one["unit"], _triple(one["healthy"]), _triple(one["damaged"]))
-            for one in facts["indicators"]
+            (f"`{row['name']}`", row["unit"], _triple(row["healthy"]), _triple(row["damaged"]))
+            for row in facts["indicators"]
         ],
     )
     yield ""
@@ -98,12 +111,12 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
     yield ""
     yield "## Origin"
     yield ""
-    versions = "; ".join(", ".join(f"{name} {number}" for name, number in one.items()) for one in facts["versions"])
+    versions = "; ".join(", ".join(f"{name} {number}" for name, number in each.items()) for each in facts["versions"])
     yield f"- Made with {versions}."
     yield f"- Seed {facts['seed']}; hash of recipe and rig `{facts['hash']}`; {facts['extensions']} extensions."
     yield f"- Licence {facts['licence']}. {facts['citation']}"
     yield ""
-    yield "Made again by `python -m sigdb.sweep RECIPE` with this recipe, then `sigdb coverage DB`:"
+    yield "To make it again, run `python -m sigdb.sweep RECIPE` with this recipe, then `sigdb coverage DB`:"
     yield ""
     yield "```toml"
     yield facts["recipe"].strip()
@@ -112,33 +125,33 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
 
 def _coverage(coverage: Mapping[str, Any] | None) -> Iterator[str]:
     if coverage is None:
-        yield "- Coverage was not studied: run `sigdb coverage` on it."
+        yield "- The grid coverage is not estimated: run `sigdb coverage`."
         return
     yield (
-        f"- Coverage: of {coverage['cases']} random cases between its own {coverage['share_above_0.97']:.1%} match a "
-        f"template with 0.97 or better; the least match is {coverage['match_least']:.3f}. The nearest template is "
-        f"{coverage['separation_median']:.1f} standard deviations of an average's noise away (median), at most "
+        f"- Grid coverage: {coverage['share_above_0.97']:.1%} of {coverage['cases']} random cases between its own "
+        f"match a template with 0.97 or better; the least match is {coverage['match_least']:.3f}. The nearest template "
+        f"is {coverage['separation_median']:.1f} standard deviations of an average's noise away (median), at most "
         f"{coverage['separation_greatest']:.1f}."
     )
     yield f"- A signature whose residual distance is above {coverage['threshold']:.3g} is outside the database."
 
 
 def _failures(statuses: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    for one in statuses[:_REASONS]:
-        yield f"- Without a result, {_counted(one['rows'], 'row')}: {one['status']}."
+    for row in statuses[:_REASONS]:
+        yield f"- {_count_text(row['rows'], 'row')} without a result: {row['status']}."
     if others := statuses[_REASONS:]:
-        rows = sum(one["rows"] for one in others)
-        yield f"- Without a result for {_counted(len(others), 'other reason')}, {_counted(rows, 'row')}."
+        rows = sum(row["rows"] for row in others)
+        yield f"- {_count_text(rows, 'row')} without a result for {_count_text(len(others), 'other reason')}."
 
 
-def _counted(number: int, what: str) -> str:
+def _count_text(number: int, what: str) -> str:
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def _grouped(number: int) -> str:
-    """A whole number with its digits in threes."""
+    """Return a whole number with its digits in threes."""
     return f"{number:,}".replace(",", " ")
 
 
 def _triple(quantiles: Sequence[float] | None) -> str:
-    return "-" if quantiles is None else " / ".join(f"{one:.4g}" for one in quantiles)
+    return "-" if quantiles is None else " / ".join(f"{value:.4g}" for value in quantiles)

@@ -1,4 +1,4 @@
-"""The picture of a study of coverage: how well cases between those of a database match, and where they lie."""
+"""The grid coverage of a database as text, and as a picture of how well the cases between its own match."""
 
 from collections.abc import Mapping
 
@@ -15,7 +15,7 @@ from sigdb.report.text_table import PLAIN, Terminal, TextTable
 from sigdb.sweep import Coverage
 from sigdb.transmission import Damage, Gear, Operating, ToothDamage
 
-_ASKED = 0.97
+_WANTED = 0.97
 _BINS = 30
 _COLUMNS = 3
 _APART = 0.2
@@ -27,12 +27,17 @@ def coverage_text(coverage: Coverage, *, name: str, terminal: Terminal = PLAIN) 
 
     Parameters
     ----------
-    coverage
-        What :func:`sigdb.sweep.coverage` returns.
-    name
+    coverage : Coverage
+        From :func:`sigdb.sweep.coverage`.
+    name : str
         Name or place of the database.
-    terminal
-        Where the text is shown.
+    terminal : Terminal
+        Where the text is shown; by default a file of any width.
+
+    Returns
+    -------
+    str
+        Several lines.
     """
     record, match = coverage.record, coverage.cases["match"]
     details = record.details
@@ -53,7 +58,9 @@ def coverage_text(coverage: Coverage, *, name: str, terminal: Terminal = PLAIN) 
 
 
 def coverage_figure(cases: pd.DataFrame, *, grid: Mapping[str, FloatArray], title: str) -> Figure:
-    """The distribution of the match with a line at 0.97, and the match against each axis; ticks are the grid's values.
+    """Draw the distribution of the match, and the match against each axis.
+
+    A line is at a match of 0.97. The ticks of an axis are the grid's values.
 
     Parameters
     ----------
@@ -62,7 +69,7 @@ def coverage_figure(cases: pd.DataFrame, *, grid: Mapping[str, FloatArray], titl
     grid
         Values of each axis between which the cases lie, ascending.
     title
-        What is shown.
+        Heading of the picture.
 
     Returns
     -------
@@ -86,24 +93,26 @@ def coverage_figure(cases: pd.DataFrame, *, grid: Mapping[str, FloatArray], titl
 
 
 def _draw_distribution(axes: Axes, match: FloatArray) -> None:
-    """A histogram, cases below the line in the colour of damage."""
+    """Draw a histogram, cases below the line in the colour of damage."""
     width = (1 - min(0.95, float(match.min()))) / _BINS
     # The line is an edge between bars.
-    below, above = (int(np.ceil(share / width)) for share in (_ASKED - float(match.min()), 1 - _ASKED))
-    left = _ASKED + np.arange(-max(below, 1), above) * width
+    below, above = (int(np.ceil(share / width)) for share in (_WANTED - float(match.min()), 1 - _WANTED))
+    left = _WANTED + np.arange(-max(below, 1), above) * width
     bar = np.clip(np.floor((match - left[0]) / width), 0, len(left) - 1).astype(int)
     colours = np.where(np.arange(len(left)) < max(below, 1), DAMAGE, INK).tolist()
     axes.bar(left, np.bincount(bar, minlength=len(left)), width, align="edge", color=colours)
-    axes.axvline(_ASKED, color=DAMAGE, linewidth=1)
-    axes.set(title=f"{(match >= _ASKED).mean():.1%} of the cases at {_ASKED} or above", xlabel="match", ylabel="cases")
+    axes.axvline(_WANTED, color=DAMAGE, linewidth=1)
+    axes.set(
+        title=f"{(match >= _WANTED).mean():.1%} of the cases at {_WANTED} or above", xlabel="match", ylabel="cases"
+    )
     axes.set_xlim(left[0], 1)
 
 
 def _draw_axis(axes: Axes, x: FloatArray, match: FloatArray, values: FloatArray) -> None:
     for value in values:
         axes.axvline(value, color=GRID, linewidth=0.6, zorder=0.5)
-    axes.scatter(x, match, s=9, c=np.where(match < _ASKED, DAMAGE, INK), alpha=0.6, linewidths=0)
-    axes.axhline(_ASKED, color=DAMAGE, linewidth=1)
+    axes.scatter(x, match, s=9, c=np.where(match < _WANTED, DAMAGE, INK), alpha=0.6, linewidths=0)
+    axes.axhline(_WANTED, color=DAMAGE, linewidth=1)
     shown = _labelled(values)
     axes.set_xticks(shown, [f"{value:.5g}" for value in shown])
     axes.set_xticks(values, minor=True)
@@ -113,7 +122,7 @@ def _draw_axis(axes: Axes, x: FloatArray, match: FloatArray, values: FloatArray)
 
 
 def _labelled(values: FloatArray) -> FloatArray:
-    """Values that are far enough apart for a label each, the first and the last among them."""
+    """Return values that are far enough apart for a label each, the first and the last included."""
     least = _APART * (values[-1] - values[0])
     shown = [values[0]]
     for value in values[1:-1]:

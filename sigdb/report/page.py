@@ -42,7 +42,7 @@ def page(template: str, *, title: str, **values: object) -> str:
     title
         Heading, as text.
     **values
-        What the template shows. Text is escaped.
+        Values that the template shows. Text is escaped.
 
     Raises
     ------

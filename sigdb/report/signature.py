@@ -22,7 +22,7 @@ def signature_figure(
     damaged: tuple[int, ...] = (),
     settings: ReportSettings | None = None,
 ) -> Figure:
-    """Three panels: signal against angle with the tooth passes, order spectrum, Wigner-Ville distribution.
+    """Draw three panels: signal against angle with the tooth passes, order spectrum, Wigner-Ville distribution.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def signature_figure(
     sensor, unit
         Name and unit of the signal.
     title
-        What is shown.
+        Heading of the picture.
     damaged
         Damaged teeth, marked in the panels over angle.
     settings
@@ -67,7 +67,16 @@ def signature_figure(
 
 
 def save_figure(figure: Figure, path: Path, settings: ReportSettings | None = None) -> None:
-    """Write a figure; the format follows the file's suffix.
+    """Write a picture; the format follows the file's suffix.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The picture.
+    path : pathlib.Path
+        The file; its folder is created if it does not exist.
+    settings : ReportSettings, optional
+        Resolution.
 
     Raises
     ------
@@ -82,10 +91,15 @@ def save_figure(figure: Figure, path: Path, settings: ReportSettings | None = No
 def check_picture(path: Path) -> None:
     """Refuse a file whose suffix names no format of pictures.
 
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+
     Raises
     ------
     InputError
-        Says what to do.
+        If the suffix names no format of pictures.
     """
     if path.suffix.lstrip(".").lower() not in FigureCanvasAgg.get_supported_filetypes():
         raise InputError(f"{path}: not a picture's name; end it in .png, .svg or .pdf")

@@ -92,7 +92,7 @@ def test_the_page(card):
     page = database_card_markdown(card, title="A small database")
     assert page.startswith("# A small database\n")
     assert "Not for: deciding about a machine." in page
-    assert "Coverage was not studied: run `sigdb coverage` on it." in page
+    assert "The grid coverage is not estimated: run `sigdb coverage`." in page
     assert f"{card['failed']} | without a result" in page
     assert 'pattern = "pitted"' in page
 

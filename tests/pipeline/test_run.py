@@ -183,7 +183,7 @@ def test_a_condition_that_does_not_select_one_case_is_told(out, condition, says)
             "report.figures: pitted: sensor 'wheel' is not stored",
         ),
         ("dots_per_inch = 50", 'paper = true\ngear = "x"', "unknown key report.gear"),
-        ('name = "pitted"', 'name = "both"', "the name 'both' is given twice"),
+        ('name = "pitted"', 'name = "both"', "the name 'both' occurs twice"),
         ('name = "pitted"', 'name = "../pitted"', "name '../pitted' in report.figures.1.name"),
         (
             '["stiffness", "distribution"]',

@@ -47,7 +47,7 @@ class LearnerChoice(click.Choice[str]):
     type=click.Choice(["S0", "S1", "S2", "S3", "S4"]),
     default="S1",
     show_default=True,
-    help="What is held out: new noise only (S0); specimens (S1), and with them severities between (S2) or beyond (S3) "
+    help="Cases held out: new noise only (S0); specimens (S1), and with them severities between (S2) or beyond (S3) "
     "those of training, or a tooth count (S4).",
 )
 def train(database: str, target: str, out: str, learner: str | None, false_alarm_rate: float | None, split: str) -> int:

@@ -17,7 +17,7 @@ def format_option(*formats: str, of: str = "the output") -> Callable[[_Command],
     *formats
         The formats, the default first.
     of
-        What has the format, for the help.
+        The formatted thing, for the help.
     """
     return click.option(
         "--format",

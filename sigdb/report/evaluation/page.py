@@ -62,7 +62,20 @@ def write_evaluation_report(evaluation: Evaluation, folder: str | Path, *, title
 
 
 def evaluation_html(evaluation: Evaluation, *, title: str) -> str:
-    """Return the page as one string."""
+    """Return the page of an evaluation as one text without scripts.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        From :func:`sigdb.recognition.evaluate`.
+    title : str
+        Heading of the page.
+
+    Returns
+    -------
+    str
+        The page in HTML.
+    """
     split = f"{evaluation.split}, {evaluation.split_text}"
     return page(
         "evaluation.html",
@@ -85,7 +98,18 @@ def evaluation_html(evaluation: Evaluation, *, title: str) -> str:
 
 
 def evaluation_figures(evaluation: Evaluation) -> Iterator[CaptionedFigure]:
-    """Yield the pictures of all that an evaluation holds, each with heading and caption."""
+    """Yield the pictures of all that an evaluation holds, each with heading and caption.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        From :func:`sigdb.recognition.evaluate`.
+
+    Yields
+    ------
+    CaptionedFigure
+        Heading, caption and picture.
+    """
     styles = estimator_styles(evaluation.metrics, evaluation.learner)
     yield from efficiency_figures(evaluation)
     yield from severity_figures(evaluation)

@@ -75,7 +75,7 @@ def _speed(signature: RecordedSignature) -> CaptionedFigure:
         axes.set(xlabel="time, s", ylabel="speed, rpm")
         axes.ticklabel_format(axis="y", useOffset=False)
         lay_grid(axes)
-    return CaptionedFigure("Speed", f"Of each revolution, from the {signature.angle}.", figure)
+    return CaptionedFigure("Speed", f"Speed of each revolution, from the {signature.angle}.", figure)
 
 
 def _average(signature: RecordedSignature) -> CaptionedFigure:
@@ -103,8 +103,8 @@ def _spectrum(signature: RecordedSignature) -> CaptionedFigure:
         axes.legend(frameon=False, ncols=5, fontsize=8, loc="upper left", bbox_to_anchor=(0, 1.12))
     return CaptionedFigure(
         "Order spectrum over the angle",
-        "Of the record sampled in equal steps of angle, not averaged, so that orders of other shafts show. Dots are "
-        "lines that stand out of the level about them.",
+        "Spectrum of the record in equal steps of angle, not averaged, so that orders of other shafts show. Dots are "
+        "lines that stand out of the level around them.",
         figure,
     )
 
@@ -135,7 +135,7 @@ def _distribution(signature: RecordedSignature) -> CaptionedFigure:
         figure.colorbar(
             image, ax=axes, extend="both", pad=0.01, format="%.1e", label=f"({_unit(signature)})$^2$ per bin"
         )
-    caption = f"Of the average's orders up to {2 * _HIGHEST} mesh orders; half-window 60 deg of rotation."
+    caption = f"Orders of the average up to {2 * _HIGHEST} mesh orders; half-window 60 deg of rotation."
     return CaptionedFigure("Wigner-Ville distribution", caption, figure)
 
 

@@ -29,10 +29,20 @@ Order = tuple[str, float]
 
 
 def campbell_figure(rig: Transmission) -> Figure:
-    """Natural frequencies of the coupled rig at 25 speeds from near rest to 1.25 times the operating one.
+    """Draw the natural frequencies of the coupled rig at 25 speeds, from near rest to 1.25 times the operating speed.
 
     Each mark is a mode at a speed, coloured by its damping ratio. Lines are the speeds of the shafts and, in a panel of
     its own with a wider range of frequencies, the first harmonics of the meshes.
+
+    Parameters
+    ----------
+    rig : Transmission
+        The rig.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The diagram.
 
     Raises
     ------
@@ -45,9 +55,9 @@ def campbell_figure(rig: Transmission) -> Figure:
     speeds = np.linspace(_LOWEST, _HIGHEST, _SPEEDS) * operating
     with threadpool_limits(1):  # many small eigenproblems: threads would only wait for each other
         modes = [coupled_modes(rig.replace({"operating.speed_rpm": float(speed)})) for speed in speeds]
-    x = np.concatenate([np.full(len(one.frequency_hz), speed) for one, speed in zip(modes, speeds, strict=True)])
-    y = np.concatenate([one.frequency_hz for one in modes])
-    damping = np.concatenate([one.damping_ratio for one in modes])
+    x = np.concatenate([np.full(len(each.frequency_hz), speed) for each, speed in zip(modes, speeds, strict=True)])
+    y = np.concatenate([each.frequency_hz for each in modes])
+    damping = np.concatenate([each.damping_ratio for each in modes])
 
     turning = [(f"{name} 1x", float(abs(rig.speed(name)) / (2 * np.pi))) for name in rig.shafts]
     meshing = [(f"{name} {n}x", n * rig.mesh_frequency(name)) for name in rig.meshes for n in _MESH_ORDERS]
@@ -60,10 +70,10 @@ def campbell_figure(rig: Transmission) -> Figure:
         FigureCanvasAgg(figure)
         figure.suptitle(textwrap.fill(f"Campbell diagram: {rig.title or rig.name}", 60 * len(panels)), fontsize=11)
         axes = figure.subplots(1, len(panels), squeeze=False)[0]
-        for one, (title, orders, highest) in zip(axes, panels, strict=True):
-            one.set_title(title)
-            one.set_xlabel(f"speed of {rig.drive_shaft}, rpm")
-            _draw(one, (x, y, damping), orders, operating, highest * _HIGHEST)
+        for panel, (title, orders, highest) in zip(axes, panels, strict=True):
+            panel.set_title(title)
+            panel.set_xlabel(f"speed of {rig.drive_shaft}, rpm")
+            _draw(panel, (x, y, damping), orders, operating, highest * _HIGHEST)
         figure.colorbar(
             ScalarMappable(_DAMPING, "viridis"), ax=list(axes), label="damping ratio", extend="both", pad=0.01
         )
@@ -105,15 +115,15 @@ def _draw(
 
 
 def _label(axes: Axes, orders: Sequence[Order], top: float, highest: float) -> None:
-    """Names of the lines where they leave the panel, moved apart where two leave it close together."""
-    told: list[tuple[float, float]] = []
+    """Write the names of the lines where they leave the panel, apart from each other."""
+    used: list[tuple[float, float]] = []
     for label, hertz in sorted(orders, key=lambda order: order[1]):
         out = hertz * _HIGHEST / highest  # above 1 the line leaves at the top
         x, y = (min(1.0, 1 / out), min(out, 1.0)) if out else (1.0, 0.0)
         y += 0.02 if out <= 0.97 else -0.025
-        while any(abs(x - a) < 0.2 and abs(y - b) < 0.04 for a, b in told):
+        while any(abs(x - a) < 0.2 and abs(y - b) < 0.04 for a, b in used):
             y += 0.01 if out <= 0.97 else -0.01
-        told.append((x, y))
+        used.append((x, y))
         axes.annotate(
             label,
             (x, y),

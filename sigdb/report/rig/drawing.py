@@ -19,7 +19,7 @@ INK, SENSOR = "#1f3a5f", "#c8553d"
 def draw_box(
     axes: Axes, x: float, y: float, width: float, half: float, colour: str, *, style: str = "-", zorder: float = 1.5
 ) -> None:
-    """A rectangle from x to x + width, half above and half below y."""
+    """Draw a rectangle from x to x + width, half above and half below y."""
     axes.add_patch(
         Rectangle((x, y - half), width, 2 * half, facecolor=colour, edgecolor=INK, linewidth=0.8, linestyle=style,
                   zorder=zorder)
@@ -27,7 +27,7 @@ def draw_box(
 
 
 def draw_zigzag(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:
-    """A spring."""
+    """Draw a spring."""
     a, b = np.array(start), np.array(end)
     along = np.array([0, 0.2, 0.27, 0.4, 0.53, 0.66, 0.8, 1.0])
     across = 0.05 * np.array([0, 0, 1, -1, 1, -1, 0, 0])
@@ -37,7 +37,7 @@ def draw_zigzag(axes: Axes, start: tuple[float, float], end: tuple[float, float]
 
 
 def draw_arrow(axes: Axes, x: float, y: float, right: float, up: float) -> None:
-    """A sensor's direction as it is seen in the side view."""
+    """Draw a sensor's direction in the side view."""
     if np.hypot(right, up) < 0.1:
         axes.plot([x], [y], marker="o", markersize=8, fillstyle="none", color=SENSOR, zorder=5)
         axes.plot([x], [y], marker=".", markersize=4, color=SENSOR, zorder=5)
@@ -49,7 +49,7 @@ def draw_arrow(axes: Axes, x: float, y: float, right: float, up: float) -> None:
 
 
 def draw_text(axes: Axes, x: float, y: float, text: str, colour: str, *, size: float = 8.0) -> None:
-    """A word that hides the lines behind it."""
+    """Write a word that hides the lines behind it."""
     box = {"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
     axes.text(x, y, text, fontsize=size, color=colour, ha="center", va="center", bbox=box, zorder=5)
 
@@ -58,7 +58,7 @@ _SHAFT, _GEAR, _DISK, _MESH = "#dde3ea", "#9dbbd9", "#dccb9f", "#6b6b6b"
 _LINE, _GAP, _SPRING, _LETTER = 0.15, 0.1, 0.3, 0.068
 """Inches: height of a line of text, gaps, length of a spring, width of a letter."""
 _SIDE, _TITLE, _BETWEEN = 2.0, 0.25, 0.35
-"""Inches: room for machines beside the shafts, for a shaft's title, and for a mesh's label between rows."""
+"""Inches: room for machines next to the shafts, for a shaft's title, and for a mesh's label between rows."""
 
 Label = tuple[float, list[tuple[str, str]], float]
 """Place along the shaft, lines with their colours, and distance from the axis of what it belongs to; inches."""
@@ -77,13 +77,23 @@ class _Row:
 
 
 def rig_figure(rig: Transmission) -> Figure:
-    """Side views of all shafts, driven below driving, with nodes numbered.
+    """Draw side views of all shafts, driven below driving, with nodes numbered.
 
     Gears are rectangles of their mean pitch diameter, disks of their outer one; a body that is given as numbers has a
     dashed outline and the diameter of the solid disk of its mass and inertia. Springs are bearings, to the ground
     (hatched) or to a seat on the casing (plate). Parallel shafts stand so that gears in mesh are in line. Arrows are
     sensors, a circle with a dot one across the drawing. Radii have their own scale where true ones would not be
-    legible; the drawing says so.
+    legible; a text in the drawing states this.
+
+    Parameters
+    ----------
+    rig : Transmission
+        The rig.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The drawing.
     """
     at = lay_out(rig)
     rows = [_row(rig, at, name) for name in at.nodes]
@@ -115,28 +125,28 @@ def _row(rig: Transmission, at: Layout, shaft: str) -> _Row:
     for body in bodies:
         teeth = f"{body.name}, {rig.gears[body.name].teeth} teeth" if body.gear else body.name
         lines = [(teeth, INK)]
-        lines += [(name, SENSOR) for name, one in rig.sensors.items() if body.gear and one.gear == body.name]
+        lines += [(name, SENSOR) for name, sensor in rig.sensors.items() if body.gear and sensor.gear == body.name]
         above.append((at.x(shaft, body.node), lines, body.radius * at.radial))
     for name, bearing in rig.bearings.items():
         if bearing.shaft == shaft:
             seat = f"{name} (seat {bearing.seat})" if bearing.seat not in (None, name) else name
             lines = [(seat, INK)]
             if bearing.seat is not None:
-                lines += [(key, SENSOR) for key, one in rig.sensors.items() if one.point == bearing.seat]
+                lines += [(key, SENSOR) for key, sensor in rig.sensors.items() if sensor.point == bearing.seat]
             below.append((at.x(shaft, bearing.node), lines, _surface(rig, at, shaft, bearing.node) + _SPRING))
     radius = max([_surface(rig, at, shaft, node) for node in range(rig.shafts[shaft].nodes)])
     # An arrow on a gear must not reach into the labels.
-    measured = any(one.gear in {body.name for body in bodies} for one in rig.sensors.values() if one.gear)
+    measured = any(sensor.gear in {body.name for body in bodies} for sensor in rig.sensors.values() if sensor.gear)
     above_lanes, up = _lanes(above, max(radius, 0.42 if measured else 0.0) + _GAP)
     below_lanes, down = _lanes(below, max([radius, *(depth for _, _, depth in below)]) + _GAP)
     return _Row(shaft=shaft, above=above_lanes, below=below_lanes, radius=radius, up=up, down=down + 2 * _LINE)
 
 
 def _lanes(labels: list[Label], start: float) -> tuple[list[tuple[float, Label]], float]:
-    """Labels at distances from the axis at which none meets another, and the distance at which they end."""
+    """Return labels with distances from the axis at which none overlaps another, and the greatest distance."""
     placed: list[tuple[float, Label]] = []
     boxes: list[tuple[float, float, float, float]] = []
-    for label in sorted(labels, key=lambda one: one[0]):
+    for label in sorted(labels, key=lambda label: label[0]):
         half = max(len(text) for text, _ in label[1]) * _LETTER / 2 + 0.04
         tall, at = len(label[1]) * _LINE + 0.04, start
         while any(abs(label[0] - x) < half + w and at < b and at + tall > a for x, w, a, b in boxes):
@@ -147,7 +157,7 @@ def _lanes(labels: list[Label], start: float) -> tuple[list[tuple[float, Label]]
 
 
 def _surface(rig: Transmission, at: Layout, shaft: str, node: int) -> float:
-    """Greatest radius at a node, of the shaft or of a body, inches."""
+    """Return the greatest radius at a node, of the shaft or of a body, inches."""
     radii = [body.radius for body in at.bodies if (body.shaft, body.node) == (shaft, node)]
     first = 0
     for segment in rig.shafts[shaft].segments:
@@ -172,7 +182,7 @@ def _draw_row(axes: Axes, rig: Transmission, at: Layout, row: _Row, y: float) ->
             bore = segment.inner_diameter / 2 * at.radial
             draw_box(axes, min(ends), y, abs(ends[1] - ends[0]), bore, "white", style=":")
         node += segment.elements
-    for body in (one for one in at.bodies if one.shaft == name):
+    for body in (body for body in at.bodies if body.shaft == name):
         _draw_body(axes, rig, at, body, y)
     for key, bearing in rig.bearings.items():
         if bearing.shaft == name:
@@ -201,7 +211,7 @@ def _draw_body(axes: Axes, rig: Transmission, at: Layout, body: DrawnBody, y: fl
 
 
 def _draw_bearing(axes: Axes, rig: Transmission, name: str, x: float, y: float) -> None:
-    """A spring from the surface down to the ground or to a seat."""
+    """Draw a spring from the surface down to the ground or to a seat."""
     draw_zigzag(axes, (x, y), (x, y - _SPRING + 0.07))
     seat, low = rig.bearings[name].seat, y - _SPRING
     colour, hatch = ("white", "//////") if seat is None else ("#b9b9b9", None)
@@ -215,9 +225,9 @@ def _draw_bearing(axes: Axes, rig: Transmission, name: str, x: float, y: float) 
 
 
 def _draw_machines(axes: Axes, rig: Transmission, at: Layout, shaft: str, y: float) -> None:
-    """End machines as boxes behind springs, beside the end of the shaft that is nearer."""
+    """Draw end machines as boxes behind springs, next to the nearer end of the shaft."""
     place, used = at.nodes[shaft] * at.axial, {-1: 0, 1: 0}
-    reach = max([0.0, *(one.width * at.axial / 2 for one in at.bodies if one.shaft == shaft)])
+    reach = max([0.0, *(body.width * at.axial / 2 for body in at.bodies if body.shaft == shaft)])
     for name, coupling in rig.couplings.items():
         if coupling.shaft != shaft or coupling.inertia is None:
             continue
@@ -238,14 +248,14 @@ def _draw_machines(axes: Axes, rig: Transmission, at: Layout, shaft: str, y: flo
 
 
 def _draw_nodes(axes: Axes, place: FloatArray, y: float, first: list[int]) -> None:
-    """A ruler with the numbers of the nodes, those with parts before others where there is no room for all."""
+    """Draw a ruler with the numbers of the nodes; without room for all, nodes with parts come first."""
     axes.plot([place.min(), place.max()], [y, y], color="#999999", linewidth=0.8)
-    told: list[tuple[float, int]] = []
+    used: list[tuple[float, int]] = []
     for node in [*first, *(i for i in range(len(place)) if i not in first)]:
         axes.plot([place[node]] * 2, [y - 0.03, y + 0.03], color="#999999", linewidth=0.8)
         for line in (0, 1) if node in first else (0,):
-            if all(abs(place[node] - other) > 0.15 or line != used for other, used in told):
-                told.append((float(place[node]), line))
+            if all(abs(place[node] - other) > 0.15 or line != lane for other, lane in used):
+                used.append((float(place[node]), line))
                 draw_text(axes, float(place[node]), y - 0.1 - 0.11 * line, str(node), "#555555", size=6.5)
                 break
     if len(place) > 1:
@@ -257,24 +267,22 @@ def _draw_nodes(axes: Axes, place: FloatArray, y: float, first: list[int]) -> No
 
 
 def _occupied(rig: Transmission, shaft: str) -> list[int]:
-    places = [(one.shaft, one.node) for one in rig.bearings.values()]
-    places += [(one.shaft, one.node) for one in rig.couplings.values()]
-    places += [(one.shaft, one.node) for one in rig.gears.values()]
-    places += [(one.shaft, one.node) for one in rig.disks.values()]
-    return sorted({node for name, node in places if name == shaft})
+    parts = (*rig.bearings.values(), *rig.couplings.values(), *rig.gears.values(), *rig.disks.values())
+    return sorted({part.node for part in parts if part.shaft == shaft})
 
 
 def _draw_joints(axes: Axes, rig: Transmission, at: Layout, levels: dict[str, float], down: dict[str, float]) -> None:
-    """Meshes and couplings between shafts, labelled in the gap below the upper of the two rows."""
+    """Draw meshes and couplings between shafts, labelled in the gap below the upper of the two rows."""
     bodies = {body.name: body for body in at.bodies if body.gear}
     joints = []
     for name, mesh in rig.meshes.items():
         a, b = bodies[mesh.driving], bodies[mesh.driven]
         label = f"mesh {name}, {rig.gears[a.name].teeth}/{rig.gears[b.name].teeth} teeth"
         joints.append((label, (a.shaft, a.node, a.radius), (b.shaft, b.node, b.radius)))
-    for name, one in rig.couplings.items():
-        if one.to_shaft is not None:
-            joints.append((f"coupling {name}", (one.shaft, one.node, 0.0), (one.to_shaft, one.to_node, 0.0)))
+    for name, coupling in rig.couplings.items():
+        if coupling.to_shaft is not None:
+            ends_of = (coupling.shaft, coupling.node, 0.0), (coupling.to_shaft, coupling.to_node, 0.0)
+            joints.append((f"coupling {name}", *ends_of))
     for label, *ends in joints:
         (x1, y1, r1, upper), (x2, y2, r2, _) = sorted(
             ((at.x(shaft, node), levels[shaft], radius * at.radial, shaft) for shaft, node, radius in ends),

@@ -1,4 +1,4 @@
-"""Where the shafts of a rig and the bodies on them go in its drawing."""
+"""Layout of a rig's drawing: places and scales of its shafts and of the bodies on them."""
 
 from dataclasses import dataclass
 
@@ -44,12 +44,12 @@ class Layout:
     radial: float
 
     def x(self, shaft: str, node: int) -> float:
-        """Place of a node, inches from the left."""
+        """Return the place of a node, inches from the left."""
         return float(self.nodes[shaft][node] * self.axial)
 
 
 def lay_out(rig: Transmission) -> Layout:
-    """Lay a rig out: driven shafts below driving ones, parallel ones in line with the gears through which they mesh."""
+    """Return the layout of a rig: driven shafts below driving ones, parallel ones in line with their gears in mesh."""
     nodes = _aligned(rig)
     bodies = tuple(_bodies(rig))
     length = max(float(np.ptp(np.concatenate(list(nodes.values())))), 0.0)
@@ -68,8 +68,8 @@ def lay_out(rig: Transmission) -> Layout:
 
 
 def _bodies(rig: Transmission) -> list[DrawnBody]:
-    """Gears at their mean pitch radius; a body given as numbers at the radius of the solid disk of its inertia."""
-    found: list[tuple[str, Gear | Disk, float, float, bool]] = []
+    """Return gears at their mean pitch radius, and bodies without a size at the radius of the disk of their inertia."""
+    sizes: list[tuple[str, Gear | Disk, float, float, bool]] = []
     for name, gear in rig.gears.items():
         body, mesh = rig.gear_body(name), next(iter(rig.meshes_of(name)), None)
         radius = float(np.sqrt(2 * body.polar_inertia / body.mass))
@@ -77,11 +77,11 @@ def _bodies(rig: Transmission) -> list[DrawnBody]:
         if mesh is not None:
             radius = rig.geometries[mesh].radii[0 if rig.meshes[mesh].driving == name else 1]
             width = gear.body_length or rig.meshes[mesh].face_width
-        found.append((name, gear, radius, width, mesh is not None))
+        sizes.append((name, gear, radius, width, mesh is not None))
     for name, disk in rig.disks.items():
         body = rig.disk_body(name)
         radius = (disk.outer_diameter or 2 * np.sqrt(2 * body.polar_inertia / body.mass)) / 2
-        found.append((name, disk, float(radius), disk.width or 0.0, disk.outer_diameter is not None))
+        sizes.append((name, disk, float(radius), disk.width or 0.0, disk.outer_diameter is not None))
     return [
         DrawnBody(
             name=name,
@@ -92,21 +92,23 @@ def _bodies(rig: Transmission) -> list[DrawnBody]:
             gear=isinstance(part, Gear),
             exact=exact,
         )
-        for name, part, radius, width, exact in found
+        for name, part, radius, width, exact in sizes
     ]
 
 
 def _aligned(rig: Transmission) -> dict[str, FloatArray]:
-    """Places of the nodes of each shaft along the drawing, m, in the order in which power reaches the shafts."""
+    """Return the places of each shaft's nodes along the drawing, m; shafts in the order of power flow."""
     joints = [
         (rig.gears[a].shaft, rig.gears[a].node, rig.gears[b].shaft, rig.gears[b].node)
         for a, b in ((mesh.driving, mesh.driven) for mesh in rig.meshes.values())
     ]
     joints += [
-        (one.shaft, one.node, one.to_shaft, one.to_node) for one in rig.couplings.values() if one.to_shaft is not None
+        (coupling.shaft, coupling.node, coupling.to_shaft, coupling.to_node)
+        for coupling in rig.couplings.values()
+        if coupling.to_shaft is not None
     ]
     along = {
-        name: np.cumsum([0.0, *(one.length / one.elements for one in shaft.segments for _ in range(one.elements))])
+        name: np.cumsum([0.0, *(part.length / part.elements for part in shaft.segments for _ in range(part.elements))])
         for name, shaft in rig.shafts.items()
     }
     places: dict[str, FloatArray] = {}
@@ -123,7 +125,7 @@ def _aligned(rig: Transmission) -> dict[str, FloatArray]:
             else:
                 groups[-1].append(name)
             links = [*joints, *((b, j, a, i) for a, i, b, j in joints)]
-            near = [(other, i, j) for one, i, other, j in links if one == name]
+            near = [(other, i, j) for shaft, i, other, j in links if shaft == name]
             parallel = []
             apart = []
             for other, i, j in near:
@@ -142,5 +144,5 @@ def _aligned(rig: Transmission) -> dict[str, FloatArray]:
 
 
 def _sense(place: FloatArray) -> float:
-    """1 where nodes run to the right, -1 to the left."""
+    """Return 1 where nodes run to the right, -1 to the left."""
     return -1.0 if len(place) > 1 and place[-1] < place[0] else 1.0
