@@ -65,10 +65,10 @@ class Coverage:
     Attributes
     ----------
     cases : pandas.DataFrame
-        A row for each case off the grid, without noise and index errors. Its columns are the parameters of the case;
-        ``match``, the greatest normalised overlap with a template, 1 where damage leaves no residual; ``template``, the
-        number of the template of least residual distance; ``residual_distance``; and ``separation``, the distance from
-        that template in standard deviations of the noise.
+        A row for each case off the grid, without noise and index errors, with the parameters of the case. ``match`` is
+        the greatest normalised overlap with a template, 1 where damage leaves no residual. ``template`` is the number
+        of the template of least ``residual_distance``. ``separation`` is the distance from that template in standard
+        deviations of the noise.
     grid : dict of ndarray
         Values of the axes between which the cases lie, as the database was begun with them.
     coarse : pandas.DataFrame
