@@ -1,6 +1,7 @@
 from .damage import ACTING as ACTING
-from .damage import FLAW_FIELDS as FLAW_FIELDS
 from .damage import FLAWS as FLAWS
+from .damage import OPTIONAL_FIELDS as OPTIONAL_FIELDS
+from .damage import OPTIONAL_SIZES as OPTIONAL_SIZES
 from .damage import PRESETS as PRESETS
 from .damage import SIZES as SIZES
 from .damage import Damage as Damage

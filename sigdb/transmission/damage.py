@@ -16,11 +16,14 @@ class Size:
     Attributes
     ----------
     geometric
-        Whether the damage changes the tooth's geometry. What is stored of a case has the fields of geometric damage
-        only where they are used.
+        Whether the damage changes the tooth's geometry.
+    always_stored
+        Whether every stored case has the size and its details. Other sizes are stored only where they are used, so that
+        a field can be added without a change to older recipes, databases and hashes.
     """
 
     geometric: bool = False
+    always_stored: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,18 +45,18 @@ class Detail:
 class ToothDamage(Section):
     """Damage of one tooth: of its stiffness, or of its geometry where the mesh's profile is by the energy method."""
 
-    phase_shift_deg: Annotated[float, Size()] = quantity(
+    phase_shift_deg: Annotated[float, Size(always_stored=True)] = quantity(
         "deg",
         "Delay of the tooth's mesh stiffness, in degrees of rotation of the damaged gear; positive is later.",
         default=0.0,
     )
-    stiffness_loss: Annotated[float, Size()] = quantity(
+    stiffness_loss: Annotated[float, Size(always_stored=True)] = quantity(
         "-", "Fraction of the tooth's mesh stiffness that is lost.", ge=0, le=1, default=0.0
     )
     loss_extent: Annotated[float, Detail(of="stiffness_loss", extent=True)] = quantity(
         "-", "Fraction of the tooth's contact over which the loss acts, from first contact.", ge=0, le=1, default=1.0
     )
-    friction: Annotated[float, Size()] = quantity(
+    friction: Annotated[float, Size(always_stored=True)] = quantity(
         "-", "Coulomb friction coefficient of the tooth.", ge=0, le=1, default=0.0
     )
     crack_depth: Annotated[float, Size(geometric=True)] = quantity(
@@ -87,7 +90,7 @@ class ToothDamage(Section):
 
     @model_serializer(mode="wrap")
     def _as_used(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return without_defaults(self, handler(self), FLAW_FIELDS)
+        return without_defaults(self, handler(self), OPTIONAL_FIELDS)
 
     def shift_in_passes(self, teeth: int) -> float:
         """The phase shift in tooth passes of a gear.
@@ -138,9 +141,8 @@ def sizes_with_details(damage: type[ToothDamage]) -> dict[str, tuple[str, ...]]:
     }
 
 
-def _is_geometric(size: str) -> bool:
-    marks = ToothDamage.model_fields[size].metadata
-    return any(isinstance(mark, Size) and mark.geometric for mark in marks)
+def _mark_of(size: str) -> Size:
+    return next(mark for mark in ToothDamage.model_fields[size].metadata if isinstance(mark, Size))
 
 
 def _is_extent(name: str) -> bool:
@@ -152,9 +154,11 @@ SIZES = sizes_with_details(ToothDamage)
 """Sizes of a tooth's damage, each with the fields that mean something only where it is not 0."""
 ACTING = {size: (size, *filter(_is_extent, details)) for size, details in SIZES.items()}
 """Sizes of a tooth's damage, each with the fields that are all different from 0 where it changes the tooth."""
-FLAWS = {size: details for size, details in SIZES.items() if _is_geometric(size)}
+FLAWS = {size: details for size, details in SIZES.items() if _mark_of(size).geometric}
 """Sizes of geometric damage, each with its details."""
-FLAW_FIELDS = tuple(name for size, details in FLAWS.items() for name in (size, *details))
+OPTIONAL_SIZES = {size: details for size, details in SIZES.items() if not _mark_of(size).always_stored}
+"""Sizes that are stored only where they are used, each with its details."""
+OPTIONAL_FIELDS = tuple(name for size, details in OPTIONAL_SIZES.items() for name in (size, *details))
 
 _WEAR_PASSES = 0.05
 """Delay of a worn tooth in passes: 1.5 deg on 12 teeth, the least shift that the paper simulates."""

@@ -29,7 +29,7 @@ from sigdb.sweep.design.axes import (
 )
 from sigdb.sweep.design.sampling import Method
 from sigdb.sweep.design.tables import read_table
-from sigdb.transmission import FLAW_FIELDS
+from sigdb.transmission import OPTIONAL_FIELDS
 
 
 def _as_list(value: object) -> object:
@@ -162,7 +162,7 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
 
     @model_serializer(mode="wrap")
     def _as_used(self, handler: SerializerFunctionWrapHandler) -> dict[str, object]:
-        dumped = without_defaults(self, handler(self), (*FLAW_FIELDS, "ranges", "points", "method", "table"))
+        dumped = without_defaults(self, handler(self), (*OPTIONAL_FIELDS, "ranges", "points", "method", "table"))
         return {name: value for name, value in dumped.items() if name not in self.joint_axes}
 
     def _is_set(self, axis: str) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 
 from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.sweep.design.axes import AXES, DAMAGE_AXES
-from sigdb.transmission import ACTING, FLAW_FIELDS, FLAWS, SIZES, Damage, ToothDamage
+from sigdb.transmission import ACTING, FLAWS, OPTIONAL_FIELDS, OPTIONAL_SIZES, SIZES, Damage, ToothDamage
 
 WHOLE_DAMAGE_AXES = tuple(name for name in DAMAGE_AXES if AXES[name].is_whole)
 """Axes of damage that are whole numbers."""
@@ -83,14 +83,16 @@ class Damages:
         return acts
 
     @property
-    def flaws(self) -> tuple[str, ...]:
-        """Fields of geometric damage that some damage has."""
-        return tuple(name for size, details in FLAWS.items() if self._acts(size).any() for name in (size, *details))
+    def optional_fields(self) -> tuple[str, ...]:
+        """Fields of a tooth's damage that are stored only where they are used, and that some damage uses."""
+        used = {size: details for size, details in OPTIONAL_SIZES.items() if self._acts(size).any()}
+        return tuple(name for size, details in used.items() for name in (size, *details))
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """Fields of a tooth's damage that have a column: those of its geometry only where it is damaged."""
-        return (*(name for name in ToothDamage.model_fields if name not in FLAW_FIELDS), *self.flaws)
+        """Fields of a tooth's damage that have a column."""
+        always = (name for name in ToothDamage.model_fields if name not in OPTIONAL_FIELDS)
+        return (*always, *self.optional_fields)
 
     @cached_property
     def has_geometry(self) -> BoolArray:

@@ -13,7 +13,8 @@ import sigdb
 from sigdb.core import InputError, Section, quantity
 from sigdb.core.fields import unit_of
 from sigdb.measurement import MeasurementSettings
-from sigdb.sweep import Grid
+from sigdb.signature.settings import SignatureSettings
+from sigdb.sweep import Grid, SweepSettings, make_plan
 from sigdb.sweep.design.axes import AXES, DAMAGE_AXES, damage_axes
 from sigdb.sweep.design.grid import grid_fields
 from sigdb.transmission import Damage, ToothDamage
@@ -73,7 +74,8 @@ def test_a_field_of_damage_becomes_an_axis():
         axes["spall_length"].check(-1.0)
 
 
-FIELD = """    spall_length: Annotated[float, Size(geometric=True)] = quantity("m", "Length.", ge=0, default=0.0)
+FIELD = """    burn: Annotated[float, Size()] = quantity("-", "Burn of the tooth.", ge=0, default=0.0)
+    spall_length: Annotated[float, Size(geometric=True)] = quantity("m", "Length.", ge=0, default=0.0)
 
     @model_serializer"""
 PROGRAM = """
@@ -82,17 +84,28 @@ from sigdb.measurement import MeasurementSettings
 from sigdb.signature.settings import SignatureSettings
 from sigdb.sweep import SweepSettings, make_plan
 from sigdb.sweep.plan.schema import plan_schema
-design = SweepSettings(rig="nasa-spiral-bevel", grid=[{"tooth": 1, "spall_length": [1e-3, 2e-3]}])
-print(make_plan(design, MeasurementSettings(), SignatureSettings(), sigdb.load_transmission(design.rig)).rows)
+def plan(**grid):
+    design = SweepSettings(rig="nasa-spiral-bevel", grid=[{"tooth": 1} | grid])
+    return make_plan(design, MeasurementSettings(), SignatureSettings(), sigdb.load_transmission(design.rig))
+print(plan(stiffness_loss=0.4).hash)
+names = plan_schema(plan(burn=[0.1, 0.2])).arrow("features").names
+print(*(name for name in names if name in ("burn", "spall_length")))
+plan(spall_length=[1e-3, 2e-3])
 """
 
 
 def test_a_declaration_in_one_place_is_enough(tmp_path):
-    """In a copy of the package with one more field of damage, a recipe sweeps it, and no rig can model it yet."""
+    """In a copy of the package with two more fields of damage a recipe sweeps them, and older hashes stay.
+
+    No rig can model the geometric one yet.
+    """
     package = Path(sigdb.__file__).parent
     shutil.copytree(package, tmp_path / "sigdb", ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "data").symlink_to(package.parent / "data")
     damage = tmp_path / "sigdb" / "transmission" / "damage.py"
     damage.write_text(damage.read_text().replace("    @model_serializer", FIELD, 1))
     run = subprocess.run([sys.executable, "-c", PROGRAM], cwd=tmp_path, capture_output=True, text=True, env={})
+    design = SweepSettings(rig="nasa-spiral-bevel", grid=[{"tooth": 1, "stiffness_loss": 0.4}])
+    plan = make_plan(design, MeasurementSettings(), SignatureSettings(), sigdb.load_transmission(design.rig))
+    assert run.stdout.split() == [plan.hash, "burn"]
     assert "sweep.grid.0: spall_length = 0.001 needs the geometry of the teeth" in run.stderr, run.stderr

@@ -7,7 +7,7 @@ import sigdb
 from sigdb.core.errors import InputError
 from sigdb.sweep import run
 from sigdb.sweep.plan.schema import plan_schema
-from sigdb.transmission.damage import FLAW_FIELDS
+from sigdb.transmission.damage import OPTIONAL_FIELDS
 
 HEAD = '[sweep]\nrig = "spur-test-rig"\nhealthy = 1\n'
 BEVEL = HEAD.replace("spur-test-rig", "nasa-spiral-bevel")
@@ -33,7 +33,7 @@ def test_only_damage_that_is_swept_has_columns(plan_of):
     for grid, expected in ((LOSS, set()), (both, {"wear_depth", "crack_depth", "crack_angle_deg"})):
         plan = plan_of(HEAD + grid + AVERAGES)
         for columns in (plan_schema(plan).arrow("features").names, cases(plan)[0]):
-            assert set(columns) & set(FLAW_FIELDS) == expected
+            assert set(columns) & set(OPTIONAL_FIELDS) == expected
             assert {"phase_shift_deg", "stiffness_loss", "loss_extent"} <= set(columns)
 
 
@@ -48,7 +48,7 @@ def test_naming_a_size_of_zero_keeps_the_hash(plan_of):
     plain = plan_of(HEAD + LOSS + AVERAGES)
     named = plan_of(HEAD + LOSS + "crack_depth = 0.0\npits = 1\n" + AVERAGES)
     assert named.hash == plain.hash
-    assert not set(plain.resolved["sweep"]["grid"][0]) & set(FLAW_FIELDS)
+    assert not set(plain.resolved["sweep"]["grid"][0]) & set(OPTIONAL_FIELDS)
     assert plan_of(HEAD + LOSS + "crack_depth = 1e-4\n" + AVERAGES).hash != plain.hash
 
 
@@ -85,4 +85,4 @@ def test_teeth_of_a_pattern_may_be_damaged_by_geometry(plan_of):
     plan = plan_of(HEAD + grid + AVERAGES)
     (case,) = (one for one in cases(plan) if one["pattern"])
     assert case["stiffness_loss"] is None
-    assert not set(case) & set(FLAW_FIELDS)
+    assert not set(case) & set(OPTIONAL_FIELDS)
