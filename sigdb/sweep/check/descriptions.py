@@ -20,7 +20,7 @@ from sigdb.database import (
 )
 from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.plan.plan import PART_TEMPLATES, Plan, rows_of_a_part
-from sigdb.sweep.plan.schema import why_not_of
+from sigdb.sweep.plan.schema import schema_conflict
 from sigdb.sweep.work.stored_schema import schema_of_parts
 
 Owners = dict[PartKey, Plan]
@@ -115,7 +115,7 @@ def _read_schema(store: Store, plan: Plan) -> tuple[Schema, str]:
         except (KeyError, TypeError):
             wrong = "is no description of columns"
         else:
-            why = why_not_of(plan, schema)
+            why = schema_conflict(plan, schema)
             if not why:
                 return schema, ""
             wrong = f"its columns are not those of {MANIFEST_FILE}: {why}"

@@ -12,7 +12,7 @@ from sigdb.core import NOISE_BLOCK, DatabaseError
 from sigdb.database import ROW_GROUP, IntegrityFinding, PartKey, Receipt, Schema, Store, damaged_part, open_checked
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.rows import make_rows
-from sigdb.sweep.work.stored_schema import computable
+from sigdb.sweep.work.stored_schema import computable_columns
 from sigdb.sweep.work.templates import template_table
 
 
@@ -45,7 +45,7 @@ def remake_sample(
     damaged: set[PartKey] = set()
     for (key, first), differing in chosen:
         plan, receipt = parts[key]
-        if key not in damaged and (what := differing(store, plan, computable(schema, plan), receipt, first)):
+        if key not in damaged and (what := differing(store, plan, computable_columns(schema, plan), receipt, first)):
             damaged.add(key)
             yield damaged_part(key, *what)
 

@@ -98,7 +98,7 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
     @model_validator(mode="before")
     @classmethod
     def _read(cls, data: object) -> object:
-        """Dotted paths become axes over the rig, tables with two ends ranges, and a table's path its columns."""
+        """Read axes over the rig from dotted paths, ranges from tables with two ends, and a table from its file."""
         if not isinstance(data, Mapping):
             return data
         others = [name for name in cls.model_fields if name not in (*AXIS_NAMES, "rig")]

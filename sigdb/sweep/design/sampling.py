@@ -1,4 +1,4 @@
-"""Samples of the unit cube, and the values of ranges that they stand for."""
+"""Samples of the unit cube, and their values in ranges."""
 
 from collections.abc import Callable
 from typing import Literal
@@ -11,7 +11,7 @@ Method = Literal["random", "latin-hypercube", "sobol"]
 
 
 def unit_sample(method: Method, points: int, axes: int, rng: np.random.Generator) -> FloatArray:
-    """Points of the unit cube, each coordinate from 0 up to but not 1.
+    """Return points of the unit cube, each coordinate from 0 up to but not 1.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def unit_sample(method: Method, points: int, axes: int, rng: np.random.Generator
     points, axes
         Number of points and of axes.
     rng
-        Where the points come from.
+        Generator of the points.
 
     Returns
     -------
@@ -71,17 +71,17 @@ _METHODS: dict[str, Callable[[int, int, np.random.Generator], FloatArray]] = {
 
 
 def grid_sample(method: Method, points: int, axes: tuple[str, ...], *, seed: int, grid: int) -> dict[str, FloatArray]:
-    """Coordinates of a grid's sample by axis: the same for the same axes, in whatever order they are written."""
+    """Return the coordinates of a grid's sample by axis; the order of the axes does not matter."""
     names = sorted(axes)
     sample = unit_sample(method, points, len(names), sample_stream(seed, grid))
     return dict(zip(names, sample.T, strict=True))
 
 
-def in_range(u: FloatArray, low: float, high: float) -> FloatArray:
-    """Numbers from low to high at unit coordinates."""
+def scale_to_range(u: FloatArray, low: float, high: float) -> FloatArray:
+    """Return numbers from low to high at unit coordinates."""
     return low + u * (high - low)
 
 
-def whole_in_range(u: FloatArray, low: FloatArray | float, high: FloatArray | float) -> FloatArray:
-    """Whole numbers from low to high, both ends included and all equally likely, at unit coordinates."""
+def scale_to_whole(u: FloatArray, low: FloatArray | float, high: FloatArray | float) -> FloatArray:
+    """Return whole numbers from low to high at unit coordinates: both ends included, all equally likely."""
     return np.minimum(low + np.floor(u * (np.asarray(high) - low + 1)), high)

@@ -17,8 +17,8 @@ from sigdb.core import FloatArray, InputError, IntArray
 from sigdb.measurement import MeasurementSettings
 from sigdb.sweep.design.axes import AXIS_NAMES, DAMAGE_AXES, MEASUREMENT_AXES, WHOLE_AXES, Range
 from sigdb.sweep.design.grid import Grid
-from sigdb.sweep.design.sampling import grid_sample, in_range, whole_in_range
-from sigdb.sweep.plan.damages import meaningful
+from sigdb.sweep.design.sampling import grid_sample, scale_to_range, scale_to_whole
+from sigdb.sweep.plan.damages import reset_unused_details
 from sigdb.sweep.plan.layout import consecutive, distinct
 from sigdb.sweep.plan.rig_points import is_whole
 from sigdb.transmission import Transmission
@@ -106,7 +106,7 @@ class Crossing:
         columns = {axis: np.tile(column, self.places) for axis, column in listed.items()}
         columns |= {axis: np.repeat(column, n) for axis, column in joint.items()}
         names = columns.pop("pattern", None)
-        return meaningful(columns), names, n
+        return reset_unused_details(columns), names, n
 
     def teeth(self, teeth: IntArray) -> tuple[IntArray, IntArray, IntArray]:
         """Return where the teeth of each place begin in a list, their number, both (places,), and the list.
@@ -193,7 +193,7 @@ class Crossing:
                 f"multiples of {cycles[at]} revolutions; use for example {{ min = {cycles[at]}, "
                 f"max = {cycles[at] * max(2, round(ends.max / cycles[at]))} }}"
             )
-        return whole_in_range(u, least, most) * cycles
+        return scale_to_whole(u, least, most) * cycles
 
 
 def joint_points(grid: Grid, rig: Transmission, *, owner: str, number: int, seed: int) -> dict[str, FloatArray]:
@@ -231,8 +231,8 @@ def _values_at(axis: str, u: FloatArray, ends: Range, whole: bool, owner: str) -
     if axis == "averages":
         return u
     if not whole:
-        return in_range(u, ends.min, ends.max)
+        return scale_to_range(u, ends.min, ends.max)
     for end, value in (("min", ends.min), ("max", ends.max)):
         if value % 1:
             raise InputError(f"{owner}: {axis}.{end} = {value:g} must be a whole number")
-    return whole_in_range(u, ends.min, ends.max)
+    return scale_to_whole(u, ends.min, ends.max)

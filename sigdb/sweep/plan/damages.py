@@ -23,7 +23,7 @@ def default_of(axis: str) -> float:
     return float(AXES[axis].field.default)
 
 
-def meaningful(columns: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+def reset_unused_details(columns: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     """Return columns of damage, with the default of each detail where its size is 0."""
     kept: dict[str, FloatArray] = {axis: np.asarray(column, float) + 0.0 for axis, column in columns.items()}
     for size, details in SIZES.items():

@@ -49,7 +49,7 @@ def needed_columns(plan: Plan) -> dict[str, frozenset[str]]:
     }
 
 
-def why_not_of(plan: Plan, schema: Schema) -> str:
+def schema_conflict(plan: Plan, schema: Schema) -> str:
     """Return why a schema is not that of a plan's database; empty if it may be.
 
     A database of another version of sigdb may lack columns of results, or have others. The columns that the

@@ -7,7 +7,7 @@ begun with.
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sigdb.core import DatabaseError
+from sigdb.core import CorruptionError, DatabaseError
 from sigdb.database import (
     SCHEMA_FILE,
     TABLES_OF,
@@ -21,16 +21,16 @@ from sigdb.database import (
     write_schema,
 )
 from sigdb.sweep.plan.plan import Plan
-from sigdb.sweep.plan.schema import plan_schema, why_not_of
+from sigdb.sweep.plan.schema import plan_schema, schema_conflict
 
 
 def keep_schema(plan: Plan, store: Store) -> Schema:
     """Return the schema of a plan's database, which is written if ``schema.json`` is missing, damaged or of another."""
     try:
         schema = read_schema(store)
-    except DatabaseError:
+    except CorruptionError:
         schema = None
-    if schema is None or why_not_of(plan, schema):
+    if schema is None or schema_conflict(plan, schema):
         schema = schema_of_parts(plan, store)
         write_schema(schema, store)
     return schema
@@ -41,7 +41,7 @@ def schema_of_parts(plan: Plan, store: Store) -> Schema:
     columns = {table: _columns_of_parts(store, stage, table) for stage, tables in TABLES_OF.items() for table in tables}
     planned = plan_schema(plan)
     schema = Schema(**{table: columns[table] or getattr(planned, table) for table in columns})
-    return planned if why_not_of(plan, schema) else schema
+    return planned if schema_conflict(plan, schema) else schema
 
 
 def _columns_of_parts(store: Store, stage: str, table: str) -> tuple[Column, ...]:
@@ -71,7 +71,7 @@ def check_computable(plan: Plan, schema: Schema, store: Store) -> None:
             )
 
 
-def computable(schema: Schema, plan: Plan) -> Schema:
+def computable_columns(schema: Schema, plan: Plan) -> Schema:
     """Return the columns of a schema that this version computes."""
     planned = _columns_by_table(plan_schema(plan))
     return Schema(

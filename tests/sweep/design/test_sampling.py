@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from sigdb.sweep.design.sampling import grid_sample, in_range, unit_sample, whole_in_range
+from sigdb.sweep.design.sampling import grid_sample, scale_to_range, unit_sample, scale_to_whole
 from sigdb.sweep.plan.layout import consecutive, distinct
 
 METHODS = ("random", "latin-hypercube", "sobol")
@@ -69,16 +69,16 @@ def test_a_sample_follows_from_seed_and_grid_and_not_from_the_order_of_axes(meth
 def test_whole_numbers_reach_both_ends_equally_often(low, width):
     n = width + 1
     strata = (np.arange(10 * n) + 0.5) / (10 * n)
-    found = whole_in_range(strata, low, low + width)
+    found = scale_to_whole(strata, low, low + width)
     values, counts = np.unique(found, return_counts=True)
     assert values.tolist() == list(range(low, low + n))
     assert set(counts) == {10}
-    ends = whole_in_range(np.array([0.0, np.nextafter(1.0, 0.0)]), low, low + width)
+    ends = scale_to_whole(np.array([0.0, np.nextafter(1.0, 0.0)]), low, low + width)
     assert ends.tolist() == [low, low + width]
 
 
 def test_numbers_of_a_range_are_spread_evenly():
-    assert_allclose(in_range(np.array([0.0, 0.25, 0.5]), -2.0, 6.0), [-2.0, 0.0, 2.0])
+    assert_allclose(scale_to_range(np.array([0.0, 0.25, 0.5]), -2.0, 6.0), [-2.0, 0.0, 2.0])
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.sampled_from([0.0, 0.5, -1.0])), min_size=1, max_size=30))
