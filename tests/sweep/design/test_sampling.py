@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from sigdb.sweep.design.sampling import grid_sample, scale_to_range, unit_sample, scale_to_whole
+from sigdb.sweep.design.sampling import grid_sample, scale_to_range, scale_to_whole, unit_sample
 from sigdb.sweep.plan.layout import consecutive, distinct
 
 METHODS = ("random", "latin-hypercube", "sobol")
