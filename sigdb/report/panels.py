@@ -66,7 +66,8 @@ def draw_distribution(
 
 
 def _orders(w: FloatArray) -> FloatArray:
-    return np.arange(w.shape[1]) * len(w) / (2 * w.shape[1])
+    orders: FloatArray = np.arange(w.shape[1]) * len(w) / (2 * w.shape[1])
+    return orders
 
 
 def mark_passes(axes: Axes, teeth: int, damaged: tuple[int, ...]) -> None:

@@ -267,8 +267,10 @@ def _draw_nodes(axes: Axes, place: FloatArray, y: float, first: list[int]) -> No
 
 
 def _occupied(rig: Transmission, shaft: str) -> list[int]:
-    parts = (*rig.bearings.values(), *rig.couplings.values(), *rig.gears.values(), *rig.disks.values())
-    return sorted({part.node for part in parts if part.shaft == shaft})
+    places = [(part.shaft, part.node) for part in rig.bearings.values()]
+    places += [(part.shaft, part.node) for part in rig.couplings.values()]
+    places += [(part.shaft, part.node) for part in (*rig.gears.values(), *rig.disks.values())]
+    return sorted({node for name, node in places if name == shaft})
 
 
 def _draw_joints(axes: Axes, rig: Transmission, at: Layout, levels: dict[str, float], down: dict[str, float]) -> None:

@@ -2,10 +2,25 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import TypedDict
 
 from sigdb.report.text_table import PLAIN, Column, Terminal, TextTable, number, word
-from sigdb.transmission import CoupledModes, RigFacts
+from sigdb.transmission import (
+    BearingFacts,
+    BodyFacts,
+    CasingModeFacts,
+    CoupledModes,
+    CouplingFacts,
+    ExcitationFacts,
+    GearFacts,
+    MeshFacts,
+    ModeFacts,
+    ResonanceFacts,
+    RigFacts,
+    SensorFacts,
+    ShaftFacts,
+    ToothForceFacts,
+)
 
 
 def rig_text(facts: RigFacts, *, terminal: Terminal = PLAIN) -> str:
@@ -13,10 +28,10 @@ def rig_text(facts: RigFacts, *, terminal: Terminal = PLAIN) -> str:
 
     Parameters
     ----------
-    facts
-        What :func:`sigdb.transmission.describe_rig` returns.
-    terminal
-        Where the text is shown.
+    facts : RigFacts
+        From :func:`sigdb.transmission.describe_rig`.
+    terminal : Terminal
+        Where the text is shown; by default a file of any width.
 
     Returns
     -------
@@ -24,11 +39,8 @@ def rig_text(facts: RigFacts, *, terminal: Terminal = PLAIN) -> str:
         Title, operating point, a table for each kind of part that the rig has, frequencies, resonances, and the
         origins of the numbers.
     """
-    blocks = [_head(facts)]
-    for title, key, columns in _TABLES:
-        if facts[key]:
-            blocks.append(f"{title}\n{_table(columns, facts[key], terminal)}")
-    blocks += [*_frequencies(facts, terminal), _origins(facts["origins"])]
+    parts = [f"{title}\n{table.text(terminal, indent=2)}" for title, table in _part_tables(facts).items() if table.rows]
+    blocks = [_head(facts), *parts, *_frequencies(facts, terminal), _origins(facts["origins"])]
     return "\n\n".join(blocks) + "\n"
 
 
@@ -37,12 +49,17 @@ def modes_text(modes: CoupledModes, *, count: int | None = None, terminal: Termi
 
     Parameters
     ----------
-    modes
-        What :func:`sigdb.transmission.coupled_modes` returns.
-    count
+    modes : CoupledModes
+        From :func:`sigdb.transmission.coupled_modes`.
+    count : int, optional
         Number of modes to show; all of them by default.
-    terminal
-        Where the text is shown.
+    terminal : Terminal
+        Where the text is shown; by default a file of any width.
+
+    Returns
+    -------
+    str
+        Several lines.
     """
     head = ("mode", "frequency, Hz", "damping ratio", "moves (share of kinetic energy)")
     rows = [
@@ -52,161 +69,6 @@ def modes_text(modes: CoupledModes, *, count: int | None = None, terminal: Termi
         )
     ]
     return TextTable(head, rows[:count]).text(terminal) + "\n"
-
-
-def _table(columns: Sequence[Column[Any]], rows: Sequence[Any], terminal: Terminal) -> str:
-    return TextTable.of(columns, rows).text(terminal, indent=2)
-
-
-def _list(values: Sequence[float]) -> str:
-    return " ".join(f"{value:g}" for value in values)
-
-
-def _hertz(value: float) -> str:
-    return f"{value:.6g}"
-
-
-def _end(row: Mapping[str, Any]) -> str:
-    if row["to_shaft"] is None:
-        return f"machine of {row['inertia']:.4g} kg m^2"
-    return f"shaft {row['to_shaft']}, node {row['to_node']}"
-
-
-def _place(row: Mapping[str, Any]) -> str:
-    return f"gear {row['gear']}" if row["gear"] else f"casing point {row['point']}"
-
-
-def _moves(moves: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} {share:.0%}" for name, share in list(moves.items())[:3] if share >= 0.05)
-
-
-_NAME: Column[Any] = ("name", lambda row: word(row["name"]))
-_WHERE: tuple[Column[Any], Column[Any]] = (
-    ("shaft", lambda row: word(row["shaft"])),
-    ("node", lambda row: word(row["node"])),
-)
-_INERTIA: tuple[Column[Any], ...] = (
-    ("mass, kg", lambda row: number(row["mass"])),
-    ("Ip, kg m^2", lambda row: number(row["polar_inertia"])),
-    ("Id, kg m^2", lambda row: number(row["diametral_inertia"])),
-)
-_MODE: tuple[Column[Any], ...] = (
-    ("frequency, Hz", lambda row: f"{row['frequency_hz']:.1f}"),
-    ("damping ratio", lambda row: f"{row['damping_ratio']:z.4f}"),
-)
-
-_MOVES: Column[Any] = ("moves", lambda row: _moves(row["moves"]))
-
-_Parts = Literal[
-    "shafts", "gears", "disks", "meshes", "tooth_forces", "bearings", "couplings", "casing", "sensors", "excitations"
-]
-_TABLES: tuple[tuple[str, _Parts, Sequence[Column[Any]]], ...] = (
-    (
-        "Shafts",
-        "shafts",
-        (
-            _NAME,
-            ("segments", lambda row: word(row["segments"])),
-            ("nodes", lambda row: word(row["nodes"])),
-            ("length, m", lambda row: number(row["length"])),
-            ("mass, kg", lambda row: number(row["mass"])),
-            ("speed, rpm", lambda row: number(row["speed_rpm"], 6)),
-            ("speed, Hz", lambda row: _hertz(row["speed_hz"])),
-            ("motions", lambda row: " ".join(row["motions"])),
-        ),
-    ),
-    (
-        "Gears (at the mean pitch radius)",
-        "gears",
-        (
-            _NAME,
-            *_WHERE,
-            ("teeth", lambda row: word(row["teeth"])),
-            ("radius, mm", lambda row: number(row["pitch_radius"] * 1e3)),
-            ("pitch angle, deg", lambda row: number(row["pitch_angle_deg"], 5)),
-            *_INERTIA,
-        ),
-    ),
-    ("Disks", "disks", (_NAME, *_WHERE, *_INERTIA)),
-    (
-        "Meshes (static, under the mean torque)",
-        "meshes",
-        (
-            _NAME,
-            ("driving", lambda row: word(row["driving"])),
-            ("driven", lambda row: word(row["driven"])),
-            ("ratio", lambda row: number(row["ratio"], 5)),
-            ("stiffness, N/m", lambda row: number(row["stiffness"])),
-            ("contact ratio", lambda row: number(row["contact_ratio"])),
-            ("normal force, N", lambda row: number(row["normal_force"], 5)),
-            ("compression, um", lambda row: number(row["static_compression"] * 1e6)),
-        ),
-    ),
-    (
-        "Tooth forces, N (radial: towards the gear's axis; axial: along its shaft's z)",
-        "tooth_forces",
-        (
-            ("mesh", lambda row: word(row["mesh"])),
-            ("gear", lambda row: word(row["gear"])),
-            ("tangential", lambda row: number(row["tangential"], 5)),
-            ("radial", lambda row: number(row["radial"], 5)),
-            ("axial", lambda row: number(row["axial"], 5)),
-        ),
-    ),
-    (
-        "Bearings (along x, y, z in N/m and N s/m, about x, y, z in N m/rad and N m s/rad)",
-        "bearings",
-        (
-            _NAME,
-            *_WHERE,
-            ("seat", lambda row: row["seat"] or "ground"),
-            ("stiffness", lambda row: _list(row["stiffness"])),
-            ("damping", lambda row: _list(row["damping"])),
-            ("cross terms", lambda row: "yes" if row["cross_terms"] else "no"),
-        ),
-    ),
-    (
-        "Couplings",
-        "couplings",
-        (
-            _NAME,
-            *_WHERE,
-            ("to", _end),
-            ("stiffness, N m/rad", lambda row: number(row["stiffness"])),
-            ("damping, N m s/rad", lambda row: number(row["damping"])),
-        ),
-    ),
-    (
-        "Casing modes",
-        "casing",
-        (
-            *_MODE,
-            ("modal mass, kg", lambda row: number(row["modal_mass"])),
-            ("points", lambda row: ", ".join(row["shape"])),
-        ),
-    ),
-    (
-        "Sensors",
-        "sensors",
-        (
-            _NAME,
-            ("at", _place),
-            ("direction", lambda row: _list(row["direction"])),
-            ("measures", lambda row: word(row["quantity"])),
-            ("unit", lambda row: word(row["unit"])),
-        ),
-    ),
-    (
-        "Other excitations",
-        "excitations",
-        (
-            ("what", lambda row: word(row["what"])),
-            ("size", lambda row: number(row["size"])),
-            ("unit", lambda row: word(row["unit"])),
-            ("shaft", lambda row: word(row["shaft"])),
-        ),
-    ),
-)
 
 
 def _head(facts: RigFacts) -> str:
@@ -224,37 +86,186 @@ def _head(facts: RigFacts) -> str:
     return "\n".join(lines)
 
 
+def _part_tables(facts: RigFacts) -> dict[str, TextTable]:
+    """Return the table of each kind of part by its title."""
+    return {
+        "Shafts": TextTable.of(_SHAFTS, facts["shafts"]),
+        "Gears (at the mean pitch radius)": TextTable.of(_GEARS, facts["gears"]),
+        "Disks": TextTable.of(_DISKS, facts["disks"]),
+        "Meshes (static, under the mean torque)": TextTable.of(_MESHES, facts["meshes"]),
+        "Tooth forces, N (radial: towards the gear's axis; axial: along its shaft's z)": TextTable.of(
+            _TOOTH_FORCES, facts["tooth_forces"]
+        ),
+        "Bearings (along x, y, z in N/m and N s/m, about x, y, z in N m/rad and N m s/rad)": TextTable.of(
+            _BEARINGS, facts["bearings"]
+        ),
+        "Couplings": TextTable.of(_COUPLINGS, facts["couplings"]),
+        "Casing modes": TextTable.of(_CASING, facts["casing"]),
+        "Sensors": TextTable.of(_SENSORS, facts["sensors"]),
+        "Other excitations": TextTable.of(_EXCITATIONS, facts["excitations"]),
+    }
+
+
 def _frequencies(facts: RigFacts, terminal: Terminal) -> list[str]:
     blocks = []
     if facts["meshes"]:
-        columns: tuple[Column[Any], ...] = (
-            ("mesh", lambda row: word(row["name"])),
-            ("mesh, Hz", lambda row: _hertz(row["mesh_frequency_hz"])),
-            ("twice", lambda row: f"{row['harmonics_hz'][1]:.6g}"),
-            ("three times", lambda row: f"{row['harmonics_hz'][2]:.6g}"),
-            ("tooth cycle, Hz", lambda row: _hertz(row["tooth_cycle_hz"])),
-        )
+        table = TextTable.of(_FREQUENCIES, facts["meshes"]).text(terminal, indent=2)
         note = "tooth cycle = mesh frequency x gcd(z1, z2) / (z1 z2): how often the same two teeth meet"
-        blocks.append(f"Mesh frequencies\n{_table(columns, facts['meshes'], terminal)}\n{note}")
+        blocks.append(f"Mesh frequencies\n{table}\n{note}")
     title = f"Natural frequencies ({len(facts['modes'])} shown; moves: share of kinetic energy)"
-    block = f"{title}\n{_table((*_MODE, _MOVES), facts['modes'], terminal)}"
+    block = f"{title}\n{TextTable.of(_MODES, facts['modes']).text(terminal, indent=2)}"
     if facts["overdamped"]:
         block += f"\n{facts['overdamped']} more do not vibrate: they are overdamped"
     return [*blocks, block, _warnings(facts["resonances"], terminal)]
 
 
-def _warnings(resonances: Sequence[object], terminal: Terminal) -> str:
+def _warnings(resonances: Sequence[ResonanceFacts], terminal: Terminal) -> str:
     if not resonances:
         return "No natural frequency is within 5 % of a shaft's speed or of the first three harmonics of a mesh"
-    columns: tuple[Column[Any], ...] = (
-        *_MODE,
-        ("is near", lambda row: f"{row['order']} x {row['excited_by']}"),
-        ("at, Hz", lambda row: f"{row['excitation_hz']:.1f}"),
-        _MOVES,
-    )
-    return f"Resonance: natural frequencies within 5 % of an excitation\n{_table(columns, resonances, terminal)}"
+    table = TextTable.of(_RESONANCES, resonances).text(terminal, indent=2)
+    return f"Resonance: natural frequencies within 5 % of an excitation\n{table}"
 
 
 def _origins(origins: Mapping[str, int]) -> str:
     counts = ", ".join(f"{count} {origin}" for origin, count in origins.items() if origin != "unstated")
     return f"Numbers by origin: {counts}, {origins['unstated']} without a source"
+
+
+def _list(values: Sequence[float]) -> str:
+    return " ".join(f"{value:g}" for value in values)
+
+
+def _hertz(value: float) -> str:
+    return f"{value:.6g}"
+
+
+def _end(row: CouplingFacts) -> str:
+    if row["to_shaft"] is None:
+        return f"machine of {row['inertia']:.4g} kg m^2"
+    return f"shaft {row['to_shaft']}, node {row['to_node']}"
+
+
+def _place(row: SensorFacts) -> str:
+    return f"gear {row['gear']}" if row["gear"] else f"casing point {row['point']}"
+
+
+def _moves(moves: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {share:.0%}" for name, share in list(moves.items())[:3] if share >= 0.05)
+
+
+class _Named(TypedDict):
+    name: str
+
+
+class _Placed(TypedDict):
+    shaft: str
+    node: int
+
+
+class _Heavy(TypedDict):
+    mass: float
+    polar_inertia: float
+    diametral_inertia: float
+
+
+class _Damped(TypedDict):
+    frequency_hz: float
+    damping_ratio: float
+
+
+_NAME: Column[_Named] = ("name", lambda row: row["name"])
+_WHERE: tuple[Column[_Placed], ...] = (("shaft", lambda row: row["shaft"]), ("node", lambda row: word(row["node"])))
+_INERTIA: tuple[Column[_Heavy], ...] = (
+    ("mass, kg", lambda row: number(row["mass"])),
+    ("Ip, kg m^2", lambda row: number(row["polar_inertia"])),
+    ("Id, kg m^2", lambda row: number(row["diametral_inertia"])),
+)
+_MODE: tuple[Column[_Damped], ...] = (
+    ("frequency, Hz", lambda row: f"{row['frequency_hz']:.1f}"),
+    ("damping ratio", lambda row: f"{row['damping_ratio']:z.4f}"),
+)
+_MOVES: Column[ModeFacts] = ("moves", lambda row: _moves(row["moves"]))
+
+_SHAFTS: tuple[Column[ShaftFacts], ...] = (
+    _NAME,
+    ("segments", lambda row: word(row["segments"])),
+    ("nodes", lambda row: word(row["nodes"])),
+    ("length, m", lambda row: number(row["length"])),
+    ("mass, kg", lambda row: number(row["mass"])),
+    ("speed, rpm", lambda row: number(row["speed_rpm"], 6)),
+    ("speed, Hz", lambda row: _hertz(row["speed_hz"])),
+    ("motions", lambda row: " ".join(row["motions"])),
+)
+_GEARS: tuple[Column[GearFacts], ...] = (
+    _NAME,
+    *_WHERE,
+    ("teeth", lambda row: word(row["teeth"])),
+    ("radius, mm", lambda row: "-" if row["pitch_radius"] is None else number(row["pitch_radius"] * 1e3)),
+    ("pitch angle, deg", lambda row: number(row["pitch_angle_deg"], 5)),
+    *_INERTIA,
+)
+_DISKS: tuple[Column[BodyFacts], ...] = (_NAME, *_WHERE, *_INERTIA)
+_MESHES: tuple[Column[MeshFacts], ...] = (
+    _NAME,
+    ("driving", lambda row: word(row["driving"])),
+    ("driven", lambda row: word(row["driven"])),
+    ("ratio", lambda row: number(row["ratio"], 5)),
+    ("stiffness, N/m", lambda row: number(row["stiffness"])),
+    ("contact ratio", lambda row: number(row["contact_ratio"])),
+    ("normal force, N", lambda row: number(row["normal_force"], 5)),
+    ("compression, um", lambda row: number(row["static_compression"] * 1e6)),
+)
+_TOOTH_FORCES: tuple[Column[ToothForceFacts], ...] = (
+    ("mesh", lambda row: word(row["mesh"])),
+    ("gear", lambda row: word(row["gear"])),
+    ("tangential", lambda row: number(row["tangential"], 5)),
+    ("radial", lambda row: number(row["radial"], 5)),
+    ("axial", lambda row: number(row["axial"], 5)),
+)
+_BEARINGS: tuple[Column[BearingFacts], ...] = (
+    _NAME,
+    *_WHERE,
+    ("seat", lambda row: row["seat"] or "ground"),
+    ("stiffness", lambda row: _list(row["stiffness"])),
+    ("damping", lambda row: _list(row["damping"])),
+    ("cross terms", lambda row: "yes" if row["cross_terms"] else "no"),
+)
+_COUPLINGS: tuple[Column[CouplingFacts], ...] = (
+    _NAME,
+    *_WHERE,
+    ("to", _end),
+    ("stiffness, N m/rad", lambda row: number(row["stiffness"])),
+    ("damping, N m s/rad", lambda row: number(row["damping"])),
+)
+_CASING: tuple[Column[CasingModeFacts], ...] = (
+    *_MODE,
+    ("modal mass, kg", lambda row: number(row["modal_mass"])),
+    ("points", lambda row: ", ".join(row["shape"])),
+)
+_SENSORS: tuple[Column[SensorFacts], ...] = (
+    _NAME,
+    ("at", _place),
+    ("direction", lambda row: _list(row["direction"])),
+    ("measures", lambda row: word(row["quantity"])),
+    ("unit", lambda row: word(row["unit"])),
+)
+_EXCITATIONS: tuple[Column[ExcitationFacts], ...] = (
+    ("what", lambda row: word(row["what"])),
+    ("size", lambda row: number(row["size"])),
+    ("unit", lambda row: word(row["unit"])),
+    ("shaft", lambda row: word(row["shaft"])),
+)
+_FREQUENCIES: tuple[Column[MeshFacts], ...] = (
+    ("mesh", lambda row: row["name"]),
+    ("mesh, Hz", lambda row: _hertz(row["mesh_frequency_hz"])),
+    ("twice", lambda row: _hertz(row["harmonics_hz"][1])),
+    ("three times", lambda row: _hertz(row["harmonics_hz"][2])),
+    ("tooth cycle, Hz", lambda row: _hertz(row["tooth_cycle_hz"])),
+)
+_MODES: tuple[Column[ModeFacts], ...] = (*_MODE, _MOVES)
+_RESONANCES: tuple[Column[ResonanceFacts], ...] = (
+    *_MODE,
+    ("is near", lambda row: f"{row['order']} x {row['excited_by']}"),
+    ("at, Hz", lambda row: f"{row['excitation_hz']:.1f}"),
+    _MOVES,
+)
