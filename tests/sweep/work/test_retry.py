@@ -31,7 +31,7 @@ index_error = 0.0
 samples_per_tooth = 32
 sensors = ["pinion-vertical"]
 """
-TEMPLATES = importlib.import_module("sigdb.sweep.work.templates")
+MARCH = importlib.import_module("sigdb.dynamics.march.transient")
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def failed(plan, tmp_path, monkeypatch):
     def unsettled(*arguments, **options):
         raise SigdbError("the motion did not settle")
 
-    monkeypatch.setattr(TEMPLATES, "settle", unsettled)
+    monkeypatch.setattr(MARCH, "settle", unsettled)
     summary = run(plan, tmp_path / "db", jobs=1)
     monkeypatch.undo()
     assert summary.failed == 33
