@@ -1,4 +1,4 @@
-"""What damage changes over a revolution of the damaged gear: the forces of the damaged teeth."""
+"""Forces that the damaged teeth add over a revolution of the damaged gear."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from sigdb.core import FloatArray, IntArray
 from sigdb.dynamics.excitation import profile_error
 from sigdb.transmission import Mesh, ToothDamage, damaged_pair_stiffness, pair_stiffness, sliding_sense
 
-_BESIDE = 1
+_SHIFT_MARGIN = 1
 """Passes by which a shifted contact may begin early or end late, at most."""
 
 
@@ -59,31 +59,31 @@ def damage_change(
     damage: Mapping[int, ToothDamage],
     samples_per_tooth: int,
 ) -> Change:
-    """The change that damage of a gear by tooth number makes to its mesh, on so many samples a tooth pass."""
-    n, inputs = samples_per_tooth * teeth, 3 if any(one.friction for one in damage.values()) else 1
-    beside = _BESIDE if any(one.phase_shift_deg for one in damage.values()) else 0
-    width = int(np.ceil(mesh.profile.contact_ratio)) + 2 * beside
+    """Return the change that damage of a gear by tooth number makes to its mesh, with so many samples a tooth pass."""
+    n, inputs = samples_per_tooth * teeth, 3 if any(tooth.friction for tooth in damage.values()) else 1
+    around = _SHIFT_MARGIN if any(tooth.phase_shift_deg for tooth in damage.values()) else 0
+    width = int(np.ceil(mesh.profile.contact_ratio)) + 2 * around
     places = np.arange(min(width, teeth) * samples_per_tooth)
-    x = places / samples_per_tooth - beside
+    x = places / samples_per_tooth - around
     healthy = mesh.stiffness * pair_stiffness(mesh.profile, x)
     relief = profile_error(mesh, x)
 
     stiffness, profile = np.zeros((inputs, n)), np.zeros((inputs, n))
     errors = {}
     driving = gear == mesh.driving
-    added = {one: _added(mesh, base_pitch, one, teeth, driving, x, healthy, inputs) for one in set(damage.values())}
-    for tooth, one in damage.items():
-        at = (places + (tooth - 1 - beside) * samples_per_tooth) % n
-        stiffness[:, at] += added[one]
-        profile[:, at] += added[one] * relief
+    added = {kind: _added(mesh, base_pitch, kind, teeth, driving, x, healthy, inputs) for kind in set(damage.values())}
+    for tooth, harm in damage.items():
+        at = (places + (tooth - 1 - around) * samples_per_tooth) % n
+        stiffness[:, at] += added[harm]
+        profile[:, at] += added[harm] * relief
         errors[tooth] = np.zeros((inputs, n))
-        errors[tooth][:, at] = added[one]
+        errors[tooth][:, at] = added[harm]
     touched = np.flatnonzero(stiffness.any(axis=0))
     return Change(
         total=n,
         samples=touched,
         stiffness=stiffness[:, touched],
-        errors={tooth: one[:, touched] for tooth, one in errors.items()},
+        errors={tooth: error[:, touched] for tooth, error in errors.items()},
         profile=profile[:, touched],
     )
 

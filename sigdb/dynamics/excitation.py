@@ -1,4 +1,4 @@
-"""What excites a rig besides its varying stiffness: torque, tooth errors, unbalance, run-out, a fluctuating load.
+"""Excitations of a rig other than its varying stiffness: torque, tooth errors, unbalance, run-out, a fluctuating load.
 
 All of it is expressed over the angle theta of the averaged shaft. An excitation of another shaft is seen by the average
 only where it turns a whole number of times in the common period of the meshes; otherwise it cancels.
@@ -54,17 +54,17 @@ class Turning:
 
 
 def turning(rig: Transmission, system: ModalSystem, shaft: str) -> tuple[Turning, ...]:
-    """All excitations that turn with some shaft, by their order of one of them."""
-    found = []
+    """Return all excitations that turn with a shaft of the rig, by their order of the given shaft."""
+    excitations = []
 
     def add(speed: float, cycles: int = 1, inertial: bool = False) -> HarmonicExcitation:
-        one = HarmonicExcitation(
+        harmonic = HarmonicExcitation(
             order=float(cycles * abs(speed / rig.speed(shaft))),
             force=np.zeros(system.inputs.shape[1], complex),
             error=np.zeros(len(rig.meshes), complex),
         )
-        found.append(Turning(harmonic=one, inertial=inertial))
-        return one
+        excitations.append(Turning(harmonic=harmonic, inertial=inertial))
+        return harmonic
 
     for i, name in enumerate(system.unbalanced):
         cosine = len(rig.meshes) + 2 + 2 * i
@@ -76,30 +76,30 @@ def turning(rig: Transmission, system: ModalSystem, shaft: str) -> tuple[Turning
     operating = rig.operating
     if operating.load is not None and operating.load_fluctuation:
         angle = operating.load_order * np.deg2rad(operating.load_angle_deg)
-        one = add(rig.speed(rig.couplings[operating.load].shaft), operating.load_order)
-        one.force[len(rig.meshes) + 1] = operating.load_fluctuation * np.exp(-1j * angle)
-    return tuple(found)
+        harmonic = add(rig.speed(rig.couplings[operating.load].shaft), operating.load_order)
+        harmonic.force[len(rig.meshes) + 1] = operating.load_fluctuation * np.exp(-1j * angle)
+    return tuple(excitations)
 
 
 def harmonics(
     rig: Transmission, system: ModalSystem, shaft: str, revolutions: int = 1
 ) -> tuple[HarmonicExcitation, ...]:
-    """The excitations that turn, by order of a shaft: those of whole cycles in some revolutions, merged."""
+    """Return the excitations that turn with whole cycles in some revolutions, merged by their order of a shaft."""
     merged: dict[int, HarmonicExcitation] = {}
-    for one in turning(rig, system, shaft):
-        cycles: float = revolutions * one.harmonic.order
+    for each in turning(rig, system, shaft):
+        cycles: float = revolutions * each.harmonic.order
         if bool(np.isclose(cycles, round(cycles))) and round(cycles) != 0:
             other = merged.get(round(cycles))
             merged[round(cycles)] = HarmonicExcitation(
                 order=round(cycles) / revolutions,
-                force=one.harmonic.force + (other.force if other else 0),
-                error=one.harmonic.error + (other.error if other else 0),
+                force=each.harmonic.force + (other.force if other else 0),
+                error=each.harmonic.error + (other.error if other else 0),
             )
     return tuple(merged[cycles] for cycles in sorted(merged))
 
 
 def checked_index_errors(index_errors: ArrayLike | None, teeth: int) -> FloatArray:
-    """(teeth,) index errors, zero where none are given.
+    """Return index errors (teeth,), zero where none are given.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def checked_index_errors(index_errors: ArrayLike | None, teeth: int) -> FloatArr
 
 
 def profile_error(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """Error of a tooth pair's profile at x passes after first contact, m."""
+    """Return the error of a tooth pair's profile at x passes after first contact, m."""
     if mesh.profile_error is None:
         return np.zeros_like(x)
     return mesh.profile_error.amplitude * (2 * x / mesh.profile.contact_ratio - 1) ** 2
@@ -130,7 +130,7 @@ def over_a_pass(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
 
 
 def excitation(
-    period: Period, meshes: Sequence[Mesh], teeth: int, found: Sequence[HarmonicExcitation], transfer: ComplexArray
+    period: Period, meshes: Sequence[Mesh], teeth: int, orders: Sequence[HarmonicExcitation], transfer: ComplexArray
 ) -> tuple[ComplexArray, ComplexArray]:
     """Spectra of all that excites a healthy rig, as columns: torque and profile errors, each tooth's index error along
     the first mesh, each order's two phases.
@@ -141,7 +141,7 @@ def excitation(
         The common period.
     meshes, teeth
         The meshes, and the teeth of the averaged gear in the first.
-    found
+    orders
         Harmonic excitations.
     transfer
         (K, outputs, inputs) of the mean system at the harmonics of the period.
@@ -153,7 +153,7 @@ def excitation(
     """
     N, m = period.samples, len(meshes)
     K, outputs, _ = transfer.shape
-    columns = 1 + teeth + 2 * len(found)
+    columns = 1 + teeth + 2 * len(orders)
     free, force = np.zeros((outputs, K, columns), complex), np.zeros((m, K, columns), complex)
     free[:, 0, 0] = N * transfer[0, :, m].real
     passes = [over_a_pass(mesh) for mesh in meshes]
@@ -166,12 +166,12 @@ def excitation(
         turned = first * np.exp(-2j * np.pi * order * tooth / teeth)
         _place(force[0, :, 1 + tooth], N * turned, period.revolutions)
 
-    for i, one in enumerate(found):
-        k = round(one.order * period.revolutions)
+    for i, harmonic in enumerate(orders):
+        k = round(harmonic.order * period.revolutions)
         for phase, unit in enumerate((1, 1j)):
             column = 1 + teeth + 2 * i + phase
-            free[:, k, column] = N / 2 * unit * (transfer[k] @ one.force)
-            for mesh, error in enumerate(one.error):
+            free[:, k, column] = N / 2 * unit * (transfer[k] @ harmonic.force)
+            for mesh, error in enumerate(harmonic.error):
                 if error:
                     stiffness = np.fft.rfft(passes[mesh][0]) / SAMPLES_OF_A_PASS
                     _modulate(force[mesh, :, column], N / 2 * unit * error, k, stiffness, period.passes[mesh])

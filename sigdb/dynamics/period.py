@@ -55,12 +55,12 @@ class Period:
     def spectrum(self, values: FloatArray) -> ComplexArray:
         """(..., K, columns) spectrum of values (..., F, columns) on a grid of the period, fine or not."""
         F, K = values.shape[-2], self.harmonics
-        found = np.fft.rfft(values, axis=-2) * (self.samples / F)
-        found[..., (min(F, self.samples) + 1) // 2 :, :] = 0
-        if found.shape[-2] >= K:
-            return found[..., :K, :]
-        whole = np.zeros((*found.shape[:-2], K, found.shape[-1]), complex)
-        whole[..., : found.shape[-2], :] = found
+        spectrum = np.fft.rfft(values, axis=-2) * (self.samples / F)
+        spectrum[..., (min(F, self.samples) + 1) // 2 :, :] = 0
+        if spectrum.shape[-2] >= K:
+            return spectrum[..., :K, :]
+        whole = np.zeros((*spectrum.shape[:-2], K, spectrum.shape[-1]), complex)
+        whole[..., : spectrum.shape[-2], :] = spectrum
         return whole
 
 
@@ -88,13 +88,13 @@ def common_period(rig: Transmission, gear: str) -> tuple[int, tuple[int, ...]]:
     >>> common_period(sigdb.load_transmission("two-stage-gearbox"), "input-pinion")
     (5, (160, 96))
     """
-    own = abs(rig.ratio(rig.gears[gear].shaft))
+    speed = abs(rig.ratio(rig.gears[gear].shaft))
     driving = [rig.gears[mesh.driving] for mesh in rig.meshes.values()]
-    per_turn = [one.teeth * abs(rig.ratio(one.shaft)) / own for one in driving]
+    per_turn = [gear.teeth * abs(rig.ratio(gear.shaft)) / speed for gear in driving]
     for revolutions in range(1, _MOST_REVOLUTIONS + 1):
-        passes = [revolutions * one for one in per_turn]
+        passes = [revolutions * turns for turns in per_turn]
         if np.allclose(passes, np.round(passes), rtol=0, atol=1e-6):
-            return revolutions, tuple(round(one) for one in passes)
+            return revolutions, tuple(round(count) for count in passes)
     raise InputError(
         f"the meshes of rig {rig.name!r} do not repeat within {_MOST_REVOLUTIONS} revolutions; choose tooth counts "
         "with a shorter common period"

@@ -1,7 +1,7 @@
 """Solvers of the steady state: the linear periodic solution, the march in time, and one with the other as a fallback.
 
-A solver prepares a rig once for a damaged gear: all that its damage does not change. What it returns then solves any
-number of cases of damage. A new solver is a class with ``prepare``, and an entry in `SOLVERS` for recipes.
+A solver prepares a rig once for a damaged gear: all that its damage does not change. The prepared rig then
+solves any number of cases of damage. A new solver is a class with ``prepare``, and an entry in `SOLVERS` for recipes.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -229,6 +229,10 @@ def solver_named(name: str, samples_per_tooth: int) -> Solver:
         One of `SOLVERS`.
     samples_per_tooth : int
         Samples in a tooth pass of the damaged gear.
+
+    Returns
+    -------
+    Solver
 
     Raises
     ------

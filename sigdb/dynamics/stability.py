@@ -48,7 +48,7 @@ def first_order_hold(poles: ComplexArray, h: float) -> tuple[ComplexArray, Compl
 
 
 def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float) -> float:
-    """Largest magnitude of a Floquet multiplier over a period; the steady state is stable below 1.
+    """Return the largest magnitude of a Floquet multiplier over a period; the steady state is stable below 1.
 
     Parameters
     ----------
@@ -57,7 +57,11 @@ def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float
     stiffness
         (meshes, n), or (n,) for one mesh: stiffness on n equal steps of the period, N/m, meshes in the system's order.
     period
-        In s.
+        The period, s.
+
+    Returns
+    -------
+    float
 
     Examples
     --------
@@ -80,7 +84,7 @@ def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float
     decay, *holds = first_order_hold(pole, h)
     g0, g1 = (b * hold[:, None] for hold in holds)
     direct = system.direct[:meshes, :meshes]
-    own = (c @ g1).real + direct
+    compliance = (c @ g1).real + direct
     kappa = (stiffness - system.mesh_stiffness[:, None]).T
 
     # State: the real parts of all coordinates, and the imaginary ones of pairs; a real pole has none.
@@ -90,14 +94,14 @@ def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float
     force = -_solved(direct, kappa[-1], (c @ z).real)
     for k in kappa:
         free = decay[:, None] * z + g0 @ force
-        force = -_solved(own, k, (c @ free).real)
+        force = -_solved(compliance, k, (c @ free).real)
         z = free + g1 @ force
     monodromy = np.vstack([z.real, z.imag[paired]])
     return float(np.abs(np.linalg.eigvals(monodromy)).max())
 
 
-def _solved(own: FloatArray, kappa: FloatArray, free: FloatArray) -> FloatArray:
-    """``kappa delta`` of the compressions ``delta = free - own kappa delta`` at one instant."""
+def _solved(compliance: FloatArray, kappa: FloatArray, free: FloatArray) -> FloatArray:
+    """``kappa delta`` of the compressions ``delta = free - compliance kappa delta`` at one instant."""
     if len(kappa) == 1:
-        return kappa[0] * free / (1 + own[0, 0] * kappa[0])
-    return kappa[:, None] * np.linalg.solve(np.eye(len(kappa)) + own * kappa, free)
+        return kappa[0] * free / (1 + compliance[0, 0] * kappa[0])
+    return kappa[:, None] * np.linalg.solve(np.eye(len(kappa)) + compliance * kappa, free)

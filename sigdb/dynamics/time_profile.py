@@ -41,17 +41,17 @@ class TimeProfile:
             raise InputError("a time profile needs finite values at finite, rising times")
 
     def __call__(self, t: FloatArray) -> FloatArray:
-        """Values at times."""
+        """Return the values at times."""
         return np.interp(t, self.time, self.value)
 
     def slope(self, t: FloatArray) -> FloatArray:
-        """Rate of change at times, 1/s; at a point that of the line behind it."""
+        """Return the rate of change at times, 1/s; at a point that of the line behind it."""
         time, value = np.asarray(self.time, float), np.asarray(self.value, float)
         slopes = np.concatenate([[0.0], np.diff(value) / np.diff(time), [0.0]])
         return slopes[np.searchsorted(time, t, side="right")]
 
     def integral(self, t: FloatArray) -> FloatArray:
-        """Integral from time 0 to times, exact."""
+        """Return the exact integral from time 0 to times."""
         return self._since_first(np.asarray(t, float)) - self._since_first(np.zeros(1))[0]
 
     def _since_first(self, t: FloatArray) -> FloatArray:
@@ -61,7 +61,7 @@ class TimeProfile:
         return areas[at] + (t - time[at]) * (value[at] + self(t)) / 2
 
     def reached(self, wanted: FloatArray) -> FloatArray:
-        """Times from 0 on at which the integral from time 0 has reached values; for a profile above zero.
+        """Return the times from 0 on at which the integral from time 0 has reached values; for a profile above zero.
 
         On a line ``v + a s`` the integral ``v s + a s^2 / 2`` reaches c at ``s = 2 c / (v + sqrt(v^2 + 2 a c))``.
         """

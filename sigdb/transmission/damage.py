@@ -126,7 +126,7 @@ class ToothDamage(Section):
 
     @property
     def geometry(self) -> "ToothDamage":
-        """The part that changes the tooth's geometry, without what means nothing beside it."""
+        """The part that changes the tooth's geometry, without fields that mean nothing with it."""
         return ToothDamage(**{name: getattr(self, name) for size in self.flaws for name in (size, *FLAWS[size])})
 
 
@@ -232,11 +232,11 @@ class Damage(ToothDamage):
             )
         if self.tooth == 0 and (super().is_damage or self.each):
             raise ValueError("damage is given without a tooth; say with tooth which tooth is the first damaged one")
-        beside = set(ToothDamage.model_fields) & self.model_fields_set
-        if self.each and (beside or self.damaged_teeth != len(self.each)):
+        stated = set(ToothDamage.model_fields) & self.model_fields_set
+        if self.each and (stated or self.damaged_teeth != len(self.each)):
             raise ValueError(
                 f"pattern {self.pattern!r} gives the damage of {len(self.each)} teeth one by one; leave out "
-                f"{', '.join(ToothDamage.model_fields)} and damaged_teeth beside it"
+                f"{', '.join(ToothDamage.model_fields)} and damaged_teeth"
             )
         return self
 
@@ -274,7 +274,7 @@ class Damage(ToothDamage):
     @property
     def is_damage(self) -> bool:
         """Whether any tooth is changed."""
-        return self.tooth > 0 and (any(one.is_damage for one in self.each) if self.each else super().is_damage)
+        return self.tooth > 0 and (any(tooth.is_damage for tooth in self.each) if self.each else super().is_damage)
 
     def on_teeth(self, teeth: int) -> dict[int, ToothDamage]:
         """Damage by tooth number on a gear of that many teeth; damaged teeth wrap (12, 1, 2).
@@ -290,6 +290,6 @@ class Damage(ToothDamage):
             )
         alike = ToothDamage(**self.model_dump(include=set(ToothDamage.model_fields), exclude_unset=True))
         each = self.each or (alike,) * self.damaged_teeth
-        for one in each:
-            one.shift_in_passes(teeth)
-        return {(self.tooth - 1 + i) % teeth + 1: one for i, one in enumerate(each)}
+        for tooth in each:
+            tooth.shift_in_passes(teeth)
+        return {(self.tooth - 1 + i) % teeth + 1: tooth for i, tooth in enumerate(each)}

@@ -10,7 +10,7 @@ from sigdb.transmission.rig import Transmission
 
 
 def load_transmission(name_or_path: str | Path) -> Transmission:
-    """A rig by the name of a built-in one, or from a TOML file.
+    """Return a rig by the name of a built-in one, or from a TOML file.
 
     Parameters
     ----------
@@ -58,7 +58,12 @@ def _read(path: Path, *, owner: str) -> Transmission:
 
 
 def built_in_transmissions() -> list[str]:
-    """Names of the rigs that come with sigdb."""
+    """Return the names of the rigs that come with sigdb.
+
+    Returns
+    -------
+    list of str
+    """
     return list(_built_in_files())
 
 

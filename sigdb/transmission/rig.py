@@ -36,7 +36,7 @@ class Transmission(Described):
     """
 
     name: str = Field(description="Name of the rig.", pattern=r"^[A-Za-z][A-Za-z0-9._-]*$")
-    title: str = Field(default="", description="What the rig is, in a line.")
+    title: str = Field(default="", description="Description of the rig in a line.")
     damping_ratio: float = quantity(
         "-", "Fraction of critical damping of every mode of the rotors, torsion included.", ge=0, lt=1
     )
@@ -198,7 +198,9 @@ class Transmission(Described):
 
     def _couple(self, ratios: dict[str, float]) -> None:
         """Give shafts that are coupled to turning ones the same speed."""
-        links = [(one.shaft, one.to_shaft) for one in self.couplings.values() if one.to_shaft is not None]
+        links = [
+            (coupling.shaft, coupling.to_shaft) for coupling in self.couplings.values() if coupling.to_shaft is not None
+        ]
         for a, b in [*links, *((b, a) for a, b in links)] * len(links):
             if a in ratios and b not in ratios:
                 sense = np.sign(self.shafts[a].rotation[:, 2] @ self.shafts[b].rotation[:, 2])
@@ -242,7 +244,7 @@ class Transmission(Described):
     def unbalanced(self) -> tuple[str, ...]:
         """Shafts with a gear or disk that has an unbalance."""
         bodies = (*self.gears.values(), *self.disks.values())
-        return tuple(name for name in self.shafts if any(one.shaft == name and one.unbalance for one in bodies))
+        return tuple(name for name in self.shafts if any(body.shaft == name and body.unbalance for body in bodies))
 
     def gear_body(self, name: str) -> Body:
         """Inertia of a gear."""
@@ -259,7 +261,7 @@ class Transmission(Described):
         return disk.inertia(self.materials[disk.material].density if disk.material else 0.0)
 
     def meshes_of(self, gear: str) -> list[str]:
-        """Names of the meshes in which a gear takes part.
+        """Return the names of the meshes in which a gear takes part.
 
         Raises
         ------
@@ -293,9 +295,9 @@ class Transmission(Described):
         if parts[0] not in type(self).model_fields:
             tables = [table for table in _TABLES if parts[0] in getattr(self, table)]
             if not tables:
-                known = [*type(self).model_fields, *(name for table in _TABLES for name in getattr(self, table))]
+                names = [*type(self).model_fields, *(name for table in _TABLES for name in getattr(self, table))]
                 raise InputError(
-                    f"rig {self.name!r} has no part {parts[0]!r} (in {dotted!r}){suggestion(parts[0], known)}"
+                    f"rig {self.name!r} has no part {parts[0]!r} (in {dotted!r}){suggestion(parts[0], names)}"
                 )
             parts = (tables[0], *parts)
         value = self._value(parts, dotted)
@@ -306,19 +308,19 @@ class Transmission(Described):
     def _value(self, path: tuple[str, ...], dotted: str) -> Any:
         here: Any = self
         for part in path:
-            known: list[str] = []
+            names: list[str] = []
             if isinstance(here, BaseModel):
-                known = list(type(here).model_fields)
-                here = getattr(here, part) if part in known else None
+                names = list(type(here).model_fields)
+                here = getattr(here, part) if part in names else None
             elif isinstance(here, Mapping):
-                known = list(here)
+                names = list(here)
                 here = here.get(part)
             elif isinstance(here, tuple) and part.isdigit() and int(part) < len(here):
                 here = here[int(part)]
             else:
                 here = None
             if here is None:
-                raise InputError(f"rig {self.name!r} has no parameter {dotted!r}{suggestion(part, known)}")
+                raise InputError(f"rig {self.name!r} has no parameter {dotted!r}{suggestion(part, names)}")
         return here
 
     def value(self, dotted: str) -> float:
@@ -355,10 +357,10 @@ class Transmission(Described):
         return validated(Transmission, data, owner=f"rig {self.name!r} with {dict(values)}")
 
 
-def _missing(key: str, name: str | None, known: Any) -> Iterator[str]:
-    if name is not None and name not in known:
-        yield f"{key} = {name!r} does not exist; {_known(known)}"
+def _missing(key: str, name: str | None, names: Any) -> Iterator[str]:
+    if name is not None and name not in names:
+        yield f"{key} = {name!r} does not exist; {_listed(names)}"
 
 
-def _known(known: Any) -> str:
-    return f"known: {', '.join(known)}" if known else "the rig has none"
+def _listed(names: Any) -> str:
+    return f"known: {', '.join(names)}" if names else "the rig has none"

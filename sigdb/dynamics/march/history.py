@@ -22,7 +22,7 @@ _HALF_LENGTH = 32
 
 @dataclass(frozen=True, kw_only=True)
 class TimeHistory:
-    """What sensors record over time, sample 0 at time 0, where all meshes begin a tooth pass.
+    """Signals of the sensors over time; sample 0 is at time 0, where all meshes begin a tooth pass.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ def march(
     steps_per_tooth: int = STEPS_PER_TOOTH,
     system: ModalSystem | None = None,
 ) -> TimeHistory:
-    """March a rig in time, with backlash, while its speed and torque change as they are told.
+    """March a rig in time, with backlash, while its speed and torque follow given profiles.
 
     The mesh phase and all that turns follow the angle. The modal system is that of the rig's operating speed:
     gyroscopic moments, and bearings that are described for one speed, stay as they are there, which matters little
@@ -94,10 +94,11 @@ def march(
     duration
         In s.
     sampling_rate
-        Of what is given out, Hz. Steps are a whole fraction of a sample, and signals are filtered: flat to
+        Sampling rate of the signals, Hz. Steps are a whole fraction of a sample, and signals are filtered: flat to
         0.38 of the rate, half at 0.45.
     speed_rpm, torque
-        Of the operating point, over time; the rig's own if left out. Speeds are above zero.
+        Speed and torque of the operating point over time, rpm and N m; constant, as in the rig, if left out. Speeds are
+        above zero.
     index_errors
         (teeth,) index error of each tooth of the damaged gear along the mesh normal, m; none if left out.
     tacho
@@ -144,8 +145,8 @@ def march(
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{name} = {value} must be above zero")
     if tacho is not None and not rig.ratio(tacho):
-        known = ", ".join(name for name in rig.shafts if rig.ratio(name))
-        raise InputError(f"tacho = {tacho!r} is no turning shaft of rig {rig.name!r}; name one of {known}")
+        turning_shafts = ", ".join(name for name in rig.shafts if rig.ratio(name))
+        raise InputError(f"tacho = {tacho!r} is no turning shaft of rig {rig.name!r}; name one of {turning_shafts}")
     if not isinstance(steps_per_tooth, int | np.integer) or steps_per_tooth < 1:
         raise InputError(f"steps_per_tooth = {steps_per_tooth} must be a whole number of at least 1")
     if not isinstance(pulses_per_revolution, int | np.integer) or pulses_per_revolution < 1:
@@ -197,7 +198,7 @@ def march(
 
 
 class _Drive:
-    """What varies in time from outside: the angle, the torque, and all excitations that turn.
+    """The excitations that vary in time: the angle, the torque, and all that turns.
 
     ``inputs`` (inputs of the system, k) are the forces that it gives.
     """
@@ -209,10 +210,10 @@ class _Drive:
         self._speed, self._torque, self._operating = speed, torque, rig.operating
         self._ratio, self._turning = abs(rig.ratio(shaft)), turning(rig, system, shaft)
         self._order = [list(rig.meshes).index(name) for name in meshes_from(rig, gear)]
-        self._lifts = any(one.harmonic.error.any() for one in self._turning)
+        self._lifts = any(each.harmonic.error.any() for each in self._turning)
         used = np.zeros(system.inputs.shape[1], bool)
-        for one in self._turning:
-            used |= one.harmonic.force != 0
+        for each in self._turning:
+            used |= each.harmonic.force != 0
         # A torque that is the operating point's is part of the static response.
         self._excess = any(value != rig.operating.torque for value in torque.value)
         used[len(rig.meshes)] |= self._excess
@@ -233,13 +234,13 @@ class _Drive:
         # d^2/dt^2 of exp(i order theta), over that at the operating speed.
         to_rad = 2 * np.pi / 60 * self._ratio
         speed, nominal = self._speed(t) * to_rad, self._operating.speed_rpm * to_rad
-        for one in self._turning:
-            order = one.harmonic.order
+        for each in self._turning:
+            order = each.harmonic.order
             phasor = np.exp(2j * np.pi * order * turns)
             inertia = (speed**2 - 1j * self._speed.slope(t) * to_rad / order) / nominal**2
-            scale = inertia if one.inertial else share
-            force += ((scale * phasor)[:, None] * one.harmonic.force[self._used]).real
-            lift += (phasor[:, None] * one.harmonic.error[self._order]).real
+            scale = inertia if each.inertial else share
+            force += ((scale * phasor)[:, None] * each.harmonic.force[self._used]).real
+            lift += (phasor[:, None] * each.harmonic.error[self._order]).real
         return turns, force, lift if self._lifts else lift[:, :0]
 
 
@@ -262,9 +263,9 @@ class _AntiAlias:
         if ready < 1:
             return self._held[:0]
         skipped = 2 * self._half // self._finer
-        found = upfirdn(self._taps, self._held, 1, self._finer, axis=0)[skipped : skipped + ready]
+        filtered = upfirdn(self._taps, self._held, 1, self._finer, axis=0)[skipped : skipped + ready]
         self._held = self._held[ready * self._finer :]
-        return found
+        return filtered
 
     @property
     def beyond(self) -> int:
@@ -282,8 +283,8 @@ def _recorded(
     end, chunk = samples * finer, max(1, _CHUNK // finer) * finer
     steps = max(end, end - finer + whole.beyond)
     for begin, stop in pairwise([*range(0, end, chunk), *range(end, steps, chunk), steps]):
-        found, mesh_force = marcher.run(*drive(np.arange(begin + 1, stop + 1) * step))
-        outputs.append(whole(found))
+        block, mesh_force = marcher.run(*drive(np.arange(begin + 1, stop + 1) * step))
+        outputs.append(whole(block))
         forces.append(mesh_force[finer - 1 :: finer])
         if stop <= end:
             closed += int((mesh_force > 0).all(axis=1).sum())
@@ -291,7 +292,7 @@ def _recorded(
     return np.concatenate(outputs)[:samples], np.concatenate(forces)[:samples], closed / end, state
 
 
-def _profile(given: TimeProfile | float | None, usual: float) -> TimeProfile:
-    if isinstance(given, TimeProfile):
-        return given
-    return TimeProfile([0.0], [usual if given is None else float(given)])
+def _profile(profile: TimeProfile | float | None, usual: float) -> TimeProfile:
+    if isinstance(profile, TimeProfile):
+        return profile
+    return TimeProfile([0.0], [usual if profile is None else float(profile)])

@@ -14,7 +14,7 @@ def march_steps(
     decay: FloatArray,
     drive: FloatArray,
     outputs: FloatArray,
-    own: FloatArray,
+    compliance: FloatArray,
     static: FloatArray,
     mean: FloatArray,
     backlash: FloatArray,
@@ -30,8 +30,8 @@ def march_steps(
     """March modal coordinates through the steps of ``turns``, in place.
 
     With ``x_n = z_n - sum_q g1_q f_q,n`` a step is one pass over the modes, ``x <- E x + sum_q (E g1_q + g0_q) f_q``,
-    and outputs are ``Re(c x) + own f``. A mesh's own force is known once its compression is, which follows in closed
-    form for a closed and for an open mesh; with several meshes from a linear system for each pattern of contact.
+    and outputs are ``Re(c x) + compliance f``. A mesh's force follows from its compression, which has a closed form
+    for a closed and for an open mesh. With several meshes it comes from a linear system for each pattern of contact.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def march_steps(
         (inputs, 2, m) E g1 + g0.
     outputs
         (outputs, 2, m) c, the meshes first; the imaginary part is stored negative.
-    own
+    compliance
         (outputs, inputs) Re(c g1) + direct term.
     static
         (outputs,) what the steady torque adds to the outputs.
@@ -98,7 +98,7 @@ def march_steps(
         for q in range(meshes + sliding, Q):
             f[q] = forces[n, q - meshes - sliding]
             for o in range(rows):
-                p[o] += own[o, q] * f[q]
+                p[o] += compliance[o, q] * f[q]
 
         for i in range(meshes):
             place = turns[n] * rates[i]
@@ -128,13 +128,13 @@ def march_steps(
             for i in range(meshes):
                 delta[i] = p[i]
                 for s in range(meshes):
-                    delta[i] += own[i, s] * alpha[s]
-                    A[i, s] = own[i, s] * beta[s]
+                    delta[i] += compliance[i, s] * alpha[s]
+                    A[i, s] = compliance[i, s] * beta[s]
                 A[i, i] += 1.0
                 if state[0] == _CLOSED:
                     for q in range(sliding):
-                        delta[i] += own[i, meshes + q] * v[q]
-                        A[i, 0] += own[i, meshes + q] * w[q]
+                        delta[i] += compliance[i, meshes + q] * v[q]
+                        A[i, 0] += compliance[i, meshes + q] * w[q]
             for c in range(meshes):
                 for r in range(c + 1, meshes):
                     ratio = A[r, c] / A[c, c]
@@ -165,5 +165,5 @@ def march_steps(
         for o in range(rows):
             total = p[o]
             for q in range(meshes + sliding):
-                total += own[o, q] * f[q]
+                total += compliance[o, q] * f[q]
             y[n, o] = total

@@ -28,7 +28,7 @@ of the built-in rigs, and at steps that divide them exact."""
 
 @dataclass(frozen=True, kw_only=True)
 class MeshTables:
-    """What each mesh does over its own period, the damaged gear's mesh first.
+    """Stiffness and errors of each mesh over its period, the damaged gear's mesh first.
 
     Attributes
     ----------
@@ -49,35 +49,35 @@ class MeshTables:
 def mesh_tables(
     rig: Transmission, gear: str, damage: Mapping[int, ToothDamage], index_errors: FloatArray
 ) -> MeshTables:
-    """Tables of a rig with damage by tooth number and index errors (teeth,) of one gear, in its mesh."""
-    own = rig.meshes_of(gear)[0]
+    """Return the tables of a rig with damage by tooth number and index errors (teeth,) of one gear."""
+    main = rig.meshes_of(gear)[0]
     teeth, shaft = rig.gears[gear].teeth, rig.gears[gear].shaft
     names = meshes_from(rig, gear)
     T = teeth * SAMPLES_OF_A_PASS
     forces = np.zeros((len(names), 2, T))
     for i, name in enumerate(names):
-        per_table = teeth if name == own else 1
+        per_table = teeth if name == main else 1
         forces[i] = np.tile(_over_a_pass(rig.meshes[name], T // per_table), per_table)
-    mesh, window = rig.meshes[own], np.arange(int(np.ceil(rig.meshes[own].profile.contact_ratio)) * SAMPLES_OF_A_PASS)
+    mesh, window = rig.meshes[main], np.arange(int(np.ceil(rig.meshes[main].profile.contact_ratio)) * SAMPLES_OF_A_PASS)
     pair = mesh.stiffness * pair_stiffness(mesh.profile, window / SAMPLES_OF_A_PASS)
     for tooth in np.flatnonzero(index_errors):
         forces[0, 1, (window + tooth * SAMPLES_OF_A_PASS) % T] += pair * index_errors[tooth]
-    made = damage_change(mesh, gear, teeth, rig.geometries[own].base_pitch, damage, SAMPLES_OF_A_PASS)
-    error = made.profile + sum(one * index_errors[tooth - 1] for tooth, one in made.errors.items())
-    forces[0, 0, made.samples] += made.stiffness[0]
-    forces[0, 1, made.samples] += error[0]
-    friction = np.zeros((len(made.stiffness) - 1, 2, T))
-    friction[:, 0, made.samples], friction[:, 1, made.samples] = made.stiffness[1:], error[1:]
+    change = damage_change(mesh, gear, teeth, rig.geometries[main].base_pitch, damage, SAMPLES_OF_A_PASS)
+    error = change.profile + sum(force * index_errors[tooth - 1] for tooth, force in change.errors.items())
+    forces[0, 0, change.samples] += change.stiffness[0]
+    forces[0, 1, change.samples] += error[0]
+    friction = np.zeros((len(change.stiffness) - 1, 2, T))
+    friction[:, 0, change.samples], friction[:, 1, change.samples] = change.stiffness[1:], error[1:]
     passes = [rig.gears[rig.meshes[name].driving] for name in names[1:]]
     speed = abs(rig.speed(shaft))
-    rates = [1.0, *(one.teeth * abs(rig.speed(one.shaft)) / speed for one in passes)]
+    rates = [1.0, *(gear.teeth * abs(rig.speed(gear.shaft)) / speed for gear in passes)]
     return MeshTables(rates=np.array(rates), forces=_closed(forces), friction=_closed(friction))
 
 
 def meshes_from(rig: Transmission, gear: str) -> list[str]:
-    """Names of the meshes, that of a gear first."""
-    own = rig.meshes_of(gear)[0]
-    return sorted(rig.meshes, key=lambda name: name != own)
+    """Return the names of the meshes, that of a gear first."""
+    main = rig.meshes_of(gear)[0]
+    return sorted(rig.meshes, key=lambda name: name != main)
 
 
 def _over_a_pass(mesh: Mesh, samples: int) -> FloatArray:
@@ -248,10 +248,10 @@ class Marcher:
         local = self._f[len(self._f) - sum(len(element.columns) for element in self._nonlinear) :].copy()
         for _ in range(_MOST_ITERATIONS):
             outputs, mesh_force = solve(local)
-            found = self._local_forces(outputs)
-            if np.abs(found - local).max(initial=0.0) <= _ACCURACY * np.abs(found).max(initial=0.0):
+            settled = self._local_forces(outputs)
+            if np.abs(settled - local).max(initial=0.0) <= _ACCURACY * np.abs(settled).max(initial=0.0):
                 return outputs, mesh_force
-            local = found
+            local = settled
         raise SigdbError("the forces of nonlinear elements do not converge within a step; give more steps_per_tooth")
 
     def _local_forces(self, outputs: FloatArray) -> FloatArray:

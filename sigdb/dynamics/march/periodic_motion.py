@@ -30,7 +30,7 @@ class RepeatedPeriod:
 
 @dataclass(frozen=True, kw_only=True)
 class PeriodicMotion:
-    """What is marched, whatever the steps."""
+    """A motion to be marched with any number of steps."""
 
     rig: Transmission
     gear: str
@@ -45,32 +45,32 @@ class PeriodicMotion:
     most_revolutions: int
 
     def repeated(self, state: ComplexArray, steps_per_tooth: int) -> RepeatedPeriod:
-        """The period that repeats, marched from a state with so many steps a tooth pass."""
+        """Return the period that repeats, marched from a state with so many steps a tooth pass."""
         teeth, shaft = self.rig.gears[self.gear].teeth, self.rig.gears[self.gear].shaft
         N = self.revolutions * teeth * steps_per_tooth
         step = 2 * np.pi * self.revolutions / abs(self.rig.speed(shaft)) / N
         turns = np.arange(N + 1) / (teeth * steps_per_tooth)
         force, lift = np.zeros((N + 1, self.system.inputs.shape[1])), np.zeros((N + 1, len(self.order)))
-        for one in self.harmonics:
-            phasor = np.exp(2j * np.pi * one.order * turns)[:, None]
-            force += (phasor * one.force).real
-            lift += (phasor * one.error[self.order]).real
+        for harmonic in self.harmonics:
+            phasor = np.exp(2j * np.pi * harmonic.order * turns)[:, None]
+            force += (phasor * harmonic.force).real
+            lift += (phasor * harmonic.error[self.order]).real
         active = np.flatnonzero(force.any(axis=0))
         force, lift = np.ascontiguousarray(force[:, active]), lift if lift.any() else lift[:, :0]
         elements = elements_from(self.rig, self.gear, self.system)
         others = np.eye(self.system.inputs.shape[1])[:, active]
         marcher = Marcher(self.system, elements, self.tables, step, others)
         marcher.start(state, 0.0, force[0], lift[0])
-        before, known = None, np.inf
+        before, last_change = None, np.inf
         for periods in range(1, max(2, self.most_revolutions // self.revolutions) + 1):
             outputs, mesh_force = marcher.run(turns[1:], force[1:], lift[1:])
             if not np.isfinite(outputs).all():
                 break
             change = np.inf if before is None else self._change(outputs, before)
             # What is still to come of a motion that settles geometrically.
-            ratio = min(change / known, _SLOWEST) if np.isfinite(known) and known > 0 else 0.0
+            ratio = min(change / last_change, _SLOWEST) if np.isfinite(last_change) and last_change > 0 else 0.0
             left = change * ratio / (1 - ratio)
-            if np.isfinite(known) and max(change, left) <= self.tolerance:
+            if np.isfinite(last_change) and max(change, left) <= self.tolerance:
                 from_the_mark = np.roll(outputs, 1, axis=0)
                 return RepeatedPeriod(
                     signals=self._signals(from_the_mark, steps_per_tooth),
@@ -81,7 +81,7 @@ class PeriodicMotion:
                     periods=periods,
                     left=left,
                 )
-            before, known = outputs, change
+            before, last_change = outputs, change
         raise SigdbError(
             f"rig {self.rig.name!r}: the motion does not repeat to {self.tolerance:g} of its size within "
             f"{self.most_revolutions} revolutions of the damaged gear; change the damage, the speed or the "

@@ -139,6 +139,10 @@ def settle(
     system
         The rig's modal system; synthesised in full if left out.
 
+    Returns
+    -------
+    Orbit
+
     Raises
     ------
     SigdbError
@@ -159,12 +163,12 @@ def settle(
         tolerance=solver.tolerance,
         most_revolutions=solver.most_revolutions,
     )
-    found, taken = [], 0
+    signals, taken = [], 0
     for steps_per_tooth in (solver.steps_per_tooth // 4, solver.steps_per_tooth // 2, solver.steps_per_tooth):
         last = motion.repeated(state, steps_per_tooth)
         state, taken = last.state, taken + last.periods * revolutions
-        found.append(last.signals)
-    less, more = (fine + (fine - coarse) / 3 for coarse, fine in pairwise(found))
+        signals.append(last.signals)
+    less, more = (fine + (fine - coarse) / 3 for coarse, fine in pairwise(signals))
     size = np.ptp(more, axis=1)
     every, m = solver.steps_per_tooth // solver.samples_per_tooth, len(motion.order)
     return Orbit(
@@ -263,17 +267,17 @@ class PreparedMarch:
     def _state(self, orbit: Orbit, failure: SigdbError | None = None) -> SteadyState:
         """One case, without a leading axis; responses are zero, since the motion holds for its index errors only."""
         revolutions, _ = common_period(self.rig, self.gear)
-        found = harmonics(self.rig, self.system, self.rig.gears[self.gear].shaft, revolutions)
+        excitations = harmonics(self.rig, self.system, self.rig.gears[self.gear].shaft, revolutions)
         elsewhere = orbit.compression[1:] / orbit.static_compression[1:, None]
         signals, compression = orbit.signals, orbit.compression[0]
         return SteadyState(
             signals=signals,
             specimen_response=np.zeros((*signals.shape, self.teeth)),
-            harmonic_response=np.zeros((*signals.shape, len(found), 2)),
-            orders=tuple(harmonic.order for harmonic in found),
+            harmonic_response=np.zeros((*signals.shape, len(excitations), 2)),
+            orders=tuple(harmonic.order for harmonic in excitations),
             compression=compression,
             compression_response=np.zeros((*compression.shape, self.teeth)),
-            compression_harmonic=np.zeros((*compression.shape, len(found), 2)),
+            compression_harmonic=np.zeros((*compression.shape, len(excitations), 2)),
             mesh_force=orbit.mesh_force[0],
             static_compression=float(orbit.static_compression[0]),
             least_elsewhere=np.asarray(elsewhere.min(initial=np.inf)),

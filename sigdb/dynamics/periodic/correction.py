@@ -11,7 +11,7 @@ from sigdb.dynamics.damage_forces import Change
 from sigdb.dynamics.excitation import HarmonicExcitation
 
 Columns = IntArray | slice
-"""Those of the excitation that are asked for."""
+"""Columns of the excitation for which a response is computed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,22 +47,22 @@ class LocalForces:
 
 
 def local_forces(
-    made: Change, teeth: int, revolutions: int, orders: Sequence[HarmonicExcitation], columns: Columns
+    change: Change, teeth: int, revolutions: int, orders: Sequence[HarmonicExcitation], columns: Columns
 ) -> LocalForces:
-    """The forces of a change over some revolutions, under those columns of the excitation that are asked for."""
-    samples = (np.arange(revolutions)[:, None] * made.total + made.samples).ravel()
-    g = np.zeros((len(made.stiffness), revolutions, len(made.samples), 1 + teeth + 2 * len(orders)))
-    g[..., 0] = made.profile[:, None]
-    for tooth, one_error in made.errors.items():
-        g[..., tooth] = one_error[:, None]
+    """Return the forces of a change over some revolutions, for some columns of the excitation."""
+    samples = (np.arange(revolutions)[:, None] * change.total + change.samples).ravel()
+    g = np.zeros((len(change.stiffness), revolutions, len(change.samples), 1 + teeth + 2 * len(orders)))
+    g[..., 0] = change.profile[:, None]
+    for tooth, error_force in change.errors.items():
+        g[..., tooth] = error_force[:, None]
     errors = g.reshape(len(g), len(samples), g.shape[-1])
-    stiffness = np.tile(made.stiffness, revolutions)
-    for i, one in enumerate(orders):
-        error = one.error[0] * np.exp(2j * np.pi / made.total * one.order * samples)
+    stiffness = np.tile(change.stiffness, revolutions)
+    for i, harmonic in enumerate(orders):
+        error = harmonic.error[0] * np.exp(2j * np.pi / change.total * harmonic.order * samples)
         errors[:, :, 1 + teeth + 2 * i] = stiffness * error.real
         errors[:, :, 2 + teeth + 2 * i] = stiffness * -error.imag
     return LocalForces(
-        total=made.total * revolutions, samples=samples, stiffness=stiffness, errors=errors[:, :, columns]
+        total=change.total * revolutions, samples=samples, stiffness=stiffness, errors=errors[:, :, columns]
     )
 
 

@@ -114,7 +114,7 @@ def hill(transfer: ComplexArray, kappa: Sequence[FloatArray], period: Period) ->
     passes, total = period.passes, period.samples
     g, meshes = gcd(*passes), len(passes)
     L = total // g
-    stiffness = np.array([stiffness_matrix(one, count // g, L) for one, count in zip(kappa, passes, strict=True)])
+    stiffness = np.array([stiffness_matrix(curve, count // g, L) for curve, count in zip(kappa, passes, strict=True)])
     steps = g * np.arange(L)
     harmonics = np.array([np.sort((b + steps + total // 2) % total - total // 2) for b in range(g // 2 + 1)])
     factors = []
@@ -138,6 +138,6 @@ def stiffness_matrix(kappa: FloatArray, step: int, L: int) -> ComplexArray:
 
 def at_harmonics(spectrum: ComplexArray, k: IntArray) -> ComplexArray:
     """A one-sided spectrum, harmonics first, at harmonics of either sign."""
-    found = spectrum[np.abs(k)]
-    found[k < 0] = found[k < 0].conj()
-    return found
+    values = spectrum[np.abs(k)]
+    values[k < 0] = values[k < 0].conj()
+    return values

@@ -32,11 +32,11 @@ class Alone:
     def solve(self, spectrum: ComplexArray) -> ComplexArray:
         """Compression (K,) of the varying mesh, where the mean system has this one."""
         mean = np.where(self.kept, at_harmonics(spectrum, self.harmonics), 0)
-        found = np.matmul(self.inverses, mean[:, :, None])[:, :, 0]
+        solution = np.matmul(self.inverses, mean[:, :, None])[:, :, 0]
         solved = np.zeros_like(spectrum)
         right, left = self.kept & (self.harmonics >= 0), self.kept & (self.harmonics < 0)
-        solved[-self.harmonics[left]] = found[left].conj()
-        solved[self.harmonics[right]] = found[right]
+        solved[-self.harmonics[left]] = solution[left].conj()
+        solved[self.harmonics[right]] = solution[right]
         return solved
 
 
@@ -110,14 +110,16 @@ class LongPeriod:
 
         def alone(x: FloatArray) -> FloatArray:
             delta = x.view(complex).reshape(shape)
-            return packed(np.array([one.solve(part) for one, part in zip(self.alone, delta, strict=True)]))
+            return packed(np.array([mesh.solve(part) for mesh, part in zip(self.alone, delta, strict=True)]))
 
         size = 2 * mean.size
-        operator, inverse = (LinearOperator((size, size), matvec=one, dtype=float) for one in (equation, alone))
-        found, info = gmres(operator, packed(mean / scale), M=inverse, rtol=_RESIDUAL, atol=0.0, restart=60, maxiter=10)
+        operator, inverse = (LinearOperator((size, size), matvec=product, dtype=float) for product in (equation, alone))
+        solution, info = gmres(
+            operator, packed(mean / scale), M=inverse, rtol=_RESIDUAL, atol=0.0, restart=60, maxiter=10
+        )
         if info:
             raise SigdbError("the periodic solution of the meshes does not converge; the rig may be unstable")
-        return scale * found.view(complex).reshape(shape)
+        return scale * solution.view(complex).reshape(shape)
 
 
 def long_period(transfer: ComplexArray, kappa: Sequence[FloatArray], period: Period) -> LongPeriod:
@@ -126,10 +128,10 @@ def long_period(transfer: ComplexArray, kappa: Sequence[FloatArray], period: Per
     return LongPeriod(
         transfer=transfer,
         period=period,
-        kappa=np.array([over_the_period(one, count, F) for one, count in zip(kappa, period.passes, strict=True)]),
+        kappa=np.array([over_the_period(curve, count, F) for curve, count in zip(kappa, period.passes, strict=True)]),
         alone=tuple(
-            _alone(transfer[:, i, i], one, count, period.samples)
-            for i, (one, count) in enumerate(zip(kappa, period.passes, strict=True))
+            _alone(transfer[:, i, i], curve, count, period.samples)
+            for i, (curve, count) in enumerate(zip(kappa, period.passes, strict=True))
         ),
     )
 
@@ -155,7 +157,7 @@ class IteratedCorrection:
     forces
         Forces of the change.
     excitation
-        Spectra ``free`` and ``force`` of what excites the rig, for the columns asked for.
+        Spectra ``free`` and ``force`` of what excites the rig, for the columns to be solved.
     rows
         Makes rows of a spectrum of outputs.
     """

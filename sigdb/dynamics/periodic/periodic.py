@@ -5,7 +5,7 @@ The healthy rig is solved once for an operating point (:mod:`sigdb.dynamics.peri
 its influence P, the response to a unit force at each sample. So only ``(I + P_SS D) delta_S = R_S + P_SS g`` is left to
 solve, and every output is the healthy one plus a few columns: ``y = y_0 + A_S f``.
 
-D on samples holds the alias of its finest details. What that does is estimated for every case; where it is more than
+D on samples holds the alias of its finest details. Its effect is estimated for every case; where it is more than
 `TOLERANCE` the alias is computed from a finer grid and taken out by iteration.
 """
 
@@ -222,7 +222,7 @@ class PeriodicRig:
         """
         m, N, columns = len(self.meshes), self.period.samples, slice(None)
         weights = np.concatenate([[1.0], index_errors, np.tile([1.0, 0.0], len(self.harmonics))])
-        damaged = any(one.is_damage for one in damage.values())
+        damaged = any(tooth.is_damage for tooth in damage.values())
         forces = self._forces(self._change(damage), columns)
         rows = self._correction(forces, columns).solved()[1] if damaged else self.response
         delta = (rows[: m * N] @ weights).reshape(m, N)
@@ -239,9 +239,9 @@ class PeriodicRig:
         spectrum, conjugate = acting @ force / N, acting @ force.conj() / N
         omega = 2j * np.pi / self.seconds * np.arange(self.period.harmonics)
         state = (spectrum / (omega - poles)).sum(axis=1) + (conjugate / (-omega - poles))[:, 1:].sum(axis=1)
-        for one in self.harmonics:
-            speed, pole = 1j * one.order * self.shaft_speed, poles[:, 0]
-            state += inputs @ one.force / 2 / (speed - pole) + inputs @ one.force.conj() / 2 / (-speed - pole)
+        for harmonic in self.harmonics:
+            speed, pole = 1j * harmonic.order * self.shaft_speed, poles[:, 0]
+            state += inputs @ harmonic.force / 2 / (speed - pole) + inputs @ harmonic.force.conj() / 2 / (-speed - pole)
         return state
 
     def _change(self, damage: Mapping[int, ToothDamage], factor: int = 1) -> Change:
@@ -260,19 +260,19 @@ class PeriodicRig:
             forces, self.response[:, columns], influences, lambda force: self.rows(self.solver.respond(force))
         )
 
-    def _alias(self, forces: LocalForces, delta: FloatArray, known: ComplexArray) -> ComplexArray:
-        """(inputs of the rig, K, columns) what forces hold beside those known, delta being on their finer grid."""
-        found = np.zeros((self.solver.transfer.shape[2], self.period.harmonics, delta.shape[1]), complex)
+    def _alias(self, forces: LocalForces, delta: FloatArray, counted: ComplexArray) -> ComplexArray:
+        """(inputs of the rig, K, columns) forces that are not counted yet, delta being on their finer grid."""
+        alias = np.zeros((self.solver.transfer.shape[2], self.period.harmonics, delta.shape[1]), complex)
         true = forces.everywhere(forces(delta[forces.samples]))
-        found[inputs_of(forces, len(self.meshes))] = self.period.spectrum(true) - known
-        return found
+        alias[inputs_of(forces, len(self.meshes))] = self.period.spectrum(true) - counted
+        return alias
 
     def _finely(self, rows: FloatArray) -> FloatArray:
         """(meshes, F) compressions under torque on the grid of the truncation."""
         first = rows[: len(self.meshes) * self.period.samples, 0]
         return resampled(first.reshape(len(self.meshes), -1).T, GRID).T
 
-    def _error(self, local: LocalForces, known: ComplexArray | None, rows: FloatArray) -> float:
+    def _error(self, local: LocalForces, counted: ComplexArray | None, rows: FloatArray) -> float:
         """Estimate of the signals' error: the mean system's answer to forces left out, by truncation and by alias.
 
         ``local`` are the forces under torque on the grid of the truncation; where no forces are known there is no
@@ -280,8 +280,8 @@ class PeriodicRig:
         """
         delta = self._finely(rows)
         left_out = self.truncation.acting_back(delta, local)
-        if known is not None:
-            left_out += self._alias(local, delta[0, :, None], known)
+        if counted is not None:
+            left_out += self._alias(local, delta[0, :, None], counted)
         m = len(self.meshes)
         answer = self.period.averaged(np.einsum("koi,ikc->okc", self.solver.transfer[:, m:], left_out))
         return _of_peak_to_peak(answer[:, :, 0], self._signals(rows))
@@ -290,13 +290,13 @@ class PeriodicRig:
         self, fine: LocalForces, correction: Correction, force: FloatArray, rows: FloatArray
     ) -> FloatArray:
         """Rows without alias, but for that of a finer grid, by iteration from the forces of the damage."""
-        known = self.period.spectrum(correction.forces.everywhere(force))
+        counted = self.period.spectrum(correction.forces.everywhere(force))
         inputs = inputs_of(fine, len(self.meshes))
         for _ in range(_MOST_ITERATIONS):
-            alias = self._alias(fine, resampled(rows[: self.period.samples], _FINE), known)
+            alias = self._alias(fine, resampled(rows[: self.period.samples], _FINE), counted)
             more, further = correction.followed(alias)
             rows = rows + further
-            known = known + alias[inputs] + self.period.spectrum(correction.forces.everywhere(more))
+            counted = counted + alias[inputs] + self.period.spectrum(correction.forces.everywhere(more))
             if _of_peak_to_peak(self._signals(further), self._signals(rows)) < TOLERANCE / 10:
                 return rows
         raise SigdbError(

@@ -51,6 +51,10 @@ def prepare(
     system
         The rig's modal system, for example a truncated one; synthesised in full if left out.
 
+    Returns
+    -------
+    PeriodicRig
+
     Raises
     ------
     NotApplicableError
@@ -70,12 +74,12 @@ def prepare(
         raise InputError(
             f"rig {rig.name!r} has no torque through its meshes; give operating.drive, load, speed and torque"
         )
-    own = rig.meshes_of(gear)
-    if len(own) > 1:
+    main = rig.meshes_of(gear)
+    if len(main) > 1:
         raise InputError(
-            f"gear {gear!r} of rig {rig.name!r} takes part in {len(own)} meshes; damage is simulated in one"
+            f"gear {gear!r} of rig {rig.name!r} takes part in {len(main)} meshes; damage is simulated in one"
         )
-    names = sorted(rig.meshes, key=lambda name: name != own[0])
+    names = sorted(rig.meshes, key=lambda name: name != main[0])
     order = [list(rig.meshes).index(name) for name in names]
     meshes, m = tuple(rig.meshes[name] for name in names), len(names)
     revolutions, passes = common_period(rig, gear)
@@ -89,14 +93,16 @@ def prepare(
             f"rig {rig.name!r} has elements that are not linear, for which there is no periodic solution "
             f"({', '.join(element.name for element in nonlinear)}); simulate with solver=sigdb.Transient()"
         )
-    found = tuple(replace(one, error=one.error[order]) for one in harmonics(rig, system, shaft, revolutions))
+    excitations = tuple(
+        replace(harmonic, error=harmonic.error[order]) for harmonic in harmonics(rig, system, shaft, revolutions)
+    )
     passes_of = [over_a_pass(mesh) for mesh in meshes]
     varying = [(stiffness - mesh.stiffness, force) for mesh, (stiffness, force) in zip(meshes, passes_of, strict=True)]
     while True:
         transfer = _transfer(system, order, period, speed)
         inputs = [*range(m), *meshes_among(system.elements)[order[0]].columns[1:]]
         solver = _solver(transfer[:, :, inputs], [kappa for kappa, _ in varying], period)
-        free, force = excitation(period, meshes, teeth, found, transfer)
+        free, force = excitation(period, meshes, teeth, excitations, transfer)
         force = np.concatenate([force, np.zeros((2, *force.shape[1:]))])
         response = solver.respond(force, free)
         beyond = truncation(_transfer(system, order, twice(period), speed)[:, :m, inputs], varying, period)
@@ -107,11 +113,11 @@ def prepare(
             teeth=teeth,
             meshes=meshes,
             order=tuple(order),
-            base_pitch=rig.geometries[own[0]].base_pitch,
+            base_pitch=rig.geometries[main[0]].base_pitch,
             shaft_speed=speed,
             period=period,
             samples=n,
-            harmonics=found,
+            harmonics=excitations,
             static_compression=transfer[0, :m, m].real,
             healthy=_healthy_stiffness(meshes, period),
             excitation=(free, force),
@@ -135,10 +141,10 @@ def _transfer(system: ModalSystem, order: Sequence[int], period: Period, speed: 
     """(K, outputs, inputs) at the harmonics of a period, the meshes in that order."""
     m = len(order)
     outputs, inputs = [*order, *range(m, len(system.outputs))], [*order, *range(m, system.inputs.shape[1])]
-    found = system.transfer(speed / period.revolutions * np.arange(period.harmonics))[:, outputs][:, :, inputs]
+    transfer = system.transfer(speed / period.revolutions * np.arange(period.harmonics))[:, outputs][:, :, inputs]
     if period.samples % 2 == 0:
-        found[-1] = 0
-    return found
+        transfer[-1] = 0
+    return transfer
 
 
 def _healthy_stiffness(meshes: tuple[Mesh, ...], period: Period) -> FloatArray:

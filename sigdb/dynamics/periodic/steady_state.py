@@ -197,5 +197,7 @@ class SteadyState:
 
 
 _BY_CASE = tuple(
-    one.name for one in fields(SteadyState) if one.name not in ("orders", "static_compression", "failures")
+    attribute.name
+    for attribute in fields(SteadyState)
+    if attribute.name not in ("orders", "static_compression", "failures")
 )

@@ -1,4 +1,4 @@
-"""What a solution in a finite number of harmonics leaves out.
+"""Truncation: the part that a solution in a finite number of harmonics leaves out.
 
 The harmonics beyond it, up to twice as high, answer to the forces that the solution itself predicts there; by the
 varying mesh stiffness they act back on those that are kept. That is the first term of a series of corrections.
@@ -79,7 +79,7 @@ def truncation(
     transfer = transfer.copy()
     transfer[: (period.samples + 1) // 2] = 0
     stiffness, errors = (
-        np.array([over_the_period(one[i], count, F) for one, count in zip(over_a_pass, period.passes, strict=True)])
+        np.array([over_the_period(curve[i], count, F) for curve, count in zip(over_a_pass, period.passes, strict=True)])
         for i in range(2)
     )
     return Truncation(period=period, transfer=transfer, stiffness=stiffness, errors=errors)

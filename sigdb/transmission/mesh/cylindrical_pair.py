@@ -36,7 +36,7 @@ class CylindricalPair:
     normal_module, face_width
         In m.
     pressure_angle_deg, helix_angle_deg
-        Of the rack, in the normal section.
+        Pressure angle of the rack, in the normal section, deg.
     profile_shifts
         In normal modules.
     centre_distance

@@ -83,7 +83,7 @@ class ElasticPair:
     def forms(self) -> tuple[ToothForm, ToothForm]:
         """The teeth of both gears."""
         g = self.geometry
-        one, two = (
+        driving, driven = (
             ToothForm(
                 teeth=g.teeth[i],
                 module=g.normal_module,
@@ -94,7 +94,7 @@ class ElasticPair:
             )
             for i in (0, 1)
         )
-        return one, two
+        return driving, driven
 
     def check(self) -> None:
         """Refuse a pair for which the method does not hold.
@@ -135,7 +135,7 @@ def pair_curve(pair: ElasticPair, damage: ToothDamage = SOUND, member: int = 0) 
     pair
         The gears.
     damage
-        What is wrong with the geometry of one tooth.
+        If the geometry of a tooth does not hold.
     member
         Whose tooth: 0 the driving gear's, 1 the driven gear's.
 
@@ -155,15 +155,15 @@ def pair_curve(pair: ElasticPair, damage: ToothDamage = SOUND, member: int = 0) 
     centre = float(pair.curvatures(np.array(place))[member])
     compliance, touching = np.zeros(POINTS), np.full(POINTS, width)
     for i, rho in enumerate(pair.curvatures(x)):
-        one = damage if i == member else SOUND
+        tooth_damage = damage if i == member else SOUND
         # Ascending along the tooth, which the driven gear's runs down.
         order = slice(None, None, -1 if i else 1)
-        compliance += tooth_compliance(forms[i], pair.materials[i], width, pair.bores[i], rho[order], centre, one)[
-            order
-        ]
+        compliance += tooth_compliance(
+            forms[i], pair.materials[i], width, pair.bores[i], rho[order], centre, tooth_damage
+        )[order]
         if i == member:
-            touching = contact_width(forms[i], width, rho, centre, one)
-    compliance += 2 / np.pi * sum(one.contact_compliance for one in pair.materials) / touching
+            touching = contact_width(forms[i], width, rho, centre, tooth_damage)
+    compliance += 2 / np.pi * sum(material.contact_compliance for material in pair.materials) / touching
     stiffness = np.zeros(POINTS) if broken_off(forms[member], damage) else 1 / compliance
     stiffness.flags.writeable = False
     return stiffness

@@ -13,7 +13,7 @@ from sigdb.transmission.parts.gears import Mesh
 
 @dataclass(frozen=True, kw_only=True)
 class PairMember:
-    """What the geometry needs to know of one gear of a pair.
+    """A gear of a pair, as far as the geometry depends on it.
 
     Attributes
     ----------

@@ -44,10 +44,10 @@ class GeometryProfile(Profile):
             If it does not hold for that pair.
         """
         shifts = (self.profile_shift, -self.profile_shift)
-        known = self.model_copy()
-        known._elastic = replace(pair, geometry=replace(pair.geometry, profile_shifts=shifts, rack=self.rack))
-        check_contact(known.ideal_contact, self.flank)
-        return known
+        profile = self.model_copy()
+        profile._elastic = replace(pair, geometry=replace(pair.geometry, profile_shifts=shifts, rack=self.rack))
+        check_contact(profile.ideal_contact, self.flank)
+        return profile
 
     @property
     def elastic(self) -> ElasticPair:
@@ -110,9 +110,9 @@ class EnergyMethod(GeometryProfile):
         ValueError
             If the method does not hold for that pair.
         """
-        known = super().fitted(pair)
-        known.elastic.check()
-        return known
+        profile = super().fitted(pair)
+        profile.elastic.check()
+        return profile
 
     @property
     def mean_stiffness(self) -> float:
@@ -136,10 +136,10 @@ class EnergyMethod(GeometryProfile):
                 f"pits = {damage.pits} of pit_diameter = {damage.pit_diameter} do not fit in a row on the face width, "
                 f"{width} m; give fewer or smaller ones"
             )
-        known = self.model_copy()
-        known._damage = damage.geometry
-        known._member = both.index(teeth) if driving is None else int(not driving)
-        return known
+        profile = self.model_copy()
+        profile._damage = damage.geometry
+        profile._member = both.index(teeth) if driving is None else int(not driving)
+        return profile
 
     def pair_stiffness(self, x: FloatArray) -> FloatArray:
         """Stiffness of a pair at x passes after first contact."""
@@ -173,9 +173,9 @@ class Iso6336(GeometryProfile):
     def mean_stiffness(self) -> float:
         """Mean mesh stiffness along the normal, N/m."""
         pair = self.pair
-        one, two = (material.young_modulus for material in self.elastic.materials)
+        driving, driven = (material.young_modulus for material in self.elastic.materials)
         stiffness = iso_mesh_stiffness(
-            pair, young_moduli=(one, two), blank_factor=self.blank_factor, line_load=self.line_load
+            pair, young_moduli=(driving, driven), blank_factor=self.blank_factor, line_load=self.line_load
         )
         return stiffness.mean * pair.face_width / float(np.cos(pair.base_helix)) ** 2
 

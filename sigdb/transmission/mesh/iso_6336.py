@@ -51,7 +51,7 @@ def iso_mesh_stiffness(
     pair
         External spur or helical gears, contact ratio at least 1.2.
     young_moduli
-        Of both gears, Pa; the standard's steel has 206 GPa.
+        Young's moduli of both gears, Pa; the standard's steel has 206 GPa.
     blank_factor
         C_R: 1 for solid disks, less for gears with a thin web.
     line_load

@@ -36,7 +36,7 @@ MOST_PASSES = 3
 
 
 class Profile(Described):
-    """What every kind of profile offers."""
+    """Base of every kind of profile."""
 
     @property
     def mean_stiffness(self) -> float | None:
@@ -218,7 +218,7 @@ def check_contact(length: float, flank: float) -> None:
     Raises
     ------
     ValueError
-        What is wrong.
+        If it is not.
     """
     if not 1 <= length < MOST_PASSES - flank:
         raise ValueError(f"the contact is {length:.4g} passes long; it must be 1 to {MOST_PASSES - flank:g}")

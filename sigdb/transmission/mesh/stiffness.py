@@ -79,8 +79,8 @@ def tooth_stiffness(
     """
     rows = place_in_contact(u, teeth)
     stiffness = pair_stiffness(mesh.profile, rows)
-    for tooth, one in damage.items():
-        stiffness[tooth - 1] = damaged_pair_stiffness(mesh.profile, rows[tooth - 1], one, teeth, driving=driving)
+    for tooth, harm in damage.items():
+        stiffness[tooth - 1] = damaged_pair_stiffness(mesh.profile, rows[tooth - 1], harm, teeth, driving=driving)
     return mesh.stiffness * stiffness
 
 

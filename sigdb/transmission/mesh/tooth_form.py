@@ -23,7 +23,7 @@ class ToothForm:
     Attributes
     ----------
     teeth, module, profile_shift, tip_radius
-        Of the gear; lengths in m, the shift in modules.
+        Tooth count and sizes of the gear; lengths in m, the shift in modules.
     pressure_angle
         In rad.
     rack

@@ -54,7 +54,7 @@ def sections(form: ToothForm, face_width: float, rho: FloatArray, centre: float,
     centre
         Radius of curvature at which the pits' centres lie, m.
     damage
-        What is wrong with the tooth: its crack, wear, chip and pits, in this order.
+        If the damage does not fit the tooth: crack, wear, chip and pits are checked in this order.
 
     Notes
     -----
@@ -109,7 +109,7 @@ def loaded_side(form: ToothForm, y: FloatArray, x: FloatArray, damage: ToothDama
     angle = np.deg2rad(damage.crack_angle_deg)
     x_tip = x_start - damage.crack_depth * np.sin(angle)
     y_tip = y_start - damage.crack_depth * np.cos(angle)
-    (y_top, x_top) = (float(one) for one in form.involute(np.array(form.tip_curvature)))
+    (y_top, x_top) = (float(coordinate) for coordinate in form.involute(np.array(form.tip_curvature)))
     rising = np.clip((y - y_start) / (y_top - y_start), 0, 1)
     line = x_tip + max(0.0, x_top - x_tip) * rising
     # Below the crack's start the tooth hangs on what is left of that section.

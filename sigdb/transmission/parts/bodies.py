@@ -51,15 +51,15 @@ class Rotating(Described):
     @model_validator(mode="after")
     def _inertia_or_shape(self) -> Self:
         numbers = ("mass", "polar_inertia", "diametral_inertia")
-        given = {name for name in numbers if getattr(self, name) is not None}
+        stated = {name for name in numbers if getattr(self, name) is not None}
         shape = {name for name in self.shape_fields() if getattr(self, name) is not None}
-        if given and shape:
+        if stated and shape:
             raise ValueError(
-                f"{sorted(given)[0]} and {sorted(shape)[0]} are both given; give numbers or a shape, not both"
+                f"{sorted(stated)[0]} and {sorted(shape)[0]} are both given; give numbers or a shape, not both"
             )
-        if given and (self.mass is None or self.polar_inertia is None):
+        if stated and (self.mass is None or self.polar_inertia is None):
             raise ValueError("mass and polar_inertia belong together; give both")
-        if not given and shape != self.shape_fields():
+        if not stated and shape != self.shape_fields():
             lacking = sorted(self.shape_fields() - shape)
             raise ValueError(
                 f"{lacking[0]} is missing; give {', '.join(sorted(self.shape_fields()))}, or mass and polar_inertia"

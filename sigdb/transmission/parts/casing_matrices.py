@@ -43,7 +43,7 @@ class CasingMatrices(Described):
                 f"casing.matrices: mass {mass.shape} and stiffness {stiffness.shape} must be square and alike"
             )
         for name, degrees in self.points.items():
-            if not all(-1 <= one < n for one in degrees):
+            if not all(-1 <= degree < n for degree in degrees):
                 raise InputError(f"casing.matrices.points.{name} = {list(degrees)} must be from -1 to {n - 1}")
         try:
             squares, shapes = eigh(_symmetric(stiffness), _symmetric(mass))
@@ -76,8 +76,8 @@ class CasingMatrices(Described):
             raise InputError(f"casing.matrices: {path} cannot be read ({error})") from None
         if self.file is not None:
             if name not in content:
-                known = ", ".join(key for key in content if not key.startswith("_"))
-                raise InputError(f"casing.matrices: {path} holds no array {name!r}; it holds {known}")
+                arrays = ", ".join(key for key in content if not key.startswith("_"))
+                raise InputError(f"casing.matrices: {path} holds no array {name!r}; it holds {arrays}")
             content = content[name]
         dense = content.toarray() if hasattr(content, "toarray") else content
         matrix = np.asarray(dense)

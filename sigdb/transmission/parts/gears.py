@@ -68,7 +68,7 @@ AnyProfile = Annotated[
     | Annotated[Iso6336, Tag("iso-6336")],
     Discriminator(kind),
 ]
-"""The kinds of profile that a mesh can have, told apart by their key ``kind``."""
+"""The kinds of profile that a mesh can have, distinguished by their key ``kind``."""
 
 
 def _mean_of_profile(checked: dict[str, Any]) -> float | None:

@@ -18,7 +18,7 @@ class Sensor(Described):
     gear: str | None = Field(default=None, description="Gear whose centre is measured.")
     point: str | None = Field(default=None, description="Point of the casing that is measured.")
     direction: Vector = quantity("-", "Direction of sensitivity in the casing's frame; only its direction counts.")
-    quantity: Literal["displacement", "velocity", "acceleration"] = Field(description="What is measured.")
+    quantity: Literal["displacement", "velocity", "acceleration"] = Field(description="Measured quantity.")
 
     @model_validator(mode="after")
     def _one_place(self) -> Self:

@@ -1,4 +1,4 @@
-"""What holds and drives the rotors: bearings, couplings to end machines, and the casing."""
+"""Supports and drives of the rotors: bearings, couplings to end machines, and the casing."""
 
 from typing import Annotated, Self
 

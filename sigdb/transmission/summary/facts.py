@@ -148,7 +148,7 @@ class ResonanceFacts(ModeFacts):
 
 
 class RigFacts(TypedDict):
-    """What :func:`~sigdb.transmission.describe_rig` returns."""
+    """A rig as :func:`~sigdb.transmission.describe_rig` describes it."""
 
     name: str
     title: str

@@ -26,15 +26,15 @@ def shaft_facts(rig: Transmission, name: str) -> ShaftFacts:
     """Return the facts of a shaft: length, mass, signed speed about its own z axis."""
     shaft = rig.shafts[name]
     mass = sum(
-        rig.materials[one.material or shaft.material or ""].density
-        * np.pi / 4 * (one.outer_diameter**2 - one.inner_diameter**2) * one.length
-        for one in shaft.segments
+        rig.materials[segment.material or shaft.material or ""].density
+        * np.pi / 4 * (segment.outer_diameter**2 - segment.inner_diameter**2) * segment.length
+        for segment in shaft.segments
     )  # fmt: skip
     return {
         "name": name,
         "segments": len(shaft.segments),
         "nodes": shaft.nodes,
-        "length": sum(one.length for one in shaft.segments),
+        "length": sum(segment.length for segment in shaft.segments),
         "mass": float(mass),
         "speed_rpm": float(rig.speed(name) * 30 / np.pi),
         "speed_hz": float(abs(rig.speed(name)) / (2 * np.pi)),
@@ -78,7 +78,7 @@ def bearing_facts(rig: Transmission, name: str) -> BearingFacts:
     """Return the facts of a bearing: the diagonals of its stiffness and damping, and whether they have cross terms."""
     bearing = rig.bearings[name]
     stiffness, damping = bearing.matrices
-    crossed = any(np.any(one - np.diag(np.diag(one))) for one in (stiffness, damping))
+    crossed = any(np.any(matrix - np.diag(np.diag(matrix))) for matrix in (stiffness, damping))
     return {
         "name": name,
         "shaft": bearing.shaft,

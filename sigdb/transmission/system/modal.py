@@ -148,12 +148,12 @@ def modal_system(rig: Transmission, *, component_modes: int | None = None) -> Mo
     >>> bool(np.isclose(compliance, 1 / system.mesh_stiffness[0]))
     True
     """
-    found = _synthesise(rig, component_modes)
-    parts, poles = found.parts, found.poles
-    inputs = found.participation @ np.column_stack(
+    synthesis = _synthesise(rig, component_modes)
+    parts, poles = synthesis.parts, synthesis.poles
+    inputs = synthesis.participation @ np.column_stack(
         [parts.meshes, parts.torque, parts.load, parts.unbalance, parts.friction]
     )
-    displacement = np.vstack([parts.meshes.T, parts.sensors]) @ found.shapes
+    displacement = np.vstack([parts.meshes.T, parts.sensors]) @ synthesis.shapes
     order = np.array([0] * len(rig.meshes) + [sensor.derivative for sensor in rig.sensors.values()])
     first_moment = ((displacement * poles) @ inputs).real
     return ModalSystem(
@@ -170,15 +170,27 @@ def modal_system(rig: Transmission, *, component_modes: int | None = None) -> Mo
 
 
 def coupled_modes(rig: Transmission, *, component_modes: int | None = None) -> CoupledModes:
-    """Natural frequencies, damping, and what moves in each mode, of the coupled rig at its operating point."""
-    found = _synthesise(rig, component_modes)
-    upper = np.flatnonzero(found.poles.imag >= 0)
-    upper = upper[np.argsort(np.abs(found.poles[upper]), kind="stable")]
-    poles = found.poles[upper]
+    """Return natural frequencies, damping and shares of energy of the modes of a rig at its operating point.
+
+    Parameters
+    ----------
+    rig
+        The transmission.
+    component_modes
+        Modes kept of each rotor; see :func:`modal_system`.
+
+    Returns
+    -------
+    CoupledModes
+    """
+    synthesis = _synthesise(rig, component_modes)
+    upper = np.flatnonzero(synthesis.poles.imag >= 0)
+    upper = upper[np.argsort(np.abs(synthesis.poles[upper]), kind="stable")]
+    poles = synthesis.poles[upper]
     return CoupledModes(
         frequency_hz=poles.imag / (2 * np.pi),
         damping_ratio=-poles.real / np.abs(poles),
-        moves=tuple(_energy_shares(found.parts, found.shapes[:, i]) for i in upper),
+        moves=tuple(_energy_shares(synthesis.parts, synthesis.shapes[:, i]) for i in upper),
     )
 
 
