@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_limits
 import sigdb
 from sigdb.diagnosis import Diagnosis, diagnose
 from sigdb.recording import Surroundings, synthetic_recording
-from sigdb.recording.synthetic.operation import Drift
+from sigdb.recording.synthetic.surroundings import Drift
 from sigdb.transmission import Transmission
 
 RATE, REVOLUTIONS = 102.4e3, 140

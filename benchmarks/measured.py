@@ -35,8 +35,8 @@ from sigdb.pipeline import load_recipe
 from sigdb.recognition import ErrorCurve, OperatingPoint, above_bound, error_curve, operating_points, train
 from sigdb.recording import Surroundings
 from sigdb.recording.synthetic.motion import Motion, simulate_motion
-from sigdb.recording.synthetic.noise import relative_density
 from sigdb.recording.synthetic.recording import record
+from sigdb.recording.synthetic.sensors import relative_density
 from sigdb.signature import difference_signal, fm4, mesh_bands, pooled_wigner_ville, synchronous_average, tacho_pulses
 from sigdb.sweep import run
 from sigdb.transmission import Transmission

@@ -10,9 +10,9 @@ from threadpoolctl import threadpool_limits
 from sigdb.core import OnStep, SigdbError, ignore, plain
 from sigdb.paper.claim_results import ClaimResult
 from sigdb.paper.claims import CLAIMS, ClaimText
-from sigdb.paper.sensitivity import Variation, variations
 from sigdb.paper.signals import PaperSignals, check_subject, paper_signals
 from sigdb.paper.truncation import TRUNCATION, truncated_against_full
+from sigdb.paper.variations import Variation, variations
 from sigdb.transmission import Transmission
 
 

@@ -11,7 +11,7 @@ from matplotlib.image import imread
 
 import sigdb
 from sigdb.cli.main import cli
-from sigdb.paper import results, sensitivity
+from sigdb.paper import results, variations
 from sigdb.paper.signals import FIGURE_8A, FIGURE_8B
 from sigdb.pipeline import load_recipe
 
@@ -39,7 +39,7 @@ def ran(tmp_path_factory):
     """Folder, output and table of a run; of the sensitivity only two variations, which keeps it short."""
     out = tmp_path_factory.mktemp("paper")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sensitivity, "_FACTORS", {"speed": (0.97,), "bearing stiffness": (1.2,)})
+        patch.setattr(variations, "_FACTORS", {"speed": (0.97,), "bearing stiffness": (1.2,)})
         result = CliRunner().invoke(cli, ["run", str(PAPER), "--out", str(out), "--jobs", "1"], catch_exceptions=False)
     assert result.exit_code == 0, result.output
     return out, result.stdout, json.loads((out / "claims.json").read_text(encoding="utf-8"))
@@ -120,7 +120,7 @@ def test_sensitivity_tells_every_claim_for_every_variation(ran):
 
 def test_a_variation_changes_one_number_alone():
     rig = sigdb.load_transmission("nasa-spiral-bevel")
-    found = {(one.what, one.factor): one.rig for one in sensitivity.variations(rig, "pinion")}
+    found = {(one.what, one.factor): one.rig for one in variations.variations(rig, "pinion")}
     assert len(found) == 4 + 5 * 2
     plain = rig.model_dump(exclude={"name"})
     for (what, factor), varied in found.items():
@@ -148,7 +148,7 @@ def test_a_rig_that_cannot_be_solved_is_a_row_with_its_reason(monkeypatch):
         raise sigdb.SigdbError("it is unstable")
 
     monkeypatch.setattr(results, "paper_signals", unstable)
-    variation = sensitivity.Variation(what="speed", factor=1.1, rig=rig)
+    variation = variations.Variation(what="speed", factor=1.1, rig=rig)
     assert results._vary(variation, "pinion", "pinion-vertical") == results.VariedClaims(
         what="speed", factor=1.1, status="it is unstable", min_compression=None, claims={}
     )

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, InputError
 from sigdb.dynamics import PeriodicRig, TimeProfile, checked_index_errors, march, prepare
-from sigdb.recording.synthetic.operation import Drift
-from sigdb.recording.synthetic.surroundings import Surroundings
+from sigdb.recording.synthetic.surroundings import Drift, Surroundings
 from sigdb.transmission import Damage, Transmission
 
 _SETTLING = 12

@@ -10,10 +10,8 @@ from sigdb.dynamics import damaged_gear
 from sigdb.measurement import noise_deviation
 from sigdb.recording.recording import Channel, Recording
 from sigdb.recording.synthetic.motion import Motion, simulate_motion
-from sigdb.recording.synthetic.noise import Noise, coloured_noise
-from sigdb.recording.synthetic.sensor_resonance import through_path
+from sigdb.recording.synthetic.sensors import Noise, coloured_noise, jitter_times, pulse_waveform, through_path
 from sigdb.recording.synthetic.surroundings import Surroundings
-from sigdb.recording.synthetic.tacho import jitter_times, pulse_waveform
 from sigdb.recording.synthetic.tones import sum_of_tones
 from sigdb.transmission import Damage, Transmission
 

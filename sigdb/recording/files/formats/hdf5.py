@@ -18,7 +18,7 @@ from sigdb.recording.files.formats.contents import (
     check_ratio,
     check_values,
 )
-from sigdb.recording.files.formats.named_arrays import contents_of, not_read, rate_of
+from sigdb.recording.files.formats.named_arrays import contents_of_arrays, not_read, rate_of
 from sigdb.recording.files.settings import RecordingSettings
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def read_hdf5(path: Path, settings: RecordingSettings) -> Contents:
     with h5py.File(path, "r") as file:
         arrays = _NamedArrays(h5py, file, "." if _is_mat(path) else "/")
         arrays.walk(file, "", 0)
-    return contents_of(
+    return contents_of_arrays(
         arrays.arrays,
         variable=settings.variable,
         left_out=tuple(arrays.left_out),

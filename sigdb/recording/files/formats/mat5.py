@@ -20,7 +20,7 @@ from sigdb.recording.files.formats.contents import (
     check_ratio,
     check_values,
 )
-from sigdb.recording.files.formats.named_arrays import contents_of, not_read
+from sigdb.recording.files.formats.named_arrays import contents_of_arrays, not_read
 from sigdb.recording.files.settings import RecordingSettings
 
 MATRIX, COMPRESSED = 14, 15
@@ -111,7 +111,7 @@ def read_mat5(path: Path, settings: RecordingSettings) -> Contents:
             expanded += len(element.data)
         if element.kind == MATRIX:
             arrays.take(element)
-    return contents_of(arrays.arrays, variable=settings.variable, left_out=tuple(arrays.left_out))
+    return contents_of_arrays(arrays.arrays, variable=settings.variable, left_out=tuple(arrays.left_out))
 
 
 class _NamedArrays:

@@ -39,7 +39,7 @@ def not_read(name: str, reason: str) -> Note:
     return Note(code="not-read", text=f"{name} is {reason}", values={"name": name})
 
 
-def contents_of(
+def contents_of_arrays(
     arrays: Mapping[str, StoredArray],
     *,
     variable: str | None = None,

@@ -17,7 +17,7 @@ from sigdb.recording.files.formats.contents import (
     check_ratio,
     check_values,
 )
-from sigdb.recording.files.formats.named_arrays import contents_of, not_read
+from sigdb.recording.files.formats.named_arrays import contents_of_arrays, not_read
 from sigdb.recording.files.settings import RecordingSettings
 
 FOREIGN: tuple[type[Exception], ...] = (
@@ -30,7 +30,7 @@ def read_npy(path: Path, settings: RecordingSettings) -> Contents:
     values = _array(bounded_bytes(path))
     if isinstance(values, str):
         raise InputError(f"holds {values}")
-    return contents_of({"column": values}, named=False)
+    return contents_of_arrays({"column": values}, named=False)
 
 
 def read_npz(path: Path, settings: RecordingSettings) -> Contents:
@@ -53,7 +53,7 @@ def read_npz(path: Path, settings: RecordingSettings) -> Contents:
                 left_out.append(not_read(name, values))
             else:
                 arrays[name] = values
-    return contents_of(arrays, variable=settings.variable, left_out=tuple(left_out))
+    return contents_of_arrays(arrays, variable=settings.variable, left_out=tuple(left_out))
 
 
 def _array(data: bytes) -> StoredArray | str:

@@ -6,10 +6,15 @@ from scipy.signal import welch
 
 from sigdb.core.errors import InputError
 from sigdb.recording import Surroundings, synthetic_recording
-from sigdb.recording.synthetic.noise import coloured_noise, relative_density
-from sigdb.recording.synthetic.operation import Drift
-from sigdb.recording.synthetic.sensor_resonance import SensorResonance, through_path
-from sigdb.recording.synthetic.tacho import jitter_times, pulse_waveform
+from sigdb.recording.synthetic.sensors import (
+    SensorResonance,
+    coloured_noise,
+    jitter_times,
+    pulse_waveform,
+    relative_density,
+    through_path,
+)
+from sigdb.recording.synthetic.surroundings import Drift
 from sigdb.recording.synthetic.tones import BearingTones, RollingBearing, sum_of_tones
 from sigdb.signature import synchronous_average, tacho_pulses
 from sigdb.transmission import load_transmission

@@ -1,6 +1,6 @@
 """Damaged and made-up files through every reader, in a process of bounded memory: what comes of each.
 
-python tests/measurement/hostile.py FOLDER --cases 400 --seed 1
+python tests/recording/files/formats/hostile.py FOLDER --cases 400 --seed 1
 """
 
 import argparse
