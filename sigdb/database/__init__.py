@@ -1,4 +1,7 @@
-"""A directory is a database. A part is immutable, and it exists when its receipt exists."""
+"""Databases of signatures: stored tables, queries, match and export.
+
+A directory is a database. A part is immutable; it exists when its receipt exists.
+"""
 
 import lazy_loader
 

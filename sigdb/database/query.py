@@ -67,7 +67,7 @@ class Connection:
         Raises
         ------
         InputError
-            If the text is not one SELECT statement, or names what does not exist.
+            If the text is not one SELECT statement, or names a thing that does not exist.
         DatabaseError
             If a part that it reads is damaged.
         """
@@ -104,7 +104,7 @@ class Connection:
         Raises
         ------
         InputError
-            If ``where`` is not one expression, or names what does not exist; the message repeats it.
+            If ``where`` is not one expression, or names a thing that does not exist; the message repeats it.
         DatabaseError
             If a part is damaged.
         """

@@ -1,4 +1,4 @@
-"""Signals of rows, found by arithmetic on their ids: an id's part and row group are two divisions."""
+"""Signals of rows by id: two divisions locate the part and the row group of an id."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -11,13 +11,19 @@ from sigdb.core import FloatArray, InputError, IntArray
 from sigdb.database.store.writer import ROW_GROUP
 
 ReadGroups = Callable[[int, list[int]], pa.Table]
-"""Rows of some row groups of a part: called with the number of the part and of the groups within it."""
+"""Returns the rows of some row groups: called with the number of a part and the numbers of the groups within it."""
 
 _GROUPS_AT_ONCE = 32
 
 
 class AbsentRowError(InputError):
-    """An id that no finished part holds."""
+    """An id that no finished part holds.
+
+    Parameters
+    ----------
+    id
+        The id.
+    """
 
     def __init__(self, id: int) -> None:
         super().__init__(f"id {id} is not in the database")
@@ -25,7 +31,7 @@ class AbsentRowError(InputError):
 
 
 def row_blocks(read: ReadGroups, part_rows: int, ids: IntArray) -> Iterator[tuple[IntArray, pa.Table]]:
-    """Rows by id, a few row groups at a time, so that memory stays bounded.
+    """Yield rows by id, a few row groups at a time, so that memory is bounded.
 
     Parameters
     ----------
@@ -39,12 +45,12 @@ def row_blocks(read: ReadGroups, part_rows: int, ids: IntArray) -> Iterator[tupl
     Yields
     ------
     places, rows
-        Places in ``ids``, and the table's rows for them, in that order.
+        Places in ``ids``, and the rows of the table for them, in that order.
 
     Raises
     ------
     AbsentRowError
-        If an id is not there.
+        If no row has an id.
     """
     group_rows = ROW_GROUP["signals"]
     part_groups = part_rows // group_rows
@@ -73,14 +79,16 @@ def _rows(table: pa.Table, ids: IntArray) -> pa.Table:
 def row_matrices(
     blocks: Iterable[tuple[IntArray, pa.Table]], columns: Mapping[str, str], rows: int
 ) -> dict[str, FloatArray]:
-    """List columns as matrices (rows, n), nan where a row has no list.
+    """Return list columns as matrices (rows, n), nan where a row has no list.
 
     Parameters
     ----------
     blocks
-        As :func:`row_blocks` gives them.
+        Places and rows, as :func:`row_blocks` yields them.
     columns
         Column of the table by key of the result.
+    rows
+        Number of rows of the result.
 
     Returns
     -------
@@ -92,27 +100,29 @@ def row_matrices(
     InputError
         If the rows have different lengths.
     """
-    found: dict[str, FloatArray] = {}
+    matrices: dict[str, FloatArray] = {}
     for places, table in blocks:
         for key, column in columns.items():
-            lengths = {int(one) for one in list_lengths(table[column])} - {0}
-            lengths |= {found[key].shape[1]} if key in found else set()
+            lengths = {int(length) for length in list_lengths(table[column])} - {0}
+            lengths |= {matrices[key].shape[1]} if key in matrices else set()
             if len(lengths) > 1:
                 raise InputError(
-                    f"rows have signals of different lengths {sorted(lengths)}; ask for one tooth count at a time"
+                    f"rows have signals of different lengths {sorted(lengths)}; select rows of one tooth count"
                 )
             for n in lengths:
-                if key not in found:
-                    found[key] = np.full((rows, n), np.nan, np.float32)
-                found[key][places] = list_matrix(table[column], n)
-    return found
+                if key not in matrices:
+                    matrices[key] = np.full((rows, n), np.nan, np.float32)
+                matrices[key][places] = list_matrix(table[column], n)
+    return matrices
 
 
 def list_matrix(column: pa.ChunkedArray | pa.Array, width: int | None = None) -> FloatArray:
-    """A list column as a matrix (rows, longest), float32; nan where a list is shorter or missing.
+    """Return a list column as a matrix (rows, width), float32; nan where a list is shorter or missing.
 
     Parameters
     ----------
+    column
+        The column.
     width
         Columns of the matrix; the longest list's length if left out.
     """
@@ -128,5 +138,5 @@ def list_matrix(column: pa.ChunkedArray | pa.Array, width: int | None = None) ->
 
 
 def list_lengths(column: pa.ChunkedArray | pa.Array) -> IntArray:
-    """Length of each list, 0 where there is none."""
+    """Return the length of each list, 0 where there is none."""
     return np.asarray(pc.fill_null(pc.list_value_length(column), 0).to_numpy())

@@ -1,6 +1,6 @@
-"""What a database is, in numbers, for its card."""
+"""Numbers of a database for its card."""
 
-from typing import Any
+from typing import TypedDict, cast
 
 import pyarrow as pa
 
@@ -13,118 +13,188 @@ _NOT_AXES = ("id", "status", "template", "gear", "shaft", "pattern", "min_compre
 _QUANTILES = (0.05, 0.5, 0.95)
 
 
-def database_card(database: Database) -> dict[str, Any]:
-    """Numbers of a finished database, as plain lists and dictionaries.
+class RigFacts(TypedDict):
+    """A rig on a card: its name, its title, and how many of its numbers have which origin."""
+
+    name: str
+    title: str
+    origins: dict[str, int]
+
+
+class AxisFacts(TypedDict):
+    """A parameter on a card: how many values it takes, and the least and the greatest of them."""
+
+    name: str
+    unit: str
+    values: int
+    least: float
+    greatest: float
+
+
+class StatusFacts(TypedDict):
+    """A reason why rows have no result, and the number of these rows."""
+
+    status: str
+    rows: int
+
+
+class IndicatorFacts(TypedDict):
+    """An indicator on a card: its 5 %, 50 % and 95 % quantiles; None where there are no such rows."""
+
+    name: str
+    unit: str
+    healthy: list[float] | None
+    damaged: list[float] | None
+
+
+class CheckFacts(TypedDict):
+    """The greatest error of the clean averages, the greatest Floquet multiplier, the least compression."""
+
+    error: float
+    floquet_multiplier: float
+    min_compression: float
+
+
+class DatabaseFacts(TypedDict):
+    """The numbers of a database; see :func:`database_card`."""
+
+    rig: RigFacts
+    gear: str
+    samples_per_tooth: int
+    sensors: dict[str, str]
+    rows: int
+    healthy: int
+    failed: int
+    contact_loss: int
+    specimens: int
+    templates: int
+    parts: int
+    bytes: int
+    axes: list[AxisFacts]
+    patterns: list[str]
+    statuses: list[StatusFacts]
+    indicators: list[IndicatorFacts]
+    checks: CheckFacts
+    coverage: dict[str, float] | None
+    hash: str
+    seed: int
+    extensions: int
+    versions: list[dict[str, str]]
+    licence: str
+    citation: str
+    recipe: str
+
+
+_COUNTS = """
+select count(*) as rows, count(*) filter (tooth = 0) as healthy, count(*) filter (status <> 'ok') as failed,
+    count(*) filter (contact_loss) as contact_loss, count(distinct specimen) as specimens
+from cases
+"""
+_PATTERNS = "select distinct pattern from cases where pattern <> '' order by 1"
+_STATUSES = "select status, count(*) as rows from cases where status <> 'ok' group by 1 order by 2 desc, 1"
+_CHECKS = """
+select max(error) as error, max(floquet_multiplier) as floquet_multiplier, min(min_compression) as min_compression
+from templates
+"""
+
+
+def database_card(database: Database) -> DatabaseFacts:
+    """Return the numbers of a finished database, as plain lists and dictionaries.
+
+    Parameters
+    ----------
+    database : Database
+        A finished database.
 
     Returns
     -------
     dict
         ``rig`` (name, title, counts of its numbers by origin), ``gear``, ``samples_per_tooth``, ``sensors``
         (unit by name); ``rows``, ``healthy``, ``failed``, ``contact_loss``, ``templates``, ``specimens``, ``parts``,
-        ``bytes``; ``axes`` (name, unit, how many values, least, greatest); ``patterns``; ``statuses``;
-        ``indicators`` of the first sensor (name, unit, 5 %, 50 % and 95 % of healthy and of damaged rows); ``checks``
-        (greatest error of the clean averages, greatest Floquet multiplier, least compression); ``coverage`` (None where
-        it was not studied); ``hash``, ``seed``, ``extensions``, ``versions``, ``licence``, ``citation``, ``recipe``.
-        SI units, but for names that end in _deg, _rpm or _db.
+        ``bytes``; ``axes`` (name, unit, number of values, least, greatest); ``patterns``; ``statuses``;
+        ``indicators`` that the database has, of the first sensor (name, unit, 5 %, 50 % and 95 % quantiles of healthy
+        and of damaged rows); ``checks`` (greatest error of the clean averages, greatest Floquet multiplier, least
+        compression); ``coverage`` (None where it was not studied); ``hash``, ``seed``, ``extensions``, ``versions``,
+        ``licence``, ``citation``, ``recipe``. Numbers are in SI units, but for names that end in _deg, _rpm or _db.
 
     Raises
     ------
     DatabaseError
-        If it is not finished, or damaged.
+        If the database is not finished, or damaged.
     """
     check_complete(database)
     manifest, receipts = database.manifest, [*database.receipts("templates"), *database.receipts("rows")]
     rig = validated(Transmission, manifest.resolved["rig"], owner=str(database.store))
-    (counts,) = _asked(
-        database,
-        "select count(*) as rows, count(*) filter (tooth = 0) as healthy, count(*) filter (status <> 'ok') as failed, "
-        "count(*) filter (contact_loss) as contact_loss, count(distinct specimen) as specimens from cases",
-    )
+    counts = database.arrow(_COUNTS).to_pylist()[0]
     record = read_coverage(database.store, manifest)
-    return {
-        "rig": {"name": rig.name, "title": rig.title, "origins": origins(rig)},
-        "gear": manifest.resolved["sweep"]["gear"],
-        "samples_per_tooth": manifest.resolved["signature"]["samples_per_tooth"],
-        "sensors": {sensor: rig.sensors[sensor].unit for sensor in database.sensors},
-        **counts,
-        "templates": manifest.templates,
-        "parts": len(receipts),
-        "bytes": sum(file.bytes for receipt in receipts for file in receipt.files),
-        "axes": _axes(database),
-        "patterns": [
-            one["pattern"]
-            for one in _asked(database, "select distinct pattern from cases where pattern <> '' order by 1")
-        ],
-        "statuses": _asked(
-            database,
-            "select status, count(*) as rows from cases where status <> 'ok' group by 1 order by 2 desc, 1",
-        ),
-        "indicators": _indicators(database),
-        "checks": _asked(
-            database,
-            "select max(error) as error, max(floquet_multiplier) as floquet_multiplier, "
-            "min(min_compression) as min_compression from templates",
-        )[0],
-        "coverage": None if record is None else {"threshold": record.threshold, **record.details},
-        "hash": manifest.hash,
-        "seed": manifest.seed,
-        "extensions": len(manifest.extensions),
-        "versions": [dict(one) for one in sorted({tuple(sorted(receipt.versions.items())) for receipt in receipts})],
-        "licence": manifest.licence,
-        "citation": manifest.citation,
-        "recipe": manifest.recipe,
-    }
-
-
-def _asked(database: Database, query: str) -> list[dict[str, Any]]:
-    rows: list[dict[str, Any]] = database.arrow(query).to_pylist()
-    return rows
-
-
-def _axes(database: Database) -> list[dict[str, Any]]:
-    """Parameters that take several values: how many, the least and the greatest."""
-    schema = database.dataset("features").schema
-    names = schema.names[: schema.names.index("min_compression")]
-    asked = [name for name in names if name not in _NOT_AXES]
-    (found,) = _asked(
-        database,
-        "select "
-        + ", ".join(
-            f'count(distinct "{name}") as "n {name}", min("{name}") as "min {name}", max("{name}") as "max {name}"'
-            for name in asked
-        )
-        + " from cases",
+    versions = sorted({tuple(sorted(receipt.versions.items())) for receipt in receipts})
+    return DatabaseFacts(
+        rig=RigFacts(name=rig.name, title=rig.title, origins=origins(rig)),
+        gear=manifest.resolved["sweep"]["gear"],
+        samples_per_tooth=manifest.resolved["signature"]["samples_per_tooth"],
+        sensors={sensor: rig.sensors[sensor].unit for sensor in database.sensors},
+        rows=counts["rows"],
+        healthy=counts["healthy"],
+        failed=counts["failed"],
+        contact_loss=counts["contact_loss"],
+        specimens=counts["specimens"],
+        templates=manifest.templates,
+        parts=len(receipts),
+        bytes=sum(file.bytes for receipt in receipts for file in receipt.files),
+        axes=_axes(database),
+        patterns=database.arrow(_PATTERNS)["pattern"].to_pylist(),
+        statuses=database.arrow(_STATUSES).to_pylist(),
+        indicators=_indicators(database),
+        checks=database.arrow(_CHECKS).to_pylist()[0],
+        coverage=None if record is None else {"threshold": record.threshold, **record.details},
+        hash=manifest.hash,
+        seed=manifest.seed,
+        extensions=len(manifest.extensions),
+        versions=[dict(version) for version in versions],
+        licence=manifest.licence,
+        citation=manifest.citation,
+        recipe=manifest.recipe,
     )
+
+
+def _axes(database: Database) -> list[AxisFacts]:
+    """Parameters, with the number of their values, the least and the greatest."""
+    names = database.dataset("features").schema.names
+    axes = [name for name in names[: names.index("min_compression")] if name not in _NOT_AXES]
+    columns = ", ".join(
+        f'count(distinct "{name}") as "n {name}", min("{name}") as "min {name}", max("{name}") as "max {name}"'
+        for name in axes
+    )
+    values = database.arrow(f"select {columns} from cases").to_pylist()[0]
     return [
-        {
-            "name": name,
-            "unit": schema.field(name).metadata[b"unit"].decode(),
-            "values": int(found[f"n {name}"]),
-            "least": float(found[f"min {name}"]),
-            "greatest": float(found[f"max {name}"]),
-        }
-        for name in asked
+        AxisFacts(
+            name=name,
+            unit=_unit(database, name),
+            values=int(values[f"n {name}"]),
+            least=float(values[f"min {name}"]),
+            greatest=float(values[f"max {name}"]),
+        )
+        for name in axes
     ]
 
 
-def _indicators(database: Database) -> list[dict[str, Any]]:
+def _indicators(database: Database) -> list[IndicatorFacts]:
     """Quantiles of the first sensor's indicators that the database has, of healthy and of damaged rows."""
-    schema = database.dataset("features").schema
     names = _indicator_columns(database)
     if not names:
         return []
-    asked = ", ".join(f'quantile_cont("{name}", {list(_QUANTILES)}) as "{name}"' for name in names)
-    rows = _asked(
-        database,
-        f"select tooth > 0 as damaged, {asked} from cases where status = 'ok' group by damaged order by damaged",
-    )
-    found = {"damaged" if row["damaged"] else "healthy": row for row in rows}
+    quantiles = ", ".join(f'quantile_cont("{name}", {list(_QUANTILES)}) as "{name}"' for name in names)
+    rows = database.arrow(
+        f"select tooth > 0 as damaged, {quantiles} from cases where status = 'ok' group by damaged order by damaged"
+    ).to_pylist()
+    by_kind = {row["damaged"]: cast(dict[str, list[float]], row) for row in rows}
     return [
-        {
-            "name": name,
-            "unit": schema.field(name).metadata[b"unit"].decode(),
-            **{kind: found[kind][name] if kind in found else None for kind in ("healthy", "damaged")},
-        }
+        IndicatorFacts(
+            name=name,
+            unit=_unit(database, name),
+            healthy=by_kind[False][name] if False in by_kind else None,
+            damaged=by_kind[True][name] if True in by_kind else None,
+        )
         for name in names
     ]
 
@@ -135,3 +205,7 @@ def _indicator_columns(database: Database) -> list[str]:
     behind = schema.names[schema.names.index("scatter") + 1 :]
     others = tuple(f"__{sensor}" for sensor in database.sensors[1:])
     return [name for name in behind if pa.types.is_floating(schema.field(name).type) and not name.endswith(others)]
+
+
+def _unit(database: Database, name: str) -> str:
+    return str(database.dataset("features").schema.field(name).metadata[b"unit"].decode())

@@ -84,7 +84,7 @@ def test_signals_of_the_other_sensor(database, stored):
 def test_signals_of_one_tooth_count_at_a_time(database):
     twelve, eleven = (database.cases(f"teeth = {teeth} and status = 'ok'")["id"].tolist() for teeth in (12, 11))
     assert database.signals(eleven)["tsa"].shape == (len(eleven), 11 * 32)
-    with pytest.raises(InputError, match=r"different lengths \[352, 384\]; ask for one tooth count at a time"):
+    with pytest.raises(InputError, match=r"different lengths \[352, 384\]; select rows of one tooth count"):
         database.signals([twelve[0], eleven[0]])
 
 
@@ -217,7 +217,10 @@ def test_a_description_that_cannot_be_read(copy):
         (b"", r"is damaged or was edited"),
         (b"[", r"is damaged or was edited"),
         (text.replace(b"seed = 9\n", b"seed = 8\n", 1), r"is damaged or was edited"),
-        (b'hash = "0123"\nformat = 1\n', r"format 1 is not the format 2 that this sigdb reads; make it anew"),
+        (
+            b'hash = "0123"\nformat = 1\n',
+            r"format 1 is not the format 2 that this sigdb reads; make the database again",
+        ),
         (resealed(content | {"format": 3}), r"format 3 is not the format 2 that this sigdb reads"),
         (resealed(content | {"sead": 9}), r"not a readable database description .*sead"),
         (resealed(content | {"plan": {}}), r"not a readable database description .*hash"),

@@ -112,7 +112,7 @@ class Matcher:
     def _batches(self, column: str, n: int) -> Iterator[pa.RecordBatch]:
         """Batches of the index, or an error that names the lengths of the templates.
 
-        An extension has undamaged templates of its own. Those of an operating point that has one already are left out.
+        An extension has undamaged templates of its own. Where an operating point has one, the others are left out.
         """
         tables, step = self._tables, self._step
         scalars = [field.name for field in tables.dataset("templates").schema if not pa.types.is_list(field.type)]

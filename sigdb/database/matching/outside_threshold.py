@@ -20,7 +20,7 @@ class CoverageRecord:
         Greatest residual distance to the nearest template of a signature inside the database; see
         :meth:`Database.match`.
     sensor
-        The sensor that the study was made for.
+        The sensor of the study.
     plans
         Hashes of the database's plans at the time of the study. The record is void once the database has others.
     details

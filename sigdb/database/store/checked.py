@@ -1,8 +1,8 @@
 """Files whose every block is compared with its checksum when it is read.
 
-Parquet has checksums of its pages' data, but not of their headers and of the footer: a flipped bit there can change
-numbers silently, and not every reader looks at the checksums that there are. So a receipt keeps the CRC-32 of every
-block of its files, and reading goes through them.
+Parquet has checksums of its pages' data, but not of their headers and of the footer. A flipped bit there can change
+numbers silently, and not every reader compares the checksums. So a receipt keeps the CRC-32 of every block of its
+files, and every read compares it.
 """
 
 import base64
@@ -22,7 +22,7 @@ BLOCK = 256 * 1024
 
 
 def block_checksums(content: memoryview) -> str:
-    """CRC-32 of each block of a file, little-endian, in base64."""
+    """Return the CRC-32 of each block of a file, little-endian, in base64."""
     sums = [zlib.crc32(content[start : start + BLOCK]) for start in range(0, len(content), BLOCK)]
     return base64.b64encode(np.array(sums, dtype="<u4").tobytes()).decode()
 

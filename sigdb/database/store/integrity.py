@@ -1,4 +1,4 @@
-"""Whether the files of a database are as they were written: seals, sizes, checksums, and nothing beside them."""
+"""Integrity of a database: whether its files are as they were written, and which files do not belong to it."""
 
 import hashlib
 from collections.abc import Iterable
@@ -25,30 +25,30 @@ from sigdb.database.store.schema import SCHEMA_FILE
 from sigdb.database.store.seal import unsealed
 from sigdb.database.store.store import FileError, Store
 
-_OWN = frozenset({MANIFEST_FILE, SCHEMA_FILE, "coverage.json", ".lock", ".owner"})
-"""Files that are no part's."""
+_DESCRIPTIONS = frozenset({MANIFEST_FILE, SCHEMA_FILE, "coverage.json", ".lock", ".owner"})
+"""Files that belong to no part."""
 
 PartKey = tuple[str, int]
-"""``templates`` or ``rows``, and the number of a part."""
+"""Kind and number of a part; the kind is ``templates`` or ``rows``."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class IntegrityFinding:
-    """Something about a database that is not as it should be.
+    """A fault of a database.
 
     Attributes
     ----------
-    kind
-        ``damage``: what was written is not there as it was, or is wrong; ``unfinished``: parts are not made yet;
-        ``foreign``: a file that is none of the database's.
-    file
-        The file, by its name below the database's place; empty where there is none.
-    what
-        What was found.
-    remedy
+    kind : {"damage", "unfinished", "foreign"}
+        ``damage``: a file is not as it was written, or its content is wrong; ``unfinished``: parts are still to be
+        computed; ``foreign``: a file does not belong to the database.
+    file : str
+        Name of the file below the database's place; empty if the fault is of no file.
+    what : str
+        The fault: the predicate of a sentence whose subject is the file.
+    remedy : str
         What to do.
-    stage, part
-        The part to make again: ``templates`` or ``rows``, and its number; None where none is.
+    stage, part : str and int, or None
+        Kind and number of the part to make again; None if there is no such part.
     """
 
     kind: Literal["damage", "unfinished", "foreign"]
@@ -60,7 +60,7 @@ class IntegrityFinding:
 
     @property
     def key(self) -> PartKey | None:
-        """The part to make again."""
+        """The part to make again; None if there is no such part."""
         return None if self.stage is None or self.part is None else (self.stage, self.part)
 
     def __str__(self) -> str:
@@ -68,14 +68,14 @@ class IntegrityFinding:
 
 
 def damaged_part(key: PartKey, file: str, what: str) -> IntegrityFinding:
-    """A finding that a part must be made again for."""
+    """Return a finding of damage, whose remedy is to make a part again."""
     stage, part = key
     remedy = f"make part {part} of {stage} again with --repair"
     return IntegrityFinding(kind="damage", file=file, what=what, remedy=remedy, stage=stage, part=part)
 
 
 def read_all_receipts(store: Store) -> tuple[dict[PartKey, Receipt], list[IntegrityFinding]]:
-    """The receipts that can be read, and what is wrong with the others."""
+    """Return the receipts that can be read, and findings for the others."""
     receipts, findings = {}, []
     for stage in KINDS:
         for part in finished_parts(store, stage):
@@ -88,7 +88,7 @@ def read_all_receipts(store: Store) -> tuple[dict[PartKey, Receipt], list[Integr
 
 
 def unsealed_or_why(store: Store, name: str) -> tuple[dict[str, Any] | None, str]:
-    """The content of a sealed description, or None and why there is none."""
+    """Return the content of a sealed description and an empty text, or None and what is wrong with the file."""
     try:
         return unsealed(store.get(name), name=name), ""
     except FileError as error:
@@ -98,7 +98,19 @@ def unsealed_or_why(store: Store, name: str) -> tuple[dict[str, Any] | None, str
 def read_file(
     store: Store, record: FileRecord, rows: int, schema: pa.Schema | None
 ) -> tuple[pq.ParquetFile | None, str]:
-    """A part's file if it is as it was written, or None and what is wrong with it."""
+    """Return a file of a part and an empty text, or None and what is wrong with the file.
+
+    Parameters
+    ----------
+    store
+        Where the database lies.
+    record
+        The file, as its receipt describes it.
+    rows
+        Number of rows by the receipt.
+    schema
+        Columns of its table by ``schema.json``; None if they are not compared.
+    """
     try:
         content = store.get(record.path)
     except FileError as error:
@@ -118,19 +130,19 @@ def read_file(
 
 
 def foreign_files(store: Store, parts: Iterable[PartKey]) -> list[IntegrityFinding]:
-    """Files that are neither a description nor those of a part."""
-    known = _OWN | {path for stage, part in parts for path in _names(stage, part)}
-    strangers = [
+    """Return findings for files that are neither a description nor belong to one of the parts."""
+    expected = _DESCRIPTIONS | {path for stage, part in parts for path in _names(stage, part)}
+    findings = [
         IntegrityFinding(
             kind="foreign",
             file=name,
-            what="is none of this database's files",
+            what="does not belong to this database",
             remedy="move it away or delete it",
         )
         for name in store.sizes()
-        if name not in known
+        if name not in expected
     ]
-    return strangers + [
+    return findings + [
         IntegrityFinding(
             kind="foreign",
             file=name,

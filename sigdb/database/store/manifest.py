@@ -1,4 +1,4 @@
-"""``sigdb.toml``: what a database is, and the only thing that says so."""
+"""``sigdb.toml``, the description of a database."""
 
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -15,20 +15,20 @@ MANIFEST_FILE = "sigdb.toml"
 
 @dataclass(frozen=True, kw_only=True)
 class PlanRecord:
-    """What a database keeps of a plan, enough to make any of its parts again.
+    """A plan as a database keeps it: enough to make any of its parts again.
 
     Attributes
     ----------
     hash
-        SHA-256 of all that determines the rows.
+        SHA-256 of ``resolved``.
     seed
         Seed of specimens and noise.
     rows, templates
-        Number of rows and templates when the plan is carried out.
+        Numbers of rows and templates of the plan.
     first_row_part, first_template_part
-        Its first parts of rows and of templates.
+        Numbers of its first parts of rows and of templates.
     resolved
-        All that the hash covers: sweep, measurement, signature and rig, with every default filled in.
+        All settings that determine the rows: sweep, measurement, signature and rig, with every default filled in.
     """
 
     hash: str
@@ -47,17 +47,19 @@ class Manifest:
     Attributes
     ----------
     plan
-        What the database was begun with.
+        The first plan of the database.
     extensions
-        What was appended since, in order.
+        The plans that were appended later, in order.
     part_rows, part_templates
         Rows and templates in a part: part k holds ids ``part_rows k`` up to ``part_rows (k + 1)``.
     sensors
         Stored sensors; the first one's columns have no suffix.
     recipe
-        The recipe as given, TOML text.
-    sigdb_version, format, licence, citation
-        What made it, and how it may be used.
+        The recipe, TOML text as the user wrote it.
+    sigdb_version, format
+        The version of sigdb that made the database, and that of the layout.
+    licence, citation
+        Terms of use.
     """
 
     plan: PlanRecord
@@ -73,36 +75,36 @@ class Manifest:
 
     @property
     def hash(self) -> str:
-        """Hash of the plan that the database was begun with."""
+        """Hash of the first plan."""
         return self.plan.hash
 
     @property
     def seed(self) -> int:
-        """Seed of the plan that the database was begun with."""
+        """Seed of the first plan."""
         return self.plan.seed
 
     @property
     def resolved(self) -> dict[str, Any]:
-        """All that determines the rows that the database was begun with."""
+        """Settings that determine the rows of the first plan."""
         return self.plan.resolved
 
     @property
     def plans(self) -> tuple[PlanRecord, ...]:
-        """The plan that it was begun with and the extensions."""
+        """The first plan and the extensions."""
         return (self.plan, *self.extensions)
 
     @property
     def rows(self) -> int:
-        """Number of rows when all plans are carried out."""
+        """Number of rows of all plans."""
         return sum(plan.rows for plan in self.plans)
 
     @property
     def templates(self) -> int:
-        """Number of templates when all plans are carried out."""
+        """Number of templates of all plans."""
         return sum(plan.templates for plan in self.plans)
 
     def write(self, store: Store) -> None:
-        """Publish it as ``sigdb.toml``."""
+        """Publish the manifest as ``sigdb.toml``."""
         store.put(MANIFEST_FILE, sealed_toml(_without_none(asdict(self))))
 
 
@@ -114,9 +116,9 @@ def read_manifest(store: Store) -> Manifest:
     InputError
         If there is no database.
     CorruptionError
-        If its description is damaged.
+        If the description is damaged.
     DatabaseError
-        If it is of a format that this version does not read.
+        If the database has a format that this version does not read.
     """
     if store.size(MANIFEST_FILE) is None:
         raise InputError(
@@ -126,7 +128,9 @@ def read_manifest(store: Store) -> Manifest:
     name = store.name_of(MANIFEST_FILE)
     text = store.get(MANIFEST_FILE)
     if text.startswith(b"hash = "):
-        raise DatabaseError(f"{name}: format 1 is not the format {FORMAT} that this sigdb reads; make it anew")
+        raise DatabaseError(
+            f"{name}: format 1 is not the format {FORMAT} that this sigdb reads; make the database again"
+        )
     try:
         content = unsealed(text, name=name)
     except DamagedFileError as error:
@@ -149,7 +153,7 @@ def read_manifest(store: Store) -> Manifest:
 
 
 def rewrite(store: Store) -> str:
-    """What to do about a damaged description."""
+    """Return the remedy for a damaged description."""
     return f"write it again from the recipe that the database was made with: sigdb sweep RECIPE --out {store}"
 
 

@@ -10,7 +10,7 @@ from sigdb.database.store.store import DamagedFileError, Store
 KINDS = ("templates", "rows")
 
 TABLES_OF = {"templates": ("templates",), "rows": ("features", "signals")}
-"""The tables whose files a part of a kind consists of."""
+"""Tables of the files of a part, by kind of part."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +25,7 @@ class FileRecord:
 
 @dataclass(frozen=True, kw_only=True)
 class Receipt:
-    """What a part is.
+    """The record of a finished part.
 
     Attributes
     ----------
@@ -34,15 +34,15 @@ class Receipt:
     part
         Number of the part.
     plan
-        Hash of the plan that it is a part of: a part of another database is not taken for one of this.
+        Hash of the plan that the part belongs to, by which a part of another database is recognised.
     first, rows
         First id and number of rows.
     failed
-        Rows that have no result; their status says why.
+        Number of rows without a result; their status says why.
     files
-        The files that it consists of.
+        Records of its files.
     host, seconds, versions
-        Where, how long and with what it was made.
+        The machine, the time that the work took, and versions of the libraries.
     """
 
     name: str
@@ -58,37 +58,37 @@ class Receipt:
 
     @property
     def path(self) -> str:
-        """Its own file's name."""
+        """Name of the receipt's file."""
         return receipt_name(self.name, self.part)
 
     def file(self, table: str) -> FileRecord:
-        """The part's file of a table."""
+        """Return the record of the part's file of a table."""
         return next(file for file in self.files if file.path.startswith(f"{table}/"))
 
 
 def part_name(table: str, part: int) -> str:
-    """Name of a part's file of a table."""
+    """Return the name of a part's file of a table."""
     return f"{table}/part-{part:05d}.parquet"
 
 
 def receipt_name(name: str, part: int) -> str:
-    """Name of a receipt."""
+    """Return the name of a receipt."""
     return f"receipts/{name}-{part:05d}.json"
 
 
 def write_receipt(store: Store, receipt: Receipt) -> None:
-    """Publish the receipt of a part: from now on the part exists."""
+    """Publish the receipt of a part, with which the part begins to exist."""
     store.put(receipt.path, sealed_json(asdict(receipt)))
 
 
 def finished_parts(store: Store, name: str) -> list[int]:
-    """Numbers of the parts of one kind that have a receipt, in order; other files in its folder are not looked at."""
-    found = (re.fullmatch(rf"receipts/{name}-(\d+)\.json", path) for path in store.sizes("receipts"))
-    return sorted(int(one[1]) for one in found if one and receipt_name(name, int(one[1])) == one[0])
+    """Return the numbers of the parts of a kind that have a receipt, in order; other files do not count."""
+    matches = (re.fullmatch(rf"receipts/{name}-(\d+)\.json", path) for path in store.sizes("receipts"))
+    return sorted(int(match[1]) for match in matches if match and receipt_name(name, int(match[1])) == match[0])
 
 
 def read_receipt(store: Store, name: str, part: int) -> Receipt:
-    """The receipt of one part; its files are not looked at.
+    """Read the receipt of a part, but not its files.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def read_receipt(store: Store, name: str, part: int) -> Receipt:
 
 
 def read_receipts(store: Store, name: str, plans: Container[str]) -> list[Receipt]:
-    """Receipts of the finished parts of one kind, in order.
+    """Return the receipts of the finished parts of a kind, in order.
 
     Parameters
     ----------
@@ -119,24 +119,24 @@ def read_receipts(store: Store, name: str, plans: Container[str]) -> list[Receip
     name
         ``templates`` or ``rows``.
     plans
-        Hashes of the database's plans; a part of another plan is none of its parts.
+        Hashes of the database's plans; parts of other plans do not belong to it.
 
     Raises
     ------
     CorruptionError
         If a receipt cannot be read, or a file that it names is missing or has another size.
     """
-    found = (read_receipt(store, name, part) for part in finished_parts(store, name))
-    receipts = [receipt for receipt in found if receipt.plan in plans]
+    every = (read_receipt(store, name, part) for part in finished_parts(store, name))
+    receipts = [receipt for receipt in every if receipt.plan in plans]
     sizes = {path: size for table in TABLES_OF[name] for path, size in store.sizes(table).items()} if receipts else {}
     for record in (record for receipt in receipts for record in receipt.files):
         if sizes.get(record.path) != record.bytes:
-            says = f"has {sizes[record.path]} bytes" if record.path in sizes else "is missing"
-            problem = f"{says}, its receipt says {record.bytes} bytes"
+            fault = f"has {sizes[record.path]} bytes" if record.path in sizes else "is missing"
+            problem = f"{fault}, its receipt says {record.bytes} bytes"
             raise DamagedFileError(store.name_of(record.path), problem, repair(store))
     return receipts
 
 
 def repair(store: Store) -> str:
-    """What to do about a damaged part."""
+    """Return the remedy for a damaged part."""
     return f"make it again with: sigdb verify {store} --repair"

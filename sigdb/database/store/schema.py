@@ -1,4 +1,4 @@
-"""The tables of a database: every column's type, unit, description and formula, for all parts alike."""
+"""The schema of a database: type, unit, description and formula of every column, the same for all parts."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ _TYPES = {
         pa.list_(pa.field("element", pa.float64())),
     )
 }
-"""Types of columns, by what ``schema.json`` calls them."""
+"""Types of columns, by their names in ``schema.json``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,9 +41,9 @@ class Column:
     unit
         SI unit, ``-`` for a number without one.
     help
-        What it is, in a sentence.
+        Description in a sentence.
     formula
-        How it is computed, where it is not simply a parameter.
+        Definition in a line of text; empty for a parameter.
     """
 
     name: str
@@ -90,20 +90,20 @@ class Column:
 
 
 def suffixed(name: str, sensors: Sequence[str], sensor: str) -> str:
-    """Column of a sensor: the first sensor's has no suffix, others are ``name__SENSOR``."""
+    """Return the name of a sensor's column: the first sensor's has no suffix, others are ``name__SENSOR``."""
     return name if sensor == sensors[0] else f"{name}__{sensor}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Schema:
-    """The columns of the three tables of one database."""
+    """The columns of the three tables of a database."""
 
     templates: tuple[Column, ...]
     features: tuple[Column, ...]
     signals: tuple[Column, ...]
 
     def arrow(self, table: str) -> pa.Schema:
-        """Arrow schema of a table."""
+        """Return the Arrow schema of a table."""
         return pa.schema([column.field for column in getattr(self, table)])
 
     def as_json(self) -> dict[str, list[dict[str, str]]]:
@@ -159,7 +159,7 @@ def database_schema(
     sensors: Mapping[str, str],
     signature: Iterable[Feature],
 ) -> Schema:
-    """The schema of a database.
+    """Return the schema of a database.
 
     Parameters
     ----------

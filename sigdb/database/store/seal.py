@@ -17,24 +17,24 @@ _TOML, _JSON = 'sha256 = "{}"\n', '{{"sha256": "{}",\n'
 
 
 def sealed_toml(content: Mapping[str, Any]) -> bytes:
-    """TOML text of a table, with its checksum in the first line."""
+    """Return the TOML text of a table, with its checksum in the first line."""
     return _sealed(_TOML, tomli_w.dumps(content, multiline_strings=True))
 
 
 def sealed_json(content: Mapping[str, Any]) -> bytes:
-    """JSON text of an object that is not empty, with its checksum in the first line."""
+    """Return the JSON text of an object that is not empty, with its checksum in the first line."""
     return _sealed(_JSON, json.dumps(content, indent=1).removeprefix("{\n") + "\n")
 
 
 def unsealed(text: bytes, *, name: str) -> dict[str, Any]:
-    """The content of a sealed file.
+    """Return the content of a sealed file.
 
     Parameters
     ----------
     text
         The file.
     name
-        Its name, for messages; ``.toml`` at its end tells TOML from JSON.
+        Its name, for messages; TOML if it ends in ``.toml``, else JSON.
 
     Raises
     ------

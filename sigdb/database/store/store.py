@@ -1,4 +1,4 @@
-"""Where a database lies: a directory, or a prefix of an object store. Files are written whole or not at all."""
+"""The place of a database: a directory, or a prefix of an object store. Files are written whole or not at all."""
 
 import os
 import re
@@ -68,12 +68,12 @@ class Store:
 
     @classmethod
     def at(cls, location: "str | os.PathLike[str] | Store") -> "Store":
-        """The store at a directory's path or at a URI that Arrow's file systems know.
+        """Return the store at the path of a directory, or at a URI of one of Arrow's file systems.
 
         Raises
         ------
         InputError
-            If the URI's kind of store is not known.
+            If no file system of Arrow has such a URI, or it names no place in the store.
         DatabaseError
             If an object store does not answer.
         """
@@ -99,21 +99,21 @@ class Store:
 
     @property
     def folder(self) -> Path | None:
-        """The directory, where it is one on this machine."""
+        """The directory; None for an object store."""
         return Path(self.root) if isinstance(self.filesystem, fs.LocalFileSystem) else None
 
     def name_of(self, name: str) -> str:
-        """How a message names a file of this store."""
+        """Return the name of a file of this store for messages."""
         return str(Path(self.location, name)) if self.folder is not None else f"{self.location.split('?')[0]}/{name}"
 
     def size(self, name: str) -> int | None:
-        """Size of a file in bytes, None where there is no such file."""
+        """Return the size of a file in bytes, None if there is no such file."""
         with self._reading(name):
-            found = self.filesystem.get_file_info(self._path(name))
-        return found.size if found.is_file else None
+            info = self.filesystem.get_file_info(self._path(name))
+        return info.size if info.is_file else None
 
     def sizes(self, folder: str = "") -> dict[str, int]:
-        """Size in bytes of every file below a folder, those that are being written aside, by name, in order."""
+        """Return the sizes in bytes of all files below a folder, by name, but for those that are being written."""
         below = self._path(folder) if folder else self.root
         select = fs.FileSelector(below, recursive=True, allow_not_found=True)
         with self._reading(folder):
@@ -128,7 +128,7 @@ class Store:
         }
 
     def get(self, name: str) -> bytes:
-        """The whole of a file.
+        """Return the content of a file.
 
         Raises
         ------
@@ -141,15 +141,15 @@ class Store:
             return bytes(file.readall())
 
     def get_range(self, name: str, start: int, size: int) -> bytes:
-        """``size`` bytes of a file from ``start`` on, or those that are there."""
+        """Return ``size`` bytes of a file from ``start`` on, or fewer at its end."""
         with self._reading(name), self.filesystem.open_input_file(self._path(name)) as file:
             return bytes(file.read_at(size, start))
 
     def put(self, name: str, content: bytes | memoryview) -> None:
-        """Write a file, so that at every instant it is there whole, or not, or as it was before.
+        """Write a file, so that at every instant the whole file, the old file or no file is there.
 
-        In a directory it is written under a temporary name beside its place, made durable and renamed, so that two
-        writers of the same content do not disturb each other. In an object store a put is atomic.
+        In a directory it is written under a temporary name in the same folder, flushed to the disk and renamed, so that
+        two writers of the same content do not disturb each other. In an object store a put is atomic.
 
         Raises
         ------
@@ -169,18 +169,18 @@ class Store:
             ) from None
 
     def delete(self, name: str) -> None:
-        """Delete a file if it is there."""
+        """Delete a file if it exists."""
         if self.size(name) is not None:
             self.filesystem.delete_file(self._path(name))
 
     def temporary(self) -> list[str]:
-        """Files that are being written, or that stopped processes have left; an object store has none."""
+        """Return the names of files that are being written, or that stopped processes have left."""
         if self.folder is None:
             return []
         return sorted(left.relative_to(self.folder).as_posix() for left in self.folder.rglob(f".*{TEMPORARY}"))
 
     def clear_temporary(self) -> None:
-        """Delete what stopped processes have left under temporary names."""
+        """Delete files that stopped processes have left under temporary names."""
         for left in self.temporary():
             Path(self.root, left).unlink(missing_ok=True)
 
@@ -198,7 +198,7 @@ class Store:
 
 
 def publish(path: Path, write: Callable[[Path], None]) -> None:
-    """Have a file written under a temporary name beside its place, make it durable, and rename it into place."""
+    """Have a file written under a temporary name in the same folder, flush it to the disk, and rename it."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}{TEMPORARY}")
     try:

@@ -1,4 +1,4 @@
-"""Writing a part: Parquet files first, checked, then the receipt."""
+"""Writer of parts: Parquet files first, which are checked, then the receipt."""
 
 import hashlib
 import platform
@@ -40,8 +40,8 @@ def write_part(
     part
         Number of the part.
     pieces
-        The part's rows in order, piece by piece: Arrow table by table name (``templates``, or ``features`` and
-        ``signals``). Each is encoded when it comes, so that a part is never in memory as it will be read.
+        The rows of the part in order, piece by piece: Arrow table by table name (``templates``, or ``features`` and
+        ``signals``). Each piece is encoded when it comes, so that memory never holds all arrays of a part.
     plan
         Hash of the plan.
     first
@@ -107,7 +107,7 @@ class _Encoder:
         )
 
     def add(self, rows: pa.Table) -> None:
-        """Rows to come next; as many as divide a row group, or fill some, but for the last."""
+        """Add the next rows: a divisor or a multiple of a row group, except for the last ones."""
         self._rows += rows.num_rows
         self._waiting.append(rows)
         if sum(some.num_rows for some in self._waiting) >= self._group:
@@ -119,7 +119,7 @@ class _Encoder:
             self._waiting.clear()
 
     def encoded(self, name: str) -> pa.Buffer:
-        """The file, opened once again to see that it is whole."""
+        """Return the file, after it has been opened again as a check."""
         self._encode()
         self._writer.close()
         encoded = self._sink.getvalue()

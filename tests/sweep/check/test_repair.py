@@ -171,7 +171,7 @@ def test_the_command_on_a_damaged_database(command, copy, parts_folder, digests)
     code, out, _ = command(copy)
     assert code == 1
     assert out.splitlines() == [
-        "foreign: notes.txt: is none of this database's files; move it away or delete it",
+        "foreign: notes.txt: does not belong to this database; move it away or delete it",
         "damage: features/part-00001.parquet: its bytes are not those that were written; "
         "make part 1 of rows again with --repair",
         f"{copy}: 2 found",
