@@ -47,7 +47,7 @@ class CriteriaSettings(Section):
 
 
 class RecognitionSettings(Section):
-    """How damage is learnt, and which models a run of the recipe makes."""
+    """Training of models, and the models that a run of the recipe makes."""
 
     learner: Learner = Field(
         default="boosting",
@@ -62,10 +62,12 @@ class RecognitionSettings(Section):
         default=CriteriaSettings(), description="Limits that models must keep; none if left out."
     )
     targets: Annotated[tuple[Target, ...], Strict(False)] = Field(
-        default=(), description="What a run trains models for; none if left out."
+        default=(), description="Questions that a run trains models for; none if left out."
     )
     splits: Annotated[tuple[SplitName, ...], Strict(False)] = Field(
-        default=("S1",), description="What is left out of training: a model for each target and split.", min_length=1
+        default=("S1",),
+        description="Rows left out of training: a model for each target and split.",
+        min_length=1,
     )
     evaluate_on: Annotated[tuple[str, ...], Strict(False)] = Field(
         default=(),

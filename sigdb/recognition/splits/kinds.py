@@ -1,4 +1,4 @@
-"""The splits S0 to S4 of one database, and what S5, another database, is."""
+"""The splits S0 to S4 of one database, and the model form by which another database is the split S5."""
 
 import hashlib
 import json
@@ -14,7 +14,7 @@ from sigdb.recognition.splits.split import ASIDE, TEST, TRAINING, Split, specime
 
 
 def between(cells: pd.DataFrame) -> BoolArray:
-    """Whether each cell is held out so that its neighbours on both sides stay.
+    """Return whether each cell is held out so that its neighbours on both sides stay.
 
     A line is a row of cells that differ in one quantity only. A cell is held out where it is second, fourth, ... but
     not last on every line of three or more cells that runs through it, and there is such a line.
@@ -22,7 +22,7 @@ def between(cells: pd.DataFrame) -> BoolArray:
     Parameters
     ----------
     cells
-        Distinct cells: one column for each of the severity's quantities.
+        Distinct cells: a column for each quantity of the severity.
 
     Examples
     --------
@@ -43,7 +43,7 @@ def between(cells: pd.DataFrame) -> BoolArray:
 
 
 def beyond(cells: pd.DataFrame) -> BoolArray:
-    """Whether each cell has the greatest magnitude of a quantity that has three magnitudes or more.
+    """Return whether each cell has the greatest magnitude of a quantity that has three magnitudes or more.
 
     Examples
     --------
@@ -64,10 +64,10 @@ _TEST_FOLD = 0
 
 
 def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int) -> Split:
-    """A split of a database's rows.
+    """Return a split of a database's rows.
 
     ======  ===========================================================================================
-    name    asks about
+    name    test rows
     ======  ===========================================================================================
     ``S0``  new noise only: other draws of the same specimens and cases; a sanity check
     ``S1``  other specimens, the same cases
@@ -76,20 +76,25 @@ def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int) -> Split
     ``S4``  other specimens, a tooth count that training has not seen: the middle one, the greater of two
     ======  ===========================================================================================
 
-    From S1 on no specimen is on both sides: a held-out case is asked about on held-out specimens only, and what is
-    neither, held-out cases of training specimens and training cases of held-out ones, stays aside.
+    From S1 on no specimen is on both sides: held-out cases are tested on held-out specimens only. Held-out cases of
+    training specimens, and training cases of held-out ones, are neither.
 
     Parameters
     ----------
     name
-        Of the split.
+        Name of the split.
     rows
         ``specimen``, ``draw``, ``tooth``, ``teeth``, ``stiffness_loss``, ``phase_shift_deg`` and ``damaged_teeth`` of
         each row.
     seed
-        Seed of the database, by which specimens are dealt.
+        Seed of the database, by which specimens are dealt into folds.
     folds
         Folds of specimens (of draws for S0), of which one is held out.
+
+    Returns
+    -------
+    Split
+        Table of cases and their folds.
 
     Raises
     ------
@@ -97,7 +102,7 @@ def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int) -> Split
         If there is no such split, the rows cannot be split so, or a fold lacks a class.
     """
     if name not in SPLITS:
-        raise InputError(f"split = {name!r} is not known{suggestion(name, SPLITS)}")
+        raise InputError(f"split = {name!r} does not exist{suggestion(name, SPLITS)}")
     split = SPLITS[name](rows, seed, folds)
     split.check_classes(rows)
     return split
@@ -168,7 +173,7 @@ def _of_severities(
     held_out[severe] = choose(cases[severe])
     if not held_out.any() or held_out[severe].all():
         raise InputError(f"split {name} needs {needs}; give [sweep] a finer grid")
-    cases = cases.assign(trained=~held_out, asked=held_out | (cases["damaged_teeth"] == 0))
+    cases = cases.assign(trained=~held_out, tested=held_out | (cases["damaged_teeth"] == 0))
     return Split(name=name, text=text, table=_crossed(rows, cases, seed, folds))
 
 
@@ -179,7 +184,7 @@ def _tooth_counts(rows: pd.DataFrame, seed: int, folds: int) -> Split:
             f"split S4 needs two tooth counts or more, all rows have {counts[0]}; sweep GEAR.teeth in [sweep]"
         )
     unseen = counts[len(counts) // 2]
-    cases = pd.DataFrame({"teeth": counts, "trained": counts != unseen, "asked": counts == unseen})
+    cases = pd.DataFrame({"teeth": counts, "trained": counts != unseen, "tested": counts == unseen})
     return Split(
         name="S4",
         text=f"unseen tooth count: gears of {unseen} teeth, of which training has none, specimens held out of it",
@@ -188,16 +193,16 @@ def _tooth_counts(rows: pd.DataFrame, seed: int, folds: int) -> Split:
 
 
 def _crossed(rows: pd.DataFrame, cases: pd.DataFrame, seed: int, folds: int) -> pd.DataFrame:
-    """Folds of specimens crossed with cases that say whether they are trained on and asked about."""
-    keys = [name for name in cases.columns if name not in ("trained", "asked")]
+    """Return folds of specimens crossed with cases, which are trained on, tested, or both."""
+    keys = [name for name in cases.columns if name not in ("trained", "tested")]
     table = rows[["specimen", *keys]].drop_duplicates().merge(cases, how="left", on=keys)
     held_out = _held_out(table, rows, seed, folds)
-    fold = np.select([held_out & table["asked"], ~held_out & table["trained"]], [TEST, TRAINING], ASIDE)
+    fold = np.select([held_out & table["tested"], ~held_out & table["trained"]], [TEST, TRAINING], ASIDE)
     return table[["specimen", *keys]].assign(fold=fold)
 
 
 def _held_out(table: pd.DataFrame, rows: pd.DataFrame, seed: int, folds: int) -> pd.Series:
-    """Whether each row of a table is of a held-out specimen."""
+    """Return whether each row of a table is of a held-out specimen."""
     dealt = specimen_folds(seed, rows["specimen"], folds, rows["tooth"])
     return table["specimen"].map(dealt) == _TEST_FOLD
 
@@ -215,10 +220,10 @@ _NOT_FORM = ("name", "title", "sources", "operating")
 
 
 def model_form(resolved: Mapping[str, Any]) -> dict[str, str]:
-    """SHA-256 of each part of a database's description that makes its model form: its rig, and how it was solved.
+    """Return the SHA-256 of each part of a database's description that makes its model form: its rig and its solver.
 
-    Two databases whose parts are all equal differ in cases, specimens and noise only. Where a part differs, evaluating
-    on one what was trained on the other is the split S5.
+    Two databases whose parts are all equal differ in cases, specimens and noise only. Where a part differs, a model of
+    one that is evaluated on the other has the split S5.
     """
     parts = {f"rig.{name}": part for name, part in resolved["rig"].items() if name not in _NOT_FORM}
     parts |= {name: resolved[name] for name in ("solver",) if name in resolved}
@@ -228,6 +233,6 @@ def model_form(resolved: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def changed_parts(one: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
-    """Names of the parts of a model form that differ."""
-    return sorted(name for name in one.keys() | other.keys() if one.get(name) != other.get(name))
+def changed_parts(form: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
+    """Return the names of the parts in which two model forms differ."""
+    return sorted(name for name in form.keys() | other.keys() if form.get(name) != other.get(name))

@@ -1,4 +1,4 @@
-"""A split: a fixed, hashed table that says of each case whether a model learns from it or is asked about it."""
+"""A split: a fixed, hashed table with the fold of each case."""
 
 import hashlib
 import warnings
@@ -12,7 +12,7 @@ from sklearn.model_selection import StratifiedGroupKFold
 from sigdb.core import BoolArray, InputError, IntArray
 
 TRAINING, TEST, ASIDE = "training", "test", "aside"
-"""Folds of a case. What is aside is neither learnt from nor asked about."""
+"""Folds of a case. Cases that are put aside are neither trained on nor tested."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -26,8 +26,8 @@ class Split:
     text
         Description of the split, in a clause.
     table
-        What makes a case in this split, and its ``fold``: ``training``, ``test`` or ``aside``. No ids: the table holds
-        for any order and number of rows.
+        Columns that make a case in this split, and its ``fold``: ``training``, ``test`` or ``aside``. It has no ids, so
+        that it holds for any order and number of rows.
     shares_specimens
         Whether training and test may share specimens, which only the sanity check S0 does.
 
@@ -68,18 +68,18 @@ class Split:
         return hashlib.sha256(f"{self.name}\n{text}".encode()).hexdigest()
 
     def folds(self, rows: pd.DataFrame) -> np.ndarray:
-        """(rows,) fold of each row.
+        """Return the fold of each row, (rows,).
 
         Raises
         ------
         InputError
             If a row is of a case that is not in the table.
         """
-        found = rows[self.keys].merge(self.table, how="left", on=self.keys)["fold"]
-        if found.isna().any():
-            case = rows[self.keys].iloc[int(found.isna().to_numpy().argmax())].to_dict()
+        folds = rows[self.keys].merge(self.table, how="left", on=self.keys)["fold"]
+        if folds.isna().any():
+            case = rows[self.keys].iloc[int(folds.isna().to_numpy().argmax())].to_dict()
             raise InputError(f"split {self.name} does not hold the case {case}; make it from the rows it is used on")
-        return found.to_numpy(str)
+        return folds.to_numpy(str)
 
     def check_classes(self, rows: pd.DataFrame) -> None:
         """Refuse a split whose training or test lacks a tooth (or 'none') that gears of its tooth counts have.
@@ -97,7 +97,7 @@ class Split:
 
 
 def specimen_folds(seed: int, specimens: ArrayLike, folds: int, labels: ArrayLike | None = None) -> dict[int, int]:
-    """Fold of each specimen: a fixed table, drawn from a hash of the database's seed and the specimen's number.
+    """Return the fold of each specimen: a fixed table, drawn from a hash of the database's seed and its number.
 
     Specimens are dealt in the order of their hashes by scikit-learn's ``StratifiedGroupKFold``, so that each fold holds
     the classes in like shares. Where every specimen has every case that is dealing in turn.
@@ -126,7 +126,7 @@ def specimen_folds(seed: int, specimens: ArrayLike, folds: int, labels: ArrayLik
     """
     specimens = np.asarray(specimens)
     labels = np.zeros(len(specimens), int) if labels is None else np.asarray(labels)
-    names = sorted({int(one) for one in np.unique(specimens)}, key=lambda one: _digest(f"{seed}/{one}"))
+    names = sorted({int(number) for number in np.unique(specimens)}, key=lambda number: _digest(f"{seed}/{number}"))
     if len(names) < folds:
         raise InputError(
             f"{len(names)} specimens cannot be split into {folds} folds; make a database with {folds} specimens or more"
@@ -146,7 +146,7 @@ def _deals(folds: int, labels: IntArray, groups: IntArray) -> list[tuple[IntArra
         try:
             return list(StratifiedGroupKFold(folds).split(labels, labels, groups))
         except ValueError as error:
-            raise InputError(f"the rows cannot be split into {folds} folds: {error}; ask for fewer folds") from None
+            raise InputError(f"the rows cannot be split into {folds} folds: {error}; choose fewer folds") from None
 
 
 def check_classes(labels: pd.Series, inside: BoolArray, what: str) -> None:

@@ -140,7 +140,7 @@ def test_s0_asks_about_other_draws_of_the_same_specimens_and_cases():
         ("S3", a_sweep(losses=(0.1, 0.2), shifts=(-1.0, 1.0)), "needs three magnitudes or more of a severity"),
         ("S4", a_sweep(), "needs two tooth counts or more, all rows have 3; sweep GEAR.teeth"),
         ("S1", a_sweep(specimens=2), "2 specimens cannot be split into 3 folds"),
-        ("S6", a_sweep(), "split = 'S6' is not known"),
+        ("S6", a_sweep(), "split = 'S6' does not exist"),
     ],
 )
 def test_a_database_that_cannot_be_split_so_says_what_is_needed(name, rows, message):

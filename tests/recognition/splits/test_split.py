@@ -48,7 +48,7 @@ def test_a_class_of_two_specimens_is_dealt_to_both_sides():
 
 
 def test_classes_too_rare_for_any_fold_are_told():
-    with pytest.raises(InputError, match=r"the rows cannot be split into 3 folds: .*; ask for fewer folds"):
+    with pytest.raises(InputError, match=r"the rows cannot be split into 3 folds: .*; choose fewer folds"):
         specimen_folds(1, np.arange(3), 3, np.arange(3))
 
 
