@@ -1,7 +1,7 @@
 """Random streams: one for each specimen and one for each block of rows.
 
-A specimen's stream depends on the seed, a block's on the seed and the plan's hash; neither on the order of work, so a
-row is the same for any number of workers and after any interruption.
+A specimen's stream depends on the seed, a block's on the seed and the plan's hash. Neither depends on the order of
+work. So a row is the same for any number of workers and after any interruption.
 """
 
 import numpy as np

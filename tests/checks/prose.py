@@ -32,13 +32,13 @@ OPENINGS |= dict.fromkeys(("docstring", "message"), re.compile(r"(?:Of|What)\s")
 
 QUOTED = re.compile(r"``.+?``|`[^`]+`|:\w+:`[^`]+`|\$\$.+?\$\$|\$[^$\n]+\$|\[@[^\]]*\]|https?://\S+", re.DOTALL)
 SENTENCE_END = re.compile(
-    r"(?<!\b[A-Z])(?<!et al)(?<!\be\.g)(?<!\bi\.e)(?<!\bEq)(?<!\bno)[.!?:][)\"*_]*\s+(?=[\"'(*_]*[A-Z0-9X])"
+    r"(?<!\b[A-Z])(?<!et al)(?<!\be\.g)(?<!\bi\.e)(?<!\bEq)(?<!\bno)[.!?:][)\"*_]*\s+(?=[\"'(*_]*[A-Z0-9])"
 )
 
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph, a message or a comment, with code and formulas replaced by X.
+    """A paragraph, a message or a comment, with code and formulas replaced by CODE.
 
     Attributes
     ----------
@@ -174,7 +174,7 @@ def source_texts(path: Path) -> Iterator[Text]:
         if id(node) in documentation:
             yield from _paragraphs(path, node.lineno, node.value)
         elif isinstance(node, ast.JoinedStr):
-            parts = [part.value if isinstance(part, ast.Constant) else "X" for part in node.values]
+            parts = [part.value if isinstance(part, ast.Constant) else "CODE" for part in node.values]
             yield Text(path, node.lineno, "message", _plain("".join(parts)))
         elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in inside:
             yield Text(path, node.lineno, "message", _plain(node.value if " " in node.value else ""))
@@ -191,7 +191,7 @@ def _paragraphs(path: Path, first: int, docstring: str) -> Iterator[Text]:
     for number, line in enumerate([*lines, ""], first):
         stripped = line.strip()
         example = (example and bool(stripped)) or stripped.startswith((">>>", "..."))
-        if re.fullmatch(r"[-=]{3,}", stripped):
+        if re.fullmatch(r"[-=][-= ]+[-=]", stripped):
             section, block = (block[-1].strip() if block else section), []
             continue
         here = len(line) - len(line.lstrip())
@@ -241,9 +241,9 @@ def page_texts(path: Path) -> Iterator[Text]:
 
 
 def _plain(text: str) -> str:
-    """A text with code, formulas and addresses replaced by X, and links by their words."""
+    """A text with code, formulas and addresses replaced by CODE, and links by their words."""
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
-    return QUOTED.sub("X", text)
+    return QUOTED.sub("CODE", text)
 
 
 def _shortened(text: str) -> str:

@@ -50,16 +50,16 @@ def synchronous_average(
     Raises
     ------
     InputError
-        If ``x`` is empty, complex or not finite, pulse times are not finite and increasing, begin before the record or
-        are so uneven that a pulse must be missing, an option is out of its range, or no revolution, or fewer than
-        requested, lie within pulses and record.
+        If ``x`` is empty, complex or not finite, or an option is out of its range. If pulse times are not finite and
+        increasing, begin before the record, or are so uneven that a pulse must be missing. If no revolution, or fewer
+        than requested, lie within pulses and record.
 
     Notes
     -----
-    The samples between are those of a sinc of 16 zero crossings a side in a Kaiser window: its gain is within 3e-6 of 1
-    up to 0.38 of the sampling rate. Where a revolution has more samples than n, the kernel is widened so that it cuts
-    off (-6 dB) at order n/2, and is flat up to three quarters of that; but it never reaches further back than over the
-    revolution before, so that below n = 16 it cuts off at order 8. The record is continued beyond its ends by linear
+    The record is interpolated by a sinc of 16 zero crossings a side in a Kaiser window. Its gain is within 3e-6 of 1 up
+    to 0.38 of the sampling rate. Where a revolution has more samples than n, the kernel is widened. Then it cuts off
+    (-6 dB) at order n/2, and is flat up to three quarters of that. It never reaches further back than over the
+    revolution before, so below n = 16 it cuts off at order 8. The record is continued beyond its ends by linear
     prediction, so that the first and last revolutions count like any other.
 
     The average passes order nu with the gain ``|sin(pi M nu) / (M sin(pi nu))|``: 1 at whole orders, at most

@@ -58,8 +58,9 @@ def mesh_pulses(
     Raises
     ------
     InputError
-        If ``x`` is empty, complex or not finite or has more than one axis, an option is out of its range, the record is
-        shorter than the smoothing window, or the phase runs backwards: then the harmonic is lost in its surroundings.
+        If ``x`` is empty, complex or not finite or has more than one axis, or an option is out of its range. If the
+        record is shorter than the smoothing window. If the phase runs backwards: then the harmonic is lost in its
+        surroundings.
 
     References
     ----------

@@ -1,8 +1,8 @@
 """Indicators of the difference signal, ``(..., n) -> (...)`` in float64.
 
-A difference that is only rounding does not show its scale, so these take the average's: a quotient is nan, without a
-warning, where its denominator's signal has, the mean removed, ``sum d^2 <= n (64 eps s)^2``, with eps of the input's
-type and s the scale, ``max|average|``.
+A difference that is only rounding does not show its scale, so these functions take the scale of the average. A quotient
+is nan, without a warning, where the signal of its denominator is no more than rounding. The rule, with the mean
+removed, is ``sum d^2 <= n (64 eps s)^2``, with eps of the input's type and s the scale, ``max|average|``.
 """
 
 import numpy as np

@@ -2,9 +2,9 @@
 
 Each indicator is the fourth moment of a record over the square of a mean second moment. That mean goes over the records
 up to this one (NA4, NB4), or over the first, healthy ones (NA4*, NB4*). Means are removed, and moments are those of the
-population. A quotient is nan, without a warning, where its denominator is no more than rounding: where the mean of
-``sum d^2`` over those records is at most that of ``n (64 eps s)^2``, with eps of the input's type and s the scale of
-each.
+population. A quotient is nan, without a warning, where its denominator is no more than rounding. The rule
+compares means over those records: that of ``sum d^2`` is at most that of ``n (64 eps s)^2``, with eps of the input's
+type and s the scale of each.
 """
 
 import numpy as np

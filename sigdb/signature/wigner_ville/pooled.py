@@ -78,8 +78,8 @@ def pooled_wigner_ville(
     Raises
     ------
     InputError
-        If ``x`` is empty or not finite, ``teeth`` is not an integer from 1 to n, ``bands`` are not increasing or beyond
-        n/2, the window is malformed or longer than half a revolution, or ``n_bins`` is too few for it.
+        If ``x`` is empty or not finite, ``teeth`` is not an integer from 1 to n, or ``bands`` are not increasing or
+        beyond n/2. If the window is malformed or longer than half a revolution, or ``n_bins`` is too few for it.
 
     Notes
     -----
