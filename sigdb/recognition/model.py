@@ -10,7 +10,7 @@ from sigdb.core import IntArray, NotApplicableError
 from sigdb.database import Database
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.estimators.contract import Estimator
-from sigdb.recognition.rows.batch import CELLS, Batch, Column, Reducer, Rows
+from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Reducer, Rows
 from sigdb.recognition.rows.streams import read_averages, read_features, reduce_averages, stream_features
 
 _PROBE = 8
@@ -70,11 +70,6 @@ class Model:
         return self.estimators[self.learner]
 
     @property
-    def reads(self) -> frozenset[Column]:
-        """Columns that its estimators read."""
-        return frozenset().union(*(estimator.reads for estimator in self.estimators.values()))
-
-    @property
     def reducers(self) -> dict[str, Reducer]:
         """By name, the reducers of averages of its estimators."""
         return reducers_of(self.estimators.values())
@@ -114,7 +109,9 @@ class Model:
         batch = reduce_averages(database, Batch(table=rows), self.reducers, sensor=self.sensor, needed=needed)
         order: list[IntArray] = []
         parts: dict[str, list[Answers]] = {name: [] for name in self.estimators}
-        for places, some in stream_features(database, batch):
+        whole = any(estimator.reads_whole_averages for estimator in self.estimators.values())
+        for places, part in stream_features(database, batch):
+            some = read_averages(database, part, sensor=self.sensor) if whole else part
             order.append(places)
             for name in list(parts):
                 try:
@@ -124,13 +121,13 @@ class Model:
                         raise
                     del parts[name]
         back = np.argsort(np.concatenate(order))
-        return {name: Answers.concatenate(some).select(back) for name, some in parts.items()}
+        return {name: Answers.concatenate(pieces).select(back) for name, pieces in parts.items()}
 
     def probe(self, database: Database, rows: pd.DataFrame) -> Batch:
         """Return a few rows of one tooth count with all that the model reads, for :func:`save_model`."""
-        few = few_rows(Batch(table=rows))
-        few = read_features(database, few) if CELLS in self.reads else few
-        return read_averages(database, few, sensor=self.sensor) if self.reducers else few
+        few, reads = few_rows(Batch(table=rows)), self.estimator.reads
+        few = read_features(database, few) if CELLS in reads else few
+        return read_averages(database, few, sensor=self.sensor) if TSA in reads else few
 
 
 def few_rows(rows: Batch) -> Batch:

@@ -12,6 +12,7 @@ from sigdb.recognition.estimators.registry import LEARNERS
 from sigdb.recognition.evaluation import Evaluation
 from sigdb.recognition.metrics.estimate import Estimate
 from sigdb.recognition.model import Model
+from sigdb.recognition.rows.batch import CELLS
 from sigdb.recognition.targets.all_targets import TARGETS
 
 Cell = Estimate | str
@@ -178,7 +179,7 @@ training data is simulated: on a measured signal its answer is a hypothesis to b
 of the database `{model.database_hash[:12]}`, seed {model.seed}; split {model.split}, table of folds
 `{model.split_hash[:12]}`. {_training_rows(model)}
 
-**Input.** {_INPUT.get(model.learner, _POOLED_INPUT)}
+**Input.** {_input(model)}
 
 ## Metrics
 
@@ -233,7 +234,16 @@ _POOLED_INPUT = (
     "Pooled Wigner-Ville features, speed and torque, seen from each tooth in turn; the noise, from the scatter\n"
     "between revolutions and their number."
 )
-_INPUT = {
-    "templates": "The average itself, its number of revolutions, the scatter between them (the noise), speed and\n"
+_TEMPLATE_INPUT = (
+    "The average itself, its number of revolutions, the scatter between them (the noise), speed and\n"
     "torque; templates of the nearest operating point, index errors of the size that the training rows have."
-}
+)
+
+
+def _input(model: Model) -> str:
+    """Return a sentence on what the model reads."""
+    if model.estimator.template_bank is not None:
+        return _TEMPLATE_INPUT
+    if CELLS in model.estimator.reads:
+        return _POOLED_INPUT
+    return f"The columns {', '.join(sorted(model.estimator.reads))} of the table `features`."

@@ -1,6 +1,6 @@
 """Training on a database: a model and its baselines, by a split that keeps specimens apart."""
 
-from collections.abc import Iterable
+from collections.abc import Collection
 
 import numpy as np
 import pandas as pd
@@ -11,7 +11,7 @@ from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.estimators.registry import columns_read, learner_class
 from sigdb.recognition.model import Model, reducers_of
 from sigdb.recognition.rows.batch import CELLS, Batch
-from sigdb.recognition.rows.streams import read_features, reduce_averages
+from sigdb.recognition.rows.streams import read_averages, read_features, reduce_averages
 from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.splits.kinds import make_split, model_form
@@ -163,9 +163,12 @@ def _bank(database: Database, rows: pd.DataFrame, needed: bool, on_step: OnStep)
         return None
 
 
-def _read(database: Database, rows: pd.DataFrame, estimators: Iterable[Estimator]) -> Batch:
+def _read(database: Database, rows: pd.DataFrame, estimators: Collection[Estimator]) -> Batch:
     """Return not too many rows with all that estimators read."""
-    batch = reduce_averages(database, Batch(table=rows), reducers_of(estimators), sensor=database.sensors[0])
+    sensor = database.sensors[0]
+    batch = reduce_averages(database, Batch(table=rows), reducers_of(estimators), sensor=sensor)
+    if any(estimator.reads_whole_averages for estimator in estimators):
+        batch = read_averages(database, batch, sensor=sensor)
     return read_features(database, batch) if any(CELLS in estimator.reads for estimator in estimators) else batch
 
 

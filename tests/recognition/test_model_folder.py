@@ -240,6 +240,26 @@ def test_estimators_of_something_else_are_no_model(copied, content):
         load_model(copied)
 
 
+def test_names_in_the_file_are_public_and_old_ones_are_read(location_model, database, held_out, tmp_path):
+    """A model of sigdb 0.1.0 names the modules of its time, and calls the reduced chi-square a misfit."""
+    model = replace(location_model, learner="templates")
+    save_model(model, tmp_path, evaluation=evaluate(model, database, bound=False), probe=held_out, command="train")
+    path = tmp_path / "model.skops"
+    with zipfile.ZipFile(path) as archive:
+        entries = {name: archive.read(name) for name in archive.namelist()}
+    assert b'"sigdb.recognition.' not in entries["schema.json"]
+    old = entries["schema.json"].replace(b'"sigdb.recognition"', b'"sigdb.recognition.template_location"')
+    entries["schema.json"] = old.replace(b'"reduced_chi2_threshold_"', b'"misfit_threshold_"')
+    assert entries["schema.json"] != old
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in entries.items():
+            archive.writestr(name, content)
+    resealed(tmp_path)
+    loaded = load_model(tmp_path).estimator
+    assert loaded.reduced_chi2_threshold_ == model.estimator.reduced_chi2_threshold_
+    assert loaded.assess(held_out[:5]).equals(model.estimator.assess(held_out[:5]))
+
+
 def test_saving_again_replaces_the_model(copied, severity_model, database, held_out):
     save_model(
         severity_model,

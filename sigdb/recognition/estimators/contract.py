@@ -10,7 +10,7 @@ from sklearn.base import BaseEstimator
 
 from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.recognition.answers import Answers
-from sigdb.recognition.rows.batch import Batch, Column, Reducer, Rows
+from sigdb.recognition.rows.batch import TSA, Batch, Column, Reducer, Rows
 from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.templates.bank import TemplateBank
 
@@ -44,8 +44,13 @@ class Estimator(BaseEstimator, ABC):
 
     @property
     def reducer(self) -> Reducer | None:
-        """Reducer that makes of averages the few numbers that it reads; None where it reads no averages."""
+        """Reducer that makes of averages the few numbers that it reads; None where it reads them whole, or none."""
         return None
+
+    @property
+    def reads_whole_averages(self) -> bool:
+        """Whether it reads averages that no reducer makes smaller."""
+        return TSA in self.reads and self.reducer is None
 
     @property
     def learns_from_all(self) -> bool:

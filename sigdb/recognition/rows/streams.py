@@ -97,9 +97,10 @@ def read_features(database: Database, rows: Batch) -> Batch:
 
 
 def read_averages(database: Database, rows: Batch, *, sensor: str) -> Batch:
-    """Return a few rows of one tooth count, by id, with the averages of a sensor."""
-    (teeth,) = np.unique(rows.table["teeth"].to_numpy(int))
-    return replace(rows, tsa={int(teeth): database.signals(rows.index.to_numpy(), sensor=sensor)["tsa"]})
+    """Return rows, not too many of them, by id, with the averages of a sensor."""
+    ids = rows.index.to_numpy()
+    averages = {teeth: database.signals(ids[at], sensor=sensor)["tsa"] for teeth, at in rows.by_teeth()}
+    return replace(rows, tsa=averages)
 
 
 def _stream(database: Database, rows: Batch, table: str, column: str) -> Iterator[tuple[IntArray, Matrices]]:

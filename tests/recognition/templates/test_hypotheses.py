@@ -61,6 +61,19 @@ def test_it_is_the_normal_density_of_every_template_at_every_tooth(stored):
                 assert_allclose(found[row, k, t], expected, rtol=1e-10)
 
 
+def test_the_squared_residual_is_that_of_the_normal_law_written_out(stored):
+    """``r' S^-1 r``, which the law of chi-square of N degrees has for its own draws."""
+    hypotheses = Hypotheses.from_templates(stored, teeth=TEETH, mate_teeth=MATE)
+    x = np.random.default_rng(14).standard_normal((3, N))
+    noise, index_error = np.array([0.5, 0.7, 0.1]), np.array([2e-6, 0.0, 3e-6])
+    likelihood = hypotheses.log_likelihood(x, noise=noise, index_error=index_error)
+    squares = hypotheses.chi2(likelihood, noise=noise, index_error=index_error)
+    for row, (k, t) in enumerate([(1, 0), (2, 3), (0, 0)]):
+        mean, covariance = law(stored[k], t, noise[row], index_error[row])
+        residual = x[row] - mean
+        assert_allclose(squares[row, k, t], residual @ np.linalg.solve(covariance, residual), rtol=1e-9)
+
+
 def test_parts_of_the_hypotheses_and_of_the_rows_give_the_same(stored):
     hypotheses = Hypotheses.from_templates(stored, teeth=TEETH, mate_teeth=MATE)
     x = np.random.default_rng(5).standard_normal((300, N))
