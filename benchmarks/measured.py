@@ -378,7 +378,7 @@ def _plain(value: Any) -> float | None:
 
 
 def _interval(name: str, drawn: np.ndarray) -> dict[str, float | None]:
-    """Ends of 95 %; none where a twentieth of the draws lies where no loss can be told."""
+    """Ends of 95 %; none where a twentieth of the draws lies where no loss can be estimated."""
     known = drawn[np.isfinite(drawn)]
     low, high = np.percentile(known, [2.5, 97.5]) if len(known) > 0.95 * len(drawn) else (None, None)
     return {f"{name} low": None if low is None else float(low), f"{name} high": None if high is None else float(high)}
@@ -411,7 +411,7 @@ def _shown(row: Mapping[str, Any], name: str) -> str:
         return ""
     values = [row[end] for end in (name, f"{name} low", f"{name} high")]
     if values[0] is None:
-        return "not told"
+        return "not estimated"
     places, scale = {"accuracy": (0, 100), "stiffness_loss": (1, 100), "phase_shift_deg": (2, 1)}.get(name, (1, 1))
     value, low, high = ("-" if one is None else f"{scale * one:.{places}f}" for one in values)
     return f"{value} ({low} to {high})" if "-" not in (low, high) else value
