@@ -9,7 +9,7 @@ from sigdb.cli.main import cli
 
 
 def command_help(name: str = "") -> str:
-    """Text of ``sigdb NAME --help``, on a terminal of 80 columns."""
+    """Return the text of ``sigdb NAME --help``, on a terminal of 80 columns."""
     group = click.Context(cli, info_name="sigdb", **cli.context_settings | {"max_content_width": 80})
     if not name:
         return group.get_help()

@@ -22,7 +22,7 @@ RECIPE = Path(__file__).parents[2] / "pipelines" / "paper.toml"
 
 
 def make(folder: Path) -> None:
-    """Figures and ``claims.json`` into a folder."""
+    """Make the pictures and ``claims.json`` in a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as out:
         run = run_recipe(load_recipe(RECIPE), out, jobs=1)

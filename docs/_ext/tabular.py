@@ -11,7 +11,7 @@ Cell = str | tuple[str, str]
 def text_table(
     head: Sequence[str], rows: Sequence[Sequence[Cell]], *, code: Collection[int] = (), sentence: int = -1
 ) -> nodes.table:
-    """A table with a head; columns in ``code`` are set as code, and column ``sentence`` gets room for one."""
+    """Return a table with a head; columns in ``code`` are set as code, and column ``sentence`` is wide."""
     group = nodes.tgroup(cols=len(head))
     group += [nodes.colspec(colwidth=1) for _ in head]
     group += nodes.thead("", _row(head))
