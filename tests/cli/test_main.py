@@ -89,7 +89,7 @@ def test_python_m_sigdb_is_sigdb(shell):
         (["match", "{db}", "--id", "0", "--where", "true) --"], "where = 'true) --'"),
         (["match", "{db}", "{db}/sigdb.toml"], "a raw recording goes to sigdb diagnose"),
         (["export", "{missing}", "a.mat"], "is not a sigdb database"),
-        (["export", "{db}", "a.txt"], "a.txt: the name of an export ends in .mat or .h5"),
+        (["export", "{db}", "a.txt"], "a.txt: the name of an export ends in .mat, .h5 or .hdf5"),
         (["export", "{db}", "a.h5", "--where", "tuth = 1"], "where = 'tuth = 1'"),
         (["train", "{missing}", "--target", "location", "--out", "{missing}"], "is not a sigdb database"),
         (["evaluate", "{missing}", "{db}"], "is not a model folder"),
