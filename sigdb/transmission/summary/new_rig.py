@@ -73,6 +73,11 @@ def write_new_rig(path: str | Path, *, overwrite: bool = False) -> Path:
     overwrite
         Whether a file that exists is replaced.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
