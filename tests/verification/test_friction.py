@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from sigdb.dynamics import prepare
+from sigdb.dynamics.periodic.influences import Influences
 from sigdb.transmission import ToothDamage, load_transmission
 from sigdb.transmission.system.assembly import assemble
 
@@ -126,7 +127,9 @@ def test_friction_against_the_sliding_is_friction_the_other_way_round(prepared):
     """With both friction vectors turned round, mu acts as -mu: to first order the changes cancel."""
     transfer = prepared.solver.transfer.copy()
     transfer[:, :, 1:] *= -1
-    other = replace(prepared, solver=replace(prepared.solver, transfer=transfer), _influences={}, _gathered={})
+    solver = replace(prepared.solver, transfer=transfer)
+    influences = Influences(solver, len(prepared.meshes), prepared.period)
+    other = replace(prepared, solver=solver, influences=influences)
     plain = prepared.steady_state([{}])[0].signals
     one = {5: ToothDamage(friction=1e-3)}
     forth, back = (rig.steady_state([one])[0].signals - plain for rig in (prepared, other))
