@@ -8,7 +8,6 @@ __all__ = [
     "CoupledModes",
     "Damage",
     "ModalSystem",
-    "RigFacts",
     "ToothDamage",
     "Transmission",
     "built_in_transmissions",
