@@ -101,5 +101,7 @@ def _stacked(arrays: Sequence[np.ndarray], absent: float) -> np.ndarray:
     """Return the rows of arrays one below the other, those of fewer classes filled up."""
     if arrays[0].ndim == 1:
         return np.concatenate(arrays)
-    width = max(one.shape[1] for one in arrays)
-    return np.concatenate([np.pad(one, ((0, 0), (0, width - one.shape[1])), constant_values=absent) for one in arrays])
+    width = max(array.shape[1] for array in arrays)
+    return np.concatenate(
+        [np.pad(array, ((0, 0), (0, width - array.shape[1])), constant_values=absent) for array in arrays]
+    )

@@ -140,4 +140,4 @@ def few_rows(rows: Batch) -> Batch:
 def reducers_of(estimators: Iterable[Estimator]) -> dict[str, Reducer]:
     """Return the reducers of estimators by name."""
     reducers = [estimator.reducer for estimator in estimators]
-    return {one.column: one for one in reducers if one is not None}
+    return {reducer.column: reducer for reducer in reducers if reducer is not None}

@@ -228,7 +228,7 @@ def _arrays(model: Model, rows: Batch) -> dict[str, np.ndarray]:
     """Return the columns that a model reads of rows of one tooth count, as arrays."""
     scalars = {name: rows.table[name].to_numpy() for name in model.estimator.reads & frozenset(rows.table.columns)}
     arrays = {TSA: rows.tsa, CELLS: rows.features}
-    return scalars | {name: matrix for name, one in arrays.items() if one for matrix in one.values()}
+    return scalars | {name: matrix for name, by_teeth in arrays.items() if by_teeth for matrix in by_teeth.values()}
 
 
 def _rows(arrays: Mapping[str, np.ndarray]) -> Batch:

@@ -131,7 +131,7 @@ def train(
         learner=settings.learner,
         estimators=estimators,
         seed=database.manifest.seed,
-        trained_on=tuple(int(one) for one in np.unique(rows["specimen"])),
+        trained_on=tuple(int(specimen) for specimen in np.unique(rows["specimen"])),
         database_hash=database.manifest.hash,
         form=model_form(database.manifest.resolved),
         split=split,

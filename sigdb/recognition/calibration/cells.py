@@ -37,8 +37,8 @@ def bands(edges: FloatArray, noise: FloatArray) -> IntArray:
 
 def band_thresholds(thresholds: FloatArray, edges: FloatArray, noise: FloatArray) -> FloatArray:
     """Return thresholds (bands, ...) by row, (rows, ...): those of its band, the greatest where noise is not known."""
-    known = np.isfinite(noise).reshape(-1, *[1] * (thresholds.ndim - 1))
-    return np.where(known, thresholds[bands(edges, noise)], thresholds.max(axis=0))
+    finite = np.isfinite(noise).reshape(-1, *[1] * (thresholds.ndim - 1))
+    return np.where(finite, thresholds[bands(edges, noise)], thresholds.max(axis=0))
 
 
 def levels_of(values: FloatArray) -> tuple[FloatArray, IntArray]:
@@ -53,7 +53,7 @@ def levels_of(values: FloatArray) -> tuple[FloatArray, IntArray]:
 
 def cells_of(point: IntArray, severity: FloatArray) -> IntArray:
     """Return the number of each row's cell, (rows,): of its operating point (rows,) and severities (rows, k)."""
-    return _numbers(np.column_stack([point, *(levels_of(one)[1] for one in severity.T)]))
+    return _numbers(np.column_stack([point, *(levels_of(values)[1] for values in severity.T)]))
 
 
 def points_of(batch: Batch) -> IntArray:

@@ -123,18 +123,18 @@ def greatest_quantile(scores: ArrayLike, cells: IntArray, specimens: ArrayLike, 
     """
     values, specimens = np.asarray(scores, float), np.asarray(specimens)
     few: list[IntArray] = []
-    found: list[float] = []
+    quantiles: list[float] = []
     for at in rows_by_cell(np.asarray(cells)):
-        one = specimen_quantile(values[at], specimens[at], level)
-        if math.isfinite(one):
-            found.append(one)
+        quantile = specimen_quantile(values[at], specimens[at], level)
+        if math.isfinite(quantile):
+            quantiles.append(quantile)
         else:
             few.append(at)
     if few:
         rest = np.concatenate(few)
-        one = specimen_quantile(values[rest], specimens[rest], level)
-        found.append(one if math.isfinite(one) else specimen_quantile(values, specimens, level))
-    return max(found, default=math.inf)
+        quantile = specimen_quantile(values[rest], specimens[rest], level)
+        quantiles.append(quantile if math.isfinite(quantile) else specimen_quantile(values, specimens, level))
+    return max(quantiles, default=math.inf)
 
 
 def rows_by_cell(cells: IntArray) -> list[IntArray]:

@@ -54,9 +54,9 @@ class LocationSets:
             [
                 [
                     greatest_quantile(strange[some], cells[some], groups[some], self.coverage)
-                    for some in ((band == one) & (tooth == 0), (band == one) & (tooth > 0))
+                    for some in ((band == number) & (tooth == 0), (band == number) & (tooth > 0))
                 ]
-                for one in range(len(self.set_edges_) + 1)
+                for number in range(len(self.set_edges_) + 1)
             ]
         )
 

@@ -37,8 +37,8 @@ def calibrate(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tuple
         What is known of the level of 'none', one or (rows,); the level is added to it.
     """
 
-    known = np.isfinite(scores)
-    finite, rows = np.where(known, scores, 0.0), np.arange(len(y))
+    exists = np.isfinite(scores)
+    finite, rows = np.where(exists, scores, 0.0), np.arange(len(y))
     of_truth, damaged = np.where(y > 0, finite[rows, y - 1], 0.0), y > 0
     unit = max(float(finite.std()), np.finfo(float).tiny)  # both parameters count alike
 
@@ -51,8 +51,8 @@ def calibrate(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tuple
 
     # Convex, so that any descent finds the least one.
     bounds = [(_LEAST_SLOPE * unit, None), (None, None)]
-    found = minimize(loss, [unit, 0.0], jac=True, bounds=bounds, method="L-BFGS-B", options={"ftol": 1e-12}).x
-    return float(found[0] / unit), float(found[1])
+    optimum = minimize(loss, [unit, 0.0], jac=True, bounds=bounds, method="L-BFGS-B", options={"ftol": 1e-12}).x
+    return float(optimum[0] / unit), float(optimum[1])
 
 
 def specimen_folds_of(groups: IntArray, folds: int = _FOLDS) -> Iterator[tuple[IntArray, IntArray]]:

@@ -49,9 +49,9 @@ class SeverityIntervals:
                 [
                     greatest_quantile(error[some], cells[some], groups[some], self.coverage)
                     for k in range(len(levels))
-                    for some in [(band == one) & (nearest == k)]
+                    for some in [(band == number) & (nearest == k)]
                 ]
-                for one in range(len(self.edges_) + 1)
+                for number in range(len(self.edges_) + 1)
             ]
             self.levels_.append(levels)
             self.thresholds_.append(np.array(quantiles))
@@ -85,7 +85,7 @@ def conforming(
     candidates = np.union1d(np.linspace(levels[0], levels[-1], _CANDIDATES), levels)
     # Infinite thresholds cannot be interpolated; this one lets all values conform.
     limit = np.minimum(limit, np.finfo(float).max / 4)
-    weights = np.stack([np.interp(candidates, levels, one) for one in np.eye(len(levels))])
+    weights = np.stack([np.interp(candidates, levels, unit) for unit in np.eye(len(levels))])
     low, high = estimate.copy(), estimate.copy()
     for first in range(0, len(estimate), _ROWS_AT_ONCE):
         some = slice(first, first + _ROWS_AT_ONCE)

@@ -151,9 +151,9 @@ class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
         self.classes_ = np.arange(int(batch.table["teeth"].max()) + 1)
         scores = self._unseen_scores(batch, tooth, groups)
         noise = batch.noise_db()
-        own = rows_by_cell(bands(band_edges(noise, groups, self.coverage), noise))
+        by_band = rows_by_cell(bands(band_edges(noise, groups, self.coverage), noise))
         strange, levels = np.empty(len(batch)), []
-        for at in (np.arange(len(batch)), *own):
+        for at in (np.arange(len(batch)), *by_band):
             prior = _log_teeth(scores[at])
             levels.append(calibrate(scores[at], tooth[at], prior))
             strange[at] = strangeness(scores[at], tooth[at], groups[at], prior)
@@ -199,8 +199,8 @@ class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
         scores = np.full((len(batch), int(batch.table["teeth"].max())), -np.inf)
         for teeth, at in batch.by_teeth():
             for part, views in self._views_of(batch, at):
-                own = self.scorer_.decision_function(views.reshape(-1, views.shape[2]))
-                scores[at[part], :teeth] = own.reshape(-1, teeth)
+                part_scores = self.scorer_.decision_function(views.reshape(-1, views.shape[2]))
+                scores[at[part], :teeth] = part_scores.reshape(-1, teeth)
         return scores
 
     def _views_of(self, batch: Batch, at: IntArray) -> Iterator[tuple[slice, FloatArray]]:

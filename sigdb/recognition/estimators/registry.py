@@ -132,14 +132,14 @@ _PARTS = (
 
 def own_classes() -> dict[str, str]:
     """Return the module of each class of sigdb that a model may hold, by the class's name."""
-    registered = {f"estimators.{one}" for entry in REGISTRY for one in entry.classes.values()}
-    paths = [f"sigdb.recognition.{one}".rpartition(".") for one in sorted(registered.union(_PARTS))]
+    registered = {f"estimators.{path}" for entry in REGISTRY for path in entry.classes.values()}
+    paths = [f"sigdb.recognition.{path}".rpartition(".") for path in sorted(registered.union(_PARTS))]
     return {name: module for module, _, name in paths}
 
 
 def trusted_types() -> list[str]:
     """Return the types that a model may hold, beside those that skops trusts; never taken from a file."""
-    foreign = {one for entry in REGISTRY for one in entry.trusted}
+    foreign = {path for entry in REGISTRY for path in entry.trusted}
     return sorted({f"{module}.{name}" for name, module in own_classes().items()} | foreign)
 
 
@@ -165,14 +165,14 @@ def make_estimators(target: str, settings: RecognitionSettings, bank: TemplateBa
     """
     from sigdb.recognition.estimators.detector import Detector
 
-    made: dict[str, Estimator] = {}
+    estimators: dict[str, Estimator] = {}
     for entry in REGISTRY:
         kind = estimator_class(entry, target)
         if kind is None or (kind.needs_bank and bank is None):
             continue
         estimator = kind.create(entry.name, settings, bank)
-        made[entry.name] = Detector.of(estimator, settings.false_alarm_rate) if target == DETECTION else estimator
-    return made
+        estimators[entry.name] = Detector.of(estimator, settings.false_alarm_rate) if target == DETECTION else estimator
+    return estimators
 
 
 def estimator_class(entry: Entry, target: str) -> type[Estimator] | None:

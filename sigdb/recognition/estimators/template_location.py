@@ -165,9 +165,9 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         batch = self._batch(X)
         ratio, reduced_chi2 = self._ratio_and_reduced_chi2(batch)
         sets = self._sets(with_none(ratio, self.slope_, self.none_), self.bank.noise_db(batch))
-        candidates = [tuple(np.flatnonzero(one).tolist()) for one in sets]
+        candidates = [tuple(np.flatnonzero(members).tolist()) for members in sets]
         outside = reduced_chi2 > self.reduced_chi2_threshold_
-        answer = [_in_words(one, strange) for one, strange in zip(candidates, outside, strict=True)]
+        answer = [_in_words(members, strange) for members, strange in zip(candidates, outside, strict=True)]
         columns = {"answer": answer, "candidates": candidates, "reduced_chi2": reduced_chi2}
         return pd.DataFrame(columns, index=batch.index)
 

@@ -172,7 +172,7 @@ class Batch:
 
     @property
     def _arrays(self) -> dict[str, Matrices]:
-        return {name: one for name in ("tsa", "features") if (one := getattr(self, name)) is not None}
+        return {name: array for name in ("tsa", "features") if (array := getattr(self, name)) is not None}
 
     @cached_property
     def _teeth(self) -> IntArray:
@@ -220,7 +220,7 @@ def _from_cells(X: pd.DataFrame, name: Column) -> dict[int, FloatArray]:
 
 
 def _stacked(arrays: list[FloatArray], name: Column, teeth: int) -> FloatArray:
-    lengths = sorted({np.size(one) for one in arrays})
+    lengths = sorted({np.size(array) for array in arrays})
     if len(lengths) > 1:
         raise InputError(f"{name} of gears of {teeth} teeth has {lengths} values; give arrays of one length")
     return np.stack(arrays).reshape(len(arrays), -1)

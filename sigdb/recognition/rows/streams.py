@@ -129,14 +129,17 @@ def _stream(database: Database, rows: Batch, table: str, column: str) -> Iterato
 def _matrices(lists: pa.ListArray, teeth: IntArray) -> dict[int, FloatArray]:
     """Return lists as a matrix for each tooth count."""
     some = {int(count): lists.take(pa.array(np.flatnonzero(teeth == count))) for count in np.unique(teeth)}
-    return {count: own.flatten().to_numpy(zero_copy_only=False).reshape(len(own), -1) for count, own in some.items()}
+    return {
+        count: chosen.flatten().to_numpy(zero_copy_only=False).reshape(len(chosen), -1)
+        for count, chosen in some.items()
+    }
 
 
 def _concatenate(parts: Sequence[Matrices | None]) -> dict[int, FloatArray]:
     """Return the matrices of several parts, one below the other."""
-    known = [part for part in parts if part is not None]
-    counts = sorted({count for part in known for count in part})
-    return {count: np.concatenate([part[count] for part in known if count in part]) for count in counts}
+    present = [part for part in parts if part is not None]
+    counts = sorted({count for part in present for count in part})
+    return {count: np.concatenate([part[count] for part in present if count in part]) for count in counts}
 
 
 def _drain(reader: pa.RecordBatchReader) -> Iterator[pa.RecordBatch]:

@@ -84,7 +84,7 @@ class PointTemplates:
         tolerance
             Of the signals, see :meth:`CompactSignals.of`.
         """
-        stored = CompactSignals.of([_signals(one, index_error) for one in laws], tolerance=tolerance)
+        stored = CompactSignals.of([_signals(law, index_error) for law in laws], tolerance=tolerance)
         return [
             cls(
                 speed_rpm=speed_rpm,
@@ -200,7 +200,7 @@ class TemplateBank:
         seen = (
             ""
             if specimens is None
-            else f" and specimen in ({', '.join(str(int(one)) for one in np.unique(specimens))})"
+            else f" and specimen in ({', '.join(str(int(number)) for number in np.unique(specimens))})"
         )
         rows = database.sql(
             "select template, count(*) as n, min(averages) as averages, sum(index_error ** 2) as square, "
@@ -226,19 +226,19 @@ class TemplateBank:
         weight = rows.set_index("template")["n"]
         if index_error is None:
             index_error = float(np.sqrt(rows["square"].sum() / rows["n"].sum()))
-        found: list[PointTemplates] = []
+        templates: list[PointTemplates] = []
         for teeth in sorted(set(points["teeth"].astype(int))):
             alike = points.loc[points["teeth"] == teeth, ["speed_rpm", "torque"]].to_numpy(float)
             at = [(float(speed), float(torque)) for speed, torque in alike]
             laws = [_laws(database, sensor, *point, teeth=teeth, cases=cases) for point in at]
-            found += PointTemplates.of(
+            templates += PointTemplates.of(
                 laws,
-                [_share(one, weight) for one in laws],
+                [_share(law, weight) for law in laws],
                 points=at,
                 index_error=index_error,
                 tolerance=_PRECISION * float(rows["noise"].min()),
             )
-        return cls(sensor=sensor, index_error=index_error, points=tuple(found))
+        return cls(sensor=sensor, index_error=index_error, points=tuple(templates))
 
     @property
     def teeth(self) -> tuple[int, ...]:
@@ -289,8 +289,8 @@ def _laws(
 ) -> Hypotheses:
     laws = Hypotheses.of(database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor)
     if cases is not None:
-        known = laws.cases[list(_CASE)].merge(cases.assign(known=True), how="left", on=list(_CASE))["known"]
-        laws = laws.only(np.flatnonzero(known.notna()))
+        kept = laws.cases[list(_CASE)].merge(cases.assign(kept=True), how="left", on=list(_CASE))["kept"]
+        laws = laws.only(np.flatnonzero(kept.notna()))
     for kind, some in (("healthy", laws.healthy), ("damaged", ~laws.healthy)):
         if not some.any():
             raise NotApplicableError(

@@ -46,16 +46,16 @@ class CompactSignals:
         Components are left out while the rest of no signal exceeds tolerance / 2. With r components left, steps of
         ``tolerance / sqrt(r)`` err by at most tolerance / 2 in norm; the two errors are orthogonal.
         """
-        rows = [one.reshape(-1, one.shape[-1]) for one in groups]
-        greatest = max(float(np.linalg.norm(one, axis=1).max()) for one in rows)
+        rows = [signals.reshape(-1, signals.shape[-1]) for signals in groups]
+        greatest = max(float(np.linalg.norm(signals, axis=1).max()) for signals in rows)
         tolerance = max(tolerance, 4 * float(np.finfo(np.float32).eps) * greatest, np.finfo(float).tiny)
-        components = np.linalg.eigh(np.sum([one.T @ one for one in rows], axis=0))[1][:, ::-1]
-        rest = np.max([_rest(one @ components) for one in rows], axis=0)
+        components = np.linalg.eigh(np.sum([signals.T @ signals for signals in rows], axis=0))[1][:, ::-1]
+        rest = np.max([_rest(signals @ components) for signals in rows], axis=0)
         rank = max(1, int((rest > tolerance / 2).sum()))
         basis, step = components[:, :rank].T, tolerance / math.sqrt(rank)
-        levels = [np.rint(np.moveaxis(one @ basis.T, -1, 0) / step) for one in groups]
+        levels = [np.rint(np.moveaxis(signals @ basis.T, -1, 0) / step) for signals in groups]
         stored = np.ascontiguousarray(basis, np.float32)
-        return [cls(basis=stored, levels=np.ascontiguousarray(one, np.int32), step=step) for one in levels]
+        return [cls(basis=stored, levels=np.ascontiguousarray(signals, np.int32), step=step) for signals in levels]
 
     @property
     def samples(self) -> int:

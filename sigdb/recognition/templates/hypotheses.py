@@ -129,9 +129,11 @@ class Hypotheses:
         InputError
             If there is no such template, or the rig does not turn exactly (more than one mesh).
         """
-        found = stored_templates(database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor, where=where)
-        mates = [mate_teeth(database, template) for template in found]
-        return cls.from_templates(found, teeth=teeth, mate_teeth=mates)
+        templates = stored_templates(
+            database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor, where=where
+        )
+        mates = [mate_teeth(database, template) for template in templates]
+        return cls.from_templates(templates, teeth=teeth, mate_teeth=mates)
 
     @classmethod
     def from_templates(cls, templates: Sequence[Template], *, teeth: int, mate_teeth: ArrayLike) -> Self:
@@ -205,14 +207,14 @@ class Hypotheses:
         """
         x = np.asarray(x, float)
         self._check(x, np.asarray(noise, float))
-        noise, index_error = (np.broadcast_to(np.asarray(one, float), len(x)) for one in (noise, index_error))
-        found = np.empty((len(x), len(self.signal), self.teeth))
+        noise, index_error = (np.broadcast_to(np.asarray(value, float), len(x)) for value in (noise, index_error))
+        likelihood = np.empty((len(x), len(self.signal), self.teeth))
         for first in range(0, len(x), _ROWS_AT_ONCE):
             some = slice(first, first + _ROWS_AT_ONCE)
-            found[some] = self._log_likelihood(x[some], noise[some], index_error[some])
-        none = found[:, self.healthy]
-        found[:, self.healthy] = none.mean(axis=2, keepdims=True) if self.turn_invariant else none[:, :, :1]
-        return found
+            likelihood[some] = self._log_likelihood(x[some], noise[some], index_error[some])
+        none = likelihood[:, self.healthy]
+        likelihood[:, self.healthy] = none.mean(axis=2, keepdims=True) if self.turn_invariant else none[:, :, :1]
+        return likelihood
 
     def _check(self, x: FloatArray, noise: FloatArray) -> None:
         n = self.signal.shape[1]
@@ -258,7 +260,7 @@ class Hypotheses:
             No unit. Over the number of samples it is the reduced chi-square, about 1 under the true hypothesis.
         """
         rows = len(log_likelihood)
-        noise, index_error = (np.broadcast_to(np.asarray(one, float), rows) for one in (noise, index_error))
+        noise, index_error = (np.broadcast_to(np.asarray(value, float), rows) for value in (noise, index_error))
         return np.asarray(-2 * log_likelihood - self._constant(noise, self._gain_ratio(noise, index_error)))
 
     @cached_property
@@ -313,7 +315,9 @@ class Hypotheses:
         -------
         ndarray, (rows, n)
         """
-        noise, index_error = (np.broadcast_to(np.asarray(one, float), len(template)) for one in (noise, index_error))
+        noise, index_error = (
+            np.broadcast_to(np.asarray(value, float), len(template)) for value in (noise, index_error)
+        )
         x = noise[:, None] * stream.standard_normal((len(template), self.signal.shape[1]))
         amplitude = index_error[:, None] * stream.standard_normal((len(template), self.gains.shape[1]))
         step = self.signal.shape[1] // self.teeth
@@ -326,8 +330,8 @@ class Hypotheses:
         """Templates and turns with the places of their rows."""
         turn = np.where(self.healthy[template], 0, np.asarray(tooth) - 1)
         code = np.asarray(template) * self.teeth + turn
-        for one in np.unique(code):
-            yield *divmod(int(one), self.teeth), np.flatnonzero(code == one)
+        for value in np.unique(code):
+            yield *divmod(int(value), self.teeth), np.flatnonzero(code == value)
 
 
 def _modes(response: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:

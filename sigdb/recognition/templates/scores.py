@@ -94,10 +94,10 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         _check_noise(batch, noise)
         place = self.bank.nearest(*batch.operating_point())
         pieces = [
-            (self.bank.points[one], at[some], x[some])
+            (self.bank.points[nearest], at[some], x[some])
             for _, at, x in batch.averages()
-            for one in np.unique(place[at])
-            for some in _parts(np.flatnonzero(place[at] == one))
+            for nearest in np.unique(place[at])
+            for some in _parts(np.flatnonzero(place[at] == nearest))
         ]
         parts = Parallel(n_jobs=self.n_jobs, prefer="threads")(
             delayed(self._scores)(point, x, noise[at]) for point, at, x in pieces
@@ -154,7 +154,7 @@ def _severity(after: Posterior, level: FloatArray) -> list[FloatArray]:
     if not np.isfinite(some.damage).any(axis=1).all():
         return [np.full(len(after.location), np.nan)] * len(OF_SEVERITY)
     levels = np.where(plain[:, None], level, 0.0).T
-    mean = [some.mean(one) for one in levels]
-    median = [some.median(one) for one in levels]
-    square = [some.severity @ one**2 - m**2 for one, m in zip(levels, mean, strict=True)]
-    return [*mean, *median, *(np.sqrt(one.clip(min=0)) for one in square)]
+    mean = [some.mean(quantity) for quantity in levels]
+    median = [some.median(quantity) for quantity in levels]
+    square = [some.severity @ quantity**2 - m**2 for quantity, m in zip(levels, mean, strict=True)]
+    return [*mean, *median, *(np.sqrt(variance.clip(min=0)) for variance in square)]

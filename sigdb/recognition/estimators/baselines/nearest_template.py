@@ -42,9 +42,9 @@ class NearestTemplate(BaseEstimator):
         nearest = np.empty((len(X), 2))
         place = self.bank.nearest(*X.operating_point())
         for teeth, at, x in X.averages():
-            for one in np.unique(place[at]):
-                some = place[at] == one
-                nearest[at[some]] = _nearest(self.bank.points[one], x[some], teeth)
+            for k in np.unique(place[at]):
+                some = place[at] == k
+                nearest[at[some]] = _nearest(self.bank.points[k], x[some], teeth)
         return nearest
 
 

@@ -198,7 +198,8 @@ class Fm4Severity(RegressorMixin, SeverityEstimator):
         """Return estimates for each row."""
         fm4 = self._batch(X).column("fm4")
         return pd.DataFrame(
-            {name: one.predict(fm4) for name, one in zip(QUANTITIES, self.regressors_, strict=True)}, index=X.index
+            {name: regressor.predict(fm4) for name, regressor in zip(QUANTITIES, self.regressors_, strict=True)},
+            index=X.index,
         )
 
 
