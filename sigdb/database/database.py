@@ -24,6 +24,11 @@ class Database(StoredTables):
 
     Readers follow receipts, so that a sweep may go on writing: a reader sees the parts that were finished when it
     opened the database.
+
+    Parameters
+    ----------
+    location : str, path-like or Store
+        Directory or URI of the database.
     """
 
     def __repr__(self) -> str:

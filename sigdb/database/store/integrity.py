@@ -46,7 +46,7 @@ class IntegrityFinding:
     what : str
         The fault: the predicate of a sentence whose subject is the file.
     remedy : str
-        What to do.
+        Remedy.
     stage, part : str and int, or None
         Kind and number of the part to make again; None if there is no such part.
     """

@@ -23,9 +23,9 @@ class FileError(DatabaseError):
     file
         Name of the file, as a message names it.
     problem
-        What is wrong with the file: the predicate of a sentence whose subject is ``file``.
+        Problem of the file: the predicate of a sentence whose subject is ``file``.
     remedy
-        What to do; empty where the caller adds it.
+        Remedy; empty where the caller adds it.
     """
 
     def __init__(self, file: str, problem: str, remedy: str = "") -> None:

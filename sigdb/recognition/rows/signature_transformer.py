@@ -16,7 +16,7 @@ FEATURES = ("indicators", "spectrum", "wigner_ville")
 
 
 class SignatureTransformer(TransformerMixin, BaseEstimator):
-    """Features of averages of one revolution: indicators, spectrum, pooled Wigner-Ville distribution.
+    """Transformer of averages of one revolution to indicators, spectrum and pooled Wigner-Ville distribution.
 
     There is nothing to learn: ``fit`` checks the options against the count of samples and names the features. They are
     those of :func:`sigdb.signature.features`, and mean the same as a database's columns of the same names.
@@ -31,7 +31,7 @@ class SignatureTransformer(TransformerMixin, BaseEstimator):
         ``"wigner_ville"``, by tooth and by the centre of the band in mesh orders, ``wigner_ville_1_0``,
         ``wigner_ville_1_0.25``, ..., in the square of the unit of the averages.
     mesh_harmonics, shaft_harmonics, sidebands
-        Of the indicators, as in :func:`sigdb.signature.indicators`.
+        Options of the indicators, as in :func:`sigdb.signature.indicators`.
     mesh_orders
         Up to which mesh order the bands of ``"wigner_ville"`` are centred, a quarter of one apart.
 
@@ -96,7 +96,7 @@ class SignatureTransformer(TransformerMixin, BaseEstimator):
         return self
 
     def transform(self, X: ArrayLike) -> FloatArray:
-        """Features of averages.
+        """Compute the features of averages.
 
         Parameters
         ----------
@@ -112,7 +112,7 @@ class SignatureTransformer(TransformerMixin, BaseEstimator):
         return self._features(_checked(self, X, reset=False))
 
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[np.object_]:
-        """Names of the features.
+        """Return the names of the features.
 
         Parameters
         ----------
