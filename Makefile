@@ -53,6 +53,8 @@ check: .venv/check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python tests/checks/tree.py
+	$(BIN)/python tests/checks/prose.py
+	$(BIN)/python tests/checks/numpydoc_names.py
 	$(BIN)/codespell sigdb docs tests benchmarks pipelines README.md CHANGELOG.md Makefile pyproject.toml
 
 docs: .venv/docs

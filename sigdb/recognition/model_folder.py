@@ -27,7 +27,11 @@ from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Rows
 
 
 def built_in_models() -> list[str]:
-    """Names of the reference models that come with sigdb.
+    """Return the names of the reference models that come with sigdb.
+
+    Returns
+    -------
+    list of str
 
     Examples
     --------
@@ -39,7 +43,7 @@ def built_in_models() -> list[str]:
 
 
 def model_folder(name_or_folder: str | Path) -> Path:
-    """The folder of a reference model, by its name, or the folder that is given.
+    """Return the folder of a reference model by its name, or the folder itself.
 
     A name is text without a path separator that is not a folder here.
 
@@ -77,7 +81,7 @@ _UNREADABLE = (
     zipfile.BadZipFile,
     zlib.error,
 )
-"""What damaged or foreign files raise in the readers of JSON, ZIP, skops and NPZ."""
+"""Errors that the readers of JSON, ZIP, skops and NPZ raise on damaged or foreign files."""
 
 _PUBLIC = "sigdb.recognition"
 """Module that files name for the classes of sigdb: a public name outlives a move of the module that defines it."""
@@ -129,6 +133,10 @@ def load_model(name_or_folder: str | Path) -> Model:
     name_or_folder
         A model's folder, or the name of a reference model as listed by :func:`built_in_models`.
 
+    Returns
+    -------
+    Model
+
     Raises
     ------
     InputError
@@ -165,7 +173,7 @@ def load_model(name_or_folder: str | Path) -> Model:
 
 
 def _checked(folder: Path, name: str, described: dict[str, Any]) -> bytes:
-    """The bytes of a file, if they are those that ``model.json`` tells of."""
+    """Return the bytes of a file, if their hash is that in ``model.json``."""
     content = (folder / name).read_bytes()
     if hashlib.sha256(content).hexdigest() != described["sha256"][name]:
         raise ValueError(f"{name} is not the file that was saved with model.json")

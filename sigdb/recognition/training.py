@@ -91,9 +91,13 @@ def train(
     settings
         Learner, folds, seed and false-alarm rate.
     split
-        What is left out besides, ``S0`` to ``S4``: see :func:`~sigdb.recognition.splits.kinds.make_split`.
+        Split, ``S0`` to ``S4``, whose test rows training leaves out; see :func:`make_split`.
     on_step
         Called with the name of each estimator before it is trained, and with a sentence on what is left out.
+
+    Returns
+    -------
+    Model
 
     Raises
     ------

@@ -34,7 +34,7 @@ def calibrate(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tuple
     y
         (rows,) first damaged tooth, 0 for none.
     offset
-        What is known of the level of 'none', one or (rows,); the level is added to it.
+        Known part of the level of 'none', a number or (rows,). The fitted level is added to it.
     """
 
     exists = np.isfinite(scores)
@@ -56,9 +56,9 @@ def calibrate(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tuple
 
 
 def specimen_folds_of(groups: IntArray, folds: int = _FOLDS) -> Iterator[tuple[IntArray, IntArray]]:
-    """Rows to calibrate on and rows of other specimens to judge, so that each row is judged once.
+    """Yield rows to calibrate on and rows of other specimens to apply it to, so that each row is used once.
 
-    With one specimen its own rows have to do.
+    With one specimen, its own rows serve for both.
     """
     count = len(np.unique(groups))
     if count < 2:

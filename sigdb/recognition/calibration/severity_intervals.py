@@ -18,17 +18,17 @@ class SeverityIntervals:
     An interval holds the values v that conform, ``|estimate - v| <= q(v, noise) scale``, and the estimate itself. q is
     the conformal quantile by specimen of the training rows whose true value is v, in each band of noise, the greatest
     one over the other severities and the operating points; between values of the grid it is interpolated. So coverage
-    is meant for each severity, noise and operating point, with the limits that :class:`LocationSets` tells. Intervals
+    is meant for each severity, noise and operating point, with the limits that :class:`LocationSets` states. Intervals
     stay within the range of the training rows.
 
     Attributes
     ----------
     levels_
-        Of each severity, its values v.
+        Values v of each severity.
     edges_
         (bands - 1,) edges between bands of noise, dB.
     thresholds_
-        Of each severity, (bands, values) q.
+        (bands, values) q of each severity.
     """
 
     coverage: float

@@ -71,7 +71,7 @@ class Estimator(BaseEstimator, ABC):
         name
             Its name in the registry.
         settings
-            Of the training.
+            Settings of the training.
         bank
             Templates of the training rows; None only if ``needs_bank`` is not set.
         """

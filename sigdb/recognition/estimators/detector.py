@@ -85,7 +85,7 @@ class Detector(ClassifierMixin, Estimator):
 
     @property
     def reducer(self) -> Reducer | None:
-        """What its scorer reads of averages."""
+        """Reducer of averages of its scorer."""
         return self.scorer.reducer
 
     @property

@@ -92,8 +92,8 @@ class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
     the sensor's unit), on scores of specimens that the scorer had not seen; then the scorer learns from all.
 
     Turning the signature by j teeth turns the answer by j teeth exactly. A gear of a tooth count that was never seen
-    has an answer too. Of Z teeth each has the prior odds ``1 / (r Z)`` against none, r the odds of none against damage,
-    so the level of 'none' is ``none_ + log Z``.
+    has an answer too. Each of Z teeth has the prior odds ``1 / (r Z)`` against none, where r is the odds of none
+    against damage. So the level of 'none' is ``none_ + log Z``.
 
     Parameters
     ----------

@@ -29,14 +29,14 @@ class Entry:
     name
         Name in results, and for ``--learner``.
     text
-        What it is, in a few words.
+        Description in a few words.
     learner
         Whether it may be the model; the others are baselines.
     classes
         By target, its class: module, below ``sigdb.recognition.estimators``, and name. That of ``detection`` is an
         estimator of location, on whose scores a ``Detector`` sets its threshold.
     trusted
-        Types of other libraries that it holds once it is trained, beside those that skops trusts.
+        Types of other libraries that a trained one holds, in addition to those that skops trusts.
     """
 
     name: str
@@ -138,7 +138,7 @@ def own_classes() -> dict[str, str]:
 
 
 def trusted_types() -> list[str]:
-    """Return the types that a model may hold, beside those that skops trusts; never taken from a file."""
+    """Return the types that a model may hold in addition to those that skops trusts; never taken from a file."""
     foreign = {path for entry in REGISTRY for path in entry.trusted}
     return sorted({f"{module}.{name}" for name, module in own_classes().items()} | foreign)
 

@@ -82,7 +82,7 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
 
     @property
     def reducer(self) -> TemplateScores:
-        """What it reads of averages."""
+        """Reducer of averages to scores of the templates."""
         return TemplateScores(self.bank, self.n_jobs)
 
     def detector_scorer(self) -> Scorer:
@@ -205,7 +205,7 @@ class WhitenedBankLocation(ClassifierMixin, Scorer):
 
     @property
     def reducer(self) -> TemplateScores:
-        """What it reads of averages."""
+        """Reducer of averages to scores of the templates."""
         return TemplateScores(self.bank, self.n_jobs)
 
     def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:

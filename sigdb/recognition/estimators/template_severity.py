@@ -77,7 +77,7 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
 
     @property
     def reducer(self) -> TemplateScores:
-        """What it reads of averages."""
+        """Reducer of averages to scores of the templates."""
         return TemplateScores(self.bank, self.n_jobs)
 
     def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:

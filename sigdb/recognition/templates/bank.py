@@ -32,8 +32,8 @@ class PointTemplates:
     speed_rpm, torque, teeth
         The operating point, and the tooth count of the damaged gear.
     signals
-        Of each template, (templates, 1 + modes + harmonics): its nominal average; the response to index errors, each
-        mode as large as it is on average; the harmonic ones. See :class:`Hypotheses`.
+        (templates, 1 + modes + harmonics) signals of each template: its nominal average; its response to index
+        errors, each mode as large as it is on average; its harmonic signals. See :class:`Hypotheses`.
     index_error
         Size of the index errors that the modes are for, m.
     phases
@@ -74,15 +74,15 @@ class PointTemplates:
         Parameters
         ----------
         laws
-            Of each point.
+            Hypotheses of each operating point.
         shares
-            Of each point, (templates,) share of each among the rows of its kind.
+            (templates,) share of each template among the rows of its kind, for each operating point.
         points
-            Of each, speed (rpm) and torque (N m).
+            Speed (rpm) and torque (N m) of each operating point.
         index_error
             Size of the index errors, m.
         tolerance
-            Of the signals, see :meth:`CompactSignals.of`.
+            Tolerance of the compact signals, see :meth:`CompactSignals.of`.
         """
         stored = CompactSignals.of([_signals(law, index_error) for law in laws], tolerance=tolerance)
         return [

@@ -1,4 +1,4 @@
-"""What an average would look like under each template, as a normal law, and how likely an average is under each."""
+"""Hypotheses: the normal law of an average under each template, and how likely an average is under each."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -110,8 +110,8 @@ class Hypotheses:
         """The hypotheses of a database's templates at one operating point.
 
         Templates without a result, and those whose mesh loses contact, whose response to index errors is not linear,
-        are left out. Parameters of the rig that are swept beside the operating point and the tooth count are not known
-        to who judges an average: all their templates are hypotheses.
+        are left out. An average does not show the other swept parameters of the rig, apart from the operating point and
+        the tooth count: the templates of all their values are hypotheses.
 
         Parameters
         ----------
@@ -298,7 +298,7 @@ class Hypotheses:
         noise: ArrayLike,
         index_error: ArrayLike,
     ) -> FloatArray:
-        """Averages drawn from the law, each with a specimen and noise of its own.
+        """Draw averages from the law, each with a specimen and noise of its own.
 
         Parameters
         ----------

@@ -12,7 +12,7 @@ from sigdb.recognition.metrics.location_and_severity import crps_sample
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Posterior:
-    """What is known of averages once they are seen.
+    """Posterior probabilities of location and damage, given averages.
 
     Attributes
     ----------

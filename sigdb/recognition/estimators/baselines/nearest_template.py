@@ -89,7 +89,7 @@ class NearestTemplateLocation(ThresholdLocation):
 
     @property
     def reducer(self) -> NearestTemplate:
-        """What it reads of averages."""
+        """Reducer of averages to distances from the templates."""
         return NearestTemplate(self.bank)
 
     def indicator(self, X: Rows) -> FloatArray:

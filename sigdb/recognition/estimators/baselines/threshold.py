@@ -117,7 +117,7 @@ class IndicatorScore(Scorer):
 
     @property
     def reducer(self) -> Reducer | None:
-        """What the baseline reads of averages; None where it reads none."""
+        """Reducer of averages of the baseline; None where it reads no averages."""
         return self.baseline.reducer
 
     @property
