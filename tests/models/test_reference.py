@@ -38,16 +38,11 @@ def described(name):
     return json.loads((MODELS / name / "model.json").read_text(encoding="utf-8"))
 
 
-def metrics_of(evaluation):
-    """Metrics by estimator; cards of before have them as figures."""
-    return evaluation["metrics" if "metrics" in evaluation else "figures"]
-
-
 def figures_of_the_card(name):
     facts = described(name)
     return {
         figure: Estimate(**ends)
-        for figure, ends in metrics_of(facts["evaluation"])[facts["learner"]].items()
+        for figure, ends in facts["evaluation"]["metrics"][facts["learner"]].items()
         if None not in ends.values()
     }
 
@@ -90,7 +85,7 @@ def test_the_overview_tells_the_cards_figures(name):
     overview = (MODELS / "README.md").read_text(encoding="utf-8")
     evaluation = described(name)["evaluation"]
     for figure in OVERVIEW[described(name)["target"]]:
-        model, best = (facts[figure]["value"] for facts in (metrics_of(evaluation)["templates"], evaluation["bound"]))
+        model, best = (facts[figure]["value"] for facts in (evaluation["metrics"]["templates"], evaluation["bound"]))
         assert f"| {model:.3g} | {best:.3g} |" in overview
 
 
