@@ -19,7 +19,7 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     | axis | unit |
     | --- | --- |
     | torque | N m |
-    | \\\\|x\\\\| | - |
+    | \\|x\\| | - |
     """
     lines = ([text.replace("|", "\\|") for text in cells] for cells in (head, *rows))
     first, *others = ("| " + " | ".join(cells) + " |" for cells in lines)
