@@ -99,7 +99,7 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
     evaluation
         Its figures, for the card.
     probe
-        Rows of features, of which a few are kept with the model's answers.
+        Rows of features. A few are kept with the model's answers.
     command
         The command that makes it again.
     """

@@ -119,7 +119,7 @@ def test_a_case_that_fails_leaves_the_others_and_is_raised_when_it_is_taken(rig)
     assert states.min_compression[1] < 0
     with pytest.raises(SigdbError, match="does not repeat"):
         states[1]
-    # What is known of it is the linear solution, which does not hold.
+    # Only the linear solution is known, and it does not hold.
     assert states.case(1).contact_loss
 
 

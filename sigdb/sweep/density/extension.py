@@ -41,7 +41,7 @@ def extension(manifest: Manifest, study: Study, match: float) -> Plan:
 
 
 def distant_cases(study: Study, match: float) -> list[int]:
-    """Return the places of poorly matched cases, of which no two match each other.
+    """Return the places of poorly matched cases; no two of them match each other.
 
     The worst matched case is first taken, then the worst of those that do not match it, and so on.
     """

@@ -20,7 +20,7 @@ class NearestTemplate(BaseEstimator):
     Parameters
     ----------
     bank
-        Templates, of which only the clean averages count.
+        Templates. Only their clean averages count.
     """
 
     column = "nearest_template"
