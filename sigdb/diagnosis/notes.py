@@ -20,9 +20,8 @@ def missing_notes(signature: RecordedSignature, healthy: RecordedSignature | Non
     if healthy is None:
         yield Note(
             code="no-healthy-recording",
-            text="A healthy recording of the same rig by the same channel: without it the path from the mesh to the "
-            "sensor is taken to be that of the simulated rig, and errors of these gears cannot be separated from "
-            "damage.",
+            text="A healthy recording of the same rig by the same channel. Without it the diagnosis assumes the "
+            "simulated rig's path from the mesh to the sensor, and cannot separate errors of these gears from damage.",
         )
     if not signature.absolute:
         text = "A tacho mark: without it teeth are counted from where the average begins."

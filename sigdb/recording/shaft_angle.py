@@ -138,8 +138,8 @@ def mesh_angle(
     range_rpm
         Range in which the speed of the shaft lies.
     harmonic
-        Mesh harmonic. By default it is that of the first three whose pulses are most even from revolution to
-        revolution: the unevenness of the shaft is the same in all of them, and the noise of the phase adds to it.
+        Mesh harmonic. The default is that of the first three whose pulses are most even from revolution to
+        revolution. The shaft is equally uneven in all three; the noise of the phase adds to it.
 
     Raises
     ------
@@ -208,8 +208,8 @@ def _phase_notes(harmonic: int, pulses: FloatArray, duration: float) -> Iterator
     covered = float(pulses[-1] - pulses[0])
     yield Note(
         code="mesh-phase",
-        text=f"angle from the phase of mesh harmonic {harmonic}, in {covered:.3g} s of {duration:.3g} s: the window of"
-        " the phase reaches beyond the record at its ends, and changes of speed within a revolution are not followed",
+        text=f"angle from the phase of mesh harmonic {harmonic}, in {covered:.3g} s of {duration:.3g} s: the phase is"
+        " not known near the ends of the record, and does not follow changes of speed within a revolution",
         values={"harmonic": harmonic, "covered_s": covered, "duration_s": duration},
     )
     yield Note(

@@ -30,11 +30,16 @@ def read_recording(path: str | os.PathLike[str], **options: Unpack[RecordingOpti
     path : str or path-like
         The file.
     **options
-        Fields of :class:`RecordingSettings`. The most common are ``sampling_rate`` in Hz, where neither the file nor a
-        column of times states it; ``channels``, the names of the channels to read; ``units`` of all channels or of
-        each by name; ``tacho``, the channel with the tacho, with ``pulses_per_rev`` and ``ratio``; ``variable``, the
-        array, structure or group of a file that holds several. The others are ``names``, ``scale``, ``time``,
-        ``separator``, ``decimal``, ``longest_gap``, ``teeth``, ``speed_rpm`` and ``torque``.
+        Fields of :class:`RecordingSettings`. The most common are:
+
+        - ``sampling_rate``, Hz, where neither the file nor a column of times states it;
+        - ``channels``, the names of the channels to read;
+        - ``units`` of all channels, or of each by name;
+        - ``tacho``, the channel with the tacho, with ``pulses_per_rev`` and ``ratio``;
+        - ``variable``, the array, structure or group to read from a file that holds several.
+
+        The others are ``names``, ``scale``, ``time``, ``separator``, ``decimal``, ``longest_gap``, ``teeth``,
+        ``speed_rpm`` and ``torque``.
 
     Returns
     -------
