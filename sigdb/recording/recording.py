@@ -1,10 +1,17 @@
 """A recording: the channels of one measurement."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from sigdb.core import FloatArray, InputError, Note, suggestion
+
+TachoKind = Literal["waveform", "pulse-times", "counts", "angle", "speed"]
+"""Quantity that the channel of a tacho holds."""
+
+Edge = Literal["rising", "falling"]
+"""Edge of a tacho's pulse."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -21,6 +28,10 @@ class Channel:
         Sampling rate, Hz.
     unit
         Unit as the file or the user writes it; empty where none is stated.
+    rate_from
+        Source of the sampling rate, in words.
+    start
+        Time of the first sample in s, on the recording's time axis.
 
     Raises
     ------
@@ -38,6 +49,8 @@ class Channel:
     samples: FloatArray
     sampling_rate: float
     unit: str = ""
+    rate_from: str = "the caller"
+    start: float = 0.0
 
     def __post_init__(self) -> None:
         if self.samples.ndim != 1 or self.samples.size == 0 or self.samples.dtype != np.float64:
@@ -70,6 +83,11 @@ class Recording:
         Name of the channel with the tacho, if there is one.
     pulses_per_rev
         Pulses of the tacho in one revolution of its shaft.
+    tacho_kind
+        Quantity that the tacho's channel holds: ``waveform``, ``pulse-times``, ``counts``, ``angle`` or ``speed``.
+    threshold, hysteresis, edge
+        Level at which a pulse begins, depth to which the waveform must return before the next one, both in the tacho's
+        unit, and the edge that counts, ``rising`` or ``falling``. None leaves the choice to the reader.
     ratio
         Revolutions of the shaft of interest in one of the tacho's shaft.
     teeth, speed_rpm, torque
@@ -95,6 +113,10 @@ class Recording:
     channels: tuple[Channel, ...]
     tacho: str | None = None
     pulses_per_rev: float = 1.0
+    tacho_kind: TachoKind = "waveform"
+    threshold: float | None = None
+    hysteresis: float | None = None
+    edge: Edge | None = None
     ratio: float = 1.0
     teeth: int | None = None
     speed_rpm: float | None = None

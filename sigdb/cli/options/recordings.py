@@ -15,9 +15,23 @@ _FILE = {
     "pulses_per_rev": click.option(
         "--pulses-per-rev", type=click.IntRange(1), help="Pulses of the tacho per revolution of its shaft."
     ),
-    "ratio": click.option(
-        "--ratio", type=_ABOVE_ZERO, help="Revolutions of the averaged shaft per revolution of the tacho's shaft."
+    "tacho_kind": click.option(
+        "--tacho-kind",
+        type=click.Choice(["waveform", "pulse-times", "counts", "angle", "speed"]),
+        help="Quantity that the tacho holds; by default a waveform with pulses.",
     ),
+    "threshold": click.option("--threshold", type=float, help="Level of the tacho at which a pulse begins."),
+    "hysteresis": click.option(
+        "--hysteresis", type=_ABOVE_ZERO, help="Depth to which the tacho must return before its next pulse."
+    ),
+    "edge": click.option("--edge", type=click.Choice(["rising", "falling"]), help="Edge of the tacho that counts."),
+    "ratio": click.option(
+        "--ratio",
+        metavar="RATIO",
+        help="Revolutions of the averaged shaft per revolution of the tacho's shaft: a number, or a fraction as 19/48.",
+    ),
+    "time": click.option("--time", metavar="COLUMN", help="Column of times; found by its name if left out."),
+    "file_format": click.option("--file-format", metavar="SUFFIX", help="Format of the file, such as csv."),
     "variable": click.option("--variable", help="Array or group to read from a file that holds several."),
 }
 """Options of :func:`sigdb.read_recording`."""

@@ -41,7 +41,9 @@ def assemble(contents: Contents, settings: RecordingSettings, *, source: str) ->
     )  # fmt: skip
     return Recording(
         source=source, channels=channels, tacho=settings.tacho, pulses_per_rev=settings.pulses_per_rev,
-        ratio=settings.ratio, teeth=settings.teeth, speed_rpm=settings.speed_rpm, torque=settings.torque,
+        tacho_kind=settings.tacho_kind, threshold=settings.threshold, hysteresis=settings.hysteresis,
+        edge=settings.edge, ratio=settings.ratio, teeth=settings.teeth,
+        speed_rpm=settings.speed_rpm, torque=settings.torque,
         notes=tuple({note.text: note for note in everything}.values()),
     )  # fmt: skip
 

@@ -26,12 +26,21 @@ class DataColumn:
         Unit that the file states; empty if it states none.
     sampling_rate
         Sampling rate in Hz that the file states for this column; None if it states none.
+    rate_from
+        Name of the entry that states that rate.
+    start
+        Time of the first sample in s, on a time axis that all columns of the file share; None if it is not stated.
+    abscissa
+        Quantity along the samples, for instance "Frequency" for a spectrum; "time" if the file states no other.
     """
 
     name: str
     values: StoredArray
     unit: str = ""
     sampling_rate: float | None = None
+    rate_from: str = "the file"
+    start: float | None = None
+    abscissa: str = "time"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +59,8 @@ class Contents:
         Notes on what the reader left out or changed.
     named
         False where the file gives its columns no names.
+    speed_rpm
+        Speed in rev/min that the file states, to be confirmed; None if it states none.
     """
 
     columns: tuple[DataColumn, ...]
@@ -57,6 +68,7 @@ class Contents:
     rate_from: str = "the file"
     notes: tuple[Note, ...] = ()
     named: bool = True
+    speed_rpm: float | None = None
 
 
 MAX_BYTES = 2**30
