@@ -280,10 +280,16 @@ class Database(StoredTables):
         Returns
         -------
         Match
-            ``table``, a frame of k rows with the columns ``template``, ``tooth`` (first damaged tooth, as turned; 0 for
-            none), ``turn`` (in teeth, by which the template is turned later), ``match``, ``residual_distance``,
-            ``outside`` (whether the residual distance is above the threshold of ``sigdb coverage``; missing without a
-            threshold) and the case of the template. ``outside`` and ``threshold`` hold for the whole.
+            ``table``, a frame of k rows with the case of each template and the columns:
+
+            - ``template``: id of the template;
+            - ``tooth``: first damaged tooth of the turned template, 0 for none;
+            - ``turn``: teeth by which the template is turned later;
+            - ``match`` and ``residual_distance``;
+            - ``outside``: whether the residual distance is above the threshold of ``sigdb coverage``; missing without a
+              threshold.
+
+            ``outside`` and ``threshold`` of the result hold for the signature as a whole.
 
         Raises
         ------

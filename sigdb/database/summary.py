@@ -109,13 +109,19 @@ def database_card(database: Database) -> DatabaseFacts:
     Returns
     -------
     dict
-        ``rig`` (name, title, counts of its numbers by origin), ``gear``, ``samples_per_tooth``, ``sensors``
-        (unit by name); ``rows``, ``healthy``, ``failed``, ``contact_loss``, ``templates``, ``specimens``, ``parts``,
-        ``bytes``; ``axes`` (name, unit, number of values, least, greatest); ``patterns``; ``statuses``;
-        ``indicators`` that the database has, of the first sensor (name, unit, 5 %, 50 % and 95 % quantiles of healthy
-        and of damaged rows); ``checks`` (greatest error of the clean averages, greatest Floquet multiplier, least
-        compression); ``coverage`` (None where it was not studied); ``hash``, ``seed``, ``extensions``, ``versions``,
-        ``licence``, ``citation``, ``recipe``. Numbers are in SI units, but for names that end in _deg, _rpm or _db.
+        Its keys, with numbers in SI units, but for names that end in _deg, _rpm or _db:
+
+        - ``rig``: name, title and counts of its numbers by origin;
+        - ``gear`` and ``samples_per_tooth``;
+        - ``sensors``: unit by name;
+        - ``rows``, ``healthy``, ``failed``, ``contact_loss``, ``templates``, ``specimens``, ``parts`` and ``bytes``;
+        - ``axes``: name, unit, number of values, least and greatest value;
+        - ``patterns`` and ``statuses``;
+        - ``indicators`` that the database has of its first sensor: name, unit, 5 %, 50 % and 95 % quantiles of healthy
+          and of damaged rows;
+        - ``checks``: greatest error of the clean averages, greatest Floquet multiplier, least compression;
+        - ``coverage``: None where it was not studied;
+        - ``hash``, ``seed``, ``extensions``, ``versions``, ``licence``, ``citation`` and ``recipe``.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Stability of a rig under its varying mesh stiffness, by the monodromy matrix of one revolution.
 
-Each modal coordinate is marched exactly for a mesh force that is linear within a step (first-order hold); the mesh's
-compression at the end of a step follows in closed form, so there is no iteration.
+The march is exact in each modal coordinate for a mesh force that is linear within a step (first-order hold). The mesh's
+compression at the end of a step follows in closed form, without iteration.
 """
 
 import numpy as np

@@ -66,8 +66,8 @@ CLAIMS = (
         kind="check",
         shows="Sidebands grow with the shift, and the spectrum alone cannot tell when.",
         leading="sum of sidebands / mesh line at 4.5 deg",
-        rule="The sum of the five pairs of sidebands grows from 0 to 4.5 deg, and the amplitude spectra with the "
-        "damage at tooth 6 and at tooth 9 differ by less than 1e-3 of the highest line.",
+        rule="The sum of the five pairs of sidebands grows from 0 to 4.5 deg. The amplitude spectra with the damage at "
+        "tooth 6 and at tooth 9 differ by less than 1e-3 of the highest line.",
         find=claim_results.sidebands_grow,
     ),
     Claim(
@@ -125,8 +125,8 @@ CLAIMS = (
         shows="At 50 % components below the mesh order are much higher; the distribution has a cross at the mesh order "
         "and the 6th tooth pass, and the mesh order all around.",
         leading="arms of the cross in pass 6 / median",
-        rule="The orders below the mesh have 0.1 of its line and 1.5 times as much as at 25 %; the distribution next "
-        "to the ridge in pass 6 is at least 0.02 of the ridge and twice its median; the ridge stays above 0.1.",
+        rule="The orders below the mesh have 0.1 of its line and 1.5 times as much as at 25 %. The distribution next "
+        "to the ridge in pass 6 is at least 0.02 of the ridge and twice its median. The ridge stays above 0.1.",
         find=claim_results.cross_of_the_loss,
     ),
     Claim(

@@ -81,8 +81,8 @@ def run_recipe(
     Raises
     ------
     InputError
-        If the design does not fit the rig, the folder holds the database of another recipe, the database does not
-        allow a model or its split, or a figure's condition does not select a single case.
+        If the design does not fit the rig, or the folder holds the database of another recipe. Also if the database
+        does not allow a model or its split, or a figure's condition does not select a single case.
     DatabaseError
         If the database cannot be written or read.
     """

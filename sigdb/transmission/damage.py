@@ -244,8 +244,8 @@ class Damage(ToothDamage):
     def preset(cls, name: str, *, teeth: int, tooth: int = 1, gear: str | None = None) -> Self:
         """A kind of damage by its name, which becomes the name of the pattern.
 
-        ``pitted`` is 50 % of the tooth's stiffness over the first 20 % of its contact, ``broken`` 50 % over all of it,
-        and ``worn`` is every tooth of the gear 0.05 of a tooth pass late, with 10 % less stiffness.
+        ``pitted`` takes 50 % of the tooth's stiffness over the first 20 % of its contact, ``broken`` 50 % over all of
+        it. ``worn`` delays every tooth of the gear by 0.05 of a tooth pass and takes 10 % of its stiffness.
 
         Parameters
         ----------

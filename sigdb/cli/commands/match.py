@@ -36,8 +36,9 @@ def match(
     """Find the templates nearest to a measured average of one revolution, over all turns.
 
     RECORDING is a file of one revolution: text with one number a line, or a NumPy array (.npy). It has as many samples
-    a tooth as the database. residual_distance is the root mean square of the difference of residuals, in standard
-    deviations of the average; match is their normalised overlap, 0 for the healthy template; turn is in teeth.
+    a tooth as the database. The residual_distance is the root mean square of the difference of residuals, in standard
+    deviations of the average. The match is the normalised overlap of the residuals, 0 for the healthy template. The
+    turn is in teeth.
 
     A raw recording goes to `sigdb diagnose RECORDING --rig RIG --db DB`, which averages it first.
 

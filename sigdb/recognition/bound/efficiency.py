@@ -68,9 +68,14 @@ def location_efficiency(evaluated: Evaluated, bound: Bound, *, draws: int = DRAW
     Returns
     -------
     dict
-        ``error`` and ``bound_error``, shares of wrong answers; ``excess``, their paired difference; ``chance``, the
-        error of the most frequent answer; ``expected_error`` of the rule; ``eta_info`` (:func:`eta_info` with the log
-        losses of the same rows); ``loss_db`` (:meth:`ErrorCurve.excess_db` of the excess).
+        With the keys:
+
+        - ``error`` and ``bound_error``: shares of wrong answers;
+        - ``excess``: their paired difference;
+        - ``chance``: the error of the most frequent answer;
+        - ``expected_error``: that of the rule;
+        - ``eta_info``: :func:`eta_info` with the log losses of the same rows;
+        - ``loss_db``: :meth:`ErrorCurve.excess_db` of the excess.
     """
     rows, specimens = evaluated.rows, evaluated.specimens
     wrong = (evaluated.labels != rows["tooth"].to_numpy()).astype(float)

@@ -40,9 +40,9 @@ def alarm_threshold(scores: ArrayLike, specimens: ArrayLike, rate: float, *, con
 
     Notes
     -----
-    Student's law holds for the mean of many specimens. In simulations of normal scores whose specimens' means vary by
-    half of their rows' standard deviation, thresholds for a rate of 0.01 that are meant to hold 95 times in 100 held 92
-    times with 60 and with 25 specimens, 88 times with 10.
+    Student's law holds for the mean of many specimens. It was tried on simulated normal scores whose specimens' means
+    vary by half of their rows' standard deviation. Thresholds for a rate of 0.01, meant to hold 95 times in 100, held
+    92 times with 60 and with 25 specimens, and 88 times with 10.
 
     References
     ----------

@@ -13,16 +13,17 @@ from sigdb.recognition.calibration.probabilities import calibrate, specimen_fold
 class LocationSets:
     """Sets of a location classifier, for estimators with the parameter ``coverage``.
 
-    'None' or a tooth y is in the set of a record where ``-log p(y) <= q(y, noise)``; the most probable answer
-    always is. p is the calibrated probability; q is, for 'none' and for a tooth, in each band of noise, the greatest
-    over severities and operating points of the conformal quantile by specimen (:func:`greatest_quantile`). Were
-    severity part of the label, a tooth would be in the set if it is there with any severity; p(y) does not depend on
-    severity, so the greatest threshold says the same.
+    The set of a record holds an answer y, 'none' or a tooth, where ``-log p(y) <= q(y, noise)``, with p the calibrated
+    probability. It always holds the most probable answer. 'None' and the teeth have separate thresholds q, set in each
+    band of noise. A threshold is the greatest conformal quantile by specimen over severities and operating points
+    (:func:`greatest_quantile`). If severity were part of the label, a tooth would be in the set where it is there with
+    any severity. Since p(y) does not depend on severity, the greatest threshold gives the same set.
 
-    So for a row of a further specimen, of any one severity, operating point and band of noise of the training, the set
-    holds the truth with a probability of ``coverage`` at least. This is on average over specimens, not for each of
-    them, and over the rows of the cell. Severities or points between those of training, and noise within a band other
-    than that of training, are covered as far as they resemble them; what is beyond is not covered.
+    Take a row of a further specimen, with a severity, operating point and band of noise of the training rows. Its set
+    holds the truth with a probability of at least ``coverage``. This probability is an average over specimens and over
+    the rows of the cell; it need not hold for each specimen. Severities and operating points between those of
+    training, and other noise within a band, are covered as far as they resemble those of training. Coverage beyond the
+    range of training is not claimed.
 
     Attributes
     ----------

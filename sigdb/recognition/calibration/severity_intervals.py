@@ -15,11 +15,11 @@ _ROWS_AT_ONCE = 4096
 class SeverityIntervals:
     """Intervals of a severity regressor, for estimators with the parameter ``coverage``.
 
-    An interval holds the values v that conform, ``|estimate - v| <= q(v, noise) scale``, and the estimate itself. q is
-    the conformal quantile by specimen of the training rows whose true value is v, in each band of noise, the greatest
-    one over the other severities and the operating points; between values of the grid it is interpolated. So coverage
-    is meant for each severity, noise and operating point, with the limits that :class:`LocationSets` states. Intervals
-    stay within the range of the training rows.
+    An interval holds the values v that conform, ``|estimate - v| <= q(v, noise) scale``, and the estimate itself. In
+    each band of noise, q is a conformal quantile by specimen of the training rows whose true value is v. It is the
+    greatest of these quantiles over the other severities and the operating points, and is interpolated between values
+    of the grid. So coverage is meant to hold for each severity, noise and operating point, with the limits that
+    :class:`LocationSets` states. Intervals stay within the range of the training rows.
 
     Attributes
     ----------

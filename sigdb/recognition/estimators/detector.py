@@ -27,13 +27,15 @@ _LEAST_BAND = 1.0
 class Detector(ClassifierMixin, Estimator):
     """Detection of damage: 1 for a damaged gear, 0 for a healthy one.
 
-    The score is the logarithm of the odds of damage at any tooth against none, ``logsumexp(s_1, s_2, ...) - s_0``, s
-    the scores of an estimator of location. A healthy row of a further specimen is above the threshold at the set rate
-    at most: with the stated confidence over the choice of the training specimens, on average over specimens and over
-    the conditions of the healthy training rows (:func:`.alarm_threshold`). Since the scores of healthy rows depend on
-    their noise, the threshold is set in bands of noise of equally many rows and interpolated between their medians, in
-    the logarithm of the noise; the rate so holds in each band, not only over all. The number of bands depends on the
-    rows: each is to raise thirty false alarms, and is 1 dB wide at least.
+    The score is the logarithm of the odds of damage at any tooth against none, ``logsumexp(s_1, s_2, ...) - s_0``, with
+    s the scores of an estimator of location. Healthy rows of further specimens exceed the threshold at the set rate at
+    most. This rate is an average over specimens and over the conditions of the healthy training rows, and holds with
+    the stated confidence over the choice of the training specimens (:func:`.alarm_threshold`).
+
+    Since the scores of healthy rows depend on their noise, each of several bands of noise has a threshold of its own.
+    So the rate holds in each band, not only over all. Bands have equally many rows; between their medians the threshold
+    is interpolated in the logarithm of the noise. There are as many bands as the rows allow: each must be 1 dB wide and
+    raise thirty false alarms on average.
 
     Parameters
     ----------
@@ -153,9 +155,9 @@ class Detector(ClassifierMixin, Estimator):
                 return np.array([np.median(noise[some]) for some in bands]), thresholds
         rate, sure = self.false_alarm_rate, self.confidence
         raise NotApplicableError(
-            f"false_alarm_rate = {rate:g} at a confidence of {sure:g} needs {rows_needed(rate, sure)} healthy rows "
-            f"that do not depend on each other; X has {len(score)} of {len(np.unique(groups))} specimens, which are "
-            "worth fewer; give more specimens and healthy rows, or set a greater rate"
+            f"false_alarm_rate = {rate:g} at a confidence of {sure:g} needs {rows_needed(rate, sure)} independent "
+            f"healthy rows; X has {len(score)} healthy rows of {len(np.unique(groups))} specimens, which count as "
+            "fewer; give more specimens and healthy rows, or set a greater rate"
         )
 
     def _most_bands(self, noise: FloatArray) -> int:

@@ -86,10 +86,11 @@ _ROWS_AT_ONCE = 4096
 class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
     """Location of damage: 0 for none, else the first damaged tooth.
 
-    A binary scorer, shared by all teeth, is trained to tell the view from the first damaged tooth from views of other
-    teeth and of healthy gears. The answer is a softmax over the scores of all teeth and of 'none'. Their slope, the
-    level of 'none' and the thresholds of conformal sets (:class:`LocationSets`) are set in bands of the noise (in dB of
-    the sensor's unit), on scores of specimens that the scorer had not seen; then the scorer learns from all.
+    A binary scorer, shared by all teeth, learns to distinguish the view from the first damaged tooth from views of
+    other teeth and of healthy gears. The answer is a softmax over the scores of all teeth and of 'none'. The slope of
+    the scores, the level of 'none' and the thresholds of conformal sets (:class:`LocationSets`) are set on scores of
+    specimens that the scorer had not seen. Each band of the noise, in dB of the sensor's unit, has its own. Then the
+    scorer learns from all specimens.
 
     Turning the signature by j teeth turns the answer by j teeth exactly. A gear of a tooth count that was never seen
     has an answer too. Each of Z teeth has the prior odds ``1 / (r Z)`` against none, where r is the odds of none

@@ -32,11 +32,15 @@ _RENAMED = {"misfit_threshold_": "reduced_chi2_threshold_"}
 class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
     """Location of damage from a bank of templates: 0 for none, else the first damaged tooth.
 
-    The scores are the log-likelihood ratios of :class:`TemplateScores`. All that is learnt is a slope of the scores and
-    a level of 'none', so that their softmax is a calibrated probability, and thresholds: of conformal sets
-    (:class:`LocationSets`), from rows that were calibrated without their specimens, in bands of the noise relative to
-    the bank's healthy signal; and of the reduced chi-square. Turning the average by j teeth turns the answer by j teeth
-    exactly. Gears of any tooth count of the bank have an answer; others are refused.
+    The scores are the log-likelihood ratios of :class:`TemplateScores`. Fitting learns only:
+
+    - a slope of the scores and a level of 'none', so that their softmax is a calibrated probability;
+    - thresholds of conformal sets (:class:`LocationSets`), from rows that were calibrated without their specimens, in
+      bands of the noise relative to the bank's healthy signal;
+    - a threshold of the reduced chi-square.
+
+    Turning the average by j teeth turns the answer by j teeth exactly. Gears of any tooth count of the bank have an
+    answer; others are refused.
 
     Parameters
     ----------
@@ -154,12 +158,16 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         Returns
         -------
         pandas.DataFrame
-            ``answer``: ``"none"``, ``"tooth 6"``, ``"not sure"`` where the set holds more than one answer,
-            ``"outside the database"`` where no template fits; ``candidates``: the answers of the set, 0 for none;
-            ``reduced_chi2``: squared residual of the most likely template per sample, in standard deviations of the
-            noise, about 1 for what the database covers. It is not the ``residual_distance`` of
-            :meth:`sigdb.database.Database.match`, which compares residuals in standard deviations of the average and is
-            0 at best.
+            With the columns:
+
+            - ``answer``: ``"none"``, ``"tooth 6"``, ``"not sure"`` where the set holds more than one answer, or
+              ``"outside the database"`` where no template fits;
+            - ``candidates``: the answers of the set, 0 for none;
+            - ``reduced_chi2``: squared residual of the most likely template per sample, in standard deviations of the
+              noise, about 1 for signals that the database covers.
+
+            ``reduced_chi2`` is not the ``residual_distance`` of :meth:`sigdb.database.Database.match`, which compares
+            residuals in standard deviations of the average and is 0 at best.
         """
         check_is_fitted(self)
         batch = self._batch(X)

@@ -31,9 +31,9 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
     """Severity from a bank of templates: stiffness loss, phase shift and number of damaged teeth, with intervals.
 
     The estimate is the median of the posterior given damage, whatever the tooth (:class:`TemplateScores`), times a
-    slope plus a level that make the mean absolute error least. Intervals are those of :class:`SeverityIntervals`: the
-    scale of errors is the posterior's standard deviation ``spread`` plus its mean s0 over the training rows, the errors
-    are of estimates that were calibrated without their specimens, and bands are of the noise relative to the bank's
+    slope plus a level that make the mean absolute error least. Intervals are those of :class:`SeverityIntervals`. Their
+    scale of errors is the posterior's standard deviation ``spread`` plus its mean s0 over the training rows. Errors
+    come from estimates that were calibrated without their specimens. Bands are of the noise relative to the bank's
     healthy signal.
 
     Parameters

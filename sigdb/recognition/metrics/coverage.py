@@ -45,7 +45,7 @@ def coverage_cells(
     """Return the share of rows whose truth is inside, for each cell with enough rows.
 
     Rows of each severity are halved in turn at the medians of noise, speed and torque, as long as both halves have
-    enough rows: cells are as fine as the rows allow, and all rows of a severity with enough of them are in one.
+    enough rows. So cells are as fine as the rows allow, and every row of a severity with enough rows is in a cell.
 
     Parameters
     ----------

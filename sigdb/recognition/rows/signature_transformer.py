@@ -26,10 +26,12 @@ class SignatureTransformer(TransformerMixin, BaseEstimator):
     teeth
         Tooth count of the gear on the averaged shaft.
     features
-        Kinds of features, in the order of the output: ``"indicators"``, those of :data:`sigdb.signature.INDICATORS` by
-        their names; ``"spectrum"``, the peak amplitudes of all orders, ``order_0``, ``order_1``, ...;
-        ``"wigner_ville"``, by tooth and by the centre of the band in mesh orders, ``wigner_ville_1_0``,
-        ``wigner_ville_1_0.25``, ..., in the square of the unit of the averages.
+        Kinds of features, in the order of the output:
+
+        - ``"indicators"``, those of :data:`sigdb.signature.INDICATORS` by their names;
+        - ``"spectrum"``, the peak amplitudes of all orders, ``order_0``, ``order_1``, ...;
+        - ``"wigner_ville"``, by tooth and by the centre of the band in mesh orders, ``wigner_ville_1_0``,
+          ``wigner_ville_1_0.25``, ..., in the square of the unit of the averages.
     mesh_harmonics, shaft_harmonics, sidebands
         Options of the indicators, as in :func:`sigdb.signature.indicators`.
     mesh_orders

@@ -18,8 +18,8 @@ class ToothViews(BaseEstimator):
     """Views of signatures from every tooth.
 
     A view holds the cells of the tooth passes from one before to four after the tooth, the mean cell of each band over
-    the revolution, and speed and torque: its length does not depend on the tooth count. Cells are scaled band by band
-    with the median and the median deviation of the training rows, and compressed by arsinh.
+    the revolution, and speed and torque. So its length does not depend on the tooth count. Cells are scaled band by
+    band with the median and the median deviation of the training rows, and compressed by arsinh.
 
     Attributes
     ----------

@@ -52,14 +52,15 @@ class Location:
     text = TargetText(
         purpose="""Names the tooth of the averaged gear at which the damage begins, or 'none'. Absolute tooth
 numbers need the tacho mark.""",
-        baselines="""Baselines: `whitened_bank`, the likelihoods of the templates without calibration;
-`nearest_template`, the least Euclidean distance; `envelope_peak`, the tooth in whose pass the envelope of the residual
-is greatest; thresholds on `na4_star` and `fm4`, which name no tooth, so the most frequent one is taken; `majority`, the
-most frequent answer of the training rows. Their thresholds are set at a false-alarm rate of {rate:g}.""",
+        baselines="""Baselines: `whitened_bank` takes the likelihoods of the templates without calibration.
+`nearest_template` takes the least Euclidean distance, `envelope_peak` the tooth in whose pass the envelope of the
+residual is greatest. `na4_star` and `fm4` are thresholds, which name no tooth: a damaged gear gets the most frequent
+one. `majority` is the most frequent answer of the training rows. All thresholds are set at a false-alarm rate of
+{rate:g}.""",
         failures="""The least severe cases are missed most often. Damage of a kind that was not simulated still gets a
 tooth.""",
         efficiency="""In bands of the signal-to-noise ratio of one revolution, on the rows inside the law of the
-bound: 'information used' is (H - log loss) / (H - the bound's log loss), with H the entropy of the prior; 'loss' is the
+bound. 'Information used' is (H - log loss) / (H - the bound's log loss), with H the entropy of the prior. 'Loss' is the
 increase of the noise at which the best rule has as many errors.""",
     )
 

@@ -52,8 +52,8 @@ interval.""",
         failures="""On a healthy gear its answer has no meaning. Intervals hold for each severity on average over gears;
 for a single gear they may hold less often.""",
         efficiency="""In bands of the signal-to-noise ratio of one revolution, on the rows inside the law of the
-bound: mean absolute error compared with the posterior's median, CRPS by the same quantiles, root mean square error
-compared with the posterior's mean.""",
+bound. The mean absolute error is compared with that of the posterior's median, the CRPS with that of the same
+quantiles, and the root mean square error with that of the posterior's mean.""",
     )
 
     def labels(self, rows: pd.DataFrame) -> pd.DataFrame:

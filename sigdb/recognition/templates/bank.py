@@ -190,8 +190,8 @@ class TemplateBank:
         Raises
         ------
         NotApplicableError
-            If the rig does not turn exactly, rows are of a single revolution, so that their noise is not known from
-            the scatter between revolutions, or an operating point has no healthy or no damaged template.
+            If the rig does not turn exactly, or an operating point has no healthy or no damaged template. Also if rows
+            are of a single revolution, since there is no scatter between revolutions to take the noise from.
         InputError
             If the database has no such sensor.
         """

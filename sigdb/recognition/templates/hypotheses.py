@@ -18,9 +18,9 @@ from sigdb.measurement import index_error_covariance
 class TurnedProducts:
     """Inner products ``<x, pattern turned by t teeth>`` for all t at once.
 
-    A turn by a tooth is a shift by ``m = n / teeth`` samples, so with X and P the discrete Fourier transforms over the
-    tooth passes of x and of a pattern p, both (teeth, m), the products are the inverse transform over q of
-    ``sum_i X[q, i] conj(P[q, i])``: one small matrix product for each of the teeth / 2 + 1 frequencies.
+    A turn by a tooth is a shift by ``m = n / teeth`` samples. X and P are the discrete Fourier transforms over the
+    tooth passes of x and of a pattern p, both (teeth, m). The products are then the inverse transform over q of
+    ``sum_i X[q, i] conj(P[q, i])``. This takes one small matrix product for each of the teeth / 2 + 1 frequencies.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ class _Row:
 def rig_figure(rig: Transmission) -> Figure:
     """Draw side views of all shafts, driven below driving, with nodes numbered.
 
-    Gears are rectangles of their mean pitch diameter, disks of their outer one; a body that is given as numbers has a
+    Gears are rectangles of their mean pitch diameter, disks of their outer one. A body that is given as numbers has a
     dashed outline and the diameter of the solid disk of its mass and inertia. Springs are bearings, to the ground
     (hatched) or to a seat on the casing (plate). Parallel shafts stand so that gears in mesh are in line. Arrows are
     sensors, a circle with a dot one across the drawing. Radii have their own scale where true ones would not be

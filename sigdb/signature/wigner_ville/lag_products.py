@@ -19,7 +19,7 @@ def cell_lag_products(
     """R[s, c, 0 or 1, m] = Re or Im of sum_i w[c, i] z[i+m] conj(z[i-m]), m = 0 ... lags.
 
     ``re`` and ``im`` are ``(signals, n + 2 lags)``, extended by ``lags`` at either end. Cell c has samples first[c] up
-    to last[c] with weight 1; where fraction[c] > 0, the sample first[c] - 1 has that weight in cell c - 1 and the rest
+    to last[c] with weight 1. Where fraction[c] > 0, the sample first[c] - 1 has that weight in cell c - 1 and the rest
     of 1 in cell c.
     """
     for s in range(re.shape[0]):

@@ -116,8 +116,8 @@ class ElasticPair:
             if not _HUB_RATIOS[0] * bore <= 2 * form.root_radius <= _HUB_RATIOS[1] * bore:
                 raise InputError(
                     f"bore = {bore}: the root diameter of the gear of {form.teeth} teeth, {2 * form.root_radius:.4g}, "
-                    f"must be {_HUB_RATIOS[0]} to {_HUB_RATIOS[1]:g} times its bore, the range of the foundation's "
-                    "formula; give the diameter at which the gear's body is held"
+                    f"must be {_HUB_RATIOS[0]} to {_HUB_RATIOS[1]:g} times its bore, where the foundation's formula "
+                    "holds; give the diameter at which the gear's body is held"
                 )
 
     def curvatures(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:

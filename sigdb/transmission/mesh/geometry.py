@@ -100,13 +100,13 @@ class MeshGeometry:
 def mesh_geometry(mesh: Mesh, driving: PairMember, driven: PairMember, rotation: int) -> MeshGeometry:
     """Geometry of a gear pair.
 
-    With a1, a2 the axes pointing away from the apex, e the pitch element (away from the apex), g the common normal
-    of the pitch surfaces (from the driving to the driven gear) and t the pitch-line velocity, the tooth's normal is
+    The axes a1 and a2 and the pitch element e point away from the apex. The common normal g of the pitch surfaces
+    points from the driving to the driven gear, and t is the pitch-line velocity. The tooth's normal is
 
-    ``n = cos(phi) (cos(psi) t - H s sin(psi) e) + sin(phi) g``,
+    ``n = cos(phi) (cos(psi) t - H s sin(psi) e) + sin(phi) g``
 
-    H = 1 for a right-hand driving gear, s = 1 where it turns right-handed about a1. For a bevel pair this gives
-    the axial force ``Wt / cos(psi) (tan(phi) sin(gamma) -+ sin(psi) cos(gamma))`` on the driving gear.
+    with H = 1 for a right-hand driving gear, and s = 1 where it turns right-handed about a1. For a bevel pair this
+    gives the axial force ``Wt / cos(psi) (tan(phi) sin(gamma) -+ sin(psi) cos(gamma))`` on the driving gear.
 
     Parameters
     ----------

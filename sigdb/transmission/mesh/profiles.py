@@ -1,8 +1,11 @@
 """Stiffness of one tooth pair along its contact, as a rig file describes it: one class a kind.
 
-All of them offer ``contact_ratio`` (the length of a pair's contact in tooth passes, from first touch to last),
-``pitch_point`` (its place, in passes after first contact), ``mean_stiffness`` (N/m, or None where only the shape is
-known) and ``pair_stiffness(x)`` for a mesh of unit mean stiffness: the sum over pairs, a pass apart, has mean 1.
+Every class offers:
+
+- ``contact_ratio``, the length of a pair's contact in tooth passes, from first touch to last;
+- ``pitch_point``, its place in passes after first contact;
+- ``mean_stiffness``, N/m, or None where only the shape is known;
+- ``pair_stiffness(x)`` for a mesh of unit mean stiffness: the sum over pairs, a pass apart, has mean 1.
 """
 
 from collections.abc import Callable, Mapping

@@ -2,8 +2,8 @@
 
 With u the pass coordinate (revolutions of the gear times its teeth) and x = u - j + 1 the place of tooth j in its
 contact: ``k_j(u) = kp(x') (1 - l_j v(x'))`` with ``x' = x - s_j w(x)``, s_j the phase shift in passes and l_j the
-stiffness loss. The windows w and v are one inside the tooth's contact and fall by raised cosines, wide enough that
-the profile never runs backwards (a raised cosine of width b has a slope of pi / (2 b)).
+stiffness loss. The windows w and v are one inside the tooth's contact and fall by raised cosines. A raised cosine of
+width b has a slope of pi / (2 b); b is so wide that the profile never runs backwards.
 """
 
 from collections.abc import Mapping

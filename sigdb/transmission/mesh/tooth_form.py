@@ -1,8 +1,8 @@
 """The outline of a spur tooth: the involute flank, and the fillet that the rack's rounded tip cuts.
 
 Coordinates: y from the gear's centre along the tooth's centre line, x from the centre line to the loaded flank. The
-involute is described by its radius of curvature rho, the fillet by the angle gamma of the rack's tip from the pitch
-line: pressure angle where it meets the involute, 90 deg where it meets the root circle.
+radius of curvature rho describes the involute. The angle gamma of the rack's tip from the pitch line describes the
+fillet: it is the pressure angle where the fillet meets the involute, 90 deg where it meets the root circle.
 """
 
 from dataclasses import dataclass

@@ -100,8 +100,8 @@ def loaded_side(form: ToothForm, y: FloatArray, x: FloatArray, damage: ToothDama
     """Distance from the centre line to the loaded side of each section, less than x where a root crack relieves it.
 
     The crack begins where the fillet's tangent is at 30 deg to the centre line and goes inwards and down. Sections
-    from its tip upwards end at a line through the tip: parallel to the centre line, or to the corner of the tooth's tip
-    where the crack has gone further than that corner (Wu, Zuo, Parey 2008, doi:10.1016/j.jsv.2008.03.038).
+    above its tip end at a line through the tip. This line is parallel to the centre line, or goes to the corner of the
+    tooth's tip where the crack is deeper than that corner (Wu, Zuo, Parey 2008, doi:10.1016/j.jsv.2008.03.038).
     """
     if not damage.crack_depth:
         return x

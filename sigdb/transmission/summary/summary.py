@@ -37,10 +37,13 @@ def describe_rig(rig: Transmission) -> RigFacts:
     Returns
     -------
     RigFacts
-        A dictionary of ``name``, ``title``, ``damping_ratio`` and ``operating``; of lists of dictionaries ``shafts``,
-        ``gears``, ``disks``, ``meshes``, ``tooth_forces``, ``bearings``, ``couplings``, ``casing``, ``sensors``,
-        ``excitations``, ``modes`` and ``resonances``; of ``overdamped``, the number of modes that do not vibrate; and
-        of ``origins``, counts of fields by origin. SI units, but for keys that end in _deg, _rpm or _hz.
+        A dictionary in SI units, but for keys that end in _deg, _rpm or _hz. It has:
+
+        - ``name``, ``title``, ``damping_ratio`` and ``operating``;
+        - lists of dictionaries: ``shafts``, ``gears``, ``disks``, ``meshes``, ``tooth_forces``, ``bearings``,
+          ``couplings``, ``casing``, ``sensors``, ``excitations``, ``modes`` and ``resonances``;
+        - ``overdamped``, the number of modes that do not vibrate;
+        - ``origins``, counts of fields by origin.
 
         Modes go to three times the highest mesh frequency, or to ten times the highest shaft speed of a rig without
         meshes, and are the lowest six at least. Resonances are modes with a damping ratio below 0.7 within 5 % of a

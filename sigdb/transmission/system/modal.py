@@ -20,10 +20,15 @@ class ModalSystem:
     """A rig as a linear system with m poles; the one form in which the dynamics knows it.
 
     Transfer function: ``H(w) = outputs diag(1 / (i w - poles)) inputs + direct``.
-    Inputs are a force along each mesh vector h (positive compresses the mesh), the mean torque through the train and
-    the load's torque alone, each as a multiple of itself, the unbalance of each shaft that has one, in phase with the
-    cosine and the sine of its angle, and each mesh's two friction vectors (those of its geometry). Outputs are each
-    mesh's compression and each sensor.
+
+    Inputs are, in order:
+
+    - a force along each mesh vector h (positive compresses the mesh);
+    - the mean torque through the train and the load's torque alone, each as a multiple of itself;
+    - the unbalance of each shaft that has one, in phase with the cosine and with the sine of its angle;
+    - two friction vectors of each mesh, those of its geometry.
+
+    Outputs are each mesh's compression and each sensor.
 
     Attributes
     ----------

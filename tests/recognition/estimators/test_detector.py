@@ -136,9 +136,10 @@ def test_it_is_an_estimator():
         (
             {},
             250,
-            "false_alarm_rate = 0.01 at a confidence of 0.95 needs 299 healthy rows .* X has 250 of 50 specimens",
+            "false_alarm_rate = 0.01 at a confidence of 0.95 needs 299 independent healthy rows; "
+            "X has 250 healthy rows of 50 specimens",
         ),
-        ({"false_alarm_rate": 1e-3}, 2000, "needs 2995 healthy rows .* set a greater rate"),
+        ({"false_alarm_rate": 1e-3}, 2000, "needs 2995 independent healthy rows .* set a greater rate"),
     ],
 )
 def test_what_the_rows_do_not_support_is_refused(settings, rows, said):
@@ -149,5 +150,5 @@ def test_what_the_rows_do_not_support_is_refused(settings, rows, said):
 
 def test_healthy_rows_of_one_specimen_tell_nothing_of_others():
     some = noisy(np.random.default_rng(9), 3000, specimens=1)
-    with pytest.raises(InputError, match="X has 3000 of 1 specimens, which are worth fewer"):
+    with pytest.raises(InputError, match="X has 3000 healthy rows of 1 specimens, which count as fewer"):
         fitted(Column(), some, 0.01)

@@ -31,8 +31,8 @@ class NearestTemplate(BaseEstimator):
     def transform(self, X: Batch) -> FloatArray:
         """Return two numbers of each row, (rows, 2).
 
-        The first is by how much the nearest damaged template is nearer than the nearest healthy one, over the norm of
-        the average; the second is the tooth to which it is turned, numbered from 1.
+        The first is the distance to the nearest healthy template less that to the nearest damaged one, over the norm of
+        the average. The second is the tooth to which the damaged one is turned, numbered from 1.
 
         Raises
         ------
