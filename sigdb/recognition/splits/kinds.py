@@ -187,7 +187,7 @@ def _tooth_counts(rows: pd.DataFrame, seed: int, folds: int) -> Split:
     cases = pd.DataFrame({"teeth": counts, "trained": counts != unseen, "tested": counts == unseen})
     return Split(
         name="S4",
-        text=f"unseen tooth count: gears of {unseen} teeth, of which training has none, specimens held out of it",
+        text=f"unseen tooth count: gears of {unseen} teeth and specimens, both absent from training",
         table=_crossed(rows, cases, seed, folds),
     )
 

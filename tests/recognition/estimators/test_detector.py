@@ -139,7 +139,7 @@ def test_it_is_an_estimator():
             "false_alarm_rate = 0.01 at a confidence of 0.95 needs 299 independent healthy rows; "
             "X has 250 healthy rows of 50 specimens",
         ),
-        ({"false_alarm_rate": 1e-3}, 2000, "needs 2995 independent healthy rows .* set a greater rate"),
+        ({"false_alarm_rate": 1e-3}, 2000, "needs 2995 independent healthy rows; .* set a greater rate"),
     ],
 )
 def test_what_the_rows_do_not_support_is_refused(settings, rows, said):
