@@ -18,7 +18,7 @@ from sigdb.recording.files.formats.contents import (
     check_ratio,
     check_values,
 )
-from sigdb.recording.files.formats.named_arrays import contents_of_arrays, not_read, rate_of
+from sigdb.recording.files.formats.named_arrays import ArrayFacts, contents_of_arrays, not_read, rate_of
 from sigdb.recording.files.settings import RecordingSettings
 
 if TYPE_CHECKING:
@@ -113,8 +113,7 @@ def read_hdf5(path: Path, settings: RecordingSettings) -> Contents:
         arrays.arrays,
         variable=settings.variable,
         left_out=tuple(arrays.left_out),
-        units=arrays.units,
-        rates=arrays.rates,
+        facts=arrays.facts,
     )
 
 
@@ -123,8 +122,7 @@ class _NamedArrays:
 
     def __init__(self, h5py: ModuleType, file: "h5py.File", mark: str) -> None:
         self.arrays: dict[str, StoredArray] = {}
-        self.units: dict[str, str] = {}
-        self.rates: dict[str, float] = {}
+        self.facts: dict[str, ArrayFacts] = {}
         self.left_out: list[Note] = []
         self._h5py, self._file, self._mark = h5py, file, mark
         self._parts = self._values = 0
@@ -185,11 +183,11 @@ class _NamedArrays:
         if has_variable_text(item, "unit") or has_variable_text(item, "units"):
             text = f"the unit of {name} is text of variable length, which is not read; give units"
             self.left_out.append(Note(code="unit-not-read", text=text, values={"name": name}))
-        rates = [rate for key, value in _scalars(item) if (rate := rate_of(key, value)) is not None]
+        rates = {key: rate for key, value in _scalars(item) if (rate := rate_of(key, value)) is not None}
+        source, rate = next(iter(rates.items()), ("the file", None))
         for part, values in numbers_of(item):
             self.arrays[f"{name}{part}"] = values
-            self.units[f"{name}{part}"] = unit
-            self.rates |= {f"{name}{part}": rate for rate in rates[:1]}
+            self.facts[f"{name}{part}"] = ArrayFacts(unit=unit, sampling_rate=rate, rate_from=source)
 
     def _note_rates(self, group: "h5py.Group", name: str) -> None:
         """Keep sampling rates in the attributes of a group as if they were datasets in it."""

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +15,28 @@ SHORTEST = 16
 
 RATES = {"fs", "sr", "fsamp", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency"}
 INTERVALS = {"dt", "timestep", "sampletime", "sampleperiod", "sampleinterval", "samplingperiod", "samplinginterval"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArrayFacts:
+    """Facts that a file states about one of its arrays.
+
+    Attributes
+    ----------
+    unit
+        Unit of its numbers; empty if none is stated.
+    sampling_rate
+        Sampling rate, Hz; None if none is stated.
+    rate_from
+        Name of the entry that states that rate.
+    start
+        Time of its first sample in s, on a time axis that all arrays of the file share; None if it is not stated.
+    """
+
+    unit: str = ""
+    sampling_rate: float | None = None
+    rate_from: str = "the file"
+    start: float | None = None
 
 
 def rate_of(name: str, value: ArrayLike) -> float | None:
@@ -44,8 +67,8 @@ def contents_of_arrays(
     *,
     variable: str | None = None,
     left_out: tuple[Note, ...] = (),
-    units: Mapping[str, str] | None = None,
-    rates: Mapping[str, float] | None = None,
+    facts: Mapping[str, ArrayFacts] | None = None,
+    texts: Mapping[str, str] | None = None,
     named: bool = True,
 ) -> Contents:
     """Return the columns of all arrays that are long enough; each column of a matrix is a column.
@@ -58,8 +81,10 @@ def contents_of_arrays(
         The array, structure or group to take; all of them by default.
     left_out
         Notes on the other parts of the file.
-    units, rates
-        Unit and sampling rate (Hz) of those arrays for which the file states them.
+    facts
+        Unit, sampling rate and start of those arrays for which the file states them.
+    texts
+        Short texts of the file by name, such as ``ch1.fs`` where a file holds a rate as text.
     named
         False where the names were made up.
     """
@@ -74,14 +99,15 @@ def contents_of_arrays(
     short = {name: values for name, values in chosen.items() if values.size < SHORTEST}
     for name, values in chosen.items():
         if name not in short:
-            split, split_notes = _columns(name, values, (units or {}).get(name, ""), (rates or {}).get(name))
+            split, split_notes = _columns(name, values, (facts or {}).get(name, ArrayFacts()))
             columns += split
             notes += split_notes
     if not columns:
         raise InputError(f"holds no array of {SHORTEST} numbers or more; there are {_listed(short)}")
     check_columns(len(columns))
     check_values(sum(column.values.size for column in columns))
-    rates_stated = {name: rate for name, value in arrays.items() if (rate := rate_of(name, value)) is not None}
+    entries: dict[str, ArrayLike] = {**arrays, **(texts or {})}
+    rates_stated = {name: rate for name, value in entries.items() if (rate := rate_of(name, value)) is not None}
     too_short = [name for name in short if name not in rates_stated]
     if too_short:
         text = f"{_listed(too_short)}: fewer than {SHORTEST} numbers, so not a channel"
@@ -94,7 +120,7 @@ def contents_of_arrays(
     return Contents(columns=tuple(columns), sampling_rate=rate, rate_from=source, notes=tuple(notes), named=named)
 
 
-def _columns(name: str, values: StoredArray, unit: str, rate: float | None) -> tuple[list[DataColumn], list[Note]]:
+def _columns(name: str, values: StoredArray, facts: ArrayFacts) -> tuple[list[DataColumn], list[Note]]:
     if values.dtype.kind == "c":
         raise InputError(f"{name} holds complex numbers; a channel is real")
     values = np.squeeze(values)
@@ -102,16 +128,17 @@ def _columns(name: str, values: StoredArray, unit: str, rate: float | None) -> t
         text = f"{name} of shape {values.shape} is neither a series nor a matrix of columns, so not a channel"
         return [], [Note(code="neither-series-nor-matrix", text=text, values={"name": name})]
     if values.ndim < 2:
-        return [DataColumn(name=name, values=values.reshape(-1), unit=unit, sampling_rate=rate)], []
+        return [_column(name, values.reshape(-1), facts)], []
     wide = values.shape[1] > values.shape[0]
     matrix = values.T if wide else values
     check_columns(matrix.shape[1])
-    columns = [
-        DataColumn(name=f"{name}{i + 1}", values=matrix[:, i], unit=unit, sampling_rate=rate)
-        for i in range(matrix.shape[1])
-    ]
+    columns = [_column(f"{name}{i + 1}", matrix[:, i], facts) for i in range(matrix.shape[1])]
     text = f"{name} of shape {values.shape} was read with its samples along the rows"
     return columns, [Note(code="samples-along-rows", text=text, values={"name": name})] if wide else []
+
+
+def _column(name: str, values: StoredArray, facts: ArrayFacts) -> DataColumn:
+    return DataColumn(name=name, values=values, **vars(facts))
 
 
 def _inside(name: str, variable: str) -> bool:
