@@ -23,6 +23,7 @@ def assemble(contents: Contents, settings: RecordingSettings, *, source: str) ->
         If they describe none.
     """
     named, notes = _named(contents, settings)
+    named, other_notes = _over_time(named, settings)
     time, columns, time_notes = split_time(named, time=settings.time, named=contents.named or bool(settings.names))
     columns = _chosen(columns, settings)
     _refuse_unknown(columns, settings)
@@ -37,7 +38,7 @@ def assemble(contents: Contents, settings: RecordingSettings, *, source: str) ->
     series, cut_notes = _aligned(series, columns, rates)
     channels, sample_notes = _channels(series, columns, rates, settings)
     everything = (
-        *contents.notes, *notes, *time_notes, *rate_notes, *cut_notes, *sample_notes, *_remarks(channels)
+        *contents.notes, *notes, *other_notes, *time_notes, *rate_notes, *cut_notes, *sample_notes, *_remarks(channels)
     )  # fmt: skip
     return Recording(
         source=source, channels=channels, tacho=settings.tacho, pulses_per_rev=settings.pulses_per_rev,
@@ -78,6 +79,29 @@ def _named(contents: Contents, settings: RecordingSettings) -> tuple[tuple[DataC
 def _clean(text: str) -> str:
     """Return printable text of a bounded length."""
     return "".join(sign for sign in text.strip()[:100] if sign.isprintable())
+
+
+def _over_time(
+    columns: tuple[DataColumn, ...], settings: RecordingSettings
+) -> tuple[tuple[DataColumn, ...], list[Note]]:
+    """Return the columns whose samples follow each other in time, and notes on the others, such as spectra."""
+    others = [column for column in columns if column.abscissa != "time"]
+    wanted = {*(settings.channels or ()), settings.tacho}
+    for column in others:
+        if column.name in wanted or len(others) == len(columns):
+            raise InputError(
+                f"channel {column.name} runs over {column.abscissa}, not over time, as a spectrum does; export the "
+                "signal over time"
+            )
+    notes = [
+        Note(
+            code="not-over-time",
+            text=f"{column.name} runs over {column.abscissa}, not over time, and was left out",
+            values={"column": column.name, "abscissa": column.abscissa},
+        )
+        for column in others
+    ]
+    return tuple(column for column in columns if column.abscissa == "time"), notes
 
 
 def _chosen(columns: tuple[DataColumn, ...], settings: RecordingSettings) -> tuple[DataColumn, ...]:

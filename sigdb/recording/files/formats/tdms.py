@@ -1,294 +1,265 @@
-"""TDMS files as LabVIEW writes them: numeric channels with their scales."""
+"""TDMS files as LabVIEW, DIAdem and DAQmx write them: numeric channels with their scales, rates and start times."""
 
-import struct
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from sigdb.core import FloatArray, InputError, Note
+from sigdb.core import InputError, Note
 from sigdb.recording.files.formats.contents import (
     Contents,
     DataColumn,
     StoredArray,
     bounded_bytes,
     check_columns,
-    check_parts,
     check_values,
 )
+from sigdb.recording.files.formats.named_arrays import not_read, rate_of
+from sigdb.recording.files.formats.tdms_numbers import kind_in_words, raw_numbers
+from sigdb.recording.files.formats.tdms_scales import UnreadScaleError, has_scales, scaled
+from sigdb.recording.files.formats.tdms_segments import Meta, Properties, TimeStamp, segments
+from sigdb.recording.files.sampling_rates import SAME, SECONDS
 from sigdb.recording.files.settings import RecordingSettings
 
-META, NEW_LIST, RAW, INTERLEAVED, BIG, DAQMX = 1 << 1, 1 << 2, 1 << 3, 1 << 5, 1 << 6, 1 << 7
-LEAD_IN = 28
-NUMBERS = {
-    1: "i1", 2: "i2", 3: "i4", 4: "i8", 5: "u1", 6: "u2", 7: "u4", 8: "u8", 9: "f4", 10: "f8", 0x19: "f4", 0x1A: "f8",
-    0x21: "u1",
-}  # fmt: skip
-TEXT, TIMESTAMP = 0x20, 0x44
-NO_DATA, AS_BEFORE = 0xFFFFFFFF, 0
-FROM_DAQMX = (0x1269, 0x126A, 0x1369)
-NOT_FINISHED = 0xFFFFFFFFFFFFFFFF
+FOREIGN: tuple[type[Exception], ...] = ()
 
-Properties = dict[str, str | float]
-"""Properties of an object: texts and numbers by name."""
+TIME_WORDS = {"", "time", "zeit", "temps", "tiempo", "tempo", "tid", "tijd", "t", "x", "时间", "時間", "время"}
+"""Names of an abscissa that is the time where its unit is not stated."""
+
+NOT_TIME = ("freq", "order", "ordnung", "quefr", "lag", "angle", "winkel")
+"""Beginnings of names of an abscissa that is not the time, even where its unit is one of time."""
+
+UNITS = ("unit_string", "unit", "units", "engineering units", "engineering unit", "y_unit", "yunit")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Index:
-    """Type of the numbers of an object in a segment, their count in a chunk, and their bytes."""
+class _Block:
+    """Properties of time that a channel had when its samples from ``first`` on were written."""
 
-    kind: int
-    count: int
-    size: int
-
-
-@dataclass(frozen=True, kw_only=True)
-class TdmsSegment:
-    """Objects with numbers in a segment, in their order, and its raw bytes."""
-
-    order: str
-    interleaved: bool
-    objects: tuple[tuple[str, Index], ...]
-    raw: memoryview
+    first: int
+    start: TimeStamp | None
+    offset: float
+    interval: float | None
 
 
 @dataclass
-class Meta:
-    """State of all objects after the segments read so far."""
+class _Series:
+    """Pieces of the raw numbers of a channel, by the scale that they belong to, and its blocks."""
 
-    indices: dict[str, Index] = field(default_factory=dict)
-    active: list[str] = field(default_factory=list)
-    properties: dict[str, Properties] = field(default_factory=dict)
+    pieces: dict[int | None, list[StoredArray]] = field(default_factory=dict)
+    blocks: list[_Block] = field(default_factory=list)
+    count: int = 0
 
+    def add(self, properties: Properties) -> None:
+        """Note the properties of time of the samples that follow, where they changed."""
+        block = _block(properties, self.count)
+        last = self.blocks[-1] if self.blocks else None
+        if last is None or (last.start, last.offset, last.interval) != (block.start, block.offset, block.interval):
+            self.blocks.append(block)
 
-def segments(data: memoryview, meta: Meta) -> Iterator[TdmsSegment]:
-    """Yield all segments and update ``meta`` with each."""
-    at = work = 0
-    while at + LEAD_IN <= len(data):
-        if bytes(data[at : at + 4]) != b"TDSm":
-            raise InputError(f"is damaged: no segment begins at byte {at}")
-        (contents,) = struct.unpack_from("<I", data, at + 4)
-        order = ">" if contents & BIG else "<"
-        _, length, raw_at = struct.unpack_from(f"{order}IQQ", data, at + 8)
-        start = at + LEAD_IN
-        end = len(data) if length == NOT_FINISHED else min(len(data), start + length)
-        if start + raw_at > end:
-            raise InputError(
-                f"is cut short or damaged: the segment at byte {at} states that it is longer than the file"
-            )
-        if contents & META:
-            _read_meta(_Cursor(data[start : start + raw_at], order), meta, new=bool(contents & NEW_LIST))
-        work += 1 + len(meta.active)
-        check_parts(work // 100)  # a segment repeats all objects in a few bytes
-        if contents & RAW:
-            if contents & DAQMX:
-                raise InputError("holds raw DAQmx numbers, which are not read; save it as plain TDMS or as CSV")
-            objects = tuple((name, meta.indices[name]) for name in meta.active)
-            yield TdmsSegment(
-                order=order, interleaved=bool(contents & INTERLEAVED), objects=objects, raw=data[start + raw_at : end]
-            )
-        at = end
-
-
-class _Cursor:
-    """A position in bytes; reading beyond their end is an error."""
-
-    def __init__(self, data: memoryview, order: str) -> None:
-        self._data, self._order, self._at = data, order, 0
-
-    def number(self, kind: str) -> float:
-        size = struct.calcsize(kind)
-        self._need(size)
-        (value,) = struct.unpack_from(self._order + kind, self._data, self._at)
-        self._at += size
-        return float(value) if kind in "fd" else int(value)
-
-    def whole(self, kind: str) -> int:
-        return int(self.number(kind))
-
-    def text(self) -> str:
-        return bytes(self.take(self.whole("I"))).decode("utf-8", "replace")
-
-    def take(self, size: int) -> memoryview:
-        self._need(size)
-        self._at += size
-        return self._data[self._at - size : self._at]
-
-    def _need(self, size: int) -> None:
-        if size > len(self._data) - self._at:
-            raise InputError(f"is cut short or damaged: {size} bytes of its description are missing")
-
-
-def _read_meta(cursor: _Cursor, meta: Meta, *, new: bool) -> None:
-    if new:
-        meta.active = []
-    for _ in range(cursor.whole("I")):
-        name = cursor.text()
-        check_parts(len(meta.properties))
-        index = _read_index(cursor, meta, name)
-        if index is not None:
-            meta.indices[name] = index
-            if name not in meta.active:
-                meta.active.append(name)
-        elif name in meta.active:
-            meta.active.remove(name)
-        _read_properties(cursor, meta.properties.setdefault(name, {}))
-
-
-def _read_index(cursor: _Cursor, meta: Meta, name: str) -> Index | None:
-    length = cursor.whole("I")
-    if length == NO_DATA:
-        return None
-    if length == AS_BEFORE:
-        if name not in meta.indices:
-            raise InputError(f"is damaged: {name} refers to a description that is not there")
-        return meta.indices[name]
-    if length in FROM_DAQMX:
-        raise InputError("holds raw DAQmx numbers, which are not read; save it as plain TDMS or as CSV")
-    kind, dimension, count = cursor.whole("I"), cursor.whole("I"), cursor.whole("Q")
-    if dimension != 1:
-        raise InputError(f"is damaged: {name} has {dimension} dimensions")
-    return Index(kind=kind, count=count, size=count * _width(kind) if kind != TEXT else cursor.whole("Q"))
-
-
-def _width(kind: int) -> int:
-    if kind in NUMBERS:
-        return int(NUMBERS[kind][1])
-    widths = {0: 0, TIMESTAMP: 16, 0x08000C: 8, 0x10000D: 16}
-    if kind not in widths:
-        raise InputError(f"holds numbers of type {kind:#x}, which are not read")
-    return widths[kind]
-
-
-def _read_properties(cursor: _Cursor, properties: Properties) -> None:
-    for _ in range(cursor.whole("I")):
-        name, kind = cursor.text(), cursor.whole("I")
-        if kind == TEXT:
-            properties[name] = cursor.text()
-        elif kind in NUMBERS:
-            properties[name] = cursor.number(struct_code(kind))
-        else:
-            cursor.take(_width(kind))
-        check_parts(len(properties))
-
-
-def struct_code(kind: int) -> str:
-    """Return the format character of :mod:`struct` for a type of numbers."""
-    letter, width = NUMBERS[kind][0], NUMBERS[kind][1]
-    if letter == "f":
-        return {"4": "f", "8": "d"}[width]
-    code = {"1": "b", "2": "h", "4": "i", "8": "q"}[width]
-    return code if letter == "i" else code.upper()
-
-
-def without_rest(segment: TdmsSegment) -> TdmsSegment:
-    """Return the segment up to its last whole chunk, or row if interleaved: a recorder may have stopped after it."""
-    sizes = [index.size // max(index.count, 1) if segment.interleaved else index.size for _, index in segment.objects]
-    size = sum(sizes)
-    return replace(segment, raw=segment.raw[: len(segment.raw) // size * size]) if size else segment
-
-
-FOREIGN: tuple[type[Exception], ...] = ()
+    def raw(self) -> dict[int | None, StoredArray]:
+        return {
+            scale: pieces[0] if len(pieces) == 1 else np.concatenate(pieces) for scale, pieces in self.pieces.items()
+        }
 
 
 def read_tdms(path: Path, settings: RecordingSettings) -> Contents:
     """Read channels ``group/channel``, or ``channel`` where there is one group; ``variable`` is a group.
 
-    The sampling rate is one over the property ``wf_increment``, the unit is ``unit_string``.
+    The sampling rate is one over the property ``wf_increment``, or a property such as ``Sample Rate``; the start is
+    ``wf_start_time`` and ``wf_start_offset``; the abscissa is ``wf_xname``; the unit is ``unit_string``.
     """
     meta = Meta()
-    pieces: dict[str, list[StoredArray]] = {}
-    torn = False
-    for segment in segments(memoryview(bounded_bytes(path)), meta):
-        whole = without_rest(segment)
-        torn = torn or len(whole.raw) < len(segment.raw)
-        for name, values in _numbers(whole):
-            pieces.setdefault(name, []).append(values)
-    check_columns(len(pieces))
-    check_values(sum(piece.size for parts in pieces.values() for piece in parts))
-    names = _channel_names(pieces, settings.variable)
+    series, kinds, notes = _series(memoryview(bounded_bytes(path)), meta)
+    check_columns(len(series))
+    names = _channel_names(series, settings.variable)
+    notes += _others_left_out(_channel_names(kinds, settings.variable), kinds, names)
     if not names:
-        raise InputError("holds no numbers" + (f" in a group {settings.variable!r}" if settings.variable else ""))
-    columns = tuple(_column(names[path], pieces[path], meta.properties.get(path, {})) for path in names)
+        others = "".join(f"; {note.text}" for note in notes[:3])
+        raise InputError(f"holds no numbers{f' in a group {settings.variable!r}' if settings.variable else ''}{others}")
+    starts = [start for path_ in names if (start := _start_time(series[path_])) is not None]
+    origin = min(starts, default=None)
+    columns = []
+    for path_, name in names.items():
+        try:
+            column, column_notes = _column(name, series[path_], _levels(meta, path_), origin, settings)
+        except UnreadScaleError as error:
+            notes.append(Note(code="channel-left-out", text=f"{name} was left out: it has {error}"))
+            continue
+        columns.append(column)
+        notes += column_notes
+    if not columns:
+        raise InputError(f"holds no channel that can be read: {'; '.join(note.text for note in notes[:3])}")
+    return Contents(columns=tuple(columns), notes=tuple(notes))
+
+
+def _series(data: memoryview, meta: Meta) -> tuple[dict[str, _Series], dict[str, int], list[Note]]:
+    """Return the raw numbers of all channels, the kinds of the objects that hold other things, and notes."""
+    series: dict[str, _Series] = {}
+    kinds: dict[str, int] = {}
+    torn: set[str] = set()
+    total = 0
+    for segment in segments(data, meta):
+        pieces, rest = raw_numbers(segment)
+        kinds.update({name: index.kind for name, index in segment.objects if not index.scalers})
+        for piece in pieces:
+            of_name = series.setdefault(piece.name, _Series())
+            if piece.name in torn:
+                raise InputError(f"is damaged: {piece.name} goes on after a part that is not whole")
+            if piece.scale not in of_name.pieces or len(of_name.pieces) == 1:
+                of_name.add(meta.properties.get(piece.name, {}))
+                of_name.count += piece.values.size
+            of_name.pieces.setdefault(piece.scale, []).append(piece.values)
+            total += piece.values.size
+            check_values(total)
+        if rest:
+            torn.update(name for name, _ in segment.objects)
+    for name, of_name in series.items():
+        of_name.add(meta.properties.get(name, {}))
     note = Note(code="last-part-left-out", text="the last part is not whole and was left out")
-    return Contents(columns=columns, notes=(note,) if torn else ())
-
-
-def _numbers(segment: TdmsSegment) -> list[tuple[str, StoredArray]]:
-    """Return the numbers of each object in a segment, which may repeat its chunk."""
-    size = sum(index.size for _, index in segment.objects)
-    if not size or not len(segment.raw):
-        return []
-    if segment.interleaved:
-        return _interleaved(segment)
-    chunks = np.frombuffer(segment.raw, np.uint8).reshape(-1, size)
-    arrays, at = [], 0
-    for name, index in segment.objects:
-        if index.kind in NUMBERS and index.size:
-            part = np.ascontiguousarray(chunks[:, at : at + index.size])
-            arrays.append((name, part.reshape(-1).view(segment.order + NUMBERS[index.kind])))
-        at += index.size
-    return arrays
-
-
-def _interleaved(segment: TdmsSegment) -> list[tuple[str, StoredArray]]:
-    """Return the numbers of each object where one number of each follows in turn."""
-    kinds = [index.kind for _, index in segment.objects]
-    if any(kind not in NUMBERS for kind in kinds):
-        raise InputError("is damaged: other things than numbers are interleaved")
-    check_columns(len(kinds))
-    row = np.dtype([(f"f{i}", segment.order + NUMBERS[kind]) for i, kind in enumerate(kinds)])
-    table = np.frombuffer(segment.raw, row, len(segment.raw) // row.itemsize)
-    return [(name, table[f"f{i}"]) for i, (name, _) in enumerate(segment.objects)]
+    return series, kinds, [note] if torn else []
 
 
 def _channel_names(paths: Iterable[str], group: str | None) -> dict[str, str]:
     """Return the channel's name for each path."""
-    parts = {path: [part.replace("''", "'") for part in path.strip("/'").split("'/'")] for path in paths}
+    parts = {path: _parts(path) for path in paths}
     chosen = {path: names for path, names in parts.items() if group in (None, names[0], "/".join(names))}
     same_group = len({names[0] for names in chosen.values()}) == 1
     return {path: "/".join(names[1:] if same_group and len(names) > 1 else names) for path, names in chosen.items()}
 
 
-def _column(name: str, pieces: list[StoredArray], properties: Mapping[str, str | float]) -> DataColumn:
-    values = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
-    interval = properties.get("wf_increment")
-    is_rate = isinstance(interval, (int, float)) and 0 < interval < np.inf
-    return DataColumn(
-        name=name,
-        values=_scaled(name, values, properties),
-        unit=str(properties.get("unit_string", "")),
-        sampling_rate=1 / float(interval) if is_rate and interval is not None else None,
+def _parts(path: str) -> list[str]:
+    return [part.replace("''", "'") for part in path.strip("/'").split("'/'")]
+
+
+def _others_left_out(others: Mapping[str, str], kinds: Mapping[str, int], names: Mapping[str, str]) -> Iterator[Note]:
+    """Yield a note on each object that holds other things than numbers."""
+    return (not_read(name, f"{kind_in_words(kinds[path])}, so not a channel") for path, name in others.items()
+            if path not in names)  # fmt: skip
+
+
+def _levels(meta: Meta, path: str) -> tuple[Properties, ...]:
+    """Return the properties of a channel, of its group and of the file."""
+    group = path[: path.rfind("'/'") + 1]
+    return tuple(meta.properties.get(level, {}) for level in (path, group, "/"))
+
+
+def _block(properties: Properties, first: int) -> _Block:
+    start = properties.get("wf_start_time")
+    is_stated = isinstance(start, TimeStamp) and start != TimeStamp(seconds=0, fraction=0)
+    unit = SECONDS.get(str(properties.get("wf_xunit_string", "")).strip().lower(), 1.0)
+    interval = _finite(properties.get("wf_increment"))
+    return _Block(
+        first=first,
+        start=start if is_stated and isinstance(start, TimeStamp) else None,
+        offset=(_finite(properties.get("wf_start_offset")) or 0.0) * unit,
+        interval=interval * unit if interval is not None and interval > 0 else None,
     )
 
 
-def _scaled(name: str, values: StoredArray, properties: Mapping[str, str | float]) -> StoredArray:
-    """Return stored numbers as physical ones: the polynomials in the properties are applied in their order."""
-    scales = properties.get("NI_Number_Of_Scales", 0)
-    if not isinstance(scales, int) or not scales or properties.get("NI_Scaling_Status", "unscaled") != "unscaled":
-        return values
-    if not 0 < scales <= 16:
-        raise InputError(f"channel {name} has {scales} scales")
-    for i in range(scales):
-        if f"NI_Scale[{i}]_Scale_Type" in properties:
-            values = _polynomial(name, i, properties)(values.astype(float))
-    return values
+def _finite(value: object) -> float | None:
+    return float(value) if isinstance(value, (int, float)) and np.isfinite(value) else None
 
 
-def _polynomial(name: str, i: int, properties: Mapping[str, str | float]) -> Callable[[FloatArray], FloatArray]:
-    kind = properties[f"NI_Scale[{i}]_Scale_Type"]
-    source = properties.get(f"NI_Scale[{i}]_{kind}_Input_Source", i - 1)
-    if kind == "Linear":
-        keys = [f"NI_Scale[{i}]_Linear_Y_Intercept", f"NI_Scale[{i}]_Linear_Slope"]
-    elif kind == "Polynomial":
-        count = properties.get(f"NI_Scale[{i}]_Polynomial_Coefficients_Size", 4)
-        size = count if isinstance(count, int) and 0 < count <= 16 else 0
-        keys = [f"NI_Scale[{i}]_Polynomial_Coefficients[{j}]" for j in range(size)]
-    else:
-        raise InputError(f"channel {name} has a scale of kind {kind!r}, which is not read; save it as scaled numbers")
-    whole = all(isinstance(properties.get(key), (int, float)) for key in keys) and len(keys) > 0
-    if source not in (i - 1, 0xFFFFFFFF) or not whole:
-        raise InputError(f"channel {name} has a scale that is not complete; save it as scaled numbers")
-    coefficients: FloatArray = np.array([properties[key] for key in keys], dtype=float)
-    return lambda x: np.asarray(np.polynomial.polynomial.polyval(x, coefficients))
+def _start_time(series: _Series) -> TimeStamp | None:
+    return _first_block(series).start
+
+
+def _first_block(series: _Series) -> _Block:
+    """Return the properties of time that hold from the first sample on.
+
+    They may be written after the samples; those written for later samples come after the first ones.
+    """
+    first = [block for block in series.blocks if block.first == 0]
+    after = [block for block in series.blocks if block.first == series.count]
+    return after[-1] if len(first) + len(after) == len(series.blocks) and after else first[-1]
+
+
+def _column(
+    name: str, series: _Series, levels: tuple[Properties, ...], origin: TimeStamp | None, settings: RecordingSettings
+) -> tuple[DataColumn, list[Note]]:
+    properties = levels[0]
+    values = scaled(series.raw(), levels)
+    unit = next((str(value) for key, value in properties.items() if key.lower() in UNITS and value), "")
+    if values.dtype.names:
+        return DataColumn(name=name, values=_seconds(values), unit="s"), []
+    notes = []
+    if None not in series.pieces and not has_scales(levels):
+        text = f"{name} holds raw numbers of the converter, without a scale to {unit or 'a unit'}"
+        notes.append(Note(code="raw-numbers", text=text, values={"channel": name}))
+        unit = ""
+    block = _first_block(series)
+    rate, source, rate_notes = _rate(name, block.interval, levels)
+    abscissa = _abscissa(properties)
+    if abscissa == "time" and settings.sampling_rate is None:
+        _refuse_breaks(name, series)
+    start = None if origin is None or block.start is None else block.start.since(origin) + block.offset
+    if origin is None and "wf_start_offset" in properties:
+        start = block.offset
+    column = DataColumn(
+        name=name, values=values, unit=unit, sampling_rate=rate, rate_from=source,
+        start=start if abscissa == "time" else None, abscissa=abscissa,
+    )  # fmt: skip
+    return column, notes + rate_notes
+
+
+def _seconds(stamps: StoredArray) -> StoredArray:
+    """Return time stamps in s since the first one."""
+    if not stamps.size:
+        return np.zeros(0)
+    seconds = (stamps["seconds"] - stamps["seconds"][0]).astype(float)
+    return seconds + stamps["fraction"].astype(float) / 2**64 - float(stamps["fraction"][0]) / 2**64
+
+
+def _abscissa(properties: Properties) -> str:
+    """Return "time", or the name and the unit of another quantity along the samples."""
+    name = str(properties.get("wf_xname", "")).strip()
+    unit = str(properties.get("wf_xunit_string", "")).strip()
+    of_unit = unit.lower() in SECONDS and not name.lower().startswith(NOT_TIME)
+    is_time = of_unit if unit else name.lower() in TIME_WORDS
+    return "time" if is_time else f"{name or 'a quantity'}{f' in {unit}' if unit else ''}"
+
+
+def _rate(name: str, interval: float | None, levels: tuple[Properties, ...]) -> tuple[float | None, str, list[Note]]:
+    """Return the rate in Hz, the entry that states it, and notes on other rates; an interval of 1 is the default."""
+    owners = (f"of {name}", "of its group", "of the file")
+    stated = next(
+        (
+            (rate, f"property {key!r} {owner}")
+            for level, owner in zip(levels, owners, strict=True)
+            for key, value in level.items()
+            if not isinstance(value, TimeStamp) and (rate := rate_of(key, value)) is not None
+        ),
+        None,
+    )
+    if interval is None:
+        return (*stated, []) if stated else (None, "the file", [])
+    increment = (1 / interval, f"wf_increment of {name}")
+    if stated is None or abs(stated[0] - increment[0]) <= SAME * stated[0]:
+        return (*increment, [])
+    taken, other = (stated, increment) if interval == 1 else (increment, stated)
+    text = f"{other[1]} states {other[0]:.9g} Hz; {taken[0]:.9g} Hz by {taken[1]} was taken"
+    return (*taken, [Note(code="ignored-sampling-rate", text=text, values={"sampling_rate": other[0]})])
+
+
+def _refuse_breaks(name: str, series: _Series) -> None:
+    """Refuse samples that do not go on where the samples before them end."""
+    blocks = [block for block in series.blocks if block.first < series.count]
+    for before, block in pairwise(blocks):
+        if before.interval != block.interval:
+            raise InputError(
+                f"channel {name} changes its sampling interval from {before.interval} s to {block.interval} s at "
+                f"sample {block.first}; cut it in two, or give sampling_rate"
+            )
+        if before.start is None or block.start is None or block.interval is None:
+            continue
+        passed = block.start.since(before.start) + block.offset - before.offset
+        late = passed / block.interval - (block.first - before.first)
+        if abs(late) > 0.5:
+            raise InputError(
+                f"the part of channel {name} from sample {block.first} on starts {abs(late):.3g} samples "
+                f"{'late' if late > 0 else 'early'} by wf_start_time; cut it there, or give sampling_rate to join "
+                "the parts"
+            )
