@@ -98,7 +98,7 @@ def _added(
     healthy: FloatArray,
     inputs: int,
 ) -> FloatArray:
-    """(inputs, x) what a damaged tooth adds to the stiffness of its pair, and the stiffness of its friction."""
+    """Return the stiffness (inputs, x) that a damaged tooth adds to its pair, and that of its friction."""
     pair = mesh.stiffness * damaged_pair_stiffness(mesh.profile, x, damage, teeth, driving=driving)
     added = np.zeros((inputs, len(x)))
     added[0] = pair - healthy

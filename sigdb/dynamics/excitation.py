@@ -1,7 +1,7 @@
 """Excitations of a rig other than its varying stiffness: torque, tooth errors, unbalance, run-out, a fluctuating load.
 
-All of it is expressed over the angle theta of the averaged shaft. An excitation of another shaft is seen by the average
-only where it turns a whole number of times in the common period of the meshes; otherwise it cancels.
+All of it is expressed over the angle theta of the averaged shaft. The average contains an excitation of another shaft
+only where that shaft turns a whole number of times in the common period of the meshes; otherwise it cancels.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from sigdb.dynamics.period import Period
 from sigdb.transmission import Mesh, ModalSystem, Transmission, pair_stiffness, pairs_in_contact
 
 SAMPLES_OF_A_PASS = 1024
-"""Samples of a tooth pass from which the Fourier coefficients of healthy stiffness and errors are taken."""
+"""Samples of a tooth pass for the Fourier coefficients of healthy stiffness and errors."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""The period over which a rig with periodic mesh stiffness repeats, and the gear whose damage it is about."""
+"""The period over which a rig with periodic mesh stiffness repeats, and its damaged gear."""
 
 from dataclasses import dataclass
 
@@ -26,7 +26,7 @@ class Period:
     passes
         Tooth passes of each mesh in it.
     refinement
-        Samples for each one of what is given out.
+        Samples on the grid for each sample given out.
     """
 
     samples: int
@@ -44,7 +44,7 @@ class Period:
         return np.fft.irfft(spectrum, n=self.samples, axis=-2)
 
     def averaged(self, spectrum: ComplexArray) -> FloatArray:
-        """(..., n, columns) average over the revolutions, without what the n samples given out cannot hold."""
+        """(..., n, columns) average over the revolutions, without the harmonics that n samples cannot hold."""
         n = self.samples // (self.revolutions * self.refinement)
         held = spectrum[..., : self.revolutions * (n // 2) + 1 : self.revolutions, :]
         if n % 2 == 0:

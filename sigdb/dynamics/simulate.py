@@ -12,7 +12,7 @@ from sigdb.transmission import Damage, Transmission
 
 
 class ContactLossWarning(UserWarning):
-    """The mesh loses contact, where a linear solution does not hold."""
+    """Warning that the mesh loses contact, where a linear solution does not hold."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +35,7 @@ class Response:
         Least compression of any mesh as a fraction of its static one. A tooth's own index error, small against the
         static compression, is not subtracted.
     contact_loss
-        Whether a mesh loses contact. The linear response does not hold then; that of the march in time does.
+        Whether a mesh loses contact. The linear response does not hold then, but that of the march in time does.
     floquet_multiplier
         Largest Floquet multiplier of the linear rig over the common period of its meshes: it is stable below 1.
     error

@@ -12,7 +12,7 @@ from sigdb.transmission import ModalSystem
 STABILITY_MODES = 48
 """Modes kept to assess stability: those that take part in the meshes; the others decay by themselves."""
 _SMALL = 1e-2
-"""Below it the series of the hold's factors is exact to rounding and the closed form is not."""
+"""Bound below which the series of the hold's factors is exact to rounding, and the closed form is not."""
 
 
 def first_order_hold(poles: ComplexArray, h: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:

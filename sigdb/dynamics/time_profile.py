@@ -45,7 +45,7 @@ class TimeProfile:
         return np.interp(t, self.time, self.value)
 
     def slope(self, t: FloatArray) -> FloatArray:
-        """Return the rate of change at times, 1/s; at a point that of the line behind it."""
+        """Return the rate of change at times, 1/s; at a given time that of the line after it."""
         time, value = np.asarray(self.time, float), np.asarray(self.value, float)
         slopes = np.concatenate([[0.0], np.diff(value) / np.diff(time), [0.0]])
         return slopes[np.searchsorted(time, t, side="right")]

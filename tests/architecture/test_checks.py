@@ -50,6 +50,7 @@ def test_clean_prose_passes(tree):
         ("Return the weighted average", "Of a signal, the average", "averages.py:5: opening: Of a signal"),
         ("Return the weighted average", "What the average of a signal is", "averages.py:5: opening: What the"),
         ("Averages of signals", "Averages beside signals", "averages.py:1: word 'beside': Averages"),
+        ("Averages of signals", "Averages" + " of signals" * 23, "averages.py:1: 47 words in a sentence: Averages"),
         ("weights are empty", "no weights were told", "averages.py:7: word 'told': no weights"),
     ],
 )
@@ -65,6 +66,9 @@ def test_offences_of_the_source_are_found(tree, before, after, found):
         ("What it keeps of a signal is its mean.", True),
         ("Of a signal the mean is kept.", True),
         ("A row | that was told", True),
+        ("The mean " + "and the mean " * 15 + "is kept.", True),
+        ("The mean " + "and the mean " * 13 + "is kept. The rest is not.", False),
+        ("```\n" + "and the mean " * 20 + "\n```", False),
         ("`told` is a column.", False),
         ("```\nOf code nothing is read.\n```", False),
     ],

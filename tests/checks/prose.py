@@ -1,4 +1,4 @@
-"""Check names and prose: words and openings of sentences that the project does not use.
+"""Check names and prose: words, openings and lengths of sentences that the project does not use.
 
 Usage: python tests/checks/prose.py [--root FOLDER] [--longest N]
 
@@ -29,6 +29,9 @@ WORDS = re.compile(r"\b(told|tells|said|asked|beside|judge[sd]?|judging|figures?
 OPENINGS = {"page": re.compile(r"Of\s|What\s.*\sof\s")}
 OPENINGS |= dict.fromkeys(("docstring", "message"), re.compile(r"(?:Of|What)\s"))
 """Beginnings of sentences that prose does not use, unless they are questions; on pages headings may begin so."""
+
+MOST_WORDS = 45
+"""Greatest number of words in a sentence of a docstring, a comment or a page; a message may hold a query."""
 
 QUOTED = re.compile(r"``.+?``|`[^`]+`|:\w+:`[^`]+`|\$\$.+?\$\$|\$[^$\n]+\$|\[@[^\]]*\]|https?://\S+", re.DOTALL)
 SENTENCE_END = re.compile(
@@ -101,8 +104,11 @@ def check(root: Path) -> Iterator[Offence]:
 
 
 def wrong_prose(text: Text) -> Iterator[Offence]:
-    """Words and openings in a text that the project does not use."""
+    """Words, openings and lengths of sentences in a text that the project does not use."""
     for sentence in text.sentences:
+        words = len(sentence.split())
+        if words > MOST_WORDS and text.kind != "message":
+            yield Offence(text.file, text.line, f"{words} words in a sentence", _shortened(sentence))
         for match in WORDS.finditer(sentence):
             yield Offence(text.file, text.line, f"word '{match.group()}'", _shortened(sentence))
         opening = OPENINGS.get(text.kind)

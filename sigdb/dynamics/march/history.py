@@ -15,7 +15,7 @@ from sigdb.transmission import Damage, ModalSystem, Transmission, elements_from,
 
 STEPS_PER_TOOTH = 256
 _CHUNK = 1 << 16
-"""Steps that are held at once."""
+"""Steps that are held in memory together."""
 _HALF_LENGTH = 32
 """Half the length of the anti-alias filter, in samples given out."""
 
@@ -43,7 +43,7 @@ class TimeHistory:
     contact
         Fraction of the time in which all meshes are closed.
     state
-        (m,) modal coordinates one sample after the last, where a march that goes on has its first.
+        (m,) modal coordinates one sample after the last. A march that continues has its first sample there.
     """
 
     sampling_rate: float
@@ -83,7 +83,7 @@ def march(
 
     The mesh phase and all that turns follow the angle. The modal system is that of the rig's operating speed:
     gyroscopic moments, and bearings that are described for one speed, stay as they are there, which matters little
-    while speeds differ by a fraction. The speed is given, not found: nothing resists its change.
+    while speeds differ by a fraction. The speed is prescribed: the loads do not change it.
 
     Parameters
     ----------
@@ -198,9 +198,9 @@ def march(
 
 
 class _Drive:
-    """The excitations that vary in time: the angle, the torque, and all that turns.
+    """Excitations that vary in time: the angle, the torque, and all excitations that turn.
 
-    ``inputs`` (inputs of the system, k) are the forces that it gives.
+    ``inputs`` (inputs of the system, k) are its forces.
     """
 
     def __init__(
@@ -221,11 +221,11 @@ class _Drive:
         self.inputs = np.eye(len(used))[:, used]
 
     def turns(self, t: FloatArray) -> FloatArray:
-        """Revolutions of the gear's shaft at times."""
+        """Return the revolutions of the gear's shaft at times."""
         return self._ratio / 60 * self._speed.integral(t)
 
     def __call__(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Revolutions (steps,), forces (steps, k), common errors (steps, meshes or 0) at times."""
+        """Return revolutions (steps,), forces (steps, k) and common errors (steps, meshes or 0) at times."""
         turns, share = self.turns(t), self._torque(t) / self._operating.torque
         force, lift = np.zeros((len(t), len(self._used))), np.zeros((len(t), len(self._order)))
         torque_input = len(self._order)
@@ -245,14 +245,14 @@ class _Drive:
 
 
 class _AntiAlias:
-    """Every ``finer``-th sample of what is fed, filtered with zero phase; samples go along the first axis."""
+    """Filter of zero phase that gives out every ``finer``-th sample of its input; samples go along the first axis."""
 
     def __init__(self, finer: int, first: FloatArray) -> None:
         from scipy.signal import firwin  # slow to load, and a sweep does without it
 
         self._finer, self._half = finer, _HALF_LENGTH * finer if finer > 1 else 0
         self._taps = firwin(2 * self._half + 1, 0.9 / finer, window=("kaiser", 8.0)) if self._half else np.ones(1)
-        # What was before the first sample is taken to be as that.
+        # Samples before the first are taken to be equal to it.
         self._held = np.repeat(first[None], self._half + 1, axis=0)
 
     def __call__(self, more: FloatArray) -> FloatArray:
@@ -269,7 +269,7 @@ class _AntiAlias:
 
     @property
     def beyond(self) -> int:
-        """Samples that it needs behind the last one it gives out."""
+        """Number of input samples that it needs after the last sample given out."""
         return self._half
 
 

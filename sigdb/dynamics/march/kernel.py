@@ -48,7 +48,7 @@ def march_steps(
     compliance
         (outputs, inputs) Re(c g1) + direct term.
     static
-        (outputs,) what the steady torque adds to the outputs.
+        (outputs,) part of the outputs that the steady torque causes.
     mean, backlash
         (meshes,) mean mesh stiffness contained in the poles, and backlash, inf for none.
     turns
@@ -116,7 +116,7 @@ def march_steps(
                     if lift.shape[1] > 0:
                         v[q] += w[q] * lift[n, 0]
 
-        # The pattern of contact of the last step nearly always holds; else the one that the solution asks for is next.
+        # The pattern of contact of the last step nearly always holds; else the pattern of the solution is next.
         for _ in range(2 * meshes + 2):
             for i in range(meshes):
                 if state[i] == _OPEN:

@@ -22,8 +22,8 @@ from sigdb.transmission import (
 )
 
 SAMPLES_OF_A_PASS = 4096
-"""Samples a tooth pass of the tables between which mesh stiffness is interpolated: exact to 1e-5 on the sharpest edge
-of the built-in rigs, and at steps that divide them exact."""
+"""Samples a tooth pass of the tables in which mesh stiffness is interpolated. It is exact to
+1e-5 on the sharpest edge of the built-in rigs, and exact at steps that divide the samples."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,7 +100,7 @@ _ACCURACY = 1e-10
 class Marcher:
     """A rig in motion: its state, and the steps that change it.
 
-    Meshes are solved in closed form in each step. Forces of nonlinear elements are found by iteration, step by step.
+    Meshes are solved in closed form in each step. Forces of nonlinear elements follow by iteration in each step.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class Marcher:
     step
         Time step, s.
     others
-        (inputs, k) of the modal system: k further forces as combinations of its inputs.
+        (inputs, k) further forces, as combinations of the inputs of the modal system.
     """
 
     def __init__(
@@ -152,8 +152,8 @@ class Marcher:
     ) -> tuple[FloatArray, FloatArray]:
         """Begin with modal coordinates (m,), one of each conjugate pair, less those of the steady torque.
 
-        ``turns``, ``forces`` (k,) and ``lift`` (meshes,) or (0,) are those of this instant, as are the outputs and the
-        mesh forces that are returned.
+        ``turns``, ``forces`` (k,) and ``lift`` (meshes,) or (0,) are those of this instant. The outputs and mesh forces
+        that are returned are too.
         """
 
         def begin(local: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -227,7 +227,7 @@ class Marcher:
     def _march_each_step(
         self, turns: FloatArray, forces: FloatArray, lift: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Steps with nonlinear elements: each is repeated until their forces are those of its motion."""
+        """March with nonlinear elements: each step is repeated until their forces agree with its motion."""
         outputs, mesh_force = np.empty((len(turns), self._outputs)), np.empty((len(turns), self.meshes))
         for n in range(len(turns)):
             x, f, here = self._x.copy(), self._f.copy(), slice(n, n + 1)
@@ -244,7 +244,7 @@ class Marcher:
     def _with_local_forces(
         self, solve: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
     ) -> tuple[FloatArray, FloatArray]:
-        """Outputs and mesh forces of an instant, whose nonlinear forces are those of its own motion."""
+        """Return outputs and mesh forces of an instant, whose nonlinear forces agree with its motion."""
         local = self._f[len(self._f) - sum(len(element.columns) for element in self._nonlinear) :].copy()
         for _ in range(_MOST_ITERATIONS):
             outputs, mesh_force = solve(local)

@@ -45,7 +45,7 @@ class PeriodicMotion:
     most_revolutions: int
 
     def repeated(self, state: ComplexArray, steps_per_tooth: int) -> RepeatedPeriod:
-        """Return the period that repeats, marched from a state with so many steps a tooth pass."""
+        """Return the period that repeats, marched from a state with a number of steps a tooth pass."""
         teeth, shaft = self.rig.gears[self.gear].teeth, self.rig.gears[self.gear].shaft
         N = self.revolutions * teeth * steps_per_tooth
         step = 2 * np.pi * self.revolutions / abs(self.rig.speed(shaft)) / N
@@ -67,7 +67,7 @@ class PeriodicMotion:
             if not np.isfinite(outputs).all():
                 break
             change = np.inf if before is None else self._change(outputs, before)
-            # What is still to come of a motion that settles geometrically.
+            # The remaining change of a motion that settles geometrically.
             ratio = min(change / last_change, _SLOWEST) if np.isfinite(last_change) and last_change > 0 else 0.0
             left = change * ratio / (1 - ratio)
             if np.isfinite(last_change) and max(change, left) <= self.tolerance:
@@ -89,7 +89,7 @@ class PeriodicMotion:
         )
 
     def _change(self, outputs: FloatArray, before: FloatArray) -> float:
-        """Greatest change of an output from the period before, as a fraction of its peak-to-peak."""
+        """Return the greatest change of an output from the period before, as a fraction of its peak-to-peak."""
         size = np.ptp(outputs, axis=0)
         return float((np.abs(outputs - before).max(axis=0) / np.where(size > 0, size, np.inf)).max())
 

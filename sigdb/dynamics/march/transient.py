@@ -29,8 +29,8 @@ class Transient:
     samples_per_tooth
         Samples given out in a tooth pass of the damaged gear; a divisor of a quarter of ``steps_per_tooth``.
     tolerance
-        A period repeats when no output differs from the one before by more than this fraction of its peak-to-peak, nor
-        is expected to change by more for good.
+        Greatest difference between successive periods, as a fraction of an output's peak-to-peak, at which a motion
+        repeats. The expected remaining change must not be greater either.
     most_revolutions
         Revolutions of the damaged gear after which a motion that does not repeat is given up.
     """
@@ -83,8 +83,8 @@ class Orbit:
     revolutions
         Revolutions of the damaged gear until it repeated.
     error
-        Estimated error of the signals by the step and by what had not settled, as a fraction of their peak-to-peak, the
-        greatest of all sensors.
+        Estimated error of the signals by the step and by the motion that had not settled, as a fraction of their
+        peak-to-peak; the greatest of all sensors.
     """
 
     signals: FloatArray
@@ -117,9 +117,9 @@ def settle(
 ) -> Orbit:
     """March a rig at its operating point until one common period of its meshes repeats.
 
-    It is done with a quarter, half and all of the steps. The error of the march falls with the square of its steps, so
-    two marches together give signals without their leading error (Richardson), and three tell what is left.
-    Excitations that do not repeat with the period are left out, as in the periodic solution.
+    It marches with a quarter, half and all of the steps. The error falls with the square of the step, so two marches
+    give signals without their leading error (Richardson), and the third gives an estimate of the rest. Excitations that
+    do not repeat with the period are left out, as in the periodic solution.
 
     Parameters
     ----------

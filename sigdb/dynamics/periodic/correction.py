@@ -72,7 +72,7 @@ def inputs_of(forces: LocalForces, meshes: int) -> list[int]:
 
 
 class Correction(Protocol):
-    """How the rig answers with its damage: the local forces (inputs, s, columns), and all rows of the response."""
+    """The response of a rig with damage: its local forces (inputs, s, columns), and all rows of the response."""
 
     @property
     def forces(self) -> LocalForces:
@@ -89,7 +89,7 @@ class Correction(Protocol):
 
 
 class LocalCorrection:
-    """From what the healthy rig would do: ``(I + sum_q P_q,SS D_q) delta_S = R_S + sum_q P_q,SS g_q``.
+    """Correction by the healthy rig's response: ``(I + sum_q P_q,SS D_q) delta_S = R_S + sum_q P_q,SS g_q``.
 
     Parameters
     ----------

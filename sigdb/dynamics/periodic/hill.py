@@ -1,9 +1,9 @@
 """The healthy rig under periodic forces: Hill's equations in the harmonics of the common period.
 
 The compressions of the meshes obey ``delta_k + H_k sum_k' kappa_(k-k') delta_k' = delta_0k + H_k g_k``, with H_k the
-transfer function at harmonic k and kappa_k the Fourier coefficients of the healthy mesh stiffness less its mean. Those
-are zero but at multiples of each mesh's tooth passes. So only harmonics that differ by a multiple of ``g``, the
-greatest common divisor of all passes, are coupled: the system falls apart into g blocks, conjugate in pairs, each
+transfer function at harmonic k and kappa_k the Fourier coefficients of the healthy mesh stiffness less its mean. They
+are zero except at multiples of each mesh's tooth passes. So only harmonics that differ by a multiple of ``g``, the
+greatest common divisor of all passes, are coupled. The system falls apart into g blocks, conjugate in pairs, each
 factored once. Products hold all harmonics that are kept and none by aliasing.
 """
 
@@ -20,7 +20,7 @@ from sigdb.dynamics.period import Period
 
 
 class Healthy(Protocol):
-    """The healthy rig, solved one way or another.
+    """A solved healthy rig, by any method.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Healthy(Protocol):
         force
             (inputs, K, columns) spectrum of forces on the inputs.
         free
-            (outputs, K, columns) spectrum of what other forces cause with the mean mesh stiffness.
+            (outputs, K, columns) spectrum of the outputs that other forces cause with the mean mesh stiffness.
 
         Returns
         -------
@@ -94,7 +94,7 @@ class Hill:
 
 
 def entries(period: Period) -> int:
-    """Complex numbers in the blocks of a period: what factoring costs in memory."""
+    """Return the number of complex numbers in the blocks of a period, which factoring holds in memory."""
     g = gcd(*period.passes)
     return (g // 2 + 1) * (len(period.passes) * period.samples // g) ** 2
 

@@ -1,8 +1,8 @@
 """Rigs whose meshes repeat so late that the healthy rig is too large to be factored: solved by iteration.
 
-Hill's equations are solved by GMRES, the products with the mesh stiffness on a finer grid and so without aliasing. Each
-mesh alone repeats after a tooth pass and is factored in small blocks: that is the preconditioner, and only what the
-meshes do to each other is left to iterate.
+GMRES solves Hill's equations. Products with the mesh stiffness are formed on a finer grid, so without aliasing. Each
+mesh alone repeats after a tooth pass and is factored in small blocks as the preconditioner. Only the effect of the
+meshes on each other is left to iterate.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,7 +23,7 @@ _PADDING = 2
 
 @dataclass(frozen=True, kw_only=True)
 class Alone:
-    """A mesh without the others: inverse blocks (blocks, L, L), their harmonics (blocks, L), and which are kept."""
+    """A mesh without the others: inverse blocks (blocks, L, L), their harmonics (blocks, L), and those kept."""
 
     harmonics: IntArray
     kept: BoolArray
@@ -159,7 +159,7 @@ class IteratedCorrection:
     excitation
         Spectra ``free`` and ``force`` of what excites the rig, for the columns to be solved.
     rows
-        Makes rows of a spectrum of outputs.
+        Function of a spectrum of outputs that returns its rows.
     """
 
     def __init__(

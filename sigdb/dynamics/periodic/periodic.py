@@ -38,10 +38,10 @@ from sigdb.transmission import Mesh, ModalSystem, ToothDamage, Transmission, mes
 SAMPLES_PER_TOOTH = 64
 LEAST_SAMPLES_PER_TOOTH = 16
 TOLERANCE = 1e-4
-"""Error by alias, as a fraction of a signal's peak-to-peak, above which it is taken out."""
+"""Error by alias, as a fraction of a signal's peak-to-peak, above which the alias is taken out."""
 _FINE = 8
-"""How much finer the grid is from which alias is computed. Edges are C1, so that alias falls with the third power of
-that, and in the acceleration of a gear with the second."""
+"""Refinement of the grid from which alias is computed. Edges are C1, so alias falls with the third power of the
+refinement, and in the acceleration of a gear with the second."""
 _MOST_ITERATIONS = 30
 
 
@@ -261,7 +261,7 @@ class PeriodicRig:
         )
 
     def _alias(self, forces: LocalForces, delta: FloatArray, counted: ComplexArray) -> ComplexArray:
-        """(inputs of the rig, K, columns) forces that are not counted yet, delta being on their finer grid."""
+        """Return the forces (inputs of the rig, K, columns) that are not counted yet; delta is on their finer grid."""
         alias = np.zeros((self.solver.transfer.shape[2], self.period.harmonics, delta.shape[1]), complex)
         true = forces.everywhere(forces(delta[forces.samples]))
         alias[inputs_of(forces, len(self.meshes))] = self.period.spectrum(true) - counted
@@ -273,7 +273,8 @@ class PeriodicRig:
         return resampled(first.reshape(len(self.meshes), -1).T, GRID).T
 
     def _error(self, local: LocalForces, counted: ComplexArray | None, rows: FloatArray) -> float:
-        """Estimate of the signals' error: the mean system's answer to forces left out, by truncation and by alias.
+        """Return an estimate of the signals' error: the mean system's response to forces left out, by truncation and by
+        alias.
 
         ``local`` are the forces under torque on the grid of the truncation; where no forces are known there is no
         alias.

@@ -1,7 +1,7 @@
 """Truncation: the part that a solution in a finite number of harmonics leaves out.
 
-The harmonics beyond it, up to twice as high, answer to the forces that the solution itself predicts there; by the
-varying mesh stiffness they act back on those that are kept. That is the first term of a series of corrections.
+The harmonics beyond it, up to twice as high, respond to the forces that the solution itself predicts there. By the
+varying mesh stiffness they act back on the harmonics that are kept. That is the first term of a series of corrections.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from sigdb.dynamics.period import Period, over_the_period
 from sigdb.dynamics.periodic.correction import LocalForces, inputs_of
 
 GRID = 2
-"""How much finer than the solution's is the grid on which forces are formed."""
+"""Refinement, relative to the solution's grid, of the grid on which forces are formed."""
 
 
 def twice(period: Period) -> Period:

@@ -10,22 +10,23 @@ from sigdb.core import FloatArray, IntArray
 
 
 def alarm_threshold(scores: ArrayLike, specimens: ArrayLike, rate: float, *, confidence: float = 0.95) -> float:
-    """The least score above which lie at most ``rate`` of the healthy rows of further specimens.
+    """Return the least threshold that at most ``rate`` of the healthy rows of further specimens exceed.
 
-    The share p of rows above a threshold, each specimen weighing the same, estimates the rate over all specimens there
-    are. Its upper confidence bound is that of Clopper and Pearson for so many independent rows as the rows are worth:
-    the threshold is the least one whose bound does not exceed the rate. Rows of a specimen resemble each other, so that
-    n of them are worth (Korn and Graubard [1]_)::
+    The share p of rows above a threshold, with equal weights for all specimens, estimates the rate. The least threshold
+    is taken at which the upper confidence bound of p, by Clopper and Pearson, does not exceed the rate. Rows of a
+    specimen resemble each other, so the bound is that of fewer independent rows. In place of n rows it has (Korn and
+    Graubard [1]_)::
 
         n* = p (1 - p) / var(p) (t_(n-1) / t_(K-1))^2,   at most n,
 
-    var(p) the variance of p from the scatter between the K specimens, t quantiles of Student's law at the confidence.
-    The scatter is taken where there is an alarm for each specimen, or more: fewer tell little of it.
+    with var(p) the variance of p from the scatter between the K specimens, and t the quantiles of Student's law at the
+    confidence. The scatter is measured where there are at least as many alarms as specimens, since fewer say little
+    about it.
 
     Parameters
     ----------
     scores
-        (rows,) scores of healthy rows that were not used to make the scorer, greater for what resembles damage.
+        (rows,) scores of healthy rows that were not used to make the scorer, greater for rows that resemble damage.
     specimens
         (rows,) specimen of each.
     rate
@@ -74,19 +75,19 @@ def alarm_threshold(scores: ArrayLike, specimens: ArrayLike, rate: float, *, con
 
 
 def rows_needed(rate: float, confidence: float) -> int:
-    """Independent healthy rows that the rate takes where none of them is an alarm."""
+    """Return the number of independent healthy rows that supports the rate where none of them is an alarm."""
     return math.ceil(math.log1p(-confidence) / math.log1p(-rate))
 
 
 def _bound(alarms: int, index: IntArray, rows: IntArray, confidence: float) -> float:
-    """Upper bound of the rate where the rows of the highest scores are alarms; ``index`` is their specimens."""
+    """Return the upper bound of the rate if the rows of the highest scores are alarms; ``index`` is their specimens."""
     p = float(_shares(alarms, index, rows).mean())
     worth = _worth(max(alarms, min(len(rows), len(index) // 2)), index, rows, confidence)
     return float(beta.ppf(confidence, p * worth + 1, (1 - p) * worth)) if p < 1 else 1.0
 
 
 def _worth(alarms: int, index: IntArray, rows: IntArray, confidence: float) -> float:
-    """Independent rows that the rows are worth."""
+    """Return the effective number of independent rows."""
     shares, n, specimens = _shares(alarms, index, rows), len(index), len(rows)
     p, variance = shares.mean(), shares.var(ddof=1) / specimens
     independent = p * (1 - p) / variance if variance > 0 else n
@@ -95,5 +96,5 @@ def _worth(alarms: int, index: IntArray, rows: IntArray, confidence: float) -> f
 
 
 def _shares(alarms: int, index: IntArray, rows: IntArray) -> FloatArray:
-    """(specimens,) share of each one's rows among the alarms."""
+    """Return the share (specimens,) of each specimen's rows that are alarms."""
     return np.bincount(index[:alarms], minlength=len(rows)) / rows

@@ -10,7 +10,7 @@ BAND_DB = 2.5
 """Width of a band of noise: in a trial a threshold of sets changed by less than its own error within it."""
 
 _MOST_LEVELS = 12
-"""Levels of a severity; more of them are taken together in as many groups."""
+"""Most levels of a severity; more values than these are merged into as many groups."""
 
 
 def band_edges(noise: FloatArray, specimens: IntArray, coverage: float) -> FloatArray:

@@ -12,7 +12,7 @@ COVERAGE = 0.9
 
 
 def row_quantile(scores: ArrayLike, level: float) -> float:
-    """The value below or at which a further score, exchangeable with these, lies with a probability of at least level.
+    """Return the value that a further exchangeable score does not exceed, with a probability of at least level.
 
     It is the k-th smallest of m scores, ``k = ceil(level (m + 1))`` [1]_.
 
@@ -44,10 +44,10 @@ def row_quantile(scores: ArrayLike, level: float) -> float:
 
 
 def specimen_quantile(scores: ArrayLike, specimens: ArrayLike, level: float) -> float:
-    """The same for a further row of a further specimen, where rows of a specimen resemble each other.
+    """Return :func:`row_quantile` for a row of a further specimen, where rows of a specimen resemble each other.
 
-    The quantile of ``sum_k 1 / (K + 1) (mean over the rows of specimen k of delta_score) + 1 / (K + 1) delta_infinity``
-    over K specimens (hierarchical conformal prediction [1]_).
+    It is the quantile of ``sum_k 1 / (K + 1) (mean over the rows of specimen k of delta_score) + 1 / (K + 1)
+    delta_infinity`` over K specimens (hierarchical conformal prediction [1]_).
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def specimen_quantile(scores: ArrayLike, specimens: ArrayLike, level: float) -> 
 
 
 def least_specimens(level: float) -> int:
-    """The least number of specimens that supports a level.
+    """Return the least number of specimens that supports a level.
 
     Examples
     --------
@@ -95,10 +95,10 @@ def least_specimens(level: float) -> int:
 
 
 def greatest_quantile(scores: ArrayLike, cells: IntArray, specimens: ArrayLike, level: float) -> float:
-    """The greatest :func:`specimen_quantile` of some cells of rows: a further row is covered whichever its cell is.
+    """Return the greatest :func:`specimen_quantile` of some cells of rows, which covers a further row of any of them.
 
-    Cells of fewer specimens than the level needs count as one; where these are too few together, they count with all
-    rows.
+    Cells of fewer specimens than the level needs are merged. If these have too few specimens together, they are merged
+    with all rows.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def greatest_quantile(scores: ArrayLike, cells: IntArray, specimens: ArrayLike, 
 
 
 def rows_by_cell(cells: IntArray) -> list[IntArray]:
-    """Places of the rows of each cell, in the order of their numbers."""
+    """Return the indices of the rows of each cell, in the order of the cells' numbers."""
     order = np.argsort(cells, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(cells[order])) + 1) if len(order) else []
 

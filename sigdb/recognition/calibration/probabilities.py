@@ -13,13 +13,13 @@ from sigdb.core import FloatArray, InputError, IntArray
 _FOLDS = 5
 
 _LEAST_SLOPE = 1e-3
-"""Slope of scores that tell nothing: they keep their order."""
+"""Slope of uninformative scores; above zero, so that they keep their order."""
 
 
 def with_none(scores: FloatArray, slope: ArrayLike, none: ArrayLike) -> FloatArray:
     """(rows, 1 + teeth) scores of 'none' and of each tooth, whose softmax is the probability.
 
-    The slope and the level of 'none' are one, or (rows,).
+    The slope and the level of 'none' are numbers, or (rows,).
     """
     return np.column_stack([np.broadcast_to(none, len(scores)), np.reshape(slope, (-1, 1)) * scores])
 

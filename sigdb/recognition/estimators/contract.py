@@ -30,11 +30,11 @@ class Estimator(BaseEstimator, ABC):
     reads
         Columns of the table ``features`` that it reads, and ``tsa`` where it reads averages.
     optional
-        Columns among those of ``reads`` that it can do without.
+        Columns among those of ``reads`` that rows may lack.
     needs_bank
         Whether it is made from a bank of templates.
     detector_folds
-        Parts of the specimens that a :class:`Detector` trains copies of it on.
+        Number of parts of the specimens with which a :class:`Detector` trains copies of it.
     """
 
     reads: frozenset[Column] = frozenset()
@@ -44,17 +44,17 @@ class Estimator(BaseEstimator, ABC):
 
     @property
     def reducer(self) -> Reducer | None:
-        """Reducer that makes of averages the few numbers that it reads; None where it reads them whole, or none."""
+        """Reducer of averages to the few numbers that it reads; None where it reads whole averages, or none."""
         return None
 
     @property
     def reads_whole_averages(self) -> bool:
-        """Whether it reads averages that no reducer makes smaller."""
+        """Whether it reads whole averages."""
         return TSA in self.reads and self.reducer is None
 
     @property
     def learns_from_all(self) -> bool:
-        """Whether it is trained on all rows, since it reads of these only a few numbers; others see a part of them."""
+        """Whether it is trained on all rows, since it reads only a few numbers of each; others see a part of them."""
         return False
 
     @property
@@ -158,7 +158,7 @@ def severity_labels(y: Labels) -> pd.DataFrame:
 
 
 def required_bank(bank: TemplateBank | None) -> TemplateBank:
-    """Return a bank of templates, for an estimator that is made from one.
+    """Return a bank of templates, for an estimator that needs one.
 
     Raises
     ------

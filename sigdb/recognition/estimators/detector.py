@@ -48,15 +48,15 @@ class Detector(ClassifierMixin, Estimator):
     confidence
         Confidence of the statement, between 0 and 1.
     folds
-        Parts of the specimens, each scored by a copy of the scorer that the others have taught.
+        Number of parts of the specimens. A copy of the scorer, trained on the other parts, scores each part.
 
     Attributes
     ----------
     scorer_
         The trained scorer.
     noise_, thresholds_
-        (bands,) noise of an average (unit of the signal; nan where it is not known) and greatest score that is called
-        healthy there.
+        (bands,) noise of an average (unit of the signal; nan where it is not known) and greatest score of a row that
+        counts as healthy there.
     healthy_rows_, healthy_specimens_
         Number of rows and of specimens that they were set on.
     """

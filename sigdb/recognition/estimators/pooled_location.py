@@ -36,9 +36,10 @@ class PooledLearner:
     Attributes
     ----------
     scorer
-        From a seed, an unfitted binary classifier of the views of teeth, with a ``decision_function``.
+        Function of a seed that returns an unfitted binary classifier of the views of teeth, with a
+        ``decision_function``.
     regressor
-        From a seed, an unfitted regressor of a severity.
+        Function of a seed that returns an unfitted regressor of a severity.
     """
 
     scorer: Callable[[int], BaseEstimator]
@@ -78,7 +79,7 @@ def pooled_learner(name: str) -> PooledLearner:
 
 
 FOLDS = 2
-"""Parts of the specimens, each scored by what the other ones have taught."""
+"""Number of parts of the specimens. A scorer that is trained on the other parts scores each part."""
 
 _ROWS_AT_ONCE = 4096
 
@@ -228,7 +229,8 @@ class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
     def predict_set(self, X: Rows) -> BoolArray:
         """Return whether 'none' and each tooth is in the conformal set of a row, (rows, most teeth + 1).
 
-        Where ``averages`` and ``scatter`` do not tell the noise, sets are those of the noise with the largest ones.
+        Where ``averages`` and ``scatter`` do not give the noise, sets are those of the band of noise with the largest
+        sets.
         """
         batch = self._batch(X)
         return self._sets(self.decision_function(batch), batch.noise_db())

@@ -23,11 +23,11 @@ from sigdb.recognition.templates.bank import TemplateBank
 
 
 class SeverityRegressor(SeverityIntervals, RegressorMixin, SeverityEstimator):
-    """Severity, turn-invariant: estimated from the tooth at which a location classifier sees the damage.
+    """Severity of damage, estimated from the view of the tooth that a location classifier names.
 
-    Intervals are those of :class:`SeverityIntervals`, of errors on specimens that neither the location nor the
-    regressors had seen; then both learn from all. Bands are of the noise itself, in dB of the sensor's unit. Meant for
-    damaged rows; its answer to a healthy gear has no meaning.
+    Turning a signature does not change its severity. Intervals are those of :class:`SeverityIntervals`, from errors on
+    specimens that neither the classifier nor the regressors had seen; then both learn from all. Bands are of the noise
+    itself, in dB of the sensor's unit. The estimate for a healthy gear has no meaning.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class SeverityRegressor(SeverityIntervals, RegressorMixin, SeverityEstimator):
         return self._learn(batch, labels)
 
     def _learn(self, batch: Batch, labels: pd.DataFrame) -> Self:
-        """Learn where to look, and which severity a view shows."""
+        """Train the location classifier, and the regressors of severity on views."""
         tooth = labels["tooth"].to_numpy(int)
         damaged = tooth > 0
         self.location_ = LocationClassifier(self.learner, self.random_state).fit_scorer(batch, tooth)

@@ -118,7 +118,7 @@ REGISTRY: tuple[Entry, ...] = (
 """Estimators in the order of results: the learners, then the baselines."""
 
 LEARNERS: dict[str, str] = {entry.name: entry.text for entry in REGISTRY if entry.learner}
-"""Learners by name, with what they are."""
+"""Descriptions of the learners, by name."""
 
 _PARTS = (
     "estimators.baselines.threshold.IndicatorScore",
@@ -161,7 +161,7 @@ def make_estimators(target: str, settings: RecognitionSettings, bank: TemplateBa
     settings
         Seed, and false-alarm rate of detectors and thresholds.
     bank
-        Templates of the training rows; without them, what needs a bank is left out.
+        Templates of the training rows. Without them estimators that need a bank are left out.
     """
     from sigdb.recognition.estimators.detector import Detector
 

@@ -1,4 +1,4 @@
-"""Damage location from template scores: calibrated, with sets of answers and a verdict on what no template fits."""
+"""Calibrated damage location from template scores, with sets of answers and a verdict where no template fits."""
 
 from collections.abc import Mapping
 from typing import Any, Self

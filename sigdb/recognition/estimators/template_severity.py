@@ -1,4 +1,4 @@
-"""Severity from template scores: posterior median, calibrated, with intervals that hold for each severity."""
+"""Severity from template scores: the calibrated posterior median, with intervals that hold for each severity."""
 
 from typing import Self
 
@@ -136,7 +136,7 @@ def _corrected(median: FloatArray, correction: FloatArray) -> FloatArray:
 
 
 def _correction(median: FloatArray, true: FloatArray) -> FloatArray:
-    """Return the level and slope of least mean absolute error; near to none, 0 and 1, where those are as good."""
+    """Return the level and slope of least mean absolute error; close to 0 and 1 where these are as good."""
 
     def loss(parameters: FloatArray) -> float:
         return float(np.abs(_corrected(median, parameters) - true).mean())

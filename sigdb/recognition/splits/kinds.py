@@ -139,7 +139,7 @@ def _between(rows: pd.DataFrame, seed: int, folds: int) -> Split:
         seed,
         folds,
         name="S2",
-        text="between the grid's points: severities that lie between those of training, specimens held out of it",
+        text="between the grid's values: severities between those of training, and specimens held out of it",
         needs="three values or more of a severity with the others equal",
     )
 
@@ -151,7 +151,7 @@ def _beyond(rows: pd.DataFrame, seed: int, folds: int) -> Split:
         seed,
         folds,
         name="S3",
-        text="beyond the grid: severities greater than those of training, specimens held out of it",
+        text="beyond the grid: severities greater than those of training, and specimens held out of it",
         needs="three magnitudes or more of a severity",
     )
 

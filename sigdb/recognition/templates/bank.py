@@ -17,7 +17,7 @@ from sigdb.recognition.templates.compact_signals import CompactSignals
 from sigdb.recognition.templates.hypotheses import Hypotheses
 
 _PRECISION = 2e-4
-"""How far a stored signal may be from its own, in norm, in standard deviations of the noise of the quietest average.
+"""Greatest error of a stored signal, in norm, in standard deviations of the noise of the quietest average.
 The log-likelihood of a template that resembles the average then changes by less than 0.01."""
 
 _CASE = ("teeth", *QUANTITIES)
@@ -69,7 +69,7 @@ class PointTemplates:
         index_error: float,
         tolerance: float = 0.0,
     ) -> list[Self]:
-        """The templates of operating points of one tooth count, in little room.
+        """Templates of all operating points of one tooth count, stored compactly.
 
         Parameters
         ----------
@@ -129,7 +129,7 @@ class PointTemplates:
 
     @cached_property
     def log_prior(self) -> FloatArray:
-        """(templates, teeth): even odds of damage and none, every tooth alike."""
+        """(templates, teeth) logarithm of the prior: even odds of damage and none, all teeth equally likely."""
         with np.errstate(divide="ignore"):
             each = np.log(self.share / (2 * self.teeth))
         return np.repeat(each[:, None], self.teeth, axis=1)
@@ -142,9 +142,9 @@ class TemplateBank:
     Attributes
     ----------
     sensor
-        Whose averages they are.
+        Sensor of their averages.
     index_error
-        Size of the index errors that specimens are taken to have, m.
+        Size of the index errors that specimens are assumed to have, m.
     points
         Templates by operating point and tooth count.
     """
@@ -170,8 +170,8 @@ class TemplateBank:
         """The bank of a database.
 
         Each template weighs as many rows as it has. Templates without a result, and those with loss of contact, are
-        left out. Signals are kept as exactly as the quietest row asks for: none is further from its own, in norm, than
-        1 / 5000 of the standard deviation of that row's noise.
+        left out. Signals are stored with an error, in norm, of at most 1 / 5000 of the standard deviation of the noise
+        in the quietest row.
 
         Parameters
         ----------
@@ -246,7 +246,7 @@ class TemplateBank:
         return tuple(sorted({point.teeth for point in self.points}))
 
     def noise_db(self, batch: Batch) -> FloatArray:
-        """Return the noise of averages relative to the healthy signal at the nearest point, (rows,) dB.
+        """Return the noise of averages relative to the healthy signal at the nearest operating point, (rows,) dB.
 
         nan where the noise of a row is not known.
         """
@@ -254,9 +254,9 @@ class TemplateBank:
         return batch.noise_db(reference[self.nearest(*batch.operating_point())])
 
     def nearest(self, speed_rpm: FloatArray, torque: FloatArray, teeth: FloatArray | IntArray) -> IntArray:
-        """Return the place of the nearest point of the same tooth count, (rows,).
+        """Return the index of the nearest operating point of the same tooth count, (rows,).
 
-        Its speed and torque differ least, in shares of its own.
+        Its relative differences in speed and torque are least.
 
         Raises
         ------
@@ -309,6 +309,6 @@ def _share(laws: Hypotheses, weight: pd.Series) -> FloatArray:
 
 
 def _signals(laws: Hypotheses, index_error: float) -> FloatArray:
-    """(templates, 1 + modes + harmonics, n) what a template is made of, all in the signal's unit."""
+    """(templates, 1 + modes + harmonics, n) signals that make up each template, in the signal's unit."""
     response = laws.modes * (index_error * laws.gains)[:, None]
     return np.concatenate([laws.signal[:, :, None], response, laws.harmonic], axis=2).transpose(0, 2, 1)

@@ -1,4 +1,4 @@
-"""Many signals that resemble each other, stored in little room: whole steps along a common basis."""
+"""Compact storage of many similar signals, as integer steps along a common basis."""
 
 import math
 from collections.abc import Sequence
@@ -31,15 +31,15 @@ class CompactSignals:
 
     @classmethod
     def of(cls, groups: Sequence[FloatArray], *, tolerance: float) -> list[Self]:
-        """Groups of signals with one basis between them.
+        """Groups of signals, which share a basis.
 
         Parameters
         ----------
         groups
             Arrays (..., n).
         tolerance
-            Greatest distance (Euclidean norm over the samples) of a stored signal from its own, in the signals' unit.
-            One below four times float32's precision of the greatest signal is raised to that.
+            Greatest error of a stored signal (Euclidean norm over the samples), in the signals' unit.
+            It is raised to four times float32's precision of the greatest signal where it is less.
 
         Notes
         -----
@@ -68,5 +68,5 @@ class CompactSignals:
 
 
 def _rest(amplitudes: FloatArray) -> FloatArray:
-    """(n,) greatest norm of what is left of a row when the components from each on are left out."""
+    """(n,) greatest norm of a row's remainder without the components from each on."""
     return np.asarray(np.sqrt((amplitudes**2)[:, ::-1].cumsum(axis=1)[:, ::-1].max(axis=0)))

@@ -239,7 +239,7 @@ class Hypotheses:
         return np.asarray((self.gains * (index_error / noise)[:, None, None]) ** 2)
 
     def _constant(self, noise: FloatArray, d: FloatArray) -> FloatArray:
-        """Return what -2 log p has besides the squared residual, (rows, templates, 1)."""
+        """Return the terms of -2 log p other than the squared residual, (rows, templates, 1)."""
         n = self.signal.shape[1]
         constant = n * np.log(2 * np.pi * noise**2)[:, None] + np.log1p(d).sum(axis=2)
         return np.asarray(constant[:, :, None])

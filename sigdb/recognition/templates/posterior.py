@@ -56,21 +56,24 @@ class Posterior:
         return softmax(self.damage, axis=1)
 
     def mean(self, level: FloatArray) -> FloatArray:
-        """(rows,) mean, given damage, of what is ``level`` (templates,): the rule of least mean square error."""
+        """Return the mean (rows,), given damage, of a quantity with the values ``level`` (templates,).
+
+        It has the least mean square error.
+        """
         return self.severity @ level
 
     def median(self, level: FloatArray) -> FloatArray:
-        """(rows,) median of it: the rule of least mean absolute error."""
+        """Return the median (rows,) of a quantity. It has the least mean absolute error."""
         return self.quantile(level, 0.5)
 
     def quantile(self, level: FloatArray, p: float) -> FloatArray:
-        """(rows,) the least level that it does not exceed with probability p: the rule of least pinball loss."""
+        """Return the p-quantile (rows,) of a quantity. It has the least pinball loss."""
         order = np.argsort(level)
         below = np.cumsum(self.severity[:, order], axis=1)
         return level[order][(below >= p).argmax(axis=1)]
 
     def crps(self, level: FloatArray, true: FloatArray) -> FloatArray:
-        """(rows,) continuous ranked probability score of its distribution against the true value."""
+        """Return the continuous ranked probability score (rows,) of a quantity against its true value."""
         return crps_sample(np.broadcast_to(level, self.severity.shape), true, self.severity)
 
 

@@ -25,11 +25,11 @@ _ROWS_AT_ONCE = 512
 class TemplateScores(TransformerMixin, BaseEstimator):
     """Scores of averages against a bank of templates, by the law of noise and specimens.
 
-    For each tooth t the logarithm of ``p(x | damage from t) / p(x | none)``, where damage is any template, weighed as
-    in the bank, and x is normal as in :class:`Hypotheses` at the nearest operating point of the bank. Then
-    ``reduced_chi2``, the squared residual of the most likely template in standard deviations, divided by the number of
-    samples: about 1 for a row that the bank covers. Then posterior mean, median and standard deviation (``spread``) of
-    each severity given damage, whatever the tooth.
+    The first scores, one for each tooth t, are the logarithms of ``p(x | damage from t) / p(x | none)``. Damage is any
+    template, weighed as in the bank, and x is normal as in :class:`Hypotheses` at the nearest operating point of the
+    bank. The next score is ``reduced_chi2``, the squared residual of the most likely template in standard deviations,
+    divided by the number of samples; it is about 1 for a row that the bank covers. The last scores are posterior mean,
+    median and standard deviation (``spread``) of each severity given damage, whatever the tooth.
 
     The noise of an average is taken from its own revolutions: ``scatter / sqrt(averages)``. Turning an average by j
     teeth turns its scores by j teeth exactly, unless harmonic excitations fixed to the shaft are part of the law.
@@ -43,7 +43,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
 
     Notes
     -----
-    There is nothing to learn: specimens of all rows are unseen ones.
+    Nothing is learnt from rows, so the scores of every row count as those of an unseen specimen.
     """
 
     column = "template_scores"
@@ -121,7 +121,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
 
 
 def _parts(places: IntArray) -> Iterator[IntArray]:
-    """Yield places, some at a time."""
+    """Yield indices in groups."""
     for first in range(0, len(places), _ROWS_AT_ONCE):
         yield places[first : first + _ROWS_AT_ONCE]
 

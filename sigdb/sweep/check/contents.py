@@ -20,11 +20,11 @@ _NULL = -1
 """Length of a list that is null."""
 
 Fault = tuple[str, str]
-"""A table, and a sentence about what is wrong in it."""
+"""A table, and a sentence about an error in it."""
 
 
 def check_row_contents(plan: Plan, receipt: Receipt, files: Mapping[str, pq.ParquetFile]) -> Iterator[Fault]:
-    """Yield what is wrong with the values in a part of rows."""
+    """Yield the errors in the values of a part of rows."""
     features = files["features"].read()
     cases = plan.table(receipt.first, receipt.first + receipt.rows)
     ids, ok = cases["id"].to_numpy(), _ok(features)
@@ -46,7 +46,7 @@ def check_row_contents(plan: Plan, receipt: Receipt, files: Mapping[str, pq.Parq
 
 
 def check_template_contents(plan: Plan, receipt: Receipt, files: Mapping[str, pq.ParquetFile]) -> Iterator[Fault]:
-    """Yield what is wrong with the values in a part of templates."""
+    """Yield the errors in the values of a part of templates."""
     table = files["templates"].read()
     numbers = np.arange(receipt.first, receipt.first + receipt.rows)
     cases = [
@@ -63,7 +63,8 @@ def check_template_contents(plan: Plan, receipt: Receipt, files: Mapping[str, pq
 def doubtful_rows(features: pq.ParquetFile) -> IntArray:
     """Return the places of rows whose result lacks a number.
 
-    That is right for a quotient whose denominator is 0, and wrong otherwise: only computing the row again decides.
+    That is right for a quotient whose denominator is 0, and wrong otherwise. Only a second computation of the row
+    decides.
     """
     results = [field.name for field in features.schema_arrow if pa.types.is_float32(field.type)]
     table = features.read(columns=["status", *results])

@@ -48,7 +48,7 @@ class Descriptions:
 
 
 def check_descriptions(store: Store) -> Descriptions:
-    """Return what the files that describe a database hold, and their damage.
+    """Return the contents of the files that describe a database, and their damage.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def part_numbers(plan: Plan, stage: str) -> range:
 
 
 def _read_plans(store: Store) -> tuple[list[Plan], str]:
-    """Return the plans of a database, or none and what is wrong with ``sigdb.toml``."""
+    """Return the plans of a database, or none and the error in ``sigdb.toml``."""
     if store.size(MANIFEST_FILE) is None and any(finished_parts(store, stage) for stage in KINDS):
         return [], "is missing"
     try:
@@ -103,7 +103,7 @@ def _read_plans(store: Store) -> tuple[list[Plan], str]:
 
 
 def _read_schema(store: Store, plan: Plan) -> tuple[Schema, str]:
-    """Return the columns of a database, and what is wrong with ``schema.json``.
+    """Return the columns of a database, and the error in ``schema.json``.
 
     The file need not have the columns that this version of sigdb gives a new database: a version that stores one more
     indicator finds nothing wrong with a database without it.

@@ -1,4 +1,4 @@
-"""Comparison of parts with what making them again gives, bit for bit: a sample of templates and of noise blocks."""
+"""Comparison of parts with a sample of templates and of noise blocks that is made again, bit for bit."""
 
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -65,7 +65,7 @@ def _spread(
 
 
 Difference = tuple[str, str] | None
-"""The name of a file, and what differs in it."""
+"""The name of a file, and the difference in it."""
 
 
 def _differing_template(store: Store, plan: Plan, schema: Schema, receipt: Receipt, number: int) -> Difference:
@@ -101,9 +101,9 @@ def _difference(receipt: Receipt, table: str, stored: pa.Table, again: pa.Table,
 
 
 def _encode(table: pa.Table, column: str) -> bytes:
-    """Return a column as bytes: the same for the same values, bit for bit, however they lie in memory.
+    """Return a column as bytes, which depend on its values only, not on their place in memory.
 
-    Only whether there is a result counts in a status: another version may give the reason in other words.
+    A status counts only by whether there is a result. Another version may give the reason in other words.
     """
     if column == "status":
         return bytes(pc.equal(table[column], "ok").to_numpy())

@@ -186,7 +186,7 @@ def _verify(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> t
 
 
 def _check_receipts(store: Store, owners: Owners) -> tuple[dict[PartKey, Receipt], list[IntegrityFinding]]:
-    """Return the receipts of a database's parts, and what is wrong with receipts and the names of files.
+    """Return the receipts of a database's parts, and the errors in receipts and names of files.
 
     Without owners, which a damaged ``sigdb.toml`` has none of, all receipts that can be read are returned.
     """
@@ -211,7 +211,7 @@ _CHECK_CONTENTS = {"templates": check_template_contents, "rows": check_row_conte
 def _read_part(
     store: Store, receipt: Receipt, schema: Schema | None
 ) -> tuple[dict[str, pq.ParquetFile], list[tuple[str, str]]]:
-    """Return the files of a part that are as they were written, by table, and what is wrong with others, by name."""
+    """Return the undamaged files of a part, by table, and the errors in its other files, by name."""
     files, wrong = {}, []
     for table, record in zip(TABLES_OF[receipt.name], receipt.files, strict=True):
         file, what = read_file(store, record, receipt.rows, schema.arrow(table) if schema else None)

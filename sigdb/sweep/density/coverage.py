@@ -75,7 +75,7 @@ class Coverage:
         For each axis and each interval between neighbouring values, the number of cases, the least and the median
         match, and the greatest separation.
     measured : ndarray, (rows,)
-        Misfit of measured rows of these cases and of undamaged gears, with specimens and noise.
+        Residual distance of measured rows of these cases and of undamaged gears, with specimens and noise.
     failed : int
         Number of cases without a result.
     record : CoverageRecord

@@ -61,7 +61,7 @@ def whole_axes(base: Plan, axes: Iterable[str]) -> frozenset[str]:
 
 
 def _axes(base: Plan, grid: Grid) -> dict[str, AxisValues]:
-    """Return the values of each axis of a grid, or its range, but teeth and listed measurements."""
+    """Return the values or the range of each axis of a grid, except teeth and listed measurements."""
     swept = {base.rig.path(axis): axis for axis in base.rig_points.swept}
     axes = {axis: getattr(grid, axis) for axis in grid.listed_damage} | grid.rig | grid.ranges | (grid.table or {})
     # One parameter of the rig may be written in several ways: the plan's is that of its columns.
@@ -86,7 +86,7 @@ def _wholes(values: AxisValues) -> list[int]:
 
 
 def _spans(base: Plan, grid: Grid) -> Spans:
-    """Return the ends of each axis of numbers that are not whole, but measurements."""
+    """Return the ends of each axis of numbers that are not whole, measurements excepted."""
     axes = _axes(base, grid)
     aside = {*whole_axes(base, axes), *MEASUREMENT_AXES}
     return {axis: _ends(values) for axis, values in axes.items() if axis not in aside}

@@ -1,4 +1,4 @@
-"""Kinds of damage as columns: a hundred thousand of them are a few arrays, and single objects only on request."""
+"""Kinds of damage as columns: a few arrays hold many thousands, and single objects are made on request."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -56,7 +56,7 @@ class Damages:
         return len(self.pattern)
 
     def column(self, axis: str) -> FloatArray:
-        """Return the (n,) values of an axis; those of a pattern mean nothing."""
+        """Return the (n,) values of an axis; those of a pattern have no meaning."""
         return self.columns[axis] if axis in self.columns else np.full(len(self), default_of(axis))
 
     @property

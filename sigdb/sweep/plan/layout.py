@@ -1,4 +1,5 @@
-"""Layout of templates and rows: each distinct case is a template, and rows that grids share stand in the first."""
+"""Layout of templates and rows: each distinct case is a template, and rows that grids share belong to the first
+grid."""
 
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -240,7 +241,7 @@ def lay_out(
 
 
 def _join(healthy: IntArray, damaged: IntArray) -> NDArray[np.int32]:
-    """Return the numbers of both as int32, to save memory."""
+    """Return the numbers of teeth and of measurements as int32, to save memory."""
     return np.concatenate([healthy, damaged]).astype(np.int32)
 
 

@@ -1,6 +1,6 @@
 """The plan of a sweep: a pure function of the recipe, and arithmetic from a row's id to its case.
 
-Templates are the distinct cases, with the damage at tooth 1 where a turn is exact. A run of rows is a template with its
+Templates are the distinct cases. Their damage is at tooth 1 where a turn is exact. A run of rows is a template with its
 teeth, measurements, specimens and noise draws. Rows are numbered through the runs in order. Ids and template numbers
 are those of the database: the parts of an extension follow those of the database.
 """

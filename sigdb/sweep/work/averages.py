@@ -19,12 +19,12 @@ from sigdb.sweep.plan.plan import Plan, RigPoint
 from sigdb.sweep.work.templates import TemplateReader
 
 Cases = Mapping[str, NDArray[Any]]
-"""Columns of rows by name, at least those of :data:`CASE_COLUMNS`."""
+"""Columns of rows by name, with at least those of :data:`CASE_COLUMNS`."""
 CASE_COLUMNS = ("id", "template", "teeth", "tooth", "specimen", "averages", "snr_db", "index_error")
 """Columns of a case that determine its average."""
 
 ROWS_AT_ONCE = 32
-"""Rows computed together: their arrays stay in the cache, and in memory that the process has already."""
+"""Rows computed together, so that their arrays stay in the cache and in memory that the process has already."""
 _NOT_TURNED = (
     "the mesh loses contact, and unbalance, run-out or a fluctuating load act in addition: the motion with "
     "damage at one tooth is not that at another turned; reduce the damage, or leave those out"
@@ -183,7 +183,7 @@ def _turn_back(rows: FloatArray, turns: IntArray) -> FloatArray:
 
 
 def _contact_loss_status(min_compression: float) -> str:
-    """Return the status of a row whose specimen takes a mesh out of contact that its template keeps in."""
+    """Return the status of a row whose specimen, unlike its template, opens a mesh."""
     return (
         f"with this specimen the mesh loses contact (least compression {min_compression:.3f} of the static one), where "
         "the linear solution does not hold; reduce the damage or the index errors, or raise the torque"

@@ -32,7 +32,7 @@ def plan_record(plan: Plan) -> PlanRecord:
 
 
 def describe_database(plan: Plan, store: Store, recipe: str) -> Manifest:
-    """Return a database's description, which is written if there is none, and given the newest recipe otherwise.
+    """Return a database's description. It is written if there is none; otherwise it gets the newest recipe.
 
     Raises
     ------

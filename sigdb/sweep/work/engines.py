@@ -45,7 +45,7 @@ class Processes:
         """Yield receipts as parts are finished."""
         pool = joblib.Parallel(n_jobs=self.jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
         with joblib.parallel_config("loky", inner_max_num_threads=1), warnings.catch_warnings():
-            # A worker that has grown is replaced between two parts; nothing is lost, and there is nothing to do.
+            # A worker that has grown is replaced between two parts. Nothing is lost.
             warnings.filterwarnings("ignore", message="A worker stopped while some jobs were given")
             try:
                 yield from pool(joblib.delayed(_make_in_process)(make, plan, store, part) for part in parts)

@@ -39,7 +39,7 @@ _SAMPLE_PARTS = 2
 
 
 def estimate(plan: Plan, jobs: int = -1) -> CostEstimate:
-    """Estimate size and duration: make rows of the beginning and of the middle of a plan, and scale them up."""
+    """Estimate size and duration from some rows of the beginning and of the middle of a plan, scaled up."""
     with tempfile.TemporaryDirectory() as folder:
         store, schema = Store.at(folder), plan_schema(plan)
         write_schema(schema, store)

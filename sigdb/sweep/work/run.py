@@ -16,7 +16,7 @@ from sigdb.sweep.work.stored_schema import check_computable, keep_schema
 from sigdb.sweep.work.templates import make_template_part
 
 _WORKER_DEATHS = 3
-"""How often in a row a worker may die without any part being finished before the sweep gives up."""
+"""Successive deaths of a worker, with no part finished in between, after which the sweep gives up."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,7 +105,7 @@ def append(plan: Plan, store: Store) -> None:
 def _forget_failed(store: Store, manifest: Manifest) -> None:
     """Delete the receipts of parts with failures, so that these parts are missing.
 
-    Rows go before templates: stopped in between, no row is left of a template that will be made again.
+    Receipts of rows go first. After a stop in between, no row is left of a template that will be made again.
     """
     for name in reversed(KINDS):
         for receipt in read_receipts(store, name, {plan.hash for plan in manifest.plans}):

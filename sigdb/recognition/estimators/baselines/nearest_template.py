@@ -15,7 +15,7 @@ from sigdb.recognition.templates.hypotheses import TurnedProducts
 
 
 class NearestTemplate(BaseEstimator):
-    """Averages to the nearest damaged template, of all turned to each tooth, at the nearest operating point.
+    """Reducer of averages to the nearest damaged template, over all teeth, at the nearest operating point.
 
     Parameters
     ----------

@@ -33,8 +33,8 @@ FALSE_ALARM_RATE = 0.01
 class ThresholdLocation(ClassifierMixin, Estimator):
     """Damage where an indicator exceeds the value that a set share of the healthy training rows exceeds.
 
-    The tooth is the one that the indicator names; of an indicator that names none it is the most frequent one of the
-    training rows.
+    The tooth is the one that the indicator names. If it names none, the tooth is the most frequent one of the training
+    rows.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class ThresholdLocation(ClassifierMixin, Estimator):
         Parameters
         ----------
         X
-            Rows with what the indicator is made of.
+            Rows with the columns that the indicator needs.
         y
             First damaged tooth, 0 for none; or a frame with ``tooth``.
         groups
@@ -72,14 +72,14 @@ class ThresholdLocation(ClassifierMixin, Estimator):
         return self
 
     def _learn(self, healthy: Batch) -> None:
-        """Learn what the indicator is relative to."""
+        """Learn the reference of the indicator."""
 
     @abstractmethod
     def indicator(self, X: Rows) -> FloatArray:
         """Return the indicator, greater for damage, (rows,)."""
 
     def tooth(self, X: Rows) -> IntArray:
-        """Return the tooth that is named for each row if it is called damaged, (rows,)."""
+        """Return the tooth that each row gets if it counts as damaged, (rows,)."""
         return np.full(len(X), self.tooth_)
 
     def predict(self, X: Rows) -> IntArray:
@@ -171,7 +171,7 @@ class MajoritySeverity(RegressorMixin, SeverityEstimator):
 class Fm4Location(ThresholdLocation):
     """Damage where FM4 exceeds the value that one healthy training row in a hundred, or another set share, exceeds.
 
-    FM4 is the same for any tooth and names none: the tooth is the most frequent one.
+    FM4 is the same for any tooth and names none, so the tooth is the most frequent one.
     """
 
     reads = frozenset({"fm4"})
@@ -232,9 +232,9 @@ class EnvelopePeak:
 class EnvelopeLocation(ThresholdLocation):
     """The tooth whose pass holds the peak of the residual's envelope; none where the peak is no higher than usual.
 
-    The peak is measured in root mean squares of the envelope, and the threshold is what a set share of the healthy
-    training rows exceeds. A peak comes at or after the first damaged tooth, so that neighbouring damaged teeth are
-    often taken for one another.
+    The peak is measured in root mean squares of the envelope. A set share of the healthy training rows exceeds the
+    threshold. A peak comes at or after the first damaged tooth, so that neighbouring damaged teeth are often taken for
+    one another.
     """
 
     reads = frozenset({"teeth", TSA})
@@ -267,11 +267,11 @@ _POINT = ["teeth", "speed_rpm", "torque"]
 
 
 class Na4StarLocation(ThresholdLocation):
-    """Damage where NA4* exceeds what a set share of the healthy training rows exceeds.
+    """Damage where NA4* exceeds the value that a set share of the healthy training rows exceeds.
 
     NA4* is the fourth moment of the residual over the squared mean of the second moment of healthy records
     (:func:`sigdb.signature.na4_star`). A history in time is replaced by the healthy training rows of the same tooth
-    count, speed and torque, or of the nearest. It names no tooth: the most frequent one is taken.
+    count, speed and torque, or of the nearest. It names no tooth, so the tooth is the most frequent one.
 
     Attributes
     ----------
@@ -295,7 +295,10 @@ class Na4StarLocation(ThresholdLocation):
         return np.asarray(batch.reduce(self.reducer)[:, 1] / self.baseline_[self._place(batch)] ** 2)
 
     def _place(self, batch: Batch) -> IntArray:
-        """Return the nearest point by speed and torque, in shares of its own, of the nearest tooth count; (rows,)."""
+        """Return the index (rows,) of the nearest operating point, of the nearest tooth count.
+
+        It has the least relative differences in speed and torque.
+        """
         points, index = np.unique(batch.table[_POINT].to_numpy(float), axis=0, return_inverse=True)
         away = np.abs(points[:, None] - self.points_) / np.maximum(np.abs(self.points_), np.finfo(float).tiny)
         # Another tooth count is another gear: it comes last, however near speed and torque are.
