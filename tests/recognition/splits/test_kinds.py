@@ -220,7 +220,7 @@ def test_a_model_is_asked_about_what_its_split_holds_out(three_losses):
     assert len(rows) == 4 + 2
     evaluation = evaluate(model, three_losses, bound=False)
     assert evaluation.split == "S2"
-    assert evaluation.split_text.startswith("between the grid's points")
+    assert evaluation.split_text.startswith("between the grid's values")
     assert evaluation.split_hash == make_split("S2", usable_rows(three_losses, "location"), seed=1, folds=3).hash
     with pytest.raises(InputError, match="was extended since the model was trained"):
         evaluate(replace(model, split_hash="0" * 64), three_losses)
