@@ -40,8 +40,8 @@ class Detector(ClassifierMixin, Estimator):
     Parameters
     ----------
     scorer
-        Estimator of location with ``decision_function``. A copy of it is trained; the threshold is then set on scores
-        of copies that have not seen the specimen. One that is trained already is taken as it is in a
+        Estimator of location with ``decision_function``. A copy of it is trained. The threshold is then set on scores
+        of copies that have not seen the specimen. To use a trained estimator as it is, put it in a
         ``sklearn.frozen.FrozenEstimator``; the rows to fit on must then be of specimens that it has not seen.
     false_alarm_rate
         Rate of false alarms, between 0 and 1.

@@ -170,7 +170,7 @@ class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
         return self
 
     def _unseen_scores(self, batch: Batch, tooth: IntArray, groups: IntArray) -> FloatArray:
-        """Return scores (rows, most teeth) by what other specimens have taught."""
+        """Return scores (rows, most teeth) by scorers that are trained on other specimens."""
         scores = np.full((len(batch), self.classes_[-1]), -np.inf)
         for inner, outer in specimen_folds_of(groups, FOLDS):
             unseen = clone(self).fit_scorer(batch.take(inner), tooth[inner]).tooth_scores(batch.take(outer))

@@ -191,9 +191,9 @@ class Hypotheses:
         x
             (rows, n) averages from the tacho mark, unit of the signal.
         noise
-            Standard deviation of the average's noise, not of one revolution's; one, or (rows,).
+            Standard deviation of the average's noise, not of one revolution's; a number, or (rows,).
         index_error
-            Size of the index errors, m; one, or (rows,). 0 is the nominal specimen.
+            Size of the index errors, m; a number, or (rows,). 0 is the nominal specimen.
 
         Returns
         -------

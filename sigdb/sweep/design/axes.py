@@ -112,7 +112,7 @@ AXIS_NAMES = ("tooth", *DAMAGE_AXES, "pattern", *MEASUREMENT_AXES)
 
 
 class Range(Section):
-    """Values between two ends, from which a sample takes as many as the grid has points."""
+    """Values between two ends, from which a sample draws one for each joint point of the grid."""
 
     min: float = quantity("-", "Lower end, in the unit of the axis.")
     max: float = quantity("-", "Upper end, in the unit of the axis; an axis of whole numbers takes this value too.")

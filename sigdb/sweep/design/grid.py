@@ -72,7 +72,7 @@ def grid_fields(axes: Mapping[str, Axis]) -> dict[str, tuple[object, FieldInfo]]
 
 
 class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # type: ignore[misc]
-    """A product of axes: every combination is a case. A single value is an axis of one point.
+    """A product of axes: every combination is a case. A single value is an axis of one value.
 
     Any numeric field of the rig is an axis by its dotted path, for example ``pinion.teeth = [12, 13]``.
     A combination that damages nothing is left out: undamaged rows come from ``healthy``.

@@ -262,7 +262,7 @@ def _drop_repeated(
 ) -> tuple[Blocks, IntArray, IntArray]:
     """Return blocks without the rows of earlier blocks, the case of each, and the list of their measurements.
 
-    A block whose template no other block has stays as it is. Other blocks are split into a block for each tooth.
+    Blocks that share a template are split into a block for each tooth. Other blocks stay as they are.
     """
     several = np.bincount(case, minlength=1)[case] > 1
     if not several.any():
