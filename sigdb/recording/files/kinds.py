@@ -1,10 +1,11 @@
 """Kinds of files that can be read, distinguished by their suffix and first bytes."""
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from sigdb.core import InputError
+from sigdb.core import InputError, suggestion
 from sigdb.recording.files.formats import hdf5, mat5, numpy_files, parquet, tdms, text, uff58, wav
 from sigdb.recording.files.formats.contents import Contents
 from sigdb.recording.files.settings import RecordingSettings
@@ -22,6 +23,8 @@ class FileKind:
         Suffixes of its files; two formats may share one.
     begins
         Whether a file with these first 4096 bytes has the format. No other format but text begins like it.
+    may_begin
+        Whether a file with these first bytes may have the format, where its suffix or the user names the format.
     read
         Its reader.
     foreign
@@ -33,6 +36,11 @@ class FileKind:
     begins: Callable[[bytes], bool]
     read: Callable[[Path, RecordingSettings], Contents]
     foreign: tuple[type[Exception], ...]
+    may_begin: Callable[[bytes], bool] | None = None
+
+    def accepts(self, begin: bytes) -> bool:
+        """Return whether a file that is named as this format may have it."""
+        return (self.may_begin or self.begins)(begin)
 
 
 def _marked(mark: bytes, *starts: int) -> Callable[[bytes], bool]:
@@ -49,6 +57,16 @@ def _begins_like_uff(begin: bytes) -> bool:
     return first_line.startswith(b"    -1") and first_line.strip() == b"-1"
 
 
+def _begins_like_uff_without_indent(begin: bytes) -> bool:
+    return re.match(rb"\s*-1\s*\n\s*\d{1,4}b?\b", begin) is not None
+
+
+def _first_member(begin: bytes) -> bytes:
+    """Return the name of the first file in a ZIP; empty if it is no ZIP."""
+    is_zip = begin.startswith(b"PK\x03\x04")
+    return begin[30 : 30 + int.from_bytes(begin[26:28], "little")] if is_zip else b""
+
+
 TEXT = FileKind(
     name="text",
     suffixes=(".csv", ".txt", ".tsv", ".dat", ".asc"),
@@ -56,15 +74,16 @@ TEXT = FileKind(
     read=text.read_text,
     foreign=text.FOREIGN,
 )
+GZIP = FileKind(
+    name="gzip",
+    suffixes=tuple(f"{suffix}.gz" for suffix in TEXT.suffixes),
+    begins=_marked(b"\x1f\x8b"),
+    read=text.read_text,
+    foreign=text.FOREIGN,
+)
 KINDS = (
     TEXT,
-    FileKind(
-        name="gzip",
-        suffixes=tuple(f"{suffix}.gz" for suffix in TEXT.suffixes),
-        begins=_marked(b"\x1f\x8b"),
-        read=text.read_text,
-        foreign=text.FOREIGN,
-    ),
+    GZIP,
     FileKind(
         name="MAT version 5",
         suffixes=(".mat",),
@@ -96,9 +115,10 @@ KINDS = (
     FileKind(
         name="NPZ",
         suffixes=(".npz",),
-        begins=_marked(b"PK\x03\x04"),
+        begins=lambda begin: _first_member(begin).endswith(b".npy"),
         read=numpy_files.read_npz,
         foreign=numpy_files.FOREIGN,
+        may_begin=_marked(b"PK\x03\x04"),
     ),
     FileKind(
         name="NPY",
@@ -113,6 +133,7 @@ KINDS = (
         begins=_begins_like_uff,
         read=uff58.read_uff58,
         foreign=uff58.FOREIGN,
+        may_begin=_begins_like_uff_without_indent,
     ),
     FileKind(
         name="TDMS",
@@ -137,34 +158,74 @@ def suffix_of(path: Path) -> str:
     return "".join(ends[-2:] if ends[-1:] == [".gz"] else ends[-1:])
 
 
-def file_kind(path: Path) -> FileKind:
+def file_kind(path: Path, file_format: str | None = None) -> FileKind:
     """Return the format of a file.
+
+    The format is that of ``file_format``, else that of the suffix; the first bytes must agree. A file without a known
+    suffix is recognised by its first bytes, unless they are text.
+
+    Parameters
+    ----------
+    path
+        The file.
+    file_format
+        A suffix of the format, with or without its dot, or the name of the format.
 
     Raises
     ------
     InputError
-        If the suffix belongs to no format, or the file begins like a file of another format.
+        If the format is not known, or the file begins like a file of another format.
     """
-    suffix = suffix_of(path)
-    by_name = [kind for kind in KINDS if suffix in kind.suffixes]
     with path.open("rb") as file:
         begin = file.read(4096)
     if not begin:
         raise InputError("is empty")
     content = _by_content(begin)
-    if not by_name:
-        suffixes = ", ".join(dict.fromkeys(suffix for kind in KINDS for suffix in kind.suffixes))
-        raise InputError(f"has the suffix {suffix or '(none)'}; known: {suffixes}")
-    if content in by_name:
+    if file_format is not None:
+        named, reason = _by_format(file_format), f"file_format = {file_format!r}"
+    else:
+        suffix = suffix_of(path)
+        named, reason = [kind for kind in KINDS if suffix in kind.suffixes], f"its suffix {suffix}"
+    if not named:
+        return _without_name(path, content)
+    if content in named:
         return content
-    names = " or ".join(kind.name for kind in by_name)
+    if file_format is not None or content in (None, TEXT):
+        accepting = next((kind for kind in named if kind.accepts(begin)), None)
+        if accepting is not None:
+            return accepting
+    names = " or ".join(kind.name for kind in named)
     if content is None:
+        raise InputError(f"is {names} by {reason}, but does not begin like it; it is damaged or another format")
+    raise InputError(
+        f"is {names} by {reason}, but begins like {content.name}; give it the suffix {content.suffixes[0]}, or "
+        f"file_format = {content.suffixes[0][1:]!r}"
+    )
+
+
+def _by_format(file_format: str) -> list[FileKind]:
+    """Return the formats with this suffix or name."""
+    wanted = file_format.strip().lower().removeprefix(".")
+    named = [kind for kind in KINDS if wanted == kind.name.lower() or f".{wanted}" in kind.suffixes]
+    if not named:
+        known = [suffix[1:] for kind in KINDS for suffix in kind.suffixes]
+        raise InputError(f"file_format = {file_format!r} is not known{suggestion(wanted, known)}")
+    return [*named, GZIP] if TEXT in named else named
+
+
+def _without_name(path: Path, content: FileKind | None) -> FileKind:
+    """Return the format of a file without a known suffix, by its first bytes only."""
+    if content is not None and content not in (TEXT, GZIP):
+        return content
+    suffix = suffix_of(path)
+    if content is None:
+        suffixes = ", ".join(dict.fromkeys(suffix for kind in KINDS for suffix in kind.suffixes))
         raise InputError(
-            f"is {names} by its suffix {suffix}, but does not begin like it; it is damaged or another format"
+            f"has the suffix {suffix or '(none)'} and begins like no format that is read; known: {suffixes}"
         )
     raise InputError(
-        f"is {names} by its suffix {suffix}, but begins like {content.name}; give it the suffix "
-        f"{content.suffixes[0]}, or write it again"
+        f"has the suffix {suffix or '(none)'}, and begins like {content.name}, as many files do; if it holds columns of "
+        f"numbers, give file_format = {content.suffixes[0][1:]!r}"
     )
 
 

@@ -2,12 +2,14 @@
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
 
-from sigdb.core import InputError, read_toml, validated
+from sigdb.core import InputError, Note, read_toml, validated
 from sigdb.recording.files.assemble import assemble
-from sigdb.recording.files.kinds import file_kind, suffix_of
+from sigdb.recording.files.formats.contents import Contents
+from sigdb.recording.files.kinds import FileKind, file_kind, suffix_of
 from sigdb.recording.files.settings import RecordingOptions, RecordingSettings
 from sigdb.recording.recording import Recording
 
@@ -36,7 +38,8 @@ def read_recording(path: str | os.PathLike[str], **options: Unpack[RecordingOpti
         - ``channels``, the names of the channels to read;
         - ``units`` of all channels, or of each by name;
         - ``tacho``, the channel with the tacho, with ``pulses_per_rev`` and ``ratio``;
-        - ``variable``, the array, structure or group to read from a file that holds several.
+        - ``variable``, the array, structure or group to read from a file that holds several;
+        - ``file_format``, a suffix such as "csv", where the suffix of the file does not state its format.
 
         The others are ``names``, ``scale``, ``time``, ``separator``, ``decimal``, ``longest_gap``, ``teeth``,
         ``speed_rpm`` and ``torque``.
@@ -74,18 +77,27 @@ def _read(path: Path, settings: RecordingSettings) -> Recording:
     if not path.is_file():
         raise InputError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
     try:
-        kind = file_kind(path)
+        kind = file_kind(path, settings.file_format)
         try:
             contents = kind.read(path, settings)
         except InputError:
             raise
         except kind.foreign as error:
             raise InputError(f"cannot be read as {kind.name} ({_described(error)})") from None
-        return assemble(contents, settings, source=str(path))
+        return assemble(_with_format(contents, kind, path, settings), settings, source=str(path))
     except InputError as error:
         raise InputError(f"{path}: {error}".replace(f"{path}: {path}: ", f"{path}: ")) from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def _with_format(contents: Contents, kind: FileKind, path: Path, settings: RecordingSettings) -> Contents:
+    """Return the contents with a note on the format where only the first bytes of the file state it."""
+    if settings.file_format is not None or suffix_of(path) in kind.suffixes:
+        return contents
+    text = f"read as {kind.name} by its first bytes"
+    note = Note(code="format-by-content", text=text, values={"format": kind.name})
+    return replace(contents, notes=(note, *contents.notes))
 
 
 def _settings(path: Path, options: Mapping[str, object]) -> RecordingSettings:

@@ -42,7 +42,8 @@ class RecordingSettings(Section):
         default=None, description="Column of times, s; false if there is none; found automatically if left out."
     )
     file_format: str | None = Field(
-        default=None, description="Format of the file, by a suffix of it such as 'csv'; by the file's name if left out."
+        default=None,
+        description="Format of the file, by a suffix such as 'csv'; by the file's suffix and first bytes if left out.",
     )
     variable: str | None = Field(
         default=None, description="Array, structure or group of a file that holds several (MAT, HDF5, NPZ, TDMS)."

@@ -1,17 +1,12 @@
-"""UFF58: time records in data sets 58 of universal files, as text or binary (58b).
+"""UFF58: time records in data sets 58 of universal files, as text or binary (58b)."""
 
-The data set is described by the Structural Dynamics Research Laboratory of the University of Cincinnati, *Universal
-File Formats*.
-"""
-
-import re
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from sigdb.core import InputError, Note
+from sigdb.core import FloatArray, InputError, Note
 from sigdb.recording.files.formats.contents import (
     Contents,
     DataColumn,
@@ -21,166 +16,147 @@ from sigdb.recording.files.formats.contents import (
     check_parts,
     check_values,
 )
+from sigdb.recording.files.formats.uff58_numbers import text_numbers
+from sigdb.recording.files.formats.uff58_sets import PER_SECOND, DataSet, data_sets, length_unit, real, whole
+from sigdb.recording.files.sampling_rates import SECONDS, time_base
 from sigdb.recording.files.settings import RecordingSettings
 
 FOREIGN: tuple[type[Exception], ...] = ()
 
-HEADER = 11
-TIME_RESPONSE = (0, 1)
+GENERAL, TIME_RESPONSE = 0, 1
 REAL = {2: "f4", 4: "f8"}
-DIRECTIONS = {"1": "+X", "2": "+Y", "3": "+Z", "-1": "-X", "-2": "-Y", "-3": "-Z"}
-
-
-_HERE = re.compile(rb"    -1[ \t]*(?:\r?\n|\Z)")
-_LATER = re.compile(rb"(?<=[\r\n])    -1[ \t]*(?:\r?\n|\Z)")
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Set:
-    """A data set: its kind, its first line, the lines of its header, and all bytes after them."""
-
-    kind: str
-    first: str
-    header: tuple[str, ...]
-    body: bytes
+COMPLEX = (5, 6)
+UNKNOWN, TIME = 0, 17
+ABSCISSAS = {18: "frequency", 19: "speed", 20: "order"}
 
 
 def read_uff58(path: Path, settings: RecordingSettings) -> Contents:
-    """Read each evenly spaced time record as a column, named by the first line of its header or by its node."""
-    columns: list[DataColumn] = []
+    """Read each time record as a column, named by the first line of its header, or by node and direction."""
+    columns: list[tuple[DataColumn, DataSet]] = []
     others: list[str] = []
+    length = ""
     total = 0
-    for dataset in _sets(bounded_bytes(path)):
+    for data_set in data_sets(bounded_bytes(path)):
         check_parts(len(columns) + len(others))
-        if dataset.kind not in ("58", "58b"):
-            others.append(f"data set {dataset.kind}")
-        elif _whole(dataset.header[5][:5]) not in TIME_RESPONSE:
-            others.append(f"function {_name(dataset)} of type {_whole(dataset.header[5][:5])}")
+        if data_set.kind == "164":
+            length = length_unit(data_set)
+        elif data_set.kind not in ("58", "58b"):
+            others.append(f"data set {data_set.kind}")
+        elif reason := _no_time_record(data_set):
+            others.append(f"{data_set.title or data_set.place} {reason}")
         else:
-            columns.append(_column(dataset))
-            total += columns[-1].values.size
+            columns.append((_column(data_set, settings), replace(data_set, body=b"")))
+            total += columns[-1][0].values.size
             check_columns(len(columns))
             check_values(total)
     if not columns:
         raise InputError(f"holds no time record (data set 58 of function type 1){_listed(others)}")
     left_out = Note(code="data-sets-left-out", text=f"left out{_listed(others)}", values={"data_sets": len(others)})
-    return Contents(columns=tuple(columns), notes=(left_out,) if others else ())
+    named = _with_names([(_with_unit(column, data_set, length), data_set) for column, data_set in columns])
+    return Contents(columns=named, notes=(left_out,) if others else ())
 
 
 def _listed(others: list[str]) -> str:
     return f": {', '.join(others[:8])}{' ...' if len(others) > 8 else ''}" if others else ""
 
 
-def _sets(data: bytes) -> Iterator[_Set]:
-    """Yield the data sets between lines of -1; a binary data set states its length."""
-    at = 0
-    while True:
-        start, line = _mark(data, at)
-        if start < 0:
-            return
-        at, first = _line(data, line)
-        kind = first[:7].strip()
-        header: list[str] = []
-        if kind in ("58", "58b"):
-            for _ in range(HEADER):
-                at, text = _line(data, at)
-                header.append(text)
-            if len(data) <= at:
-                raise InputError("is cut short: a data set 58 ends in its header")
-        size = _whole(first[31:43]) if kind == "58b" else 0
-        end, after = _mark(data, at + size)
-        if end < 0:
-            raise InputError(f"is cut short: data set {kind[:8]!r} has no end")
-        yield _Set(kind=kind, first=first, header=tuple(header), body=data[at:end] if header else b"")
-        at = after
+def _no_time_record(data_set: DataSet) -> str:
+    """Return the reason why a data set 58 is no time record; empty if it is one."""
+    if data_set.function_type not in (GENERAL, TIME_RESPONSE):
+        return f"of function type {data_set.function_type}"
+    kind, label, unit = data_set.axis(8)
+    is_time = unit.lower() in SECONDS if unit else "time" in label.lower()
+    if kind not in (UNKNOWN, TIME):
+        return f"over {ABSCISSAS.get(kind, f'an abscissa of type {kind}')}"
+    if kind == UNKNOWN and (label or unit) and not is_time:
+        return f"over {label or 'a quantity'}{f' in {unit}' if unit else ''}"
+    if kind == UNKNOWN and not is_time and data_set.function_type == GENERAL:
+        return "of function type 0, which does not state its abscissa"
+    if whole(data_set.header[6][:10]) in COMPLEX:
+        return "of complex numbers"
+    return ""
 
 
-def _mark(data: bytes, at: int) -> tuple[int, int]:
-    """Return where the next line of -1 begins and ends; -1 if there is none. A line begins at ``at``."""
-    mark = _HERE.match(data, at) or _LATER.search(data, at)
-    return mark.span() if mark else (-1, -1)
-
-
-def _line(data: bytes, at: int) -> tuple[int, str]:
-    """Return where the line after the line at ``at`` begins, and the text of the latter."""
-    end = data.find(b"\n", at, at + 1000)
-    end = min(len(data), at + 1000) if end < 0 else end
-    return end + 1, data[at:end].decode("latin-1").rstrip("\r")
-
-
-def _column(dataset: _Set) -> DataColumn:
-    header = dataset.header[6]
-    kind, count, even = (_whole(header[i : i + 10]) for i in (0, 10, 20))
-    interval = _number(header[43:56] if len(header) > 56 else header[43:])
-    name = _name(dataset)
-    if kind not in REAL:
-        raise InputError(f"{name} holds complex numbers; a time record is real")
+def _column(data_set: DataSet, settings: RecordingSettings) -> DataColumn:
+    record = data_set.header[6]
+    kind, count, spacing = (whole(record[i : i + 10]) for i in (0, 10, 20))
+    name = data_set.title or data_set.place
+    if kind not in REAL or spacing not in (0, 1):
+        raise InputError(f"{name} has numbers of type {kind} and spacing {spacing}, which data sets 58 do not have")
     check_values(count)
-    pairs = even != 1
-    stored = _stored(dataset, kind, count * (2 if pairs else 1), name, pairs=pairs)
-    if pairs:
-        raise InputError(f"{name} has times that are not evenly spaced; resample it")
+    unit = data_set.axis(8)[2].lower()
+    seconds = SECONDS.get(unit, 1.0) if unit else 1.0
+    if spacing == 0:
+        times, values = _pairs(data_set, kind, count, name)
+        column = DataColumn(name=name, values=values, rate_from="its times", start=float(times[0]) * seconds)
+        if settings.sampling_rate is not None:
+            return column
+        rate = time_base(times * seconds, name=f"of the times of {name}").sampling_rate
+        return replace(column, sampling_rate=rate)
+    start, interval = real(record[30:43]), real(record[43:56])
+    stored = _stored(data_set, kind, count, name)
+    column = DataColumn(name=name, values=stored, start=start * seconds if np.isfinite(start) else None)
     if not (np.isfinite(interval) and interval > 0):
-        return DataColumn(name=name, values=stored, unit=_unit(dataset))
-    return DataColumn(name=name, values=stored, unit=_unit(dataset), sampling_rate=1 / interval)
+        return column
+    rate = _rate(interval) / seconds
+    return replace(column, sampling_rate=rate, rate_from="the increment of its abscissa")
 
 
-def _stored(dataset: _Set, kind: int, count: int, name: str, *, pairs: bool) -> StoredArray:
-    if dataset.kind == "58b":
-        order = {1: "<", 2: ">"}.get(_whole(dataset.first[7:13]), "")
-        if not order or _whole(dataset.first[13:19]) != 2:
-            raise InputError(f"{name} is not stored as IEEE numbers")
-        size = _whole(dataset.first[31:43])
-        values = np.frombuffer(
-            dataset.body[:size], order + REAL[kind], min(size, len(dataset.body)) // int(REAL[kind][1])
-        )
+def _rate(interval: float) -> float:
+    """Return one over an interval of six digits; a whole number if that has the same digits."""
+    nearest = round(1 / interval) if 1e-9 < interval < 1 else 0
+    step = 10.0 ** (np.floor(np.log10(interval)) - 5)
+    return float(nearest) if nearest and abs(interval - 1 / nearest) < 0.501 * step else 1 / interval
+
+
+def _stored(data_set: DataSet, kind: int, count: int, name: str) -> StoredArray:
+    if data_set.kind == "58b":
+        return _binary(data_set, np.dtype(REAL[kind]), count, name)
+    return text_numbers(data_set.body, (13,) * 6 if kind == 2 else (20,) * 4, count, name)
+
+
+def _pairs(data_set: DataSet, kind: int, count: int, name: str) -> tuple[FloatArray, FloatArray]:
+    """Return the times and the values of a data set that stores both; times are of single precision in text."""
+    if not count:
+        raise InputError(f"{name} holds no numbers")
+    if data_set.kind == "58b":
+        size = min(data_set.size, len(data_set.body))
+        time = "f4" if size < count * 2 * int(REAL[kind][1]) else REAL[kind]
+        table = _binary(data_set, np.dtype([("t", time), ("x", REAL[kind])]), count, name)
+        times, values = table["t"], table["x"]
     else:
-        values = _from_text(dataset.body, name)
-    if values.size < count:
-        raise InputError(f"{name} is cut short: it states {count} numbers and holds {values.size}")
-    return values[:count]
+        numbers = text_numbers(data_set.body, (13,) * 6 if kind == 2 else (13, 20, 13, 20), 2 * count, name)
+        times, values = numbers[::2], numbers[1::2]
+    return times.astype(float), values.astype(float)
 
 
-def _from_text(body: bytes, name: str) -> StoredArray:
-    """Return the numbers between blanks, converted some megabytes at a time."""
-    pieces, at = [np.zeros(0)], 0
-    while at < len(body):
-        end = body.find(b"\n", at + 2**22)
-        end = len(body) if end < 0 else end
-        try:
-            pieces.append(np.array(body[at:end].split(), dtype=float))
-        except ValueError:
-            raise InputError(f"{name} holds other things than numbers; write the file again") from None
-        at = end
-    return np.concatenate(pieces)
+def _binary(data_set: DataSet, kind: np.dtype, count: int, name: str) -> StoredArray:
+    order = {1: "<", 2: ">"}.get(whole(data_set.first[7:13]), "")
+    if not order or whole(data_set.first[13:19]) != 2:
+        raise InputError(f"{name} is not stored as IEEE numbers")
+    size = min(data_set.size, len(data_set.body))
+    if size < count * kind.itemsize:
+        raise InputError(f"{name} is cut short: it states {count} numbers and holds {size // kind.itemsize}")
+    if size > count * kind.itemsize:
+        raise InputError(f"{name} states {count} numbers and holds {size // kind.itemsize}; write the file again")
+    return np.frombuffer(data_set.body, kind.newbyteorder(order), count)
 
 
-def _name(dataset: _Set) -> str:
-    title = dataset.header[0].strip()
-    if title and title.upper() != "NONE":
-        return title
-    record = dataset.header[5]
-    direction = DIRECTIONS.get(record[51:55].strip().lstrip("+"), "")
-    return f"node {record[41:51].strip()} {direction}".strip()
+def _with_names(columns: list[tuple[DataColumn, DataSet]]) -> tuple[DataColumn, ...]:
+    """Return the columns; those with the same title are named by the place of the response."""
+    titles = Counter(column.name for column, _ in columns)
+    same_title = len(titles) == 1 and len(columns) > 1
+    return tuple(
+        replace(column, name=data_set.place if same_title else f"{column.name} {data_set.place}")
+        if titles[column.name] > 1
+        else column
+        for column, data_set in columns
+    )
 
 
-def _unit(dataset: _Set) -> str:
-    unit = dataset.header[8][47:67].strip()
-    return "" if unit.upper() == "NONE" else unit
-
-
-def _whole(text: str) -> int:
-    try:
-        number = int(text or "0")
-    except ValueError:
-        number = -1
-    if number < 0:
-        raise InputError(f"is damaged: {text[:20]!r} where a number belongs")
-    return number
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text or "0")
-    except ValueError:
-        raise InputError(f"is damaged: {text[:20]!r} where a number belongs") from None
+def _with_unit(column: DataColumn, data_set: DataSet, length: str) -> DataColumn:
+    """Return the column with the unit of its axis, or that of a motion in the file's unit of length."""
+    kind, _, unit = data_set.axis(9)
+    if not unit and length and kind in PER_SECOND:
+        unit = length + PER_SECOND[kind]
+    return replace(column, unit=unit)

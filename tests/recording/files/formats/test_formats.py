@@ -243,7 +243,7 @@ def test_columns_of_parquet_that_are_no_numbers(tmp_path):
 
 def test_uff_of_spectra_is_no_recording(files, tmp_path):
     files.uff58(tmp_path / "run.uff", files.channels(), function=4)
-    with pytest.raises(InputError, match=r"holds no time record .*: function a1 of type 4, function a2 of type 4"):
+    with pytest.raises(InputError, match=r"holds no time record .*: a1 of function type 4, a2 of function type 4"):
         read_recording(tmp_path / "run.uff")
 
 

@@ -74,7 +74,6 @@ def test_the_suffix_and_the_first_bytes_agree(files, tmp_path):
     (tmp_path / "run.npz").rename(tmp_path / "run.wav")
     assert "is WAV by its suffix .wav, but begins like NPZ; give it the suffix .npz" in refusal(tmp_path / "run.wav")
     (tmp_path / "run.wav").rename(tmp_path / "run.doc")
-    assert "has the suffix .doc; known: .csv, .txt, " in refusal(tmp_path / "run.doc")
     (tmp_path / "run.csv").write_bytes(gzip.compress(b"1,2\n3,4\n"))
     assert "is text by its suffix .csv, but begins like gzip; give it the suffix .csv.gz" in refusal(
         tmp_path / "run.csv"
