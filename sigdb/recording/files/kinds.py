@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigdb.core import InputError, suggestion
-from sigdb.recording.files.formats import hdf5, mat5, numpy_files, parquet, tdms, text, uff58, wav
+from sigdb.recording.files.formats import hdf5, mat4, mat5, numpy_files, parquet, tdms, text, uff58, wav
 from sigdb.recording.files.formats.contents import Contents
 from sigdb.recording.files.settings import RecordingSettings
 
@@ -90,6 +90,13 @@ KINDS = (
         begins=lambda begin: begin[:6] == b"MATLAB" and begin[124:128] in (b"\x00\x01IM", b"\x01\x00MI"),
         read=mat5.read_mat5,
         foreign=mat5.FOREIGN,
+    ),
+    FileKind(
+        name="MAT version 4",
+        suffixes=(".mat",),
+        begins=mat4.begins_like_mat4,
+        read=mat4.read_mat4,
+        foreign=mat4.FOREIGN,
     ),
     FileKind(
         name="HDF5",

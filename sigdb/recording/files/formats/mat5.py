@@ -1,13 +1,14 @@
-"""MAT-files of version 5: arrays of numbers, also inside structures and cells."""
+"""MAT-files of version 5: arrays of numbers, also inside structures, cells, tables and timetables."""
 
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from sigdb.core import InputError, Note
+from sigdb.core import InputError
 from sigdb.recording.files.formats.contents import (
     FREE_BYTES,
     MAX_BYTES,
@@ -20,7 +21,9 @@ from sigdb.recording.files.formats.contents import (
     check_ratio,
     check_values,
 )
-from sigdb.recording.files.formats.named_arrays import contents_of_arrays, not_read
+from sigdb.recording.files.formats.matlab_objects import ObjectStore
+from sigdb.recording.files.formats.matlab_tables import read_object
+from sigdb.recording.files.formats.matlab_values import Cells, ObjectReference, Structures, Unread, Value, Workspace
 from sigdb.recording.files.settings import RecordingSettings
 
 MATRIX, COMPRESSED = 14, 15
@@ -84,97 +87,104 @@ def unpack(element: Element, packed: int, expanded: int) -> Element:
 
 FOREIGN: tuple[type[Exception], ...] = (zlib.error,)
 
-CELL, STRUCT, OBJECT, CHAR, SPARSE, FUNCTION, OPAQUE = 1, 2, 3, 4, 5, 16, 17
-UNREAD = {
-    OBJECT: "an object",
-    SPARSE: "a sparse matrix",
-    FUNCTION: "a function",
-    OPAQUE: "an object, such as a table or a timetable",
-}
-REMEDY = "save its columns as arrays of numbers"
+CELL, STRUCT, OBJECT, CHAR, SPARSE, UINT8, FUNCTION, OPAQUE = 1, 2, 3, 4, 5, 9, 16, 17
+UNREAD = {OBJECT: "an object", SPARSE: "a sparse matrix", FUNCTION: "a function"}
+COMPLEX = 0x0800
 
 
 def read_mat5(path: Path, settings: RecordingSettings) -> Contents:
-    """Read the columns of all arrays.
-
-    Fields of a structure are ``name.field``, elements are ``name(2).field`` and ``name{2}``.
-    """
+    """Read the columns of all arrays, also in structures, cells, tables and timetables."""
     data = memoryview(bounded_bytes(path))
     if len(data) < 128:
         raise InputError("is cut short: a MAT-file begins with 128 bytes")
     order = "<" if bytes(data[126:128]) == b"IM" else ">"
-    arrays = _NamedArrays()
+    workspace, store = Workspace(), ObjectStore()
+    reader = _MatrixReader()
     expanded = 0
     for element in elements(data[128:], order):
         if element.kind == COMPRESSED:
             element = unpack(element, len(data), expanded)
             expanded += len(element.data)
-        if element.kind == MATRIX:
-            arrays.take(element)
-    return contents_of_arrays(arrays.arrays, variable=settings.variable, left_out=tuple(arrays.left_out))
+        if element.kind != MATRIX:
+            continue
+        name, value = reader.read(element)
+        if name:
+            workspace.add(name, value)
+        elif isinstance(value, np.ndarray) and value.dtype == np.uint8:
+            store = ObjectStore(partial(_cells_of_objects, memoryview(value.tobytes(order="F"))))
+    return workspace.contents(partial(read_object, store), variable=settings.variable)
 
 
-class _NamedArrays:
-    """Arrays by name, and notes on the parts that cannot be read."""
+def _cells_of_objects(data: memoryview) -> tuple[Value, ...]:
+    """Return the cells with the objects of a file. They lie in a matrix of bytes, which is like a file of its own."""
+    order = {b"IM": "<", b"MI": ">"}.get(bytes(data[2:4]))
+    reader = _MatrixReader()
+    for element in elements(data[8:], order or "<"):
+        value = reader.read(element)[1] if element.kind == MATRIX else None
+        if isinstance(value, Structures) and len(value.elements) == 1:
+            wrapped = value.elements[0].get("MCOS")
+            return wrapped.items if isinstance(wrapped, Cells) else ()
+    return ()
+
+
+class _MatrixReader:
+    """Reader of matrices with a bounded number of parts."""
 
     def __init__(self) -> None:
-        self.arrays: dict[str, StoredArray] = {}
-        self.left_out: list[Note] = []
         self._parts = 0
 
-    def take(self, element: Element, name: str | None = None, depth: int = 0) -> None:
-        """Take a matrix and all elements in it."""
+    def read(self, element: Element, depth: int = 0) -> tuple[str, Value]:
+        """Return the name and the value of a matrix."""
         if depth > MAX_DEPTH:
             raise InputError(f"holds structures {MAX_DEPTH} levels deep, so it is not a recording")
         self._parts += 1
         check_parts(self._parts)
         parts = list(_limited(element))
         if not parts:  # an empty matrix
-            return
+            return "", np.zeros((0, 0))
         flags = int(parts[0].numbers()[:1].sum())
         kind = flags & 0xFF
-        if kind in (OPAQUE, FUNCTION):
-            stored_name = parts[1].text() if kind == OPAQUE and len(parts) > 1 else ""
-            self._leave(name or stored_name or "a variable without a name", UNREAD[kind])
-            return
-        if len(parts) < 3:
+        if kind == OPAQUE:
+            return self._object(parts, depth)
+        if len(parts) < 3 and kind != FUNCTION:
             raise InputError("is damaged: a variable without dimensions and name")
-        shape = _shape(parts[1])
-        name = parts[2].text() if name is None else name
+        name = parts[2].text().strip("\0") if len(parts) > 2 else ""
         if kind in UNREAD:
-            self._leave(name, UNREAD[kind])
-        elif kind == CELL:
-            self._take_all(parts[3:], [f"{name}{{{i + 1}}}" for i in range(len(parts) - 3)], depth)
-        elif kind == STRUCT:
-            self._take_structure(parts[3:], name, shape, depth)
-        elif kind != CHAR:
-            self._keep(name, _matrix(parts[3:], shape, complex_numbers=bool(flags & 0x0800)))
+            return name, Unread(UNREAD[kind])
+        shape = _shape(parts[1])
+        if kind == CELL:
+            return name, Cells(tuple(self.read(part, depth + 1)[1] for part in parts[3:] if part.kind == MATRIX))
+        if kind == STRUCT:
+            return name, self._structures(parts[3:], name, shape, depth)
+        if kind == CHAR:
+            return name, parts[3].text() if len(parts) > 3 and shape[0] == 1 else ""
+        return name, _matrix(parts[3:], shape, complex_numbers=bool(flags & COMPLEX))
 
-    def _take_structure(self, parts: list[Element], name: str, shape: tuple[int, ...], depth: int) -> None:
+    def _object(self, parts: list[Element], depth: int) -> tuple[str, Value]:
+        """Return an object of MATLAB's own classes: its name, its system, its class, and words that refer to it."""
+        if len(parts) < 5 or parts[4].kind != MATRIX:
+            return parts[1].text() if len(parts) > 1 else "", Unread("an object")
+        name, system, class_name = (part.text().strip("\0") for part in parts[1:4])
+        value = self.read(parts[4], depth + 1)[1]
+        if class_name == "FileWrapper__":
+            return name, value
+        if system != "MCOS" or not isinstance(value, np.ndarray):
+            return name, Unread(f"a {class_name or 'object'}")
+        return name, ObjectReference(class_name, value)
+
+    def _structures(self, parts: list[Element], name: str, shape: tuple[int, ...], depth: int) -> Structures:
         length = int(parts[0].numbers()[:1].sum()) if parts else 0
         if not 0 < length <= 1024 or len(parts) < 2:
             raise InputError(f"is damaged: the structure {name} has names of fields of {length} bytes")
         packed = bytes(parts[1].data)
         check_parts(len(packed) // length)
-        fields = [packed[i : i + length].split(b"\0")[0].decode("latin-1") for i in range(0, len(packed), length)]
-        single = int(np.prod(shape, dtype=object)) == 1
-        places = [divmod(i, len(fields)) for i in range(len(parts) - 2)] if fields else []
-        names = [f"{name}{'' if single else f'({element + 1})'}.{fields[field]}" for element, field in places]
-        self._take_all(parts[2:], names, depth)
-
-    def _take_all(self, parts: list[Element], names: list[str], depth: int) -> None:
-        for part, name in zip(parts, names, strict=False):
-            if part.kind == MATRIX:
-                self.take(part, name, depth + 1)
-
-    def _keep(self, name: str, values: StoredArray) -> None:
-        if name in self.arrays:
-            raise InputError(f"holds the variable {name} twice; save it again with different names")
-        self.arrays[name] = values
-
-    def _leave(self, name: str, kind: str) -> None:
-        if name.strip("\0"):
-            self.left_out.append(not_read(name, f"{kind}, which cannot be read; {REMEDY}"))
+        keys = [packed[i : i + length].split(b"\0")[0].decode("latin-1") for i in range(0, len(packed), length)]
+        values = [self.read(part, depth + 1)[1] if part.kind == MATRIX else np.zeros((0, 0)) for part in parts[2:]]
+        count = int(np.prod(shape, dtype=object)) if keys else 0
+        if len(values) < count * len(keys):
+            raise InputError(f"is damaged: the structure {name} lacks fields")
+        rows = [values[i : i + len(keys)] for i in range(0, count * len(keys), len(keys) or 1)]
+        return Structures(tuple(dict(zip(keys, row, strict=True)) for row in rows))
 
 
 def _limited(element: Element) -> Iterator[Element]:

@@ -1,4 +1,4 @@
-"""Files of recordings, made by ``recording_files.py``, which ``hostile.py`` uses too."""
+"""Files of recordings, made by ``recording_files.py``, which ``hostile.py`` uses too, and by ``matlab_files.py``."""
 
 import importlib.util
 from pathlib import Path
@@ -6,9 +6,18 @@ from pathlib import Path
 import pytest
 
 
-@pytest.fixture(scope="session")
-def files():
-    spec = importlib.util.spec_from_file_location("recording_files", Path(__file__).with_name("recording_files.py"))
+def _module(name):
+    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="session")
+def files():
+    return _module("recording_files")
+
+
+@pytest.fixture(scope="session")
+def matlab():
+    return _module("matlab_files")
