@@ -122,8 +122,8 @@ class _Lists:
         return [name.decode("utf-8", "replace") for name in packed.split(b"\0", MAX_PARTS) if name]
 
     def _list(self, number: int) -> StoredArray:
-        order = "<" if self.data[0] else ">"
         begin, end = self._header[2 + number : 4 + number]
+        order = "<" if self.data[0] else ">"
         return np.frombuffer(self.data[begin:end], f"{order}i4")
 
 

@@ -12,6 +12,7 @@ import time
 import warnings
 from pathlib import Path
 
+import matlab_files
 import numpy as np
 import recording_files
 
@@ -88,7 +89,7 @@ def main(folder, cases, seed, only):
     random = np.random.default_rng(seed)
     counted = collections.Counter()
     wrong, slowest = [], (0.0, "")
-    for name, make in recording_files.MAKERS.items():
+    for name, make in {**recording_files.MAKERS, **matlab_files.MAKERS}.items():
         if only and only not in name:
             continue
         made = folder / name

@@ -214,3 +214,20 @@ def _put(group, refs, name, value):
         item = group.create_dataset(name, data=value.T)
     item.attrs["MATLAB_class"] = np.bytes_(kind)
     return item
+
+
+def _timetable_file(save, path, data):
+    objects = Objects()
+    times = regular(duration(objects, [0.0]), duration(objects, [1 / 12_800]), 12_800.0)
+    save(path, {"run": timetable(objects, data, times, units=["g", "g"])}, objects)
+
+
+def timetable_5(path, data):
+    _timetable_file(save_5, path, data)
+
+
+def timetable_73(path, data):
+    _timetable_file(save_73, path, data)
+
+
+MAKERS = {"timetable.mat": timetable_5, "timetable73.mat": timetable_73}

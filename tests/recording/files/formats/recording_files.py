@@ -38,6 +38,10 @@ def mat5(path, data):
     savemat(path, {**data, "fs": RATE, "about": "a run"}, do_compression=True)
 
 
+def mat4(path, data):
+    savemat(path, {**data, "fs": RATE, "about": "a run"}, format="4")
+
+
 def mat5_struct(path, data):
     savemat(path, {"run": {"data": dict(data), "dt": 1 / RATE, "list": [1.0, "x"]}})
 
@@ -135,7 +139,7 @@ def zip_of(path, members):
 
 
 MAKERS = {
-    "plain.csv": csv, "packed.csv.gz": csv, "german.txt": semicolons, "five.mat": mat5, "struct.mat": mat5_struct,
-    "seven.mat": mat73, "run.h5": hdf5, "run.wav": wav, "run.npz": npz, "run.npy": npy,
+    "plain.csv": csv, "packed.csv.gz": csv, "german.txt": semicolons, "four.mat": mat4, "five.mat": mat5,
+    "struct.mat": mat5_struct, "seven.mat": mat73, "run.h5": hdf5, "run.wav": wav, "run.npz": npz, "run.npy": npy,
     "run.parquet": parquet_table, "binary.uff": uff58, "text.uff": uff58_text, "run.tdms": tdms,
 }  # fmt: skip

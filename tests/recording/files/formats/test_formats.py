@@ -18,8 +18,8 @@ from sigdb.core.errors import InputError
 from sigdb.recording import read_recording
 
 FORMATS = [
-    "plain.csv", "packed.csv.gz", "german.txt", "five.mat", "struct.mat", "seven.mat", "run.h5", "run.wav", "run.npz",
-    "run.npy", "run.parquet", "binary.uff", "text.uff", "run.tdms",
+    "plain.csv", "packed.csv.gz", "german.txt", "four.mat", "five.mat", "struct.mat", "seven.mat", "run.h5", "run.wav",
+    "run.npz", "run.npy", "run.parquet", "binary.uff", "text.uff", "run.tdms",
 ]  # fmt: skip
 SILENT = {"plain.csv", "packed.csv.gz", "run.npy"}
 
