@@ -16,7 +16,7 @@ from sigdb.recording.files.formats.contents import (
     check_parts,
     check_values,
 )
-from sigdb.recording.files.formats.hdf5_items import dataset_problem, has_variable_text, numbers_of, text_attribute
+from sigdb.recording.files.formats.hdf5_dataset import dataset_problem, has_variable_text, numbers_of, text_attribute
 from sigdb.recording.files.formats.mat73 import read_mat73
 from sigdb.recording.files.formats.named_arrays import ArrayFacts, contents_of_arrays, not_read, rate_of
 from sigdb.recording.files.settings import RecordingSettings

@@ -8,7 +8,7 @@ import numpy as np
 
 from sigdb.core import InputError
 from sigdb.recording.files.formats.contents import MAX_DEPTH, Contents, StoredArray, check_parts, check_values
-from sigdb.recording.files.formats.hdf5_items import dataset_problem, text_attribute
+from sigdb.recording.files.formats.hdf5_dataset import dataset_problem, text_attribute
 from sigdb.recording.files.formats.matlab_objects import ObjectStore
 from sigdb.recording.files.formats.matlab_tables import read_object
 from sigdb.recording.files.formats.matlab_values import (

@@ -128,10 +128,10 @@ class _Lists:
 
 
 def _row(numbers: StoredArray, row: int, length: int) -> list[int]:
-    found: list[int] = numbers[row * length : (row + 1) * length].tolist()
-    if row < 1 or len(found) < length:
+    values: list[int] = numbers[row * length : (row + 1) * length].tolist()
+    if row < 1 or len(values) < length:
         raise NotApplicableError("its number is not in the file")
-    return found
+    return values
 
 
 def _block(numbers: StoredArray, number: int) -> StoredArray:

@@ -64,7 +64,7 @@ ReadObject: TypeAlias = Callable[[str, ObjectReference], ObjectArrays]
 
 
 class Workspace:
-    """The variables of a MAT-file by name. Of two variables of a name the last one is taken, with a note."""
+    """The variables of a MAT-file by name. The last of two variables of a name is taken, with a note."""
 
     def __init__(self) -> None:
         self._variables: dict[str, Value] = {}
