@@ -215,8 +215,8 @@ def _by_format(file_format: str) -> list[FileKind]:
     wanted = file_format.strip().lower().removeprefix(".")
     named = [kind for kind in KINDS if wanted == kind.name.lower() or f".{wanted}" in kind.suffixes]
     if not named:
-        known = [suffix[1:] for kind in KINDS for suffix in kind.suffixes]
-        raise InputError(f"file_format = {file_format!r} is not known{suggestion(wanted, known)}")
+        valid = [suffix[1:] for kind in KINDS for suffix in kind.suffixes]
+        raise InputError(f"file_format = {file_format!r} is not known{suggestion(wanted, valid)}")
     return [*named, GZIP] if TEXT in named else named
 
 
@@ -224,15 +224,13 @@ def _without_name(path: Path, content: FileKind | None) -> FileKind:
     """Return the format of a file without a known suffix, by its first bytes only."""
     if content is not None and content not in (TEXT, GZIP):
         return content
-    suffix = suffix_of(path)
+    suffix = suffix_of(path) or "(none)"
     if content is None:
         suffixes = ", ".join(dict.fromkeys(suffix for kind in KINDS for suffix in kind.suffixes))
-        raise InputError(
-            f"has the suffix {suffix or '(none)'} and begins like no format that is read; known: {suffixes}"
-        )
+        raise InputError(f"has the suffix {suffix} and begins like no format that is read; known: {suffixes}")
     raise InputError(
-        f"has the suffix {suffix or '(none)'}, and begins like {content.name}, as many files do; if it holds columns of "
-        f"numbers, give file_format = {content.suffixes[0][1:]!r}"
+        f"has the suffix {suffix}, and begins like {content.name}, as many files do; if it holds columns of numbers, "
+        f"give file_format = {content.suffixes[0][1:]!r}"
     )
 
 

@@ -131,15 +131,15 @@ def _pairs(data_set: DataSet, kind: int, count: int, name: str) -> tuple[FloatAr
 
 
 def _binary(data_set: DataSet, kind: np.dtype, count: int, name: str) -> StoredArray:
-    order = {1: "<", 2: ">"}.get(whole(data_set.first[7:13]), "")
-    if not order or whole(data_set.first[13:19]) != 2:
+    order = whole(data_set.first[7:13])
+    if order not in (1, 2) or whole(data_set.first[13:19]) != 2:
         raise InputError(f"{name} is not stored as IEEE numbers")
     size = min(data_set.size, len(data_set.body))
     if size < count * kind.itemsize:
         raise InputError(f"{name} is cut short: it states {count} numbers and holds {size // kind.itemsize}")
     if size > count * kind.itemsize:
         raise InputError(f"{name} states {count} numbers and holds {size // kind.itemsize}; write the file again")
-    return np.frombuffer(data_set.body, kind.newbyteorder(order), count)
+    return np.frombuffer(data_set.body, kind.newbyteorder("<" if order == 1 else ">"), count)
 
 
 def _with_names(columns: list[tuple[DataColumn, DataSet]]) -> tuple[DataColumn, ...]:

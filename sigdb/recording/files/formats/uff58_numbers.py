@@ -65,7 +65,7 @@ def _between_blanks(text: bytes, widths: tuple[int, ...]) -> FloatArray | None:
 def _in_fields(text: bytes, widths: tuple[int, ...]) -> FloatArray | None:
     """Return numbers in fields; each ends where its field ends, so that a line without its indent is known too."""
     ends = np.cumsum(widths)
-    lines = [line for line in (one.rstrip() for one in text.splitlines()) if line]
+    lines = [line for line in (row.rstrip() for row in text.splitlines()) if line]
     numbers: list[bytes] = []
     for line in lines:
         fields = int(np.searchsorted(ends, len(line))) + 1
@@ -87,10 +87,10 @@ def _with_letter(field: bytes) -> bytes:
 
 def _signed(text: bytes, widths: tuple[int, ...]) -> FloatArray | None:
     """Return numbers with exponents that touch only where the next one has a sign."""
-    found = _SIGNED.findall(text)
-    if b"".join(found) != b"".join(text.split()):
+    numbers = _SIGNED.findall(text)
+    if b"".join(numbers) != b"".join(text.split()):
         return None
     try:
-        return np.array([_with_letter(number) for number in found], dtype=float)
+        return np.array([_with_letter(number) for number in numbers], dtype=float)
     except ValueError:
         return None
