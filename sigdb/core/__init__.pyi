@@ -16,11 +16,14 @@ from .fields import without_defaults as without_defaults
 from .markdown import markdown_table as markdown_table
 from .notes import Note as Note
 from .plain_values import JsonValue as JsonValue
+from .plain_values import json_text as json_text
 from .plain_values import plain as plain
 from .progress import OnProgress as OnProgress
 from .progress import OnStep as OnStep
 from .progress import Progress as Progress
 from .progress import ignore as ignore
+from .row_blocks import SIGNALS_AT_ONCE as SIGNALS_AT_ONCE
+from .row_blocks import blocks as blocks
 from .streams import NOISE_BLOCK as NOISE_BLOCK
 from .streams import noise_stream as noise_stream
 from .streams import sample_stream as sample_stream

@@ -1,5 +1,6 @@
-"""Plain values: what JSON can hold."""
+"""Plain values: what JSON can hold, and their text."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from datetime import date
@@ -47,3 +48,21 @@ def plain(value: object) -> JsonValue:
     if isinstance(value, PurePath | date):
         return str(value)
     raise TypeError(f"{type(value).__name__} is no value that JSON can hold")
+
+
+def json_text(value: object, *, indent: int | None = 1) -> str:
+    """Return a value as JSON, in which a number that is not finite is null, with a line break at its end.
+
+    Parameters
+    ----------
+    value
+        A value that :func:`plain` takes.
+    indent
+        Spaces of each level; None for all on one line.
+
+    Examples
+    --------
+    >>> json_text({"x": float("nan"), "y": [1, 2]}, indent=None)
+    '{"x": null, "y": [1, 2]}\\n'
+    """
+    return json.dumps(plain(value), indent=indent, allow_nan=False) + "\n"

@@ -49,6 +49,7 @@ from .store.store import Store as Store
 from .store.writer import ROW_GROUP as ROW_GROUP
 from .store.writer import write_part as write_part
 from .summary import DatabaseFacts as DatabaseFacts
+from .summary import StatusFacts as StatusFacts
 from .summary import database_card as database_card
 from .templates import CaseValue as CaseValue
 from .templates import Template as Template

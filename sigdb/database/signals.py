@@ -14,6 +14,7 @@ ReadGroups = Callable[[int, list[int]], pa.Table]
 """Returns the rows of some row groups: called with the number of a part and the numbers of the groups within it."""
 
 _GROUPS_AT_ONCE = 32
+"""Row groups that are read together."""
 
 
 class AbsentRowError(InputError):

@@ -19,6 +19,7 @@ CaseValue: TypeAlias = str | float | int | bool | None
 
 _RESULTS = ("floquet_multiplier", "static_compression", "min_compression", "least_elsewhere", "error")
 _ROWS_AT_ONCE = 64
+"""Templates that are read together: the arrays of each are large."""
 
 
 def _none() -> FloatArray:

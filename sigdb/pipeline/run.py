@@ -4,7 +4,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from sigdb.core import OnProgress, OnStep, ignore
+from sigdb.core import OnProgress, OnStep, ignore, json_text
 from sigdb.database import open as open_database
 from sigdb.paper import PaperClaims, check_subject, paper_claims
 from sigdb.pipeline.recipe import Recipe
@@ -175,7 +175,7 @@ class _Run:
 
             self.on_stage(f"{self.out}: comparing with the paper, and with one number of the rig changed at a time")
             claims = paper_claims(self.recipe.rig, gear=gear, sensor=sensor)
-            numbers.write_text(json.dumps(claims.as_json(), indent=1) + "\n", encoding="utf-8")
+            numbers.write_text(json_text(claims.as_json()), encoding="utf-8")
             stage.path.write_text(claims_markdown(claims), encoding="utf-8")
             return [stage.path, numbers]
 

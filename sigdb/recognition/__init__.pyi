@@ -54,6 +54,7 @@ from .rows.tooth_views import ToothViews as ToothViews
 from .settings import CriteriaSettings as CriteriaSettings
 from .settings import RecognitionSettings as RecognitionSettings
 from .severity_quantities import QUANTITIES as QUANTITIES
+from .splits.kinds import SPLITS as SPLITS
 from .splits.kinds import changed_parts as changed_parts
 from .splits.kinds import make_split as make_split
 from .splits.kinds import model_form as model_form

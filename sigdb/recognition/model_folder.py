@@ -17,7 +17,7 @@ import pandas as pd
 import sklearn
 import skops.io
 
-from sigdb.core import DatabaseError, FloatArray, InputError, __version__
+from sigdb.core import DatabaseError, FloatArray, InputError, __version__, json_text
 from sigdb.database import Store
 from sigdb.recognition.estimators.registry import own_classes, trusted_types
 from sigdb.recognition.evaluation import Evaluation
@@ -119,7 +119,7 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
         "versions": {"sigdb": __version__, "scikit-learn": sklearn.__version__, "python": platform.python_version()},
         "sha256": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()},
     }
-    store.put("model.json", (json.dumps(described, indent=1) + "\n").encode())
+    store.put("model.json", json_text(described).encode())
     store.put("README.md", model_card(model, evaluation, command=command).encode())
 
 

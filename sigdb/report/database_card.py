@@ -1,24 +1,15 @@
 """The card of a database: a page in Markdown on its size, its cases, its purpose and its limits."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from sigdb.core import markdown_table
-
-_COUNTS = (
-    ("rows", "signatures"),
-    ("healthy", "of undamaged gears"),
-    ("failed", "without a result (their status says why)"),
-    ("contact_loss", "whose mesh loses contact"),
-    ("templates", "distinct cases that were simulated"),
-    ("specimens", "specimens: pairs of gears with their own index errors"),
-)
+from sigdb.database import DatabaseFacts, StatusFacts
 
 _REASONS = 5
 """Reasons of failures that are listed, the most frequent ones."""
 
 
-def database_card_markdown(facts: Mapping[str, Any], *, title: str) -> str:
+def database_card_markdown(facts: DatabaseFacts, *, title: str) -> str:
     """Return the card of a database as a page in Markdown.
 
     Parameters
@@ -36,7 +27,7 @@ def database_card_markdown(facts: Mapping[str, Any], *, title: str) -> str:
     return "\n".join(_lines(facts, title)) + "\n"
 
 
-def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
+def _lines(facts: DatabaseFacts, title: str) -> Iterator[str]:
     rig, origins = facts["rig"], facts["rig"]["origins"]
     yield f"# {title}"
     yield ""
@@ -58,7 +49,7 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
     yield markdown_table(
         ("number", "what"),
         [
-            *((_grouped(facts[name]), text) for name, text in _COUNTS),
+            *((_grouped(number), text) for number, text in _counts(facts)),
             (
                 f"{facts['bytes'] / 1e6:.1f} MB",
                 f"in {facts['parts']} parts, {facts['bytes'] / facts['rows']:.0f} bytes a row",
@@ -123,7 +114,17 @@ def _lines(facts: Mapping[str, Any], title: str) -> Iterator[str]:
     yield "```"
 
 
-def _coverage(coverage: Mapping[str, Any] | None) -> Iterator[str]:
+def _counts(facts: DatabaseFacts) -> Iterator[tuple[int, str]]:
+    """Yield the counts of a database, each with what it counts."""
+    yield facts["rows"], "signatures"
+    yield facts["healthy"], "of undamaged gears"
+    yield facts["failed"], "without a result (their status says why)"
+    yield facts["contact_loss"], "whose mesh loses contact"
+    yield facts["templates"], "distinct cases that were simulated"
+    yield facts["specimens"], "specimens: pairs of gears with their own index errors"
+
+
+def _coverage(coverage: Mapping[str, float] | None) -> Iterator[str]:
     if coverage is None:
         yield "- The grid coverage is not estimated: run `sigdb coverage`."
         return
@@ -136,7 +137,7 @@ def _coverage(coverage: Mapping[str, Any] | None) -> Iterator[str]:
     yield f"- A signature whose residual distance is above {coverage['threshold']:.3g} is outside the database."
 
 
-def _failures(statuses: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+def _failures(statuses: Sequence[StatusFacts]) -> Iterator[str]:
     for row in statuses[:_REASONS]:
         yield f"- {_count_text(row['rows'], 'row')} without a result: {row['status']}."
     if others := statuses[_REASONS:]:

@@ -1,6 +1,5 @@
 """The page of a diagnosis: the answer first, then its evidence."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -8,7 +7,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from sigdb.core import FloatArray, plain
+from sigdb.core import FloatArray, json_text, plain
 from sigdb.diagnosis import Diagnosis
 from sigdb.report.evaluation.style import drawing, lay_grid
 from sigdb.report.page import CaptionedFigure, page
@@ -46,7 +45,7 @@ def write_diagnosis_report(diagnosis: Diagnosis, folder: str | Path, *, title: s
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     numbers = diagnosis.as_json() | {"signals": plain(_signals(diagnosis))}
-    (folder / "diagnosis.json").write_text(json.dumps(numbers, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    (folder / "diagnosis.json").write_text(json_text(numbers), encoding="utf-8")
     (folder / "index.html").write_text(diagnosis_html(diagnosis, title=title), encoding="utf-8")
     return folder / "index.html"
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 import sigdb
 from sigdb.cli import commands
-from sigdb.cli.main import cli
+from sigdb.cli.main import ExitCode, cli
 
 COMMANDS = (
     *("new-rig", "describe", "modes", "run", "sweep", "verify", "coverage", "refine", "card"),
@@ -108,6 +108,11 @@ def test_bad_input_is_told_in_one_line_and_exit_code_2(leave, folder, tmp_path, 
     assert line.startswith("sigdb: error: ")
     assert says in line
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_package_names_every_exit_code():
+    text = " ".join(sigdb.cli.__doc__.split()).partition("Exit codes: ")[2]
+    assert [int(part.split()[0]) for part in text.rstrip(".").split(", ")] == sorted(ExitCode)
 
 
 def test_exit_codes_are_those_of_the_process(shell, tmp_path):

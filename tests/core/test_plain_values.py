@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 import numpy as np
 import pytest
 
-from sigdb.core import Note, plain
+from sigdb.core import Note, json_text, plain
 
 
 @dataclass
@@ -35,6 +35,13 @@ class Pair:
 def test_values_become_what_json_holds(value, expected):
     assert plain(value) == expected
     json.dumps(plain(value), allow_nan=False)
+
+
+@pytest.mark.parametrize("indent", [None, 1])
+def test_text_of_values_is_json_without_nan(indent):
+    text = json_text({"x": [np.nan, np.float32(0.5)], "n": np.int64(3)}, indent=indent)
+    assert json.loads(text, parse_constant=pytest.fail) == {"x": [None, 0.5], "n": 3}
+    assert (text.endswith("}\n"), text.count("\n") == 1) == (True, indent is None)
 
 
 def test_other_values_are_refused():

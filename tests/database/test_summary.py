@@ -105,6 +105,15 @@ def test_the_command(folder, card, tmp_path):
     assert (tmp_path / "card.md").read_text(encoding="utf-8") == database_card_markdown(card, title="T")
 
 
+def test_the_card_as_json_has_no_nan(folder, card, monkeypatch):
+    """An indicator without a denominator has no quantile; JSON has no NaN."""
+    without = card | {"indicators": [{"name": "fm4", "unit": "-", "healthy": [np.nan] * 3, "damaged": None}]}
+    monkeypatch.setattr("sigdb.database.database_card", lambda database: without)
+    shown = CliRunner().invoke(cli, ["card", str(folder), "--format", "json"])
+    read = json.loads(shown.stdout, parse_constant=pytest.fail)
+    assert read["indicators"] == [{"name": "fm4", "unit": "-", "healthy": [None] * 3, "damaged": None}]
+
+
 def test_an_unfinished_database_has_no_card(folder, recipe, tmp_path):
     run(recipe.plan(), tmp_path / "db", recipe=recipe.text, jobs=1)
     (tmp_path / "db" / "receipts" / "rows-00000.json").unlink()

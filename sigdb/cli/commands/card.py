@@ -14,15 +14,14 @@ from sigdb.cli.options.format import format_option
 @format_option("markdown", "json", of="the card")
 def card(database: str, out: Path | None, title: str | None, form: str) -> None:
     """Describe a finished database: its size, its cases, how far to trust it, its recipe."""
-    import json
-
+    from sigdb.core import json_text
     from sigdb.database import database_card
     from sigdb.database import open as open_database
     from sigdb.report import database_card_markdown
 
     facts = database_card(open_database(database))
     heading = title or f"Signatures in {database}"
-    text = json.dumps(facts, indent=1) + "\n" if form == "json" else database_card_markdown(facts, title=heading)
+    text = json_text(facts) if form == "json" else database_card_markdown(facts, title=heading)
     if out is None:
         click.echo(text, nl=False)
     else:

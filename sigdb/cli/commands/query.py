@@ -9,6 +9,7 @@ from sigdb.cli.options.format import format_option
 from sigdb.cli.rows import FORMATS, write_rows
 
 _ROWS_AT_ONCE = 8192
+"""Rows that are read before they are written."""
 
 
 @click.command()

@@ -12,29 +12,27 @@ if TYPE_CHECKING:
     from sigdb.recognition import Evaluation
 
 
-class LearnerChoice(click.Choice[str]):
-    """The names of the learners, read when they are needed: their classes take a second to import."""
+class NameChoice(click.Choice[str]):
+    """The names in a table of :mod:`sigdb.recognition`, read when they are needed: the import takes a second."""
 
-    def __init__(self) -> None:
-        self.case_sensitive = True
+    def __init__(self, table: str) -> None:
+        self.case_sensitive, self._table = True, table
 
     @property
     def choices(self) -> tuple[str, ...]:  # type: ignore[override]
-        """Names of the learners."""
-        from sigdb.recognition import LEARNERS
+        """The names, in the order of the table."""
+        from sigdb import recognition
 
-        return tuple(LEARNERS)
+        return tuple(getattr(recognition, self._table))
 
 
 @click.command()
 @click.argument("database", metavar="DB")
-@click.option(
-    "--target", type=click.Choice(["location", "severity", "detection"]), required=True, help="Question to answer."
-)
+@click.option("--target", type=NameChoice("TARGETS"), required=True, help="Question to answer.")
 @click.option("--out", required=True, type=click.Path(), help="Folder for the model.")
 @click.option(
     "--learner",
-    type=LearnerChoice(),
+    type=NameChoice("LEARNERS"),
     help="Learner of the model; by default that of the database's recipe. All learners are trained and compared.",
 )
 @click.option(
@@ -44,7 +42,7 @@ class LearnerChoice(click.Choice[str]):
 )
 @click.option(
     "--split",
-    type=click.Choice(["S0", "S1", "S2", "S3", "S4"]),
+    type=NameChoice("SPLITS"),
     default="S1",
     show_default=True,
     help="Cases held out: new noise only (S0); specimens (S1), and with them severities between (S2) or beyond (S3) "

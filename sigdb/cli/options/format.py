@@ -1,6 +1,5 @@
 """The option ``--format``, and JSON as it is printed."""
 
-import json
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -31,6 +30,6 @@ def format_option(*formats: str, of: str = "the output") -> Callable[[_Command],
 
 def echo_json(value: object, *, indent: int | None = 1) -> None:
     """Print a value as JSON, in which a number that is not finite is null."""
-    from sigdb.core import plain
+    from sigdb.core import json_text
 
-    click.echo(json.dumps(plain(value), indent=indent, allow_nan=False))
+    click.echo(json_text(value, indent=indent), nl=False)

@@ -15,6 +15,7 @@ from sigdb.database.stored_tables import StoredTables
 
 _WRITERS = {".mat": write_mat, ".h5": write_hdf5, ".hdf5": write_hdf5}
 _BATCH = 2048
+"""Rows that are read and written together: their arrays are in memory at once."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,8 +8,7 @@ import numpy as np
 
 from sigdb.core import ComplexArray, FloatArray, IntArray
 from sigdb.dynamics.period import Period
-from sigdb.dynamics.periodic.hill import Hill
-from sigdb.dynamics.periodic.long_period import LongPeriod
+from sigdb.dynamics.periodic.hill import Healthy
 
 _GATHERED = 3
 """Sets of samples whose influence is kept: those of one case, which the next case often shares."""
@@ -44,7 +43,7 @@ class Influences:
         The common period on the grid of the solution.
     """
 
-    def __init__(self, solver: Hill | LongPeriod, meshes: int, period: Period) -> None:
+    def __init__(self, solver: Healthy, meshes: int, period: Period) -> None:
         self._solver, self._meshes, self._period = solver, meshes, period
         self._lock = Lock()
         self._first: dict[int, FloatArray] = {}

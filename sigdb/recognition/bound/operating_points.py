@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from sigdb.core import FloatArray, NotApplicableError
+from sigdb.core import FloatArray, NotApplicableError, blocks
 from sigdb.database import Database
 from sigdb.measurement import noise_deviation
 from sigdb.recognition.severity_quantities import QUANTITIES
@@ -19,6 +19,7 @@ from sigdb.recognition.templates.posterior import Posterior, log_prior, posterio
 _POINT = ["speed_rpm", "torque", "teeth"]
 _COLUMNS = ("id", "template", "tooth", "specimen", "averages", "snr_db", "index_error", "contact_loss")
 _ROWS_AT_ONCE = 2048
+"""Rows whose averages are in memory at once. Rows are drawn anew block by block, so other draws follow from it."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -71,9 +72,9 @@ class OperatingPoint:
     def stored(self, database: Database, sensor: str | None) -> Iterator[tuple[pd.DataFrame, FloatArray]]:
         """Yield the requested rows with their averages, some at a time."""
         wanted = self.rows[self.rows["requested"]]
-        for first in range(0, len(wanted), _ROWS_AT_ONCE):
-            some = wanted.iloc[first : first + _ROWS_AT_ONCE]
-            yield some, database.signals(some.index.to_numpy(), sensor=sensor)["tsa"]
+        for some in blocks(len(wanted), _ROWS_AT_ONCE):
+            rows = wanted.iloc[some]
+            yield rows, database.signals(rows.index.to_numpy(), sensor=sensor)["tsa"]
 
     def redrawn(
         self, stream: np.random.Generator, draws: int, *, specimens: bool = True, decibels: float = 0.0
@@ -91,8 +92,8 @@ class OperatingPoint:
         decibels
             Increase of the noise, dB.
         """
-        for first in range(0, draws, _ROWS_AT_ONCE):
-            chosen = self.rows.iloc[stream.integers(len(self.rows), size=min(_ROWS_AT_ONCE, draws - first))]
+        for some in blocks(draws, _ROWS_AT_ONCE):
+            chosen = self.rows.iloc[stream.integers(len(self.rows), size=some.stop - some.start)]
             rows = chosen.assign(
                 noise=chosen["noise"] * 10 ** (decibels / 20), index_error=chosen["index_error"] * specimens
             )

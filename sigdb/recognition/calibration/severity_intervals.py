@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sigdb.core import FloatArray, IntArray
+from sigdb.core import FloatArray, IntArray, blocks
 from sigdb.recognition.calibration.cells import band_edges, band_thresholds, bands, cells_of, levels_of
 from sigdb.recognition.calibration.conformal import greatest_quantile
+from sigdb.recognition.rows.batch import ROWS_AT_ONCE
 
 _CANDIDATES = 101
-_ROWS_AT_ONCE = 4096
 
 
 class SeverityIntervals:
@@ -87,8 +87,7 @@ def conforming(
     limit = np.minimum(limit, np.finfo(float).max / 4)
     weights = np.stack([np.interp(candidates, levels, unit) for unit in np.eye(len(levels))])
     low, high = estimate.copy(), estimate.copy()
-    for first in range(0, len(estimate), _ROWS_AT_ONCE):
-        some = slice(first, first + _ROWS_AT_ONCE)
+    for some in blocks(len(estimate), ROWS_AT_ONCE):
         within = np.abs(estimate[some, None] - candidates) / scale[some, None] <= limit[some] @ weights
         low[some] = np.minimum(low[some], np.where(within, candidates, np.inf).min(axis=1))
         high[some] = np.maximum(high[some], np.where(within, candidates, -np.inf).max(axis=1))

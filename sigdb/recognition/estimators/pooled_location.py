@@ -16,14 +16,14 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.utils.validation import check_is_fitted
 
-from sigdb.core import BoolArray, FloatArray, InputError, IntArray
+from sigdb.core import BoolArray, FloatArray, InputError, IntArray, blocks
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.calibration.cells import band_edges, bands, points_of
 from sigdb.recognition.calibration.conformal import COVERAGE, rows_by_cell
 from sigdb.recognition.calibration.location_sets import LocationSets, strangeness
 from sigdb.recognition.calibration.probabilities import calibrate, check_labels, specimen_folds_of, with_none
 from sigdb.recognition.estimators.contract import Labels, Scorer, specimens_of, tooth_and_severity
-from sigdb.recognition.rows.batch import NOISE, Batch, Rows
+from sigdb.recognition.rows.batch import NOISE, ROWS_AT_ONCE, Batch, Rows
 from sigdb.recognition.rows.tooth_views import COLUMNS, ToothViews
 from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.templates.bank import TemplateBank
@@ -80,8 +80,6 @@ def pooled_learner(name: str) -> PooledLearner:
 
 FOLDS = 2
 """Number of parts of the specimens. A scorer that is trained on the other parts scores each part."""
-
-_ROWS_AT_ONCE = 4096
 
 
 class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
@@ -207,8 +205,7 @@ class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
 
     def _views_of(self, batch: Batch, at: IntArray) -> Iterator[tuple[slice, FloatArray]]:
         """Yield views of some rows at once: those of all teeth of many rows would not fit into memory."""
-        for first in range(0, len(at), _ROWS_AT_ONCE):
-            part = slice(first, first + _ROWS_AT_ONCE)
+        for part in blocks(len(at), ROWS_AT_ONCE):
             yield part, self.views_.views(batch.take(at[part]))
 
     def decision_function(self, X: Rows) -> FloatArray:

@@ -17,6 +17,9 @@ Column: TypeAlias = str
 Matrices: TypeAlias = Mapping[int, FloatArray]
 """By tooth count, the arrays of its rows, (rows, n), in the order of the rows."""
 
+ROWS_AT_ONCE = 4096
+"""Rows whose arrays are in memory at once."""
+
 POINT: tuple[Column, ...] = ("speed_rpm", "torque", "teeth")
 """Columns of an operating point and tooth count."""
 

@@ -8,10 +8,7 @@ import pyarrow as pa
 
 from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.database import Database, suffixed
-from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Matrices, Reducer
-
-ROWS_AT_ONCE = 4096
-"""Rows whose arrays are in memory at once."""
+from sigdb.recognition.rows.batch import CELLS, ROWS_AT_ONCE, TSA, Batch, Matrices, Reducer
 
 
 def stream_averages(database: Database, rows: Batch, *, sensor: str) -> Iterator[tuple[IntArray, Batch]]:

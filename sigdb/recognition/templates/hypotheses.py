@@ -10,7 +10,7 @@ import pandas as pd
 import scipy.fft
 from numpy.typing import ArrayLike
 
-from sigdb.core import BoolArray, FloatArray, InputError, IntArray
+from sigdb.core import BoolArray, FloatArray, InputError, IntArray, blocks
 from sigdb.database import Database, Template, mate_teeth, stored_templates
 from sigdb.measurement import index_error_covariance
 
@@ -209,8 +209,7 @@ class Hypotheses:
         self._check(x, np.asarray(noise, float))
         noise, index_error = (np.broadcast_to(np.asarray(value, float), len(x)) for value in (noise, index_error))
         likelihood = np.empty((len(x), len(self.signal), self.teeth))
-        for first in range(0, len(x), _ROWS_AT_ONCE):
-            some = slice(first, first + _ROWS_AT_ONCE)
+        for some in blocks(len(x), _ROWS_AT_ONCE):
             likelihood[some] = self._log_likelihood(x[some], noise[some], index_error[some])
         none = likelihood[:, self.healthy]
         likelihood[:, self.healthy] = none.mean(axis=2, keepdims=True) if self.turn_invariant else none[:, :, :1]

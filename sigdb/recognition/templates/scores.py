@@ -8,7 +8,7 @@ from joblib import Parallel, delayed
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 
-from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError
+from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError, blocks
 from sigdb.recognition.rows.batch import NOISE, POINT, TSA, Batch, Column, Rows
 from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import PointTemplates, TemplateBank
@@ -20,6 +20,7 @@ COLUMNS: frozenset[Column] = frozenset({*POINT, *NOISE, TSA})
 OF_SEVERITY = tuple(f"{kind}_{target}" for kind in ("mean", "median", "spread") for target in QUANTITIES)
 
 _ROWS_AT_ONCE = 512
+"""Rows of a task, so that every thread has some."""
 
 
 class TemplateScores(TransformerMixin, BaseEstimator):
@@ -122,8 +123,8 @@ class TemplateScores(TransformerMixin, BaseEstimator):
 
 def _parts(places: IntArray) -> Iterator[IntArray]:
     """Yield indices in groups."""
-    for first in range(0, len(places), _ROWS_AT_ONCE):
-        yield places[first : first + _ROWS_AT_ONCE]
+    for some in blocks(len(places), _ROWS_AT_ONCE):
+        yield places[some]
 
 
 def _check_noise(batch: Batch, noise: FloatArray) -> None:

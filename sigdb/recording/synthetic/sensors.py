@@ -70,7 +70,7 @@ def coloured_noise(
     """Draw stationary Gaussian noise of variance 1, time on the last axis.
 
     It is a first-order autoregression, ``x_n = a x_{n-1} + sqrt(1 - a^2) w_n`` with ``a = exp(-2 pi corner / rate)``.
-    :func:`relative_density` is its density relative to white noise.
+    Its density relative to white noise is ``(1 - a^2) / |1 - a exp(-2 pi i f / rate)|^2``.
 
     Parameters
     ----------
@@ -96,25 +96,6 @@ def coloured_noise(
     # The first sample already has the variance of the others.
     noise, _ = lfilter([b], [1.0, -a], white, zi=(1 - b) * white[..., :1])
     return np.asarray(noise)
-
-
-def relative_density(frequency: FloatArray, sampling_rate: float, corner_frequency: float | None) -> FloatArray:
-    """Return the power density of :func:`coloured_noise` relative to white noise of the same variance.
-
-    It is ``(1 - a^2) / |1 - a exp(-2 pi i f / rate)|^2``, mean 1 over the band.
-
-    Parameters
-    ----------
-    frequency
-        Frequencies in Hz, of any shape.
-    sampling_rate, corner_frequency
-        Rates in Hz; the density is 1 everywhere without a corner.
-    """
-    frequency = np.asarray(frequency, float)
-    if corner_frequency is None:
-        return np.ones_like(frequency)
-    a = np.exp(-2 * np.pi * corner_frequency / sampling_rate)
-    return np.asarray((1 - a**2) / np.abs(1 - a * np.exp(-2j * np.pi * frequency / sampling_rate)) ** 2)
 
 
 class Tacho(Section):

@@ -1,12 +1,11 @@
 """The report of an evaluation: one page that needs no network, and its numbers as JSON."""
 
-import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from sigdb.core import __version__, plain
+from sigdb.core import __version__, json_text, plain
 from sigdb.recognition import (
     ENOUGH,
     TARGETS,
@@ -56,7 +55,7 @@ def write_evaluation_report(evaluation: Evaluation, folder: str | Path, *, title
         "tables": {name: plain(table.to_dict("list")) for name, table in evaluation.tables.items()},
         "sigdb_version": __version__,
     }
-    (folder / NUMBERS).write_text(json.dumps(numbers, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    (folder / NUMBERS).write_text(json_text(numbers), encoding="utf-8")
     (folder / PAGE).write_text(evaluation_html(evaluation, title=title), encoding="utf-8")
     return folder / PAGE
 

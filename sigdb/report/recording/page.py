@@ -1,12 +1,11 @@
 """The page of the signatures of recordings: one file that needs no network, and its numbers as JSON."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
 
-from sigdb.core import __version__, plain
+from sigdb.core import __version__, json_text, plain
 from sigdb.recording import RecordedSignature
 from sigdb.report.page import page
 from sigdb.report.recording.pictures import history_figure, recorded_figures
@@ -50,7 +49,7 @@ def write_recorded_report(
         "history": [] if history is None else plain(history.to_dict("records")),
         "sigdb_version": __version__,
     }
-    (folder / NUMBERS).write_text(json.dumps(numbers, allow_nan=False) + "\n", encoding="utf-8")
+    (folder / NUMBERS).write_text(json_text(numbers, indent=None), encoding="utf-8")
     text = page(
         "recording.html",
         title=title,

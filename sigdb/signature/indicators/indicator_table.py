@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sigdb.core import SIGNALS_AT_ONCE, blocks
 from sigdb.signature.checks import Float64Array, real_signal
 from sigdb.signature.gear_orders import GearOrders, gear_orders
 from sigdb.signature.indicators.average_terms import AverageTerms
@@ -143,9 +144,6 @@ _TABLE = (
 INDICATORS: Mapping[str, Indicator] = MappingProxyType({indicator.name: indicator for indicator in _TABLE})
 """Every indicator without history by its name, in the order of :func:`indicators`."""
 
-_SIGNALS_AT_ONCE = 32
-"""Keeps a block's intermediate arrays in the cache: a batch of 256 at once takes three times as long."""
-
 
 def indicators(
     tsa: ArrayLike,
@@ -198,9 +196,9 @@ def indicators(
     n = x.shape[-1]
     orders = gear_orders("indicators", n, teeth, mesh_harmonics, shaft_harmonics, sidebands, least_mesh=1)
     signals = x.reshape(-1, n)
-    starts = range(0, max(len(signals), 1), _SIGNALS_AT_ONCE)
-    blocks = [_indicators(signals[i : i + _SIGNALS_AT_ONCE], teeth, orders, eps) for i in starts]
-    return {name: np.concatenate([b[name] for b in blocks]).reshape(x.shape[:-1])[()] for name in INDICATORS}
+    # A batch of 256 signals at once takes three times as long.
+    parts = [_indicators(signals[some], teeth, orders, eps) for some in blocks(max(len(signals), 1), SIGNALS_AT_ONCE)]
+    return {name: np.concatenate([part[name] for part in parts]).reshape(x.shape[:-1])[()] for name in INDICATORS}
 
 
 def _indicators(x: Float64Array, teeth: int, orders: GearOrders, eps: float) -> dict[str, Float64Array]:

@@ -3,12 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigdb.core import InputError
+from sigdb.core import SIGNALS_AT_ONCE, InputError, blocks
 from sigdb.signature.checks import Float64Array, band_edges, count, real_or_complex_signal
 from sigdb.signature.wigner_ville.lag_window import LagWindow, analytic, lag_weights
-
-_SIGNALS_AT_ONCE = 32
-"""Bounds the memory for lag products, whatever the batch, and keeps it in the cache."""
 
 
 def mesh_bands(teeth: int, *, per_mesh_order: int = 4, mesh_orders: int = 4) -> Float64Array:
@@ -111,8 +108,7 @@ def pooled_wigner_ville(
     D = _band_matrix(h, K, edges, n)
     signals = a.reshape(-1, n)
     F = np.empty((signals.shape[0], cells, edges.size - 1))
-    for start in range(0, signals.shape[0], _SIGNALS_AT_ONCE):
-        some = slice(start, start + _SIGNALS_AT_ONCE)
+    for some in blocks(signals.shape[0], SIGNALS_AT_ONCE):
         R = _cell_lag_products(analytic(signals[some]), cells, h.size - 1)
         F[some] = (R.reshape(-1, D.shape[0]) @ D).reshape(-1, cells, edges.size - 1)
     return F.reshape(*a.shape[:-1], cells, edges.size - 1)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigdb.core import BoolArray, FloatArray, IntArray, specimen_stream
+from sigdb.core import SIGNALS_AT_ONCE, BoolArray, FloatArray, IntArray, blocks, specimen_stream
 from sigdb.database import Template
 from sigdb.dynamics import superpose
 from sigdb.measurement import index_errors, noise_deviation, revolution_scatter
@@ -23,8 +23,6 @@ Cases = Mapping[str, NDArray[Any]]
 CASE_COLUMNS = ("id", "template", "teeth", "tooth", "specimen", "averages", "snr_db", "index_error")
 """Columns of a case that determine its average."""
 
-ROWS_AT_ONCE = 32
-"""Rows computed together, so that their arrays stay in the cache and in memory that the process has already."""
 _NOT_TURNED = (
     "the mesh loses contact, and unbalance, run-out or a fluctuating load act in addition: the motion with "
     "damage at one tooth is not that at another turned; reduce the damage, or leave those out"
@@ -110,8 +108,8 @@ class Averages:
         for number in np.unique(cases["template"]):
             point = plan.rig_points[plan.case(int(number)).rig_point]
             here = np.flatnonzero(cases["template"] == number)
-            for first in range(0, len(here), ROWS_AT_ONCE):
-                self._fill(templates[int(number)], point, here[first : first + ROWS_AT_ONCE])
+            for some in blocks(len(here), SIGNALS_AT_ONCE):
+                self._fill(templates[int(number)], point, here[some])
 
     @property
     def done(self) -> BoolArray:

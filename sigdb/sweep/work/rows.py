@@ -6,11 +6,11 @@ from collections.abc import Iterator
 import numpy as np
 import pyarrow as pa
 
-from sigdb.core import NOISE_BLOCK, BoolArray, FloatArray, noise_stream
+from sigdb.core import NOISE_BLOCK, SIGNALS_AT_ONCE, BoolArray, FloatArray, blocks, noise_stream
 from sigdb.database import Receipt, Schema, Store, read_schema, suffixed, write_part
 from sigdb.signature import FEATURES, features
 from sigdb.sweep.plan.plan import Plan
-from sigdb.sweep.work.averages import CASE_COLUMNS, ROWS_AT_ONCE, Averages, Cases, SpecimenErrors
+from sigdb.sweep.work.averages import CASE_COLUMNS, Averages, Cases, SpecimenErrors
 from sigdb.sweep.work.templates import TemplateReader
 
 
@@ -77,9 +77,7 @@ def _columns(plan: Plan, averages: Averages) -> pa.Table:
     }
     tsa = averages.tsa[done]
     results = {"scatter": averages.scatter[done], "tsa": tsa}
-    signatures = [
-        _signature(tsa[first : first + ROWS_AT_ONCE], averages.teeth) for first in range(0, len(tsa), ROWS_AT_ONCE)
-    ]
+    signatures = [_signature(tsa[some], averages.teeth) for some in blocks(len(tsa), SIGNALS_AT_ONCE)]
     if signatures:
         results |= {name: np.concatenate([some[name] for some in signatures]) for name in signatures[0]}
     for i, sensor in enumerate(plan.sensors):

@@ -1,5 +1,6 @@
 """Unit: threads share what is prepared of a rig; nothing that is frozen is written to."""
 
+from collections import OrderedDict
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import FrozenInstanceError
 
@@ -8,6 +9,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from sigdb.dynamics import prepare
+from sigdb.dynamics.periodic.influences import Influences
 from sigdb.transmission import ToothDamage, load_transmission
 
 
@@ -32,6 +34,22 @@ def test_threads_give_the_answers_of_one_thread(prepared):
         found = list(pool.map(lambda damage: fresh.steady_state([damage])[0].signals, damages))
     for i, signals in enumerate(found):
         assert_array_equal(signals, alone[i % len(alone)])
+
+
+def test_a_thread_gets_its_influence_though_another_has_displaced_it(prepared):
+    """The caches were cleared between the write and the read of an entry: a KeyError."""
+
+    class Displacing(OrderedDict):
+        """A dictionary from which other threads take every entry at once."""
+
+        def __setitem__(self, key, value):
+            super().__setitem__(key, value)
+            self.clear()
+
+    influences = Influences(prepared.solver, len(prepared.meshes), prepared.period)
+    influences._gathered = Displacing()
+    samples = np.arange(40, 60)
+    assert_array_equal(influences.at(samples, 0), prepared.influences.at(samples, 0))
 
 
 def test_influences_are_kept_and_cannot_be_changed(prepared):

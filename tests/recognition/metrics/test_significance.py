@@ -61,6 +61,23 @@ def test_all_metrics_together_are_taken_for_better_once_in_a_hundred():
     assert found / tries == pytest.approx(0.01, abs=4 * np.sqrt(0.01 * 0.99 / tries))
 
 
+def test_what_is_bounded_is_a_field_of_the_metric_whatever_its_name():
+    """The beginnings of the names decided before, and which of two values is better."""
+    rows = pd.DataFrame({"specimen": np.repeat(np.arange(20), 15), "tooth": 1})
+    few, many = np.zeros(300), np.ones(300)
+    few[:30], many[:30] = 1.0, 0.0
+    estimates = dict.fromkeys(("quality", "loss", "accuracy_of_another"), Estimate(value=0.5, low=0.4, high=0.6))
+    metrics = [
+        Metric(name="quality", title="quality", better=1, bounded=True),
+        Metric(name="loss", title="loss", better=-1, bounded=True),
+        Metric(name="accuracy_of_another", title="accuracy", better=1, bounded=False),
+    ]
+    ours = {"quality": many, "loss": few, "accuracy_of_another": many}
+    best = {"quality": few, "loss": many, "accuracy_of_another": few}
+    assert above(estimates, estimates, ours, best, rows, metrics) == ("loss", "quality")
+    assert above(estimates, estimates, best, ours, rows, metrics) == ()
+
+
 def test_metrics_without_values_tell_nothing_by_one_specimen_or_by_a_row():
     """A bootstrap over one specimen has no width, and over few hardly any."""
     ours, best = ({"pd_at_1e-2": Estimate(value=one, low=one, high=one)} for one in (0.51, 0.5))

@@ -149,6 +149,13 @@ def test_the_table_tells_the_figures(location, pages):
     assert "The best possible answer (the Bayes bound) is not computed." in page
 
 
+def test_a_text_with_a_bracket_is_no_interval(location):
+    """Cells were cut where a bracket begins."""
+    metrics = {"a": location.metrics["a"], "b [untuned]": location.metrics["b"]}
+    page = evaluation_html(replace(location, metrics=metrics, tables={}), title="t")
+    assert "<th>b [untuned]</th>" in page
+
+
 def test_what_the_circular_picture_shows_adds_up(location):
     figure = next(figure for heading, _, figure in evaluation_figures(location) if heading.startswith("Distance"))
     missed = float(figure.axes[0].get_title(loc="left").split("missed: ")[1])

@@ -1,5 +1,8 @@
 """Verification: a stored row is what a direct simulation at the damaged tooth, the specimen's errors and noise give."""
 
+import gc
+import weakref
+
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
@@ -7,9 +10,11 @@ from numpy.testing import assert_allclose
 
 import sigdb
 from sigdb.core.streams import NOISE_BLOCK, noise_stream, specimen_stream
+from sigdb.database import read_schema
 from sigdb.dynamics import Periodic, Transient
 from sigdb.measurement import index_errors
 from sigdb.signature import indicators, mesh_bands, order_spectrum, pooled_wigner_ville
+from sigdb.sweep.work.rows import make_rows
 
 SENSORS = ("pinion-vertical", "pinion-housing-vertical")
 STEP = 32
@@ -273,3 +278,22 @@ def test_the_damaged_gear_may_be_the_driven_one(plan_of, tmp_path):
     assert set(cases["shaft"]) == {"gear-shaft"}
     # A single revolution has no scatter.
     assert cases["scatter"].isna().all()
+
+
+def test_specimens_are_kept_no_longer_than_the_work_on_a_part(small, small_plan, monkeypatch):
+    """They stayed in a cache of the process, 65 536 of them, whatever the sweep."""
+    kept = []
+
+    def drawn(stream, teeth, mate_teeth):
+        errors = index_errors(stream, teeth, mate_teeth)
+        kept.append(weakref.ref(errors))
+        return errors
+
+    monkeypatch.setattr("sigdb.sweep.work.averages.index_errors", drawn)
+    store = small.store
+    for _ in range(2):
+        before = len(kept)
+        assert len(list(make_rows(small_plan, store, read_schema(store), 0, NOISE_BLOCK))) == 1
+        gc.collect()
+        assert len(kept) > before
+        assert [one for one in kept if one() is not None] == []

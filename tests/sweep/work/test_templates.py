@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import sigdb
+from sigdb.database import stored_templates
 from sigdb.database.store.schema import write_schema
 from sigdb.database.store.store import Store
 from sigdb.dynamics import Periodic, PeriodicRig
@@ -80,3 +81,20 @@ def test_the_bank_gives_what_is_stored_in_any_order(folder, templates, plan):
             assert_array_equal(found.compression, stored["compression"])
         assert found.compression_response.shape == (12 * 32, 12)
         assert found.harmonic_response.shape == (2, 12 * 32, 0, 2)
+
+
+def test_a_sweep_and_a_database_read_the_same_template(folder, plan):
+    """Each had a reader of its own, with other shapes and other units."""
+    database, reader = sigdb.open(folder), TemplateReader(Store.at(folder), plan.sensors)
+    point = dict(zip(("speed_rpm", "torque"), database.templates()[["speed_rpm", "torque"]].iloc[0], strict=True))
+    for i, sensor in enumerate(plan.sensors):
+        read = stored_templates(database, **point, teeth=12, sensor=sensor, where="template < 3")
+        assert [template.case["template"] for template in read] == [0, 1, 2]
+        for template in read:
+            other = reader[template.case["template"]]
+            assert type(template) is type(other)
+            assert (template.case, template.status, template.contact_loss) == (other.case, "ok", False)
+            for name in ("signals", "specimen_response", "harmonic_response", "reference_variance"):
+                assert_array_equal(getattr(template, name), getattr(other, name)[[i]], err_msg=name)
+            assert_array_equal(template.orders, other.orders)
+            assert template.static_compression == other.static_compression

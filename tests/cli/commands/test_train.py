@@ -1,0 +1,26 @@
+"""The choices of ``sigdb train`` are the targets, learners and splits that there are."""
+
+from typing import get_args
+
+import pytest
+from click.testing import CliRunner
+
+from sigdb import recognition
+from sigdb.cli.main import cli
+from sigdb.recognition.settings import SplitName, Target
+
+
+@pytest.mark.parametrize(("option", "table"), [("target", "TARGETS"), ("learner", "LEARNERS"), ("split", "SPLITS")])
+def test_choices_are_read_from_recognition(monkeypatch, option, table):
+    """A target that is added is a choice of the command without another line."""
+    monkeypatch.setattr(recognition, table, {**getattr(recognition, table), "another": None}, raising=False)
+    text = CliRunner().invoke(cli, ["train", "--help"]).output
+    assert f"[{'|'.join(getattr(recognition, table))}]" in "".join(text.split())
+    refused = CliRunner().invoke(cli, ["train", "db", "--target", "location", "--out", "o", f"--{option}", "none"])
+    assert refused.exit_code == 2
+    assert "another" in refused.output
+
+
+def test_recipes_take_the_same_targets_and_splits():
+    assert set(get_args(Target)) == set(recognition.TARGETS)
+    assert set(get_args(SplitName)) == set(recognition.SPLITS)
