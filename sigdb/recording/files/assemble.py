@@ -8,10 +8,20 @@ import numpy as np
 
 from sigdb.core import FloatArray, InputError, Note, suggestion
 from sigdb.recording.files.formats.contents import Contents, DataColumn
-from sigdb.recording.files.missing_samples import common_part, ends, fill_gaps
-from sigdb.recording.files.sampling_rates import sampling_rates, split_time
+from sigdb.recording.files.missing_samples import fill_gaps
+from sigdb.recording.files.ramps import Ramp, ramp_kind
+from sigdb.recording.files.sampling_rates import SeriesTiming, series_timing
 from sigdb.recording.files.settings import RecordingSettings
+from sigdb.recording.files.shared_time import share_time
+from sigdb.recording.files.time_columns import time_columns, times_of
+from sigdb.recording.files.time_names import seconds_of, time_name
 from sigdb.recording.recording import Channel, Recording
+
+SPEED_TO_CONFIRM = "speed-to-confirm"
+"""Code of the note on a speed in the file, which may be that of another shaft."""
+
+LATEST = 1e8
+"""Start in s above which times count from 1970; the time axis then begins at the first sample."""
 
 
 def assemble(contents: Contents, settings: RecordingSettings, *, source: str) -> Recording:
@@ -24,27 +34,36 @@ def assemble(contents: Contents, settings: RecordingSettings, *, source: str) ->
     """
     named, notes = _named(contents, settings)
     named, other_notes = _over_time(named, settings)
-    time, columns, time_notes = split_time(named, time=settings.time, named=contents.named or bool(settings.names))
-    columns = _chosen(columns, settings)
-    _refuse_unknown(columns, settings)
+    times, time_notes = time_columns(named, settings, named=contents.named or bool(settings.names))
+    columns = _chosen(named, settings, tuple(time.name for time in times))
+    _refuse_unknown(columns, settings, tuple(time.name for time in times))
+    columns, ramps = _without_ramps(columns, settings)
+    pulses = tuple(column for column in columns if _holds_pulse_times(column, settings))
+    columns = tuple(column for column in columns if not _holds_pulse_times(column, settings))
     series = [_number(column) for column in columns]
-    rates, rate_notes = sampling_rates(
+    times_by_name, other_times = times_of(columns, times, requested=settings.sampling_rate)
+    timing, rate_notes = series_timing(
         columns,
         requested=settings.sampling_rate,
-        time=time,
+        times=times_by_name,
         stated=contents.sampling_rate,
         source=contents.rate_from,
+        hint="".join(f" ({ramp.text})" for ramp in ramps[:2]),
     )
-    series, cut_notes = _aligned(series, columns, rates)
-    channels, sample_notes = _channels(series, columns, rates, settings)
+    names = [column.name for column in columns]
+    series, starts, cut_notes = share_time(series, names, timing)
+    origin = min(starts) if min(starts) > LATEST else 0.0
+    channels, sample_notes = _channels(series, columns, timing, [start - origin for start in starts], settings)
+    channels = _in_order(named, (*channels, *(_pulse_times(column, channels[0], origin) for column in pulses)))
     everything = (
-        *contents.notes, *notes, *other_notes, *time_notes, *rate_notes, *cut_notes, *sample_notes, *_remarks(channels)
+        *contents.notes, *notes, *other_notes, *time_notes, *other_times, *ramps, *rate_notes, *cut_notes,
+        *sample_notes, *_speed_notes(contents, settings), *_remarks(channels),
     )  # fmt: skip
     return Recording(
         source=source, channels=channels, tacho=settings.tacho, pulses_per_rev=settings.pulses_per_rev,
         tacho_kind=settings.tacho_kind, threshold=settings.threshold, hysteresis=settings.hysteresis,
         edge=settings.edge, ratio=settings.ratio, teeth=settings.teeth,
-        speed_rpm=settings.speed_rpm, torque=settings.torque,
+        speed_rpm=contents.speed_rpm if settings.speed_rpm is None else settings.speed_rpm, torque=settings.torque,
         notes=tuple({note.text: note for note in everything}.values()),
     )  # fmt: skip
 
@@ -57,7 +76,7 @@ def _named(contents: Contents, settings: RecordingSettings) -> tuple[tuple[DataC
             raise InputError(
                 f"names gives {len(settings.names)} names, the file holds {len(columns)} columns; name all"
             )
-        columns = tuple(replace(column, name=name) for column, name in zip(columns, settings.names, strict=True))
+        columns = tuple(replace(column, name=name, named=True) for column, name in zip(columns, settings.names, strict=True))
     columns = tuple(replace(column, name=_clean(column.name), unit=_clean(column.unit)) for column in columns)
     taken: Counter[str] = Counter()
     renamed, notes = [], []
@@ -104,28 +123,100 @@ def _over_time(
     return tuple(column for column in columns if column.abscissa == "time"), notes
 
 
-def _chosen(columns: tuple[DataColumn, ...], settings: RecordingSettings) -> tuple[DataColumn, ...]:
-    by_name = {column.name: column for column in columns}
+def _chosen(
+    columns: tuple[DataColumn, ...], settings: RecordingSettings, times: tuple[str, ...]
+) -> tuple[DataColumn, ...]:
+    """Return the columns that the settings choose, or all that are no times."""
+    by_name = {column.name: column for column in columns if column.name not in times}
     if settings.channels is None:
-        return columns
+        return tuple(by_name.values())
     wanted = list(settings.channels)
     if settings.tacho is not None and settings.tacho not in wanted:
         wanted.append(settings.tacho)
     for name in wanted:
+        if name in times:
+            raise InputError(f"channels names {name!r}, which is the column of times; leave it out of channels")
         if name not in by_name:
             raise InputError(f"no channel {name!r}{suggestion(name, by_name)}")
     return tuple(by_name[name] for name in dict.fromkeys(wanted))
 
 
-def _refuse_unknown(columns: tuple[DataColumn, ...], settings: RecordingSettings) -> None:
+def _refuse_unknown(columns: tuple[DataColumn, ...], settings: RecordingSettings, times: tuple[str, ...]) -> None:
     """Refuse units, scales and a tacho of channels that do not exist."""
     names = [column.name for column in columns]
+    if not names:
+        raise InputError(f"holds no channel besides the times in {times[0]}" if times else "holds no channel")
     for key, by_channel in (("units", settings.units), ("scale", settings.scale)):
         for name in by_channel if isinstance(by_channel, dict) else ():
-            if name not in names:
+            if name not in names and not (key == "units" and name in times):
                 raise InputError(f"{key} names {name!r}, which is no channel{suggestion(name, names)}")
     if settings.tacho is not None and settings.tacho not in names:
         raise InputError(f"tacho names {settings.tacho!r}, which is no channel{suggestion(settings.tacho, names)}")
+
+
+_RAMPS: dict[Ramp, str] = {
+    "counts": "counts samples",
+    "rises": "only rises, as times, counts and angles do,",
+    "falls": "only falls, as a ramp does,",
+    "repeats": "is a ramp that begins again and again, as counts and angles do,",
+}
+
+
+def _without_ramps(
+    columns: tuple[DataColumn, ...], settings: RecordingSettings
+) -> tuple[tuple[DataColumn, ...], list[Note]]:
+    """Return the columns that are no ramps, and notes on the others; a tacho of pulse times or counts may be a ramp.
+
+    Raises
+    ------
+    InputError
+        If a ramp is chosen by name, is a tacho with pulses, or if all columns are ramps.
+    """
+    kept, notes = [], []
+    for column in columns:
+        is_tacho = column.name == settings.tacho
+        ramp = ramp_kind(column.values.astype(float)) if column.values.dtype.kind in "biuf" else ""
+        if not ramp or (is_tacho and (settings.tacho_kind != "waveform" or ramp == "repeats")):
+            kept.append(column)
+            continue
+        code = "sample-count-left-out" if ramp == "counts" else "ramp-left-out"
+        text = f"{column.name} {_RAMPS[ramp]}"
+        if is_tacho:
+            raise InputError(f"the tacho {text.rstrip(',')}; give tacho_kind, 'pulse-times', 'counts' or 'angle'")
+        if column.name in (settings.channels or ()):
+            raise InputError(f"channel {text.rstrip(',')}, so it is no vibration; leave it out of channels")
+        notes.append(Note(code=code, text=f"{text} and was left out", values={"column": column.name}))
+    if not kept or (len(kept) == 1 and kept[0].name == settings.tacho and notes):
+        raise InputError(f"holds no vibration: {'; '.join(note.text for note in notes[:4])}")
+    return tuple(kept), notes
+
+
+def _holds_pulse_times(column: DataColumn, settings: RecordingSettings) -> bool:
+    return column.name == settings.tacho and settings.tacho_kind == "pulse-times"
+
+
+def _pulse_times(column: DataColumn, signal: Channel, origin: float) -> Channel:
+    """Return the channel of pulse times in s on the recording's time axis; nan at its end is padding."""
+    t = column.values.astype(float)
+    t = t[: t.size - int(np.argmax(np.isfinite(t[::-1])))] if np.isfinite(t).any() else t[:0]
+    unit = column.unit or time_name(column.name).unit
+    factor = seconds_of(unit)
+    if factor is None:
+        raise InputError(f"the tacho {column.name} holds pulse times in {unit!r}, not a unit of time; mend it by units")
+    if t.size < 2 or not np.isfinite(t).all() or np.diff(t).min() <= 0:
+        raise InputError(f"the tacho {column.name} must hold two pulse times or more that rise, none of them missing")
+    samples = np.ascontiguousarray(t * factor - origin)
+    return Channel(
+        name=column.name, samples=samples, sampling_rate=signal.sampling_rate, unit="s", rate_from="not sampled"
+    )
+
+
+def _in_order(columns: tuple[DataColumn, ...], channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
+    """Return channels in the order of the file, or the order in which the settings choose them."""
+    if channels and channels[-1].rate_from != "not sampled":
+        return channels
+    order = [column.name for column in columns]
+    return tuple(sorted(channels, key=lambda channel: order.index(channel.name)))
 
 
 def _number(column: DataColumn) -> FloatArray:
@@ -140,27 +231,16 @@ def _number(column: DataColumn) -> FloatArray:
     return x
 
 
-def _aligned(
-    series: list[FloatArray], columns: tuple[DataColumn, ...], rates: list[float]
-) -> tuple[list[FloatArray], list[Note]]:
-    """Return the series; those of one rate are cut to their common part, so that sample i is the same instant."""
-    if len(set(rates)) > 1:
-        text = f"channels have {len(set(rates))} sampling rates"
-        note = Note(code="several-sampling-rates", text=text, values={"rates": len(set(rates))})
-        return [x[: ends(x, column.name)[1]] for x, column in zip(series, columns, strict=True)], [note]
-    first, end = common_part(series, [column.name for column in columns])
-    cut = max(x.size for x in series) - (end - first)
-    text = f"cut to samples {first} to {end}, which all channels have"
-    note = Note(code="cut-to-common-part", text=text, values={"first": first, "end": end})
-    return [x[first:end] for x in series], [note] if cut else []
-
-
 def _channels(
-    series: list[FloatArray], columns: tuple[DataColumn, ...], rates: list[float], settings: RecordingSettings
+    series: list[FloatArray],
+    columns: tuple[DataColumn, ...],
+    timing: list[SeriesTiming],
+    starts: list[float],
+    settings: RecordingSettings,
 ) -> tuple[tuple[Channel, ...], list[Note]]:
     channels: list[Channel] = []
     notes: list[Note] = []
-    for x, column, rate in zip(series, columns, rates, strict=True):
+    for x, column, each, start in zip(series, columns, timing, starts, strict=True):
         is_tacho = column.name == settings.tacho
         whole, gap_notes = fill_gaps(x, name=column.name, longest=settings.longest_gap, is_tacho=is_tacho)
         factor = _scale(column.name, settings, is_tacho=is_tacho)
@@ -176,7 +256,16 @@ def _channels(
             samples = whole * factor if factor != 1 else whole
         if not np.isfinite(samples).all():
             raise InputError(f"channel {column.name}: scale = {factor} makes it infinite")
-        channels.append(Channel(name=column.name, samples=samples, sampling_rate=rate, unit=unit))
+        channels.append(
+            Channel(
+                name=column.name,
+                samples=samples,
+                sampling_rate=each.sampling_rate,
+                unit=unit,
+                rate_from=each.source,
+                start=start,
+            )
+        )
     return tuple(channels), notes
 
 
@@ -190,6 +279,16 @@ def _unit(column: DataColumn, settings: RecordingSettings, *, is_tacho: bool) ->
     if isinstance(settings.units, dict):
         return settings.units.get(column.name, column.unit)
     return column.unit if settings.units is None or is_tacho else settings.units
+
+
+def _speed_notes(contents: Contents, settings: RecordingSettings) -> list[Note]:
+    """Return a note on a speed that the file states, which is to be confirmed."""
+    if contents.speed_rpm is None or settings.speed_rpm is not None:
+        return []
+    if any(note.code == SPEED_TO_CONFIRM for note in contents.notes):
+        return []
+    text = f"the file states {contents.speed_rpm:.6g} rpm, a speed to be confirmed; give speed_rpm"
+    return [Note(code=SPEED_TO_CONFIRM, text=text, values={"speed_rpm": contents.speed_rpm})]
 
 
 def _remarks(channels: tuple[Channel, ...]) -> list[Note]:

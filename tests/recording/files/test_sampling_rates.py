@@ -7,7 +7,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from sigdb.core.errors import InputError
 from sigdb.recording import read_recording
 from sigdb.recording.files.missing_samples import fill_gaps
-from sigdb.recording.files.sampling_rates import rises_evenly, time_base
+from sigdb.recording.files.time_base import time_base
+from sigdb.recording.files.time_columns import rises_evenly
 
 T = 3.25 + np.arange(2000) / 12_800
 X = np.random.default_rng(5).normal(size=2000)

@@ -32,6 +32,8 @@ class DataColumn:
         Time of the first sample in s, on a time axis that all columns of the file share; None if it is not stated.
     abscissa
         Quantity along the samples, for instance "Frequency" for a spectrum; "time" if the file states no other.
+    named
+        False where the reader made up the name, for instance for a column of a matrix.
     """
 
     name: str
@@ -41,6 +43,7 @@ class DataColumn:
     rate_from: str = "the file"
     start: float | None = None
     abscissa: str = "time"
+    named: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)

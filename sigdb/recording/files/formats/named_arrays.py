@@ -132,13 +132,13 @@ def _columns(name: str, values: StoredArray, facts: ArrayFacts) -> tuple[list[Da
     wide = values.shape[1] > values.shape[0]
     matrix = values.T if wide else values
     check_columns(matrix.shape[1])
-    columns = [_column(f"{name}{i + 1}", matrix[:, i], facts) for i in range(matrix.shape[1])]
+    columns = [_column(f"{name}{i + 1}", matrix[:, i], facts, named=False) for i in range(matrix.shape[1])]
     text = f"{name} of shape {values.shape} was read with its samples along the rows"
     return columns, [Note(code="samples-along-rows", text=text, values={"name": name})] if wide else []
 
 
-def _column(name: str, values: StoredArray, facts: ArrayFacts) -> DataColumn:
-    return DataColumn(name=name, values=values, **vars(facts))
+def _column(name: str, values: StoredArray, facts: ArrayFacts, *, named: bool = True) -> DataColumn:
+    return DataColumn(name=name, values=values, named=named, **vars(facts))
 
 
 def _inside(name: str, variable: str) -> bool:

@@ -20,8 +20,9 @@ from sigdb.recording.files.formats.named_arrays import not_read, rate_of
 from sigdb.recording.files.formats.tdms_numbers import kind_in_words, raw_numbers
 from sigdb.recording.files.formats.tdms_scales import UnreadScaleError, has_scales, scaled
 from sigdb.recording.files.formats.tdms_segments import Meta, Properties, TimeStamp, segments
-from sigdb.recording.files.sampling_rates import SAME, SECONDS
 from sigdb.recording.files.settings import RecordingSettings
+from sigdb.recording.files.time_columns import SAME
+from sigdb.recording.files.time_names import seconds_of
 
 FOREIGN: tuple[type[Exception], ...] = ()
 
@@ -149,7 +150,7 @@ def _levels(meta: Meta, path: str) -> tuple[Properties, ...]:
 def _block(properties: Properties, first: int) -> _Block:
     start = properties.get("wf_start_time")
     is_stated = isinstance(start, TimeStamp) and start != TimeStamp(seconds=0, fraction=0)
-    unit = SECONDS.get(str(properties.get("wf_xunit_string", "")).strip().lower(), 1.0)
+    unit = seconds_of(str(properties.get("wf_xunit_string", ""))) or 1.0
     interval = _finite(properties.get("wf_increment"))
     return _Block(
         first=first,
@@ -217,7 +218,7 @@ def _abscissa(properties: Properties) -> str:
     """Return "time", or the name and the unit of another quantity along the samples."""
     name = str(properties.get("wf_xname", "")).strip()
     unit = str(properties.get("wf_xunit_string", "")).strip()
-    of_unit = unit.lower() in SECONDS and not name.lower().startswith(NOT_TIME)
+    of_unit = seconds_of(unit) is not None and not name.lower().startswith(NOT_TIME)
     is_time = of_unit if unit else name.lower() in TIME_WORDS
     return "time" if is_time else f"{name or 'a quantity'}{f' in {unit}' if unit else ''}"
 

@@ -1,0 +1,88 @@
+"""Ramps: series that only rise or fall, such as times, counts and angles, which are no vibration."""
+
+from typing import Literal
+
+import numpy as np
+
+from sigdb.core import FloatArray
+
+Ramp = Literal["", "counts", "rises", "falls", "repeats"]
+"""Kind of a ramp; empty for another series. ``counts`` rises by 1, ``repeats`` begins again and again."""
+
+FEWEST = 8
+"""Number of values, and of different values, from which on a series can be a ramp."""
+
+NEAR_LINE = 3.0
+"""Distance from a straight line, in steps of the line, up to which a series is a ramp."""
+
+LONG_TEETH = 16
+"""Fewest samples of a ramp that begins again."""
+
+_FIRST = 4096
+"""Number of samples that decide for most series that they are no ramp."""
+
+_ROUNDING = 1e-6
+
+
+def ramp_kind(x: FloatArray) -> Ramp:
+    """Return the kind of ramp that a series is.
+
+    A series is a ramp if it never falls or never rises, if it lies within three steps of a straight line, or if its
+    steps are equal but for jumps back. A vibration does none of these.
+
+    Parameters
+    ----------
+    x
+        (n,) numbers; missing ones are left out.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> ramp_kind(np.arange(50.0)), ramp_kind(np.arange(50) / 8000), ramp_kind(np.sin(np.arange(50.0)))
+    ('counts', 'rises', '')
+    """
+    first = _kind(x[:_FIRST])
+    if x.size <= _FIRST or (not first and np.ptp(_finite(x[:_FIRST])) > 0):
+        return first
+    return _kind(x)
+
+
+def _kind(x: FloatArray) -> Ramp:
+    x = _finite(x)
+    if x.size < FEWEST:
+        return ""
+    steps = np.diff(x)
+    if not steps.any():
+        return ""
+    if np.all(steps == 1) and x[0] == np.round(x[0]):
+        return "counts"
+    if np.count_nonzero(steps) >= FEWEST - 1 and (steps.min() >= 0 or steps.max() <= 0):
+        return "rises" if steps.max() > 0 else "falls"
+    if _near_line(x):
+        return "rises" if x[-1] > x[0] else "falls"
+    return "repeats" if _repeats(steps) else ""
+
+
+def _finite(x: FloatArray) -> FloatArray:
+    whole = np.isfinite(x)
+    return x if whole.all() else x[whole]
+
+
+def _near_line(x: FloatArray) -> bool:
+    """Return whether a series lies near a straight line that spans many of its steps."""
+    scale = float(np.abs(x).max()) or 1.0
+    i = np.arange(x.size) - (x.size - 1) / 2
+    y = x / scale
+    y = y - y.mean()
+    slope = float(i @ y / (i @ i))
+    return bool(np.abs(y - slope * i).max() <= min(NEAR_LINE, x.size / FEWEST / 2) * abs(slope))
+
+
+def _repeats(steps: FloatArray) -> bool:
+    """Return whether the steps are equal but for jumps back at least 16 samples apart."""
+    step = float(np.median(steps))
+    jumps = np.flatnonzero(np.abs(steps - step) > _ROUNDING * np.abs(steps).max())
+    if step == 0 or not jumps.size or jumps.size > steps.size / LONG_TEETH:
+        return False
+    apart = jumps.size < 2 or np.diff(jumps).min() >= LONG_TEETH
+    return bool(apart and np.all(steps[jumps] * np.sign(step) < -(LONG_TEETH / 2) * abs(step)))
