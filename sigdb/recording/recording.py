@@ -78,7 +78,8 @@ class Recording:
     source
         The file, or another source.
     channels
-        Channels in the order of the file; all begin at the same instant.
+        Channels in the order of the file. All begin at the same instant, or within a sample of each other where the
+        file states so; ``start`` of each channel then differs.
     tacho
         Name of the channel with the tacho, if there is one.
     pulses_per_rev

@@ -54,7 +54,9 @@ def assemble(contents: Contents, settings: RecordingSettings, *, source: str) ->
     series, starts, cut_notes = share_time(series, names, timing)
     origin = min(starts) if min(starts) > LATEST else 0.0
     channels, sample_notes = _channels(series, columns, timing, [start - origin for start in starts], settings)
-    channels = _in_order(named, (*channels, *(_pulse_times(column, channels[0], origin) for column in pulses)))
+    channels = _in_order(
+        named, (*channels, *(_pulse_times(column, channels[0], origin, settings) for column in pulses))
+    )
     everything = (
         *contents.notes, *notes, *other_notes, *time_notes, *other_times, *ramps, *rate_notes, *cut_notes,
         *sample_notes, *_speed_notes(contents, settings), *_remarks(channels),
@@ -76,7 +78,9 @@ def _named(contents: Contents, settings: RecordingSettings) -> tuple[tuple[DataC
             raise InputError(
                 f"names gives {len(settings.names)} names, the file holds {len(columns)} columns; name all"
             )
-        columns = tuple(replace(column, name=name, named=True) for column, name in zip(columns, settings.names, strict=True))
+        columns = tuple(
+            replace(column, name=name, named=True) for column, name in zip(columns, settings.names, strict=True)
+        )
     columns = tuple(replace(column, name=_clean(column.name), unit=_clean(column.unit)) for column in columns)
     taken: Counter[str] = Counter()
     renamed, notes = [], []
@@ -195,11 +199,11 @@ def _holds_pulse_times(column: DataColumn, settings: RecordingSettings) -> bool:
     return column.name == settings.tacho and settings.tacho_kind == "pulse-times"
 
 
-def _pulse_times(column: DataColumn, signal: Channel, origin: float) -> Channel:
+def _pulse_times(column: DataColumn, signal: Channel, origin: float, settings: RecordingSettings) -> Channel:
     """Return the channel of pulse times in s on the recording's time axis; nan at its end is padding."""
     t = column.values.astype(float)
     t = t[: t.size - int(np.argmax(np.isfinite(t[::-1])))] if np.isfinite(t).any() else t[:0]
-    unit = column.unit or time_name(column.name).unit
+    unit = _unit(column, settings, is_tacho=True) or time_name(column.name).unit
     factor = seconds_of(unit)
     if factor is None:
         raise InputError(f"the tacho {column.name} holds pulse times in {unit!r}, not a unit of time; mend it by units")

@@ -42,9 +42,8 @@ def ramp_kind(x: FloatArray) -> Ramp:
     ('counts', 'rises', '')
     """
     first = _kind(x[:_FIRST])
-    if x.size <= _FIRST or (not first and np.ptp(_finite(x[:_FIRST])) > 0):
-        return first
-    return _kind(x)
+    varies = np.unique(_finite(x[:_FIRST])).size > 1
+    return first if x.size <= _FIRST or (varies and not first) else _kind(x)
 
 
 def _kind(x: FloatArray) -> Ramp:

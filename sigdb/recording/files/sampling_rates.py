@@ -63,10 +63,15 @@ def series_timing(
     for column in columns:
         time = times.get(column.name)
         rate, origin, new = _rate_of(column, time, requested=requested, stated=stated, source=source, hint=hint)
-        start = column.start if time is None or column.start is not None else time.base.start
+        start = column.start if time is None or column.start is not None else _start(time, rate)
         timing.append(SeriesTiming(sampling_rate=rate, source=origin, start=start))
         notes += new
     return timing, list({note.text: note for note in notes}.values())
+
+
+def _start(time: TimeColumn, rate: float) -> float:
+    """Return the time of the first sample, s; without a unit the rate is that of the times."""
+    return time.base.start if time.unit else time.base.start * time.base.sampling_rate / rate
 
 
 def _rate_of(
@@ -87,13 +92,17 @@ def _rate_of(
         if time is not None:
             in_file[f"column {time.name}"] = time.base.sampling_rate
         rates = sorted({rate for rate in in_file.values() if abs(rate - requested) > SAME * requested})
-        notes = [_ignored(rate, f"the file states {rate:.9g} Hz; the given {requested:.9g} Hz was taken") for rate in rates]
+        notes = [
+            _ignored(rate, f"the file states {rate:.9g} Hz; the given {requested:.9g} Hz was taken") for rate in rates
+        ]
         return requested, "sampling_rate", notes
     if time is not None:
         rate = time.base.sampling_rate
         _check_times(time)
         others = {entry: other for entry, other in in_file.items() if abs(other - rate) > SAME * rate}
-        notes = [_ignored(other, f"{entry} states {other:.9g} Hz; the times were taken") for entry, other in others.items()]
+        notes = [
+            _ignored(other, f"{entry} states {other:.9g} Hz; the times were taken") for entry, other in others.items()
+        ]
         return rate, f"column {time.name}", [*_time_notes(time), *notes]
     if column.sampling_rate is not None:
         rate = _checked(column, column.sampling_rate, column.rate_from)
@@ -120,8 +129,8 @@ def _check_times(time: TimeColumn) -> None:
         )
     if not LOWEST < rate <= HIGHEST:
         raise InputError(
-            f"column {time.name}, in {time.unit or 's'}, gives a sampling rate of {rate:.6g} Hz, at which no vibration is "
-            "sampled; give its unit by units, or sampling_rate"
+            f"column {time.name}, in {time.unit or 's'}, gives a sampling rate of {rate:.6g} Hz, at which no vibration "
+            "is sampled; give its unit by units, or sampling_rate"
         )
     refuse_coarse(base, name=time.name)
 
@@ -157,12 +166,12 @@ def _ignored(rate: float, text: str) -> Note:
 def _checked(column: DataColumn, rate: float, source: str) -> float:
     if rate == LOWEST:
         raise InputError(
-            f"channel {column.name}: {source} states a sampling rate of 1 Hz, which is the default of many programs and "
-            "stands for none; give sampling_rate, in Hz, or the column of times by time"
+            f"channel {column.name}: {source} states a sampling rate of 1 Hz, which is the default of many programs "
+            "and stands for none; give sampling_rate, in Hz, or the column of times by time"
         )
     if not LOWEST < rate <= HIGHEST:
         raise InputError(
-            f"channel {column.name}: {source} states a sampling rate of {rate:.3g} Hz, at which no vibration is sampled; "
-            "give sampling_rate"
+            f"channel {column.name}: {source} states a sampling rate of {rate:.3g} Hz, at which no vibration is "
+            "sampled; give sampling_rate"
         )
     return float(rate)

@@ -48,8 +48,8 @@ def _starts(names: Sequence[str], timing: Sequence[SeriesTiming]) -> list[float]
     if values and np.ptp(values) * max(each.sampling_rate for each in timing) > _WHOLE:
         missing = next(name for name in names if name not in stated)
         raise InputError(
-            f"channels start at different times, {min(values):.6g} to {max(values):.6g} s, and the start of {missing} is "
-            "not stated; choose channels whose start is stated"
+            f"channels start at different times, {min(values):.6g} to {max(values):.6g} s, and the start of {missing} "
+            "is not stated; choose channels whose start is stated"
         )
     return [values[0] if values else 0.0] * len(names)
 
@@ -66,15 +66,16 @@ def _by_seconds(
     if stop - begin < (LEAST_SHARED if shifted else 1 - MOST_CUT) * longest:
         late, early = names[int(np.argmax(begins))], names[int(np.argmin(stops))]
         raise InputError(
-            f"the channels do not cover the same time: {late} begins at {begin:.6g} s and {early} ends at {stop:.6g} s, "
-            f"so {max(stop - begin, 0.0):.6g} of {longest:.6g} s are shared; choose channels that do"
+            f"the channels do not cover the same time: {late} begins at {begin:.6g} s and {early} ends at {stop:.6g} "
+            f"s, so {max(stop - begin, 0.0):.6g} of {longest:.6g} s are shared; choose channels that do"
         )
     cut, firsts = [], []
     for x, start, fs in zip(series, starts, rates, strict=True):
         first = max(int(np.ceil((begin - start) * fs - _WHOLE)), 0)
         end = min(int(np.ceil((stop - start) * fs - _WHOLE)), x.size)
         cut.append(x[first:end])
-        firsts.append(start + first / fs)
+        at = start + first / fs
+        firsts.append(begin if abs(at - begin) * fs < _WHOLE else at)
     if len(set(rates)) == 1:
         shortest = min(x.size for x in cut)
         cut = [x[:shortest] for x in cut]

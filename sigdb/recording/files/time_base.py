@@ -22,6 +22,9 @@ ROUNDED = 0.5
 COARSEST = 0.01
 """Largest resolution of times, relative to their span, whose slope is taken for a rate."""
 
+_PARTS, _HALVINGS = 2000, 80
+"""Parts of a series of rounded times, and steps of the search for their slope."""
+
 _OFTEN = 0.02
 """Share of unequal steps from which on leaps may be a rounding."""
 
@@ -64,7 +67,8 @@ def time_base(t: FloatArray, *, name: str, unit: str = "") -> TimeBase:
     """Return the sampling rate of times that rise evenly.
 
     The step is the slope of the straight line through the times by least squares; the deviation is from that line.
-    Times that are rounded to more than half a step may be equal or leap as far as the rounding explains it.
+    Times that are rounded to more than half a step may be equal or leap as far as the rounding explains it. Their line
+    is the one whose largest deviation is least, since each time lies within half a resolution of the true one.
 
     Raises
     ------
@@ -82,9 +86,7 @@ def time_base(t: FloatArray, *, name: str, unit: str = "") -> TimeBase:
     """
     factor = seconds_of(unit)
     if factor is None:
-        raise InputError(
-            f"column {name} has the unit {unit!r}, not one of time; give time=false, or its unit by units"
-        )
+        raise InputError(f"column {name} has the unit {unit!r}, not one of time; give time=false, or its unit by units")
     if t.size < 3 or not np.isfinite(t).all():
         raise InputError(f"column {name} must hold three times or more, none of them missing; or give time=false")
     steps = np.diff(t)
@@ -95,6 +97,7 @@ def time_base(t: FloatArray, *, name: str, unit: str = "") -> TimeBase:
     step, residual = _line(t)
     resolution = _resolution(steps, mean)
     if resolution:
+        step, residual = _narrowest_band(residual, step)
         _refuse_leaps_of_rounded_times(steps, residual, step, resolution, name=name, unit=unit)
     else:
         _refuse_leaps(steps, mean, name=name)
@@ -119,6 +122,26 @@ def _line(t: FloatArray) -> tuple[float, FloatArray]:
     centred = t - t.mean()
     step = float(i @ centred / (i @ i))
     return step, np.asarray(centred - step * i)
+
+
+def _narrowest_band(residual: FloatArray, step: float) -> tuple[float, FloatArray]:
+    """Return the step and the distances of the line whose largest distance is least.
+
+    Only the extremes of each of at most 2000 parts of the series are compared, whose slopes differ little.
+    """
+    edges = np.linspace(0, residual.size, min(residual.size, _PARTS) + 1).astype(int)[:-1]
+    lengths = np.diff([*edges, residual.size])
+    high, low = np.maximum.reduceat(residual, edges), np.minimum.reduceat(residual, edges)
+    i = edges + (lengths - 1) / 2 - (residual.size - 1) / 2
+    reach = 2 * float(np.ptp(residual)) / residual.size
+    least, most = -reach, reach
+    for _ in range(_HALVINGS):
+        third = (most - least) / 3
+        left, right = (float((high - a * i).max() - (low - a * i).min()) for a in (least + third, most - third))
+        least, most = (least, most - third) if left <= right else (least + third, most)
+    change = (least + most) / 2
+    rest = residual - change * (np.arange(residual.size) - (residual.size - 1) / 2)
+    return step + change, np.asarray(rest - (rest.max() + rest.min()) / 2)
 
 
 def _resolution(steps: FloatArray, mean: float) -> float:
@@ -201,6 +224,6 @@ def refuse_coarse(base: TimeBase, *, name: str) -> None:
     """Refuse times whose rounding leaves the rate open."""
     if base.uncertainty > 1.5 * COARSEST:
         raise InputError(
-            f"column {name} is rounded to {base.resolution:.3g} s, which leaves the rate open: {base.sampling_rate:.6g} "
-            f"Hz within {100 * base.uncertainty:.2g} %; give sampling_rate"
+            f"column {name} is rounded to {base.resolution:.3g} s, which leaves the rate open: "
+            f"{base.sampling_rate:.6g} Hz within {100 * base.uncertainty:.2g} %; give sampling_rate"
         )

@@ -91,7 +91,8 @@ def time_columns(
 
 
 def _time_column(column: DataColumn, t: FloatArray) -> tuple[TimeColumn, list[Note]]:
-    unit, notes = column.unit, []
+    unit = column.unit
+    notes: list[Note] = []
     if t.size and np.isfinite(t).all() and seconds_of(unit) is not None:
         unit, notes = unit_of_times(t, name=column.name, unit=unit)
     base = time_base(t, name=column.name, unit=unit)
@@ -131,16 +132,23 @@ def _first_ramp(
 ) -> tuple[list[DataColumn], list[Note]]:
     """Return the first column, or first column of a matrix, if it has no name and rises evenly."""
     for i, column in enumerate(columns):
-        nameless = not named or not column.named or time_name(column.name, column.unit).kind == "count"
-        if not nameless or (i and (not named or column.named)) or column.values.dtype.kind not in "biuf":
+        if not _is_nameless(column, named=named) or (i and (not named or column.named)):
             continue
         x = column.values.astype(float)
-        if column.name != settings.tacho and rises_evenly(x) and ramp_kind(x) == "rises":
+        if column.name != settings.tacho and rises_evenly(x) and np.any(x != np.round(x)):
             text = f"{column.name} rises evenly and was taken as the time in seconds; time=false if it is not"
             return [replace(column, unit="")], [Note(code="time-assumed", text=text, values={"column": column.name})]
         if not column.named:
             break
     return [], []
+
+
+def _is_nameless(column: DataColumn, *, named: bool) -> bool:
+    """Return whether a column of numbers has no name, or that of an index."""
+    if column.values.dtype.kind not in "biuf":
+        return False
+    by_reader = not named or not column.named or re.fullmatch(r"column\d*", column.name) is not None
+    return by_reader or time_name(column.name, column.unit).kind == "count"
 
 
 def rises_evenly(t: FloatArray) -> bool:

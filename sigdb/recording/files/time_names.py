@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 
-
 def _plain(text: str) -> str:
     """Return a text in small letters without accents."""
     decomposed = unicodedata.normalize("NFKD", unicodedata.normalize("NFKC", text).casefold())
@@ -15,7 +14,7 @@ def _plain(text: str) -> str:
 
 SECONDS = {
     "s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "sek": 1.0, "sekunde": 1.0, "sekunden": 1.0,
-    "seconde": 1.0, "secondes": 1.0, "segundo": 1.0, "segundos": 1.0, "secondi": 1.0, "сек": 1.0, "с": 1.0, "秒": 1.0,
+    "seconde": 1.0, "secondes": 1.0, "segundo": 1.0, "segundos": 1.0, "сек": 1.0, "\u0441": 1.0, "秒": 1.0,
     "ms": 1e-3, "msec": 1e-3, "msecs": 1e-3, "msek": 1e-3, "millis": 1e-3, "millisec": 1e-3, "millisecond": 1e-3,
     "milliseconds": 1e-3, "millisekunden": 1e-3, "мс": 1e-3, "毫秒": 1e-3,
     "us": 1e-6, "μs": 1e-6, "usec": 1e-6, "μsec": 1e-6, "usecs": 1e-6, "micros": 1e-6, "microsec": 1e-6,
@@ -25,9 +24,9 @@ SECONDS = {
     "h": 3600.0, "hr": 3600.0, "hrs": 3600.0, "hour": 3600.0, "hours": 3600.0, "stunden": 3600.0,
     "d": 86_400.0, "day": 86_400.0, "days": 86_400.0, "tage": 86_400.0,
 }  # fmt: skip
-"""Seconds in each unit of time, in the spelling of ``plain_words``."""
+"""Seconds in each unit of time, in small letters without accents."""
 
-_ALONE = {"min", "h", "d", "hr", "day", "с"}
+_ALONE = {"min", "h", "d", "hr", "day", "\u0441"}
 """Units that are no name of a column of times: ``min`` is a minimum, ``h`` a height."""
 
 _COUNT_UNITS = {"sample", "samples", "count", "counts", "index", "pts", "points", "#", "no", "nr"}
@@ -55,7 +54,7 @@ _COUNT = {
     "index", "indices", "idx", "unnamed", "no", "nr", "num", "number", "numbers", "nummer", "numero", "sample",
     "samples", "n", "i", "k", "row", "rows", "point", "points", "pt", "pts", "id", "scan", "scans", "record", "records",
     "counter", "count", "counts", "line", "zeile", "messpunkt", "seq", "sequence", "frame", "frames", "tick", "ticks",
-    "level", "no", "序号", "序號", "编号", "番号", "obs", "observation", "pos", "position", "lfd", "step",
+    "序号", "序號", "编号", "番号", "obs", "observation", "pos", "position", "lfd", "step",
 }  # fmt: skip
 
 _FILLERS = {
@@ -123,7 +122,12 @@ def time_name(name: str, unit: str = "") -> TimeName:
     rest = [word for word in words if word not in _FILLERS] or [word for word in words if word in _TIME]
     if rest and all(word in _TIME for word in rest):
         return TimeName(kind="short" if set(rest) <= _SHORT and not stated else "time", unit=stated)
-    if stated or "t" in words or any(_sounds_like_time(word) for word in words) or (rest and all(word in _ABSCISSA for word in rest)):
+    if (
+        stated
+        or "t" in words
+        or any(_sounds_like_time(word) for word in words)
+        or (rest and all(word in _ABSCISSA for word in rest))
+    ):
         return TimeName(kind="perhaps", unit=stated)
     counts = all(word in _COUNT | _FILLERS for word in words) and (not words or any(word in _COUNT for word in words))
     return TimeName(kind="count" if counts else "other")
@@ -140,7 +144,9 @@ def _without_unit(name: str) -> tuple[list[str], str]:
     words = parts[-1]
     if fused := _FUSED.fullmatch(words[-1]):
         return [*words[:-1], fused[1]], "" if words[-1] == "times" else fused[2]
-    if words[-1] in SECONDS and (words[-1] not in _ALONE if len(words) == 1 else words[-2] not in _DENOMINATORS - {"in"}):
+    if words[-1] in SECONDS and (
+        words[-1] not in _ALONE if len(words) == 1 else words[-2] not in _DENOMINATORS - {"in"}
+    ):
         return words[:-1], words[-1]
     return words, ""
 
@@ -151,4 +157,6 @@ def _words(text: str) -> list[str]:
 
 
 def _sounds_like_time(word: str) -> bool:
-    return word in _TIME - _SHORT or word.startswith(("time", "zeit")) or word.endswith(("time", "zeit", "时间", "時間"))
+    return (
+        word in _TIME - _SHORT or word.startswith(("time", "zeit")) or word.endswith(("time", "zeit", "时间", "時間"))
+    )

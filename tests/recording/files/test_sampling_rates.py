@@ -90,17 +90,38 @@ def test_a_column_of_times_is_found(tmp_path, header):
 def test_a_named_column_of_times(tmp_path):
     path = table(tmp_path / "run.csv", T, X, "clock,x")
     assert_allclose(read_recording(path, time="clock").channels[0].sampling_rate, 12_800, rtol=1e-9)
-    assert len(read_recording(path, sampling_rate=12_800).channels) == 2
+    read = read_recording(path, sampling_rate=12_800)
+    assert [one.name for one in read.channels] == ["x"]
+    assert "clock only rises, as times, counts and angles do, and was left out" in texts(read)
+    with pytest.raises(InputError, match=r"give sampling_rate, in Hz, .* by time \(clock only rises"):
+        read_recording(path)
 
 
 def test_time_may_be_no_time(tmp_path):
     read = read_recording(table(tmp_path / "run.csv", T, X), time=False, sampling_rate=100)
-    assert [one.name for one in read.channels] == ["t", "x"]
+    assert [one.name for one in read.channels] == ["x"]
+    assert read.channels[0].sampling_rate == 100
 
 
-def test_two_columns_of_times(tmp_path):
-    with pytest.raises(InputError, match="both t and time may hold the time; give time='t'"):
-        read_recording(table(tmp_path / "run.csv", T, T, "t,time"))
+def three(path, header, *columns):
+    rows = "".join(",".join(f"{value:.12g}" for value in row) + "\n" for row in zip(*columns, strict=True))
+    path.write_text(f"{header}\n{rows}", encoding="utf-8")
+    return path
+
+
+def test_two_columns_of_times_that_agree(tmp_path):
+    read = read_recording(three(tmp_path / "run.csv", "t,time_ms,x", T, 1e3 * T, X))
+    assert_allclose(read.channels[0].sampling_rate, 12_800, rtol=1e-6)
+    assert [one.name for one in read.channels] == ["x"]
+    assert "time_ms is another column of times and was left out" in texts(read)
+
+
+def test_two_columns_of_times_that_disagree(tmp_path):
+    path = three(tmp_path / "run.csv", "t,time_s,x", T, 2 * T, X)
+    told = "both t and time_s may hold the time, and they disagree: 12800 and 6400 Hz; give time='t'"
+    with pytest.raises(InputError, match=told):
+        read_recording(path)
+    assert_allclose(read_recording(path, time="time_s").channels[0].sampling_rate, 6400, rtol=1e-6)
 
 
 def test_a_count_of_samples_is_no_time(tmp_path):

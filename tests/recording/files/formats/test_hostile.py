@@ -172,7 +172,7 @@ def test_a_damaged_heap_of_hdf5_is_not_searched(tmp_path):
     """An object of no length in the heap of text, in which the HDF5 library would search without end."""
     path = tmp_path / "run.h5"
     with h5py.File(path, "w") as file:
-        file.create_dataset("x", data=np.arange(20.0)).attrs["unit"] = "m/s"
+        file.create_dataset("x", data=np.arange(20) * 7.0 % 20).attrs["unit"] = "m/s"
     data = bytearray(path.read_bytes())
     at = data.index(b"GCOL") + 16
     data[at : at + 16] = b"\x09" + bytes(15)
@@ -248,7 +248,7 @@ def test_files_over_the_limits_are_refused(files, tmp_path, monkeypatch, name):
 
 
 def test_names_from_a_file_do_not_reach_a_terminal(files, tmp_path):
-    np.savez(tmp_path / "run.npz", **{"\x1b[31m\nx": np.arange(20.0)})
+    np.savez(tmp_path / "run.npz", **{"\x1b[31m\nx": np.arange(20) * 7 % 20})
     assert [one.name for one in read_recording(tmp_path / "run.npz", sampling_rate=1).channels] == ["[31mx"]
     np.savez(tmp_path / "run.npz", **{"\x1b[31m\nz": np.arange(20.0) * 1j})
     assert refusal(tmp_path / "run.npz").endswith("?[31m; z holds complex numbers; a channel is real")
