@@ -18,8 +18,9 @@ from sigdb.recording.files.formats.contents import (
 )
 from sigdb.recording.files.formats.uff58_numbers import text_numbers
 from sigdb.recording.files.formats.uff58_sets import PER_SECOND, DataSet, data_sets, length_unit, real, whole
-from sigdb.recording.files.sampling_rates import SECONDS, time_base
 from sigdb.recording.files.settings import RecordingSettings
+from sigdb.recording.files.time_base import time_base
+from sigdb.recording.files.time_names import seconds_of
 
 FOREIGN: tuple[type[Exception], ...] = ()
 
@@ -65,7 +66,7 @@ def _no_time_record(data_set: DataSet) -> str:
     if data_set.function_type not in (GENERAL, TIME_RESPONSE):
         return f"of function type {data_set.function_type}"
     kind, label, unit = data_set.axis(8)
-    is_time = unit.lower() in SECONDS if unit else "time" in label.lower()
+    is_time = seconds_of(unit) is not None if unit else "time" in label.lower()
     if kind not in (UNKNOWN, TIME):
         return f"over {ABSCISSAS.get(kind, f'an abscissa of type {kind}')}"
     if kind == UNKNOWN and (label or unit) and not is_time:
@@ -84,8 +85,7 @@ def _column(data_set: DataSet, settings: RecordingSettings) -> DataColumn:
     if kind not in REAL or spacing not in (0, 1):
         raise InputError(f"{name} has numbers of type {kind} and spacing {spacing}, which data sets 58 do not have")
     check_values(count)
-    unit = data_set.axis(8)[2].lower()
-    seconds = SECONDS.get(unit, 1.0) if unit else 1.0
+    seconds = seconds_of(data_set.axis(8)[2]) or 1.0
     if spacing == 0:
         times, values = _pairs(data_set, kind, count, name)
         column = DataColumn(name=name, values=values, rate_from="its times", start=float(times[0]) * seconds)
