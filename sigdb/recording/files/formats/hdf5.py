@@ -1,6 +1,7 @@
-"""HDF5 files, among them MAT-files of version 7.3."""
+"""HDF5 files, among them MAT-files of version 7.3 and frames of pandas."""
 
 from collections.abc import Iterator
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -16,7 +17,9 @@ from sigdb.recording.files.formats.contents import (
     check_parts,
     check_values,
 )
-from sigdb.recording.files.formats.hdf5_dataset import dataset_problem, has_variable_text, numbers_of, text_attribute
+from sigdb.recording.files.formats.hdf5_attributes import AttributeReader, facts_of
+from sigdb.recording.files.formats.hdf5_dataset import numbers_of
+from sigdb.recording.files.formats.hdf5_pandas import Series, pandas_series
 from sigdb.recording.files.formats.mat73 import read_mat73
 from sigdb.recording.files.formats.named_arrays import ArrayFacts, contents_of_arrays, not_read, rate_of
 from sigdb.recording.files.settings import RecordingSettings
@@ -30,90 +33,110 @@ FOREIGN: tuple[type[Exception], ...] = (OSError, RuntimeError, ValueError, KeyEr
 def read_hdf5(path: Path, settings: RecordingSettings) -> Contents:
     """Read all datasets of numbers as columns ``group/dataset``; in MAT-files ``structure.field``.
 
-    Attributes ``unit`` or ``units`` of a dataset, of fixed length, are its unit. A sampling rate may be an attribute or
-    a dataset.
+    Attributes of a dataset, or of the groups around it, state its unit, its sampling rate and its start. A sampling
+    rate may be a dataset too.
     """
     h5py = _h5py()
     check_bytes(path.stat().st_size)
     with h5py.File(path, "r") as file:
         if _is_mat(path):
             return read_mat73(h5py, file, variable=settings.variable)
-        arrays = _NamedArrays(h5py, file)
-        arrays.walk(file, "", 0)
+        with path.open("rb") as stored, mmap(stored.fileno(), 0, access=ACCESS_READ) as data:
+            attributes = AttributeReader(h5py, file, data)
+            arrays = _NamedArrays(h5py, file, attributes)
+            arrays.walk(file, "", ArrayFacts(), 0)
+    if attributes.unread:
+        text = "some texts of variable length, such as units, cannot be read; give units"
+        arrays.left_out.append(Note(code="texts-not-read", text=text))
     return contents_of_arrays(
         arrays.arrays,
         variable=settings.variable,
         left_out=tuple(arrays.left_out),
         facts=arrays.facts,
+        texts=arrays.texts,
     )
 
 
 class _NamedArrays:
-    """Arrays by name with units and rates from their attributes, and notes on the parts that cannot be read."""
+    """Arrays by name with the facts in their attributes, and notes on the parts that cannot be read."""
 
-    def __init__(self, h5py: ModuleType, file: "h5py.File") -> None:
+    def __init__(self, h5py: ModuleType, file: "h5py.File", attributes: AttributeReader) -> None:
         self.arrays: dict[str, StoredArray] = {}
         self.facts: dict[str, ArrayFacts] = {}
+        self.texts: dict[str, str] = {}
         self.left_out: list[Note] = []
-        self._h5py, self._file = h5py, file
+        self._h5py, self._attributes = h5py, attributes
         self._parts = self._values = 0
 
-    def walk(self, group: "h5py.Group", name: str, depth: int) -> None:
-        """Take all items of a group and of the groups in it."""
+    def walk(self, group: "h5py.Group", name: str, facts: ArrayFacts, depth: int) -> None:
+        """Take all items of a group and of the groups in it; ``facts`` are those of the groups around it."""
         if depth > MAX_DEPTH:
             raise InputError(f"holds groups {MAX_DEPTH} levels deep, so it is not a recording")
-        self._note_rates(group, name)
-        for key in self._keys(group):
+        kind = self._attributes.text(group, "pandas_type")
+        series = pandas_series(kind, lambda key: self._dataset(group, key), self._attributes)
+        if series is not None:
+            self._keep_series(name, series)
+            return
+        facts = self._facts_of_group(group, name, facts)
+        check_parts(len(group))
+        for key in group:
             self._parts += 1
             check_parts(self._parts)
-            link = group.get(key, getlink=True)
-            if not isinstance(link, self._h5py.HardLink):
+            if not self._is_member(group, key):
                 self.left_out.append(not_read(key, "a link, which is not followed"))
+            elif isinstance(item := group[key], self._h5py.Group):
+                self.walk(item, _joined(name, key), facts, depth + 1)
+            elif isinstance(item, self._h5py.Dataset):
+                self._keep(item, _joined(name, key), facts)
+
+    def _is_member(self, group: "h5py.Group", key: str) -> bool:
+        return isinstance(group.get(key, getlink=True), self._h5py.HardLink)
+
+    def _dataset(self, group: "h5py.Group", key: str) -> "h5py.Dataset | None":
+        item = group[key] if key in group and self._is_member(group, key) else None
+        return item if isinstance(item, self._h5py.Dataset) else None
+
+    def _facts_of_group(self, group: "h5py.Group", name: str, inherited: ArrayFacts) -> ArrayFacts:
+        """Return the unit and the start that hold in a group. Its sampling rate becomes an array or a text in it."""
+        attributes = self._attributes.values(group)
+        for key, value in attributes.items():
+            if isinstance(value, str):
+                self.texts[_joined(name, key)] = value
+            elif rate_of(key, value) is not None:
+                self.arrays[_joined(name, key)] = np.asarray(value)
+        facts = facts_of(attributes, inherited)
+        return ArrayFacts(unit=facts.unit, start=facts.start)
+
+    def _keep_series(self, group: str, series: Iterator[Series]) -> None:
+        for name, values, unit in series:
+            if isinstance(values, str):
+                self.left_out.append(not_read(_joined(group, name), values))
             else:
-                self._take(group[key], f"{name}/{key}" if name else key, depth)
+                self._keep_array(_joined(group, name), values, ArrayFacts(unit=unit))
 
-    def _keys(self, group: "h5py.Group") -> Iterator[str]:
-        """Return the names in a group without those that MATLAB adds."""
-        check_parts(len(group))
-        return (key for key in group if not key.startswith("#"))
-
-    def _take(self, item: "h5py.HLObject", name: str, depth: int) -> None:
-        if isinstance(item, self._h5py.Group):
-            self.walk(item, name, depth + 1)
-        elif isinstance(item, self._h5py.Dataset):
-            self._keep(item, name)
-
-    def _keep(self, item: "h5py.Dataset", name: str) -> None:
-        problem = dataset_problem(item)
-        if problem:
-            self.left_out.append(not_read(name, problem))
+    def _keep(self, item: "h5py.Dataset", name: str, inherited: ArrayFacts) -> None:
+        text = self._attributes.scalar_text(item)
+        if text:
+            self.texts[name] = text
             return
-        self._values += item.size
+        numbers = numbers_of(item)
+        if numbers.problem:
+            self.left_out.append(not_read(name, numbers.problem))
+            return
+        facts = facts_of(self._attributes.values(item), inherited)
+        for suffix, values in numbers.arrays.items():
+            self._keep_array(f"{name}{suffix}", values, facts)
+        self.left_out += [not_read(f"{name}.{field}", "not numbers, so not a channel") for field in numbers.left_out]
+
+    def _keep_array(self, name: str, values: StoredArray, facts: ArrayFacts) -> None:
+        self._values += values.size
         check_values(self._values)
-        unit = text_attribute(item, "unit") or text_attribute(item, "units")
-        if has_variable_text(item, "unit") or has_variable_text(item, "units"):
-            text = f"the unit of {name} is text of variable length, which is not read; give units"
-            self.left_out.append(Note(code="unit-not-read", text=text, values={"name": name}))
-        rates = {key: rate for key, value in _scalars(item) if (rate := rate_of(key, value)) is not None}
-        source, rate = next(iter(rates.items()), ("the file", None))
-        for part, values in numbers_of(item):
-            self.arrays[f"{name}{part}"] = values
-            self.facts[f"{name}{part}"] = ArrayFacts(unit=unit, sampling_rate=rate, rate_from=source)
-
-    def _note_rates(self, group: "h5py.Group", name: str) -> None:
-        """Keep sampling rates in the attributes of a group as if they were datasets in it."""
-        for key, value in _scalars(group):
-            if rate_of(key, value) is not None:
-                self.arrays[f"{name}/{key}" if name else key] = np.asarray(value)
+        self.arrays[name] = values
+        self.facts[name] = facts
 
 
-def _scalars(item: "h5py.HLObject") -> Iterator[tuple[str, np.number]]:
-    """Yield the attributes that are a single number."""
-    check_parts(len(item.attrs))
-    for key in item.attrs:
-        kind = item.attrs.get_id(key)
-        if kind.dtype.kind in "iuf" and kind.shape in ((), (1,)):
-            yield key, item.attrs[key]
+def _joined(group: str, key: str) -> str:
+    return f"{group}/{key}" if group else key
 
 
 def _is_mat(path: Path) -> bool:

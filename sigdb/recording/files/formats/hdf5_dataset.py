@@ -1,6 +1,8 @@
-"""Datasets and attributes of HDF5 files, read within the limits of a recording."""
+"""Datasets of HDF5 files, read within the limits of a recording."""
 
-from collections.abc import Iterator
+import pickletools
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,8 +22,63 @@ if TYPE_CHECKING:
 
 FILTERS = {1: "gzip", 2: "shuffle", 3: "fletcher32", 4: "szip", 5: "nbit", 6: "scaleoffset", 32000: "lzf"}
 
-LONGEST_TEXT = 1000
-"""Largest size of a text attribute, bytes."""
+LONGEST_LIST = 2**16
+"""Largest size of a list of names in an attribute, bytes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DatasetNumbers:
+    """The arrays of a dataset, each by its suffix to the dataset's name.
+
+    Attributes
+    ----------
+    arrays
+        One array with an empty suffix, or an array of each field of numbers, with the suffix ``.field``.
+    left_out
+        Names of the fields that are no numbers.
+    problem
+        Reason for which a dataset has no arrays.
+    """
+
+    arrays: Mapping[str, StoredArray] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
+    problem: str = ""
+
+
+def numbers_of(item: "h5py.Dataset", names: Mapping[str, list[str]] | None = None) -> DatasetNumbers:
+    """Return the numbers of a dataset.
+
+    Parameters
+    ----------
+    item
+        The dataset.
+    names
+        Names of the columns of those fields that hold several numbers; by default they are counted.
+
+    Raises
+    ------
+    InputError
+        If it is larger than a recording may be, or much larger than its stored bytes.
+    """
+    fields = {name: item.dtype[name] for name in item.dtype.names or ()}
+    numeric = [name for name, kind in fields.items() if kind.base.kind in "biufc" and len(kind.shape) <= 1]
+    problem = _problem(item, [fields[name] for name in numeric] if fields else [item.dtype])
+    if problem:
+        return DatasetNumbers(problem=problem)
+    if not fields:
+        return DatasetNumbers(arrays={"": np.asarray(item[()])})
+    stored = item.fields(numeric)[()]
+    arrays: dict[str, StoredArray] = {}
+    for name in numeric:
+        values = stored[name]
+        if not fields[name].shape:
+            arrays[f".{name}"] = values
+            continue
+        columns = values.reshape(-1, values.shape[-1])
+        labels = (names or {}).get(name, [])
+        labels = labels if len(labels) == columns.shape[1] else [f"{name}{i + 1}" for i in range(columns.shape[1])]
+        arrays |= {f".{label}": columns[:, i] for i, label in enumerate(labels)}
+    return DatasetNumbers(arrays=arrays, left_out=tuple(name for name in fields if name not in numeric))
 
 
 def dataset_problem(item: "h5py.Dataset") -> str:
@@ -32,58 +89,63 @@ def dataset_problem(item: "h5py.Dataset") -> str:
     InputError
         If it is larger than a recording may be, or much larger than its stored bytes.
     """
-    kinds = [item.dtype[name] for name in item.dtype.names] if item.dtype.names else [item.dtype]
-    if any(kind.kind not in "biufc" or kind.subdtype for kind in kinds):
+    return _problem(item, [item.dtype[name] for name in item.dtype.names] if item.dtype.names else [item.dtype])
+
+
+def _problem(item: "h5py.Dataset", kinds: list[np.dtype]) -> str:
+    if not kinds or any(kind.base.kind not in "biufc" for kind in kinds):
         return "not numbers, so not a channel"
     if item.shape is None or item.size == 0:
         return "empty"
     if item.is_virtual or item.external:
         return "kept in other files, which are not read"
-    check_columns(len(kinds))
-    check_values(item.size * len(kinds))
-    check_bytes(item.nbytes)
+    columns = sum(int(np.prod(kind.shape, dtype=object)) for kind in kinds)
+    check_columns(columns)
+    check_values(item.size * columns)
+    check_bytes(item.size * item.dtype.itemsize)
     _check_storage(item)
     return ""
 
 
 def _check_storage(item: "h5py.Dataset") -> None:
+    import h5py
+
     if item.chunks is None:
         return
-    check_bytes(int(np.prod(item.chunks, dtype=object)) * item.dtype.itemsize)
-    stored = item.id.get_storage_size()
     chunk = int(np.prod(item.chunks, dtype=object)) * item.dtype.itemsize
-    check_ratio(max(item.nbytes, chunk), stored)
+    check_bytes(chunk)
+    check_ratio(max(item.nbytes, chunk), item.id.get_storage_size())
     properties = item.id.get_create_plist()
     check_parts(properties.get_nfilters())
     for i in range(properties.get_nfilters()):
         code = properties.get_filter(i)[0]
-        if code not in FILTERS:
-            raise InputError(f"{item.name} is compressed by filter {code}; known: {', '.join(FILTERS.values())}")
+        if code not in FILTERS or not h5py.h5z.filter_avail(code):
+            name = FILTERS.get(code, f"filter {code}")
+            raise InputError(f"{item.name} is compressed by {name}, which is not read; write it with gzip, or without")
 
 
-def numbers_of(item: "h5py.Dataset") -> Iterator[tuple[str, StoredArray]]:
-    """Yield the array of a dataset, or the arrays of its fields, each with its suffix to the dataset's name."""
-    values = item[()]
-    for name in item.dtype.names or ():
-        yield f".{name}", values[name]
-    if not item.dtype.names:
-        yield "", np.asarray(values)
+def listed_names(pickled: bytes) -> list[str]:
+    """Return the texts in a pickled list, which is not run; an empty list if it holds anything else.
 
-
-def text_attribute(item: "h5py.Dataset", name: str) -> str:
-    """Return a text attribute of fixed, bounded length; an empty text if there is none.
-
-    Text of variable length is not read: it is stored in a heap, and in a damaged heap the HDF5 library may search
-    without end.
+    Examples
+    --------
+    >>> import pickle
+    >>> listed_names(pickle.dumps(["a1", "a2"], 0)), listed_names(pickle.dumps([1], 0))
+    (['a1', 'a2'], [])
     """
-    if name not in item.attrs:
-        return ""
-    kind = item.attrs.get_id(name)
-    if kind.dtype.kind != "S" or kind.shape != () or kind.dtype.itemsize > LONGEST_TEXT:
-        return ""
-    return bytes(item.attrs[name]).decode("utf-8", "replace")
+    names = []
+    try:
+        for code, text, _ in pickletools.genops(pickled[:LONGEST_LIST]):
+            if code.name in ("UNICODE", "BINUNICODE", "SHORT_BINUNICODE") and isinstance(text, str):
+                names.append(text)
+            elif code.name not in _OF_LISTS:
+                return []
+    except (ValueError, UnicodeError):
+        return []
+    return names
 
 
-def has_variable_text(item: "h5py.Dataset", name: str) -> bool:
-    """Return whether an attribute is text of variable length, which is not read."""
-    return name in item.attrs and item.attrs.get_id(name).dtype.kind == "O"
+_OF_LISTS = {
+    "PROTO", "FRAME", "MARK", "LIST", "EMPTY_LIST", "APPEND", "APPENDS", "PUT", "BINPUT", "LONG_BINPUT", "MEMOIZE",
+    "STOP",
+}  # fmt: skip

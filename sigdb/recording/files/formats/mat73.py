@@ -8,7 +8,8 @@ import numpy as np
 
 from sigdb.core import InputError
 from sigdb.recording.files.formats.contents import MAX_DEPTH, Contents, StoredArray, check_parts, check_values
-from sigdb.recording.files.formats.hdf5_dataset import dataset_problem, text_attribute
+from sigdb.recording.files.formats.hdf5_attributes import fixed_text
+from sigdb.recording.files.formats.hdf5_dataset import dataset_problem
 from sigdb.recording.files.formats.matlab_objects import ObjectStore
 from sigdb.recording.files.formats.matlab_tables import read_object
 from sigdb.recording.files.formats.matlab_values import (
@@ -69,7 +70,7 @@ class _ValueReader:
             raise InputError(f"holds structures {MAX_DEPTH} levels deep, so it is not a recording")
         self._parts += 1
         check_parts(self._parts)
-        kind = text_attribute(item, "MATLAB_class")
+        kind = fixed_text(item, "MATLAB_class")
         if isinstance(item, self._h5py.Group):
             return self._structures(item, kind, depth)
         if not isinstance(item, self._h5py.Dataset):

@@ -64,7 +64,7 @@ def hdf5(path, data):
         file.attrs["sampling_rate"] = RATE
         for name, x in data.items():
             made = file.create_dataset(f"run/{name}", data=x, chunks=(64,), compression="gzip", shuffle=True)
-            made.attrs["unit"] = np.bytes_("m/s^2")
+            made.attrs["unit"] = "m/s^2"
 
 
 def wav(path, data):

@@ -168,18 +168,6 @@ def test_hdf5_bombs(tmp_path):
     assert "bytes, more than" in refusal(path)
 
 
-def test_a_damaged_heap_of_hdf5_is_not_searched(tmp_path):
-    """An object of no length in the heap of text, in which the HDF5 library would search without end."""
-    path = tmp_path / "run.h5"
-    with h5py.File(path, "w") as file:
-        file.create_dataset("x", data=np.arange(20) * 7.0 % 20).attrs["unit"] = "m/s"
-    data = bytearray(path.read_bytes())
-    at = data.index(b"GCOL") + 16
-    data[at : at + 16] = b"\x09" + bytes(15)
-    path.write_bytes(data)
-    assert "variable length, which is not read" in read_recording(path, sampling_rate=10).notes[0].text
-
-
 def test_depth_and_rings_of_hdf5(tmp_path):
     path = tmp_path / "run.h5"
     with h5py.File(path, "w") as file:

@@ -1,0 +1,126 @@
+"""Attributes of HDF5 files that state facts about a recording, read without the risks of a damaged file."""
+
+from collections.abc import Mapping
+from mmap import mmap
+from types import ModuleType
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from sigdb.recording.files.formats.contents import check_parts
+from sigdb.recording.files.formats.hdf5_heap import HeapTexts
+from sigdb.recording.files.formats.named_arrays import ArrayFacts, rate_of
+
+if TYPE_CHECKING:
+    import h5py
+
+LONGEST_TEXT = 1000
+"""Largest size of a text attribute, bytes."""
+
+UNITS = ("unit", "units", "unit_string", "unitstring")
+STARTS = ("start", "start_time", "starttime", "t0", "t_start", "tstart", "time_start", "wf_start_time")
+
+AttributeValue: TypeAlias = str | int | float
+
+
+class AttributeReader:
+    """Reader of attributes that are one number or one short text.
+
+    ``unread`` becomes true where a text of variable length cannot be read.
+    """
+
+    def __init__(self, h5py: ModuleType, file: "h5py.File", data: mmap) -> None:
+        self._h5py, self._heap = h5py, HeapTexts(data, file.userblock_size, LONGEST_TEXT)
+        self._sizes_are_known = file.id.get_create_plist().get_sizes() == (8, 8)
+        self._parts = 0
+        self.unread = False
+
+    def values(self, item: "h5py.HLObject") -> dict[str, AttributeValue]:
+        """Return the attributes that are one number or one short text."""
+        self._parts += len(item.attrs)
+        check_parts(self._parts)
+        # A name that is not UTF-8 comes as bytes.
+        read = {key: self._value(item, key) for key in item.attrs if isinstance(key, str)}
+        return {key: value for key, value in read.items() if value is not None}
+
+    def text(self, item: "h5py.HLObject", name: str) -> str:
+        """Return a text attribute; an empty text if there is none."""
+        value = self._value(item, name) if name in item.attrs else None
+        return value if isinstance(value, str) else ""
+
+    def scalar_text(self, item: "h5py.Dataset") -> str:
+        """Return the text in a dataset of one short text; an empty text if it is none."""
+        if item.shape not in ((), (1,)) or item.is_virtual or item.external:
+            return ""
+        if item.dtype.kind == "S" and item.dtype.itemsize <= LONGEST_TEXT:
+            return _as_text(item[()])
+        place = item.id.get_offset() if self._is_variable_text(item.dtype) else None
+        return self._checked(self._heap.at(place)) or "" if place is not None else ""
+
+    def _value(self, item: "h5py.HLObject", key: str) -> AttributeValue | None:
+        kind = item.attrs.get_id(key)
+        if kind.shape not in ((), (1,)):
+            return None
+        if self._is_variable_text(kind.dtype):
+            return self._checked(self._heap.attribute(self._h5py.h5o.get_info(item.id).addr, key))
+        if kind.dtype.kind == "S" and kind.dtype.itemsize <= LONGEST_TEXT:
+            return _as_text(item.attrs[key])
+        if kind.dtype.kind not in "iuf" or kind.dtype.subdtype:
+            return None
+        number: int | float = np.asarray(item.attrs[key]).reshape(-1)[0].item()
+        return number
+
+    def _is_variable_text(self, dtype: np.dtype) -> bool:
+        text = self._h5py.check_string_dtype(dtype)
+        return self._sizes_are_known and text is not None and text.length is None
+
+    def _checked(self, text: str | None) -> str | None:
+        self.unread |= text is None
+        return text
+
+
+def fixed_text(item: "h5py.HLObject", name: str) -> str:
+    """Return a text attribute of fixed length; an empty text if there is none."""
+    kind = item.attrs.get_id(name) if name in item.attrs else None
+    if kind is None or kind.dtype.kind != "S" or kind.shape != () or kind.dtype.itemsize > LONGEST_TEXT:
+        return ""
+    return _as_text(item.attrs[name])
+
+
+def _as_text(stored: object) -> str:
+    value = stored.reshape(-1)[0] if isinstance(stored, np.ndarray) else stored
+    text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    return text if len(text) <= LONGEST_TEXT else ""
+
+
+def facts_of(attributes: Mapping[str, AttributeValue], inherited: ArrayFacts) -> ArrayFacts:
+    """Return the facts that attributes state; those that they do not state are inherited."""
+    by_name = {key.strip().lower().replace(" ", "_"): value for key, value in attributes.items()}
+    units = (value.strip() for key in UNITS if isinstance(value := by_name.get(key), str))
+    rates = {key: rate for key, value in attributes.items() if (rate := rate_of(key, value)) is not None}
+    agree = len({f"{rate:.9g}" for rate in rates.values()}) == 1
+    source, rate = next(iter(rates.items())) if agree else (inherited.rate_from, inherited.sampling_rate)
+    starts = (start for key in STARTS if (start := _seconds(by_name.get(key))) is not None)
+    return ArrayFacts(
+        unit=next((unit for unit in units if unit), inherited.unit),
+        sampling_rate=rate,
+        rate_from=source,
+        start=next(starts, inherited.start),
+    )
+
+
+def _seconds(value: AttributeValue | None) -> float | None:
+    """Return a start in s: a number with a fraction, or a date and time as ISO 8601 writes it."""
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    if not isinstance(value, str):
+        return None
+    try:
+        return float(value)
+    except ValueError:
+        pass
+    try:
+        date = np.datetime64(value.strip().removesuffix("Z").removesuffix("+00:00"))
+        return float(date.astype("datetime64[us]").astype(np.int64)) / 1e6 if not np.isnat(date) else None
+    except (ValueError, OverflowError):
+        return None
