@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigdb.core import InputError, suggestion
-from sigdb.recording.files.formats import hdf5, mat4, mat5, numpy_files, parquet, tdms, text, uff58, wav
+from sigdb.recording.files.formats import hdf5, mat4, mat5, numpy_files, parquet, tdms, uff58, wav
 from sigdb.recording.files.formats.contents import Contents
+from sigdb.recording.files.formats.text import reader as text
 from sigdb.recording.files.settings import RecordingSettings
 
 

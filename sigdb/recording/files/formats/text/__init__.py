@@ -1,0 +1,1 @@
+"""Tables of numbers in text, plain or gzipped."""
