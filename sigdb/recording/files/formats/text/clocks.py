@@ -26,16 +26,19 @@ _ORDERS = {"d": "day", "m": "month", "y": "year"}
 _FOREIGN_MONTHS = {"mär": "Mar", "mrz": "Mar", "mai": "May", "okt": "Oct", "dez": "Dec"}
 _MONTH = re.compile(rf"({MONTHS})", re.IGNORECASE)
 _ZONE = re.compile(r"\s*(z|utc|gmt|[+-]\d{2}(:?\d{2})?)$", re.IGNORECASE)
+_FRACTION = (r"(:\d{2}:\d{2})($|[^\d.:])", r"\1.0\2")
+"""Pattern of a clock time without a fraction, and the text with one."""
+
+_ISO = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}:\d{2}(\.\d{1,9})?(Z|[+-]\d{2}:?\d{2})?")
 _NORMAL_FORM = (
     (r"(?i)([a-z]{3})[a-z]*\.?", r"\1"),
     (r"^(\d{4})(\d{2})(\d{2})T(\d{2})(\d{2})(\d{2})", r"\1-\2-\3 \4:\5:\6"),
     (r"(\d)(?:T|_|, *| {2,})(\d{1,2}:\d{2})", r"\1 \2"),
     (r"(:\d{2}:\d{2}),(\d)", r"\1.\2"),
     (r"(:\d{2}:\d{2}):(\d{3})($|\D)", r"\1.\2\3"),
-    (r"(:\d{2}:\d{2})($|[^\d.:])", r"\1.0\2"),
     (r"(?i)\s*([ap])\.?m\.?", r" \1m"),
 )
-"""Patterns and what replaces them: months of three letters, a blank before the time, a point, a fraction, AM or PM."""
+"""Patterns and what replaces them: months of three letters, a blank before the time, a point, AM or PM."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,8 +104,12 @@ def elapsed_seconds(texts: "pa.ChunkedArray", *, name: str, first: int) -> tuple
     filled = (plain != "").to_numpy()
     if not filled.any():
         return np.full(len(plain), np.nan), _start_note(name, "", "")
-    parsed = [(style, _parsed(plain, style)) for style in _formats(str(plain.iloc[int(np.argmax(filled))]))]
-    whole = [(style, seconds) for style, seconds in parsed if not np.isnan(seconds[filled]).any()]
+    for fractions in (False, True):
+        plain = plain.str.replace(*_FRACTION, regex=True) if fractions else plain
+        parsed = [(style, _parsed(plain, style)) for style in _formats(str(plain.iloc[int(np.argmax(filled))]))]
+        whole = [(style, seconds) for style, seconds in parsed if not np.isnan(seconds[filled]).any()]
+        if whole:
+            break
     if not whole:
         failed = [np.isnan(seconds) & filled for _, seconds in parsed] or [filled]
         at = int(np.argmax(min(failed, key=np.count_nonzero)))
@@ -112,7 +119,7 @@ def elapsed_seconds(texts: "pa.ChunkedArray", *, name: str, first: int) -> tuple
         )
     start = str(texts[int(np.argmax(filled))]).strip()
     seconds, order = _certain(whole, name=name, text=start)
-    if "%d" not in whole[0][0]:
+    if "%d" not in whole[0][0] and not whole[0][0].startswith("ISO"):
         seconds = _across_midnight(seconds)
     return seconds, _start_note(name, start, order)
 
@@ -128,18 +135,23 @@ def _normal(texts: "pa.ChunkedArray") -> "pd.Series[str]":
     from pyarrow import compute
 
     plain = compute.utf8_trim_whitespace(compute.fill_null(texts.cast(pa.string()), ""))
-    first = next((str(text) for text in plain if str(text)), "")
-    if _MONTH.search(first):
-        for word, month in _FOREIGN_MONTHS.items():
-            plain = compute.replace_substring_regex(plain, f"(?i){word}[a-zä]*", month)
-    for pattern, replacement in _NORMAL_FORM:
-        plain = compute.replace_substring_regex(plain, pattern, replacement)
+    first = next((text for value in plain if (text := str(value))), "")
+    if not _ISO.fullmatch(first):
+        if _MONTH.search(first):
+            for word, month in _FOREIGN_MONTHS.items():
+                plain = compute.replace_substring_regex(plain, f"(?i){word}[a-zä]*", month)
+        for pattern, replacement in _NORMAL_FORM:
+            if re.search(pattern, first):
+                plain = compute.replace_substring_regex(plain, pattern, replacement)
+                first = re.sub(pattern, replacement, first)
     series = plain.to_pandas()
     return series.fillna("")
 
 
 def _formats(text: str) -> list[str]:
     """Return the formats that a clock time may have, for ``pandas.to_datetime``."""
+    if _ISO.fullmatch(text):
+        return ["ISO8601%z" if _ISO.fullmatch(text)[2] else "ISO8601"]  # type: ignore[index]
     zone = _ZONE.search(text)
     zone = zone if zone and ":" in text[: zone.start()] else None
     body = text[: zone.start()] if zone else text
@@ -158,7 +170,7 @@ def _hour_format(hour: str, *, noon: bool) -> str:
     if hour.count(":") == 1:
         style = "%M:%S.%f" if "." in hour or "," in hour else f"{style}:%M"
     else:
-        style = f"{style}:%M:%S.%f"
+        style = f"{style}:%M:%S.%f" if "." in hour else f"{style}:%M:%S"
     return f"{style} %p" if noon else style
 
 
@@ -186,10 +198,12 @@ def _parsed(texts: "pd.Series[str]", style: str) -> FloatArray:
     """Return times in s since the first; nan where a text does not have the format."""
     import pandas as pd
 
-    if style.startswith("%H") and "%f" in style:
-        return _of_day(texts)
     zone = "%z" in style
-    if zone:
+    if style.startswith("%H:%M:%S"):
+        seconds = _parsed("2000-01-01 " + texts.where(texts != "", None), f"%Y-%m-%d {style}")
+        return _of_day(texts) if np.isnan(seconds[(texts != "").to_numpy()]).any() else seconds
+    style = "ISO8601" if style.startswith("ISO") else style
+    if zone and style != "ISO8601":
         texts = texts.str.replace(r"(?i)(?:utc|gmt|z)$", "+0000", regex=True)
         texts = texts.str.replace(r"([+-]\d{2})$", r"\g<1>00", regex=True)
     moments = pd.to_datetime(texts, format=style, errors="coerce", utc=zone)
@@ -199,7 +213,7 @@ def _parsed(texts: "pd.Series[str]", style: str) -> FloatArray:
 
 def _of_day(texts: "pd.Series[str]") -> FloatArray:
     """Return times of the day in s since the first; more than 24 hours are times that elapsed."""
-    parts = texts.str.extract(r"^(\d{1,3}):([0-5]\d):([0-5]\d\.\d{1,9})$").to_numpy(dtype=float)
+    parts = texts.str.extract(r"^(\d{1,3}):([0-5]\d):([0-5]\d(?:\.\d{1,9})?)$").to_numpy(dtype=float)
     seconds = parts @ np.array([3600.0, 60.0, 1.0])
     present = np.flatnonzero(~np.isnan(seconds))
     return np.round(seconds - seconds[present[0]], 9) if present.size else seconds

@@ -103,7 +103,9 @@ def facts_of(text: str, fields: list[str], *, line: int, decimal: str, columns: 
     if rest and present[0].rstrip().endswith((":", "=")) and not (len(fields) == columns > 2 and _are_words(rest)):
         return [Fact(key=key, values=tuple(rest), line=line)]
     whole = pairs[0] if len(present) == 1 else None
-    whole = whole or (_PAIR.fullmatch(text) if len(fields) != columns and _reads_as_pair(text) else None)
+    number = pairs[0] is not None and _VALUE.fullmatch(pairs[0][2]) is not None
+    if (number or len(fields) != columns) and _reads_as_pair(text):
+        whole = whole or _PAIR.fullmatch(text)
     if whole and not is_unit(present[0]):
         return [Fact(key=whole[1], values=(whole[2],), line=line)]
     if rest and _is_fact(key, rest, decimal, same_width=len(fields) == columns):
@@ -128,6 +130,8 @@ def _is_fact(key: str, values: list[str], decimal: str, *, same_width: bool) -> 
     number = kind_of(value, decimal) in NUMBER + GROUPED + CLOCKS or _VALUE.fullmatch(value) is not None
     rate = _word(key) and (_RATES.fullmatch(_word(key)) or _INTERVALS.fullmatch(_word(key)))
     if rate and number:
+        return True
+    if same_width and number and values[1:] and all(map(is_unit, values[1:])):
         return True
     if same_width:
         numeric = [kind_of(field, decimal) in NUMBER + GROUPED + CLOCKS for field in values]

@@ -79,10 +79,12 @@ class _Rows:
     rows: int
     loose: bool = False
 
-    def rank(self) -> tuple[int, bool, int, int]:
+    def rank(self) -> tuple[int, bool, bool, int, int]:
         """Return the order in which ways to read a text are preferred."""
         grouped = any(GROUPED in kinds for _, fields, kinds in self.lines if len(fields) == self.width)
-        return self.rows, not grouped, self.width, -_SEPARATORS.index((self.separator, self.decimal))
+        marked = self.separator != " " and self.width > 1
+        order = -_SEPARATORS.index((self.separator, self.decimal))
+        return self.rows, not grouped, marked, self.width, order
 
     def lines_from_first(self) -> int:
         """Return the number of lines from the first row on."""

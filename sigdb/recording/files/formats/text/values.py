@@ -87,10 +87,12 @@ def table_values(
 
 def _separated(body: bytes) -> tuple[str, bytes]:
     """Return rows with a single sign between their fields, and that sign."""
-    others = (b"\t", b"  ", b" \n", b"\n ", b" \r")
-    if body[:1] != b" " and not any(sign in body for sign in others):
-        return " ", body.rstrip(b" ")
-    return "\t", re.sub(rb"(?m)^\t|\t?\r?$", b"", re.sub(rb"[ \t]+", b"\t", body))
+    body = body.replace(b"\t", b" ")
+    while b"  " in body:
+        body = body.replace(b"        ", b" ").replace(b"  ", b" ")
+    for end, plain in ((b" \r", b"\r"), (b" \n", b"\n"), (b"\n ", b"\n")):
+        body = body.replace(end, plain) if end in body else body
+    return " ", body.strip(b" ")
 
 
 def _plain_numbers(body: bytes, layout: TextLayout) -> bytes:
