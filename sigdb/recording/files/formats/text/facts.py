@@ -5,7 +5,7 @@ import re
 from dataclasses import dataclass
 
 from sigdb.core import Note
-from sigdb.recording.files.formats.text.fields import CLOCKS, GROUPED, NUMBER, kind_of
+from sigdb.recording.files.formats.text.fields import CLOCKS, GROUPED, NUMBER, is_count, kind_of
 from sigdb.recording.files.formats.text.units import bare_unit, is_unit, name_and_unit
 
 RATE_UNITS = {
@@ -97,20 +97,26 @@ def facts_of(text: str, fields: list[str], *, line: int, decimal: str, columns: 
     if not present:
         return []
     pairs = [_PAIR.fullmatch(field) for field in present]
-    if len(present) > 1 and all(pairs):
+    same_width = len(fields) == columns
+    if len(present) > 1 and all(pairs) and not (same_width and _are_numbered_names(pairs)):
         return [Fact(key=pair[1], values=(pair[2],), line=line) for pair in pairs if pair]
     key, rest = present[0].rstrip(":= ").strip(), present[1:]
-    if rest and present[0].rstrip().endswith((":", "=")) and not (len(fields) == columns > 2 and _are_words(rest)):
+    if rest and present[0].rstrip().endswith((":", "=")) and not (same_width and columns > 2 and _are_words(rest)):
         return [Fact(key=key, values=tuple(rest), line=line)]
     whole = pairs[0] if len(present) == 1 else None
-    number = pairs[0] is not None and _VALUE.fullmatch(pairs[0][2]) is not None
-    if (number or len(fields) != columns) and _reads_as_pair(text):
+    rate = pairs[0] is not None and _names_a_rate(pairs[0][1])
+    if (rate or not same_width) and _reads_as_pair(text):
         whole = whole or _PAIR.fullmatch(text)
     if whole and not is_unit(present[0]):
         return [Fact(key=whole[1], values=(whole[2],), line=line)]
-    if rest and _is_fact(key, rest, decimal, same_width=len(fields) == columns):
+    if rest and _is_fact(key, rest, decimal, same_width=same_width):
         return [Fact(key=key, values=tuple(rest), line=line)]
     return []
+
+
+def _are_numbered_names(pairs: list[re.Match[str] | None]) -> bool:
+    """Return whether pairs are names with numbers, such as "Unnamed: 0"."""
+    return all(pair is not None and is_count(pair[2]) and not _names_a_rate(pair[1]) for pair in pairs)
 
 
 def _reads_as_pair(text: str) -> bool:

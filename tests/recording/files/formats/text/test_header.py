@@ -91,6 +91,11 @@ def test_lines_of_units(tmp_path, units):
         assert named(read) == list(zip(["Time", "a1", "tacho"], words, strict=True))
 
 
+@pytest.mark.parametrize("names", [["Unnamed: 0", "a1", "tacho"], ["Channel: 1", "Channel: 2", "Channel: 3"]])
+def test_names_with_colons(tmp_path, names):
+    assert named(contents(tmp_path / "run.csv", [",".join(names), *rows()])) == [(name, "") for name in names]
+
+
 def test_words_in_round_brackets_that_are_no_units_belong_to_the_name(tmp_path):
     read = contents(tmp_path / "run.csv", ["t [s],Accel (left),Accel (right) [g]", *rows()])
     assert named(read) == [("t", "s"), ("Accel (left)", ""), ("Accel (right)", "g")]
