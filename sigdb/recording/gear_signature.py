@@ -10,8 +10,10 @@ from sigdb.recording.lines import average_noise, record_spectrum, spectral_lines
 from sigdb.recording.notes import average_note, channel_notes, range_notes
 from sigdb.recording.orders import AveragedGear, averaged_gear
 from sigdb.recording.settings import AveragingOptions, AveragingSettings
-from sigdb.recording.shaft_angle import ShaftAngle, mesh_angle, tacho_angle
+from sigdb.recording.shaft_angle import ShaftAngle, mesh_angle
 from sigdb.recording.signature import RecordedSignature
+from sigdb.recording.tacho.rig_fit import check_mesh_in_range, fit_to_rig
+from sigdb.recording.tacho.tacho_angle import tacho_angle
 from sigdb.signature import SynchronousAverage, indicators, order_spectrum, synchronous_average
 from sigdb.transmission import Transmission
 
@@ -78,13 +80,14 @@ def recorded_signature(
     settings = validated(AveragingSettings, base | dict(options), owner="recorded_signature")
     gear = averaged_gear(_teeth(recording, settings), rig, settings.gear)
     signal = _signal(recording, settings.channel)
-    angle = _angle(recording, signal, gear, settings)
+    angle = _angle(recording, signal, gear, settings, rig)
     fs = signal.sampling_rate
     available = angle.revolutions((len(signal.samples) - 1) / fs)
     n = gear.teeth * settings.samples_per_tooth
     average = _average(signal, angle, n, _revolutions(available, gear.cycle, settings.revolutions))
     M = average.revolutions
     speed = _mean_speed(angle, M)
+    check_mesh_in_range(signal, recording.source, teeth=gear.teeth, speed_rpm=speed)
     highest = fs / 2 / (speed / 60)
     x = _over_angle(signal, angle, n, M)
     spectrum = record_spectrum(x, samples_per_rev=n, highest=min(highest, _SHOWN_MESH_ORDERS * gear.teeth))
@@ -136,10 +139,16 @@ def _signal(recording: "Recording", name: str | None) -> "Channel":
     return recording.signals[0]
 
 
-def _angle(recording: "Recording", signal: "Channel", gear: AveragedGear, settings: AveragingSettings) -> ShaftAngle:
+def _angle(
+    recording: "Recording",
+    signal: "Channel",
+    gear: AveragedGear,
+    settings: AveragingSettings,
+    rig: Transmission | None,
+) -> ShaftAngle:
     """Return the angle of the averaged shaft, from the tacho or from the phase of the mesh."""
     if not settings.mesh_phase:
-        return tacho_angle(recording)
+        return fit_to_rig(tacho_angle(recording, signal), recording, gear, rig=rig, stated_rpm=settings.speed_rpm)
     near = _range(recording, gear, settings)
     return mesh_angle(recording, signal, teeth=gear.teeth, range_rpm=near, harmonic=settings.harmonic)
 

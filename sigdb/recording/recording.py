@@ -86,6 +86,8 @@ class Recording:
         Pulses of the tacho in one revolution of its shaft.
     tacho_kind
         Quantity that the tacho's channel holds: ``waveform``, ``pulse-times``, ``counts``, ``angle`` or ``speed``.
+    pulse_times
+        (pulses,) times of the tacho's pulses, s, on the recording's time axis, in place of a channel.
     threshold, hysteresis, edge
         Level at which a pulse begins, depth to which the waveform must return before the next one, both in the tacho's
         unit, and the edge that counts, ``rising`` or ``falling``. None leaves the choice to the reader.
@@ -115,6 +117,7 @@ class Recording:
     tacho: str | None = None
     pulses_per_rev: float = 1.0
     tacho_kind: TachoKind = "waveform"
+    pulse_times: FloatArray | None = None
     threshold: float | None = None
     hysteresis: float | None = None
     edge: Edge | None = None
@@ -130,7 +133,10 @@ class Recording:
             raise InputError(f"{self.source}: a recording has at least one channel")
         if len(set(names)) < len(names):
             raise InputError(f"{self.source}: channels must have different names, not {', '.join(names)}")
-        if self.tacho is not None:
+        if self.pulse_times is not None:
+            if self.pulse_times.ndim != 1 or not np.isfinite(self.pulse_times).all():
+                raise InputError(f"{self.source}: pulse_times must be a series of finite times, s")
+        elif self.tacho is not None:
             self.channel(self.tacho)
 
     def channel(self, name: str) -> Channel:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from sigdb.core import FloatArray, InputError, NotApplicableError, Note
+from sigdb.core import FloatArray, NotApplicableError, Note
 from sigdb.recording.speed import HARMONICS, SpeedTrack, find_speed
-from sigdb.signature import mesh_pulses, tacho_pulses
+from sigdb.signature import mesh_pulses
 
 if TYPE_CHECKING:
     from sigdb.recording.recording import Channel, Recording
@@ -42,6 +42,8 @@ class ShaftAngle:
         Source of the pulses, in words.
     notes
         Notes on the pulses.
+    misfit
+        Standard deviation of a pulse from the curve through its neighbours, in revolutions of the pulses' shaft.
     """
 
     pulses: FloatArray
@@ -50,6 +52,7 @@ class ShaftAngle:
     absolute: bool
     source: str
     notes: tuple[Note, ...] = ()
+    misfit: float = 0.0
 
     def revolutions(self, duration: float) -> int:
         """Return the whole revolutions of the averaged shaft between the first and last pulse of a record."""
@@ -61,60 +64,6 @@ class ShaftAngle:
         t, k = self.pulses, self.pulses_per_rev
         start, stop = t[:-k], t[k:]
         return pd.DataFrame({"time": (start + stop) / 2, "speed_rpm": 60 * self.ratio / (stop - start)})
-
-
-def tacho_angle(recording: "Recording") -> ShaftAngle:
-    """Return the angle from the recording's tacho.
-
-    Raises
-    ------
-    InputError
-        If the recording has no tacho channel, if the tacho has too few pulses, or if a revolution has no whole number
-        of pulses.
-    """
-    if recording.tacho is None:
-        raise InputError(
-            f"{recording.source}: no channel is known as its tacho; name it, or take the angle from the phase of the"
-            " mesh (mesh_phase)"
-        )
-    channel, each, ratio = recording.channel(recording.tacho), recording.pulses_per_rev, recording.ratio
-    if each < 1 or round(each) != each:
-        raise InputError(
-            f"{recording.source}: pulses_per_rev = {each:g} must be a whole number; what gears lie between is ratio"
-        )
-    pulses = tacho_pulses(channel.samples, channel.sampling_rate)
-    if len(pulses) <= each:
-        raise InputError(
-            f"{recording.source}: tacho {channel.name} has {len(pulses)} pulses, which bound no revolution of {each:g};"
-            " check that it is the tacho, or record longer"
-        )
-    absolute = each == 1 and round(ratio) == ratio
-    return ShaftAngle(
-        pulses=pulses,
-        pulses_per_rev=int(each),
-        ratio=ratio,
-        absolute=absolute,
-        source=f"tacho {channel.name}",
-        notes=tuple(_tacho_notes(channel.name, len(pulses), recording, absolute)),
-    )
-
-
-def _tacho_notes(name: str, pulses: int, recording: "Recording", absolute: bool) -> Iterator[Note]:
-    each, ratio = recording.pulses_per_rev, recording.ratio
-    yield Note(
-        code="tacho",
-        text=f"tacho {name}: {pulses} pulses, {each:g} a revolution of its shaft",
-        values={"channel": name, "pulses": pulses, "pulses_per_rev": each},
-    )
-    if ratio != 1:
-        text = f"the averaged shaft turns {ratio:.6g} times a revolution of the tacho's shaft"
-        yield Note(code="tacho-ratio", text=text, values={"ratio": ratio})
-    if not absolute:
-        text = (
-            "tooth numbers are relative: the tacho has no pulse at a fixed angle of the averaged shaft, so tooth 1 is"
-            " the tooth at the first pulse of this recording"
-        )
-        yield Note(code=RELATIVE_TEETH, text=text)
 
 
 def mesh_angle(
