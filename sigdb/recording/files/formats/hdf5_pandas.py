@@ -10,12 +10,10 @@ from sigdb.core import InputError
 from sigdb.recording.files.formats.contents import StoredArray, check_columns, check_parts
 from sigdb.recording.files.formats.hdf5_attributes import AttributeReader
 from sigdb.recording.files.formats.hdf5_dataset import LONGEST_LIST, listed_names, numbers_of
+from sigdb.recording.files.formats.time_ticks import seconds_of_ticks
 
 if TYPE_CHECKING:
     import h5py
-
-TICKS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-NOT_A_TIME = np.iinfo(np.int64).min
 
 Series: TypeAlias = tuple[str, StoredArray | str, str]
 """Name, numbers, and unit of a series; words in place of numbers that cannot be read."""
@@ -138,17 +136,6 @@ def _converted(name: str, values: StoredArray, kind: str) -> Series:
     if match is None or values.dtype.kind not in "iu":
         return name, values, ""
     return name, seconds_of_ticks(values, match[2] or "ns", after_first=match[1] == "datetime64"), "s"
-
-
-def seconds_of_ticks(ticks: StoredArray, unit: str, *, after_first: bool) -> StoredArray:
-    """Return counts of a unit of time in s; nan where they are missing."""
-    if unit not in TICKS:
-        raise InputError(f"holds times in {unit!r}, which is not known")
-    counts = ticks.astype(np.int64).reshape(-1)
-    missing = counts == NOT_A_TIME
-    present = counts[~missing]
-    first = present[0] if after_first and present.size else np.int64(0)
-    return np.where(missing, np.nan, (counts - first) * TICKS[unit])
 
 
 def _labels(item: "h5py.Dataset | None") -> list[str]:

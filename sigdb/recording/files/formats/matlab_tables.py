@@ -82,7 +82,7 @@ def _timetable(store: ObjectStore, properties: Mapping[str, Value]) -> _Table:
         times=times,
         first_date=first,
         sampling_rate=rate,
-        start=start,
+        start=first or start,
     )
 
 

@@ -103,7 +103,8 @@ def contents_of_arrays(
             columns += split
             notes += split_notes
     if not columns:
-        raise InputError(f"holds no array of {SHORTEST} numbers or more; there are {_listed(short)}")
+        left = [note.text for note in notes[:3]] + ([f"there are {_listed(short)}"] if short else [])
+        raise InputError(f"holds no array of {SHORTEST} numbers or more; {'; '.join(left)}")
     check_columns(len(columns))
     check_values(sum(column.values.size for column in columns))
     entries: dict[str, ArrayLike] = {**arrays, **(texts or {})}
@@ -122,7 +123,8 @@ def contents_of_arrays(
 
 def _columns(name: str, values: StoredArray, facts: ArrayFacts) -> tuple[list[DataColumn], list[Note]]:
     if values.dtype.kind == "c":
-        raise InputError(f"{name} holds complex numbers; a channel is real")
+        text = f"{name} holds complex numbers; a channel is real"
+        return [], [Note(code="complex-numbers", text=text, values={"name": name})]
     values = np.squeeze(values)
     if values.ndim > 2:
         text = f"{name} of shape {values.shape} is neither a series nor a matrix of columns, so not a channel"

@@ -13,12 +13,20 @@ from sigdb.recording.files.formats.contents import (
     Contents,
     StoredArray,
     bounded_bytes,
+    check_columns,
     check_parts,
     check_ratio,
     check_values,
 )
-from sigdb.recording.files.formats.named_arrays import contents_of_arrays, not_read
+from sigdb.recording.files.formats.named_arrays import ArrayFacts, contents_of_arrays, not_read
+from sigdb.recording.files.formats.time_ticks import seconds_of_times
 from sigdb.recording.files.settings import RecordingSettings
+
+LONGEST_TEXT = 4000
+"""Largest size of a text that may state a fact about a recording, bytes."""
+
+LONGEST_HEADER = 10_000
+"""Largest size of the header of an array in bytes, as in NumPy."""
 
 FOREIGN: tuple[type[Exception], ...] = (
     ValueError, EOFError, SyntaxError, RuntimeError, MemoryError, tokenize.TokenError, zipfile.BadZipFile, zlib.error,
@@ -26,51 +34,99 @@ FOREIGN: tuple[type[Exception], ...] = (
 
 
 def read_npy(path: Path, settings: RecordingSettings) -> Contents:
-    """Read the columns of one array as ``column1``, ``column2``, ..."""
-    values = _array(bounded_bytes(path))
-    if isinstance(values, str):
-        raise InputError(f"holds {values}")
-    return contents_of_arrays({"column": values}, named=False)
+    """Read the columns of one array as ``column1``, ``column2``, ..., or its fields by their names."""
+    arrays = _NamedArrays()
+    arrays.take("", _array(bounded_bytes(path)))
+    named = "column" not in arrays.arrays
+    return contents_of_arrays(arrays.arrays, left_out=tuple(arrays.left_out), facts=arrays.facts, named=named)
 
 
 def read_npz(path: Path, settings: RecordingSettings) -> Contents:
-    """Read the columns of all arrays of numbers."""
+    """Read the columns of all arrays of numbers; fields of an array are ``array.field``."""
     data = bounded_bytes(path)
-    arrays: dict[str, StoredArray] = {}
-    left_out: list[Note] = []
+    arrays = _NamedArrays()
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = archive.infolist()
         check_parts(len(members))
         check_ratio(sum(member.file_size for member in members), len(data))
+        names = set()
         for member in members:
             name = member.filename.removesuffix(".npy")
-            if name in arrays:
+            if name in names:
                 raise InputError(f"holds the array {name} twice; write it again with different names")
             if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
                 raise InputError(f"holds {name} in a compression that NumPy does not write")
-            values = _array(archive.read(member)) if member.filename.endswith(".npy") else "no array"
-            if isinstance(values, str):
-                left_out.append(not_read(name, values))
-            else:
-                arrays[name] = values
-    return contents_of_arrays(arrays, variable=settings.variable, left_out=tuple(left_out))
+            names.add(name)
+            arrays.take(name, _array(archive.read(member)) if member.filename.endswith(".npy") else "no array")
+    return contents_of_arrays(
+        arrays.arrays,
+        variable=settings.variable,
+        left_out=tuple(arrays.left_out),
+        facts=arrays.facts,
+        texts=arrays.texts,
+    )
+
+
+class _NamedArrays:
+    """Arrays of numbers by name, texts, and notes on the other arrays."""
+
+    def __init__(self) -> None:
+        self.arrays: dict[str, StoredArray] = {}
+        self.facts: dict[str, ArrayFacts] = {}
+        self.texts: dict[str, str] = {}
+        self.left_out: list[Note] = []
+
+    def take(self, name: str, values: StoredArray | str) -> None:
+        """Take an array and its fields; ``values`` may be words for other content."""
+        if isinstance(values, str):
+            self.left_out.append(not_read(name or "it", values))
+        elif values.dtype.names:
+            check_columns(len(values.dtype.names))
+            for field in values.dtype.names:
+                self.take(f"{name}.{field}" if name else field, values[field])
+        elif values.dtype.kind in "Mm":
+            self._keep(name, seconds_of_times(values), ArrayFacts(unit="s"))
+        elif values.dtype.kind in "biufc":
+            self._keep(name, values, ArrayFacts())
+        elif values.dtype.kind in "US" and values.size == 1 and values.dtype.itemsize <= LONGEST_TEXT:
+            text = values.reshape(()).item()
+            self.texts[name] = text.decode("utf-8", "replace") if isinstance(text, bytes) else text
+        else:
+            self.left_out.append(not_read(name or "it", _words(values.dtype)))
+
+    def _keep(self, name: str, values: StoredArray, facts: ArrayFacts) -> None:
+        self.arrays[name or "column"] = values
+        self.facts[name or "column"] = facts
+
+
+def _words(dtype: np.dtype) -> str:
+    return f"an array of {'Python objects' if dtype.hasobject else dtype}, not of numbers"
 
 
 def _array(data: bytes) -> StoredArray | str:
     """Return the array of an NPY file, or words for its other content; no more is allocated than the file holds."""
     file = io.BytesIO(data)
     version = np.lib.format.read_magic(file)
-    if version not in ((1, 0), (2, 0)):
+    if version not in ((1, 0), (2, 0), (3, 0)):
         raise InputError(f"is of NPY version {version}; write it again with numpy.save")
-    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-    shape, fortran, dtype = read(file)
-    if dtype.kind not in "biufc":
-        return f"an array of {'Python objects' if dtype.hasobject else dtype}, not of numbers"
+    if version == (3, 0):  # as version 2, in UTF-8
+        size = int.from_bytes(file.read(4), "little")
+        header = file.read(min(size, LONGEST_HEADER)).decode("utf-8").encode("latin-1", "backslashreplace")
+        place = 12 + size
+        shape, fortran, dtype = np.lib.format.read_array_header_2_0(
+            io.BytesIO(len(header).to_bytes(4, "little") + header)
+        )
+    else:
+        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, fortran, dtype = read(file)
+        place = file.tell()
+    if dtype.hasobject or not dtype.itemsize:
+        return _words(dtype)
     if any(length < 0 for length in shape):
         raise InputError(f"says that it holds an array of shape {shape}")
     count = int(np.prod(shape, dtype=object))
     check_values(count)
-    if len(data) - file.tell() < count * dtype.itemsize:
+    if len(data) - place < count * dtype.itemsize:
         raise InputError(f"is cut short: an array of shape {shape} needs {count * dtype.itemsize} bytes")
-    values = np.frombuffer(data, dtype, count, file.tell())
+    values = np.frombuffer(data, dtype, count, place)
     return values.reshape(shape, order="F" if fortran else "C")

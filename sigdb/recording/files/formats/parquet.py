@@ -1,5 +1,7 @@
-"""Parquet: the numeric columns of a table."""
+"""Parquet: the columns of numbers, dates and durations of a table."""
 
+import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,17 +17,25 @@ from sigdb.recording.files.formats.contents import (
     check_ratio,
     check_values,
 )
+from sigdb.recording.files.formats.named_arrays import rate_of
+from sigdb.recording.files.formats.time_ticks import NOT_A_TIME, TICKS, seconds_of_ticks
 from sigdb.recording.files.settings import RecordingSettings
 
 if TYPE_CHECKING:
     import pyarrow as pa
     from pyarrow import parquet
 
+LONGEST_NUMBER = 64
+"""Length from which on a text of the metadata is no number, bytes."""
+
 FOREIGN: tuple[type[Exception], ...] = (ValueError, OSError, NotImplementedError, KeyError, MemoryError)
 
 
 def read_parquet(path: Path, settings: RecordingSettings) -> Contents:
-    """Read the columns of real numbers; the metadata ``unit`` of a field is its unit."""
+    """Read the columns of real numbers, dates and durations; these in s, dates after the first one.
+
+    The metadata ``unit`` or ``units`` of a field is its unit; the metadata of the table may state a sampling rate.
+    """
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -33,7 +43,7 @@ def read_parquet(path: Path, settings: RecordingSettings) -> Contents:
     with parquet.ParquetFile(data, thrift_string_size_limit=2**24, thrift_container_size_limit=2**20) as file:
         check_parts(len(file.schema_arrow))
         _check_pages(file.metadata)
-        numeric = [field for field in file.schema_arrow if _is_real(field.type)]
+        numeric = [field for field in file.schema_arrow if _is_real(field.type) or _is_time(field.type)]
         if not numeric:
             raise InputError("holds no column of numbers")
         check_columns(len(numeric))
@@ -43,16 +53,54 @@ def read_parquet(path: Path, settings: RecordingSettings) -> Contents:
         if len(set(names)) < len(names):
             raise InputError("holds two columns of one name; write it again with different names")
         table = file.read(columns=names, use_threads=False)
+    start = _first_date(table, numeric)
     columns = tuple(
-        DataColumn(name=field.name, values=_values(table.column(field.name)), unit=_unit(field)) for field in numeric
-    )
+        DataColumn(
+            name=_shown(field, names), values=_values(table.column(field.name)), unit=_unit(field),
+            start=None if _is_time(field.type) else start,
+        )
+        for field in numeric
+    )  # fmt: skip
     others = [field.name for field in file.schema_arrow if field.name not in names]
     note = Note(
         code="columns-left-out",
         text=f"{', '.join(others[:8])}: not numbers, so not a channel",
         values={"columns": len(others)},
     )
-    return Contents(columns=columns, notes=(note,) if others else ())
+    rates = _rates(file.schema_arrow.metadata or {})
+    source, rate = next(iter(rates.items())) if len(set(rates.values())) == 1 else ("the file", None)
+    return Contents(columns=columns, sampling_rate=rate, rate_from=source, notes=(note,) if others else (), named=True)
+
+
+def _first_date(table: "pa.Table", fields: list["pa.Field"]) -> float | None:
+    """Return the first date in s after 1970; None unless there is a single column of dates."""
+    from pyarrow import types
+
+    dates = [field for field in fields if types.is_timestamp(field.type)]
+    first = table.column(dates[0].name)[0] if len(dates) == 1 and len(table) else None
+    return None if first is None or not first.is_valid else first.value * TICKS[dates[0].type.unit]
+
+
+def _rates(metadata: Mapping[bytes, bytes]) -> dict[str, float]:
+    """Return the sampling rates, Hz, that the metadata of a table state, by the names of their entries."""
+    rates: dict[str, float] = {}
+    for key, value in metadata.items():
+        name, text = key.decode("utf-8", "replace"), value[:LONGEST_NUMBER].decode("utf-8", "replace")
+        try:
+            rate = rate_of(name, float(text)) if len(value) < LONGEST_NUMBER else None
+        except ValueError:
+            rate = rate_of(name, text)
+        if rate is not None:
+            rates[name] = rate
+    return rates
+
+
+def _shown(field: "pa.Field", names: list[str]) -> str:
+    """Return the name of a column. pandas gives an index without a name one of its own."""
+    if not re.fullmatch(r"__index_level_\d+__", field.name):
+        return str(field.name)
+    short = "time" if _is_time(field.type) else "index"
+    return short if short not in names else str(field.name)
 
 
 def _check_pages(metadata: "parquet.FileMetaData") -> None:
@@ -69,11 +117,24 @@ def _is_real(kind: "pa.DataType") -> bool:
     return bool(types.is_integer(kind) or types.is_floating(kind) or types.is_boolean(kind))
 
 
+def _is_time(kind: "pa.DataType") -> bool:
+    from pyarrow import types
+
+    return bool(types.is_timestamp(kind) or types.is_duration(kind))
+
+
 def _values(column: "pa.ChunkedArray") -> StoredArray:
     import pyarrow as pa
+    from pyarrow import types
 
-    return column.cast(pa.float64(), safe=False).to_numpy()
+    if not _is_time(column.type):
+        return column.cast(pa.float64(), safe=False).to_numpy()
+    ticks = column.cast(pa.int64(), safe=False).fill_null(NOT_A_TIME).to_numpy()
+    return seconds_of_ticks(ticks, column.type.unit, after_first=types.is_timestamp(column.type))
 
 
 def _unit(field: "pa.Field") -> str:
-    return str((field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace"))
+    if _is_time(field.type):
+        return "s"
+    metadata = field.metadata or {}
+    return str(next((metadata[key] for key in (b"unit", b"units") if key in metadata), b"").decode("utf-8", "replace"))

@@ -109,7 +109,7 @@ def test_npz_bombs_and_pickles(files, tmp_path):
         ("{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000,), }", "holds 1000000000000 numbers, more"),
         ("{'descr': '<f8', 'fortran_order': False, 'shape': (1000, 1000), }", "is cut short: an array of shape"),
         ("{'descr': '<f8', 'fortran_order': False, 'shape': (-1,), }", "of shape"),
-        ("{'descr': '|O', 'fortran_order': False, 'shape': (3,), }", "holds an array of Python objects"),
+        ("{'descr': '|O', 'fortran_order': False, 'shape': (3,), }", "is an array of Python objects, not of numbers"),
         ("(" * 9000, "cannot be read as NPY"),
         ("{" * 65000, "cannot be read as NPY"),
     ],
