@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigdb.core import InputError, suggestion
-from sigdb.recording.files.formats import hdf5, mat4, mat5, numpy_files, parquet, tdms, uff58, wav
+from sigdb.recording.files.formats import hdf5, lvm, mat4, mat5, numpy_files, parquet, tdms, uff58, wav
 from sigdb.recording.files.formats.contents import Contents
 from sigdb.recording.files.formats.text import reader as text
 from sigdb.recording.files.settings import RecordingSettings
@@ -85,6 +85,13 @@ GZIP = FileKind(
 KINDS = (
     TEXT,
     GZIP,
+    FileKind(
+        name="LVM",
+        suffixes=(".lvm", ".txt"),
+        begins=lvm.begins_like_lvm,
+        read=lvm.read_lvm,
+        foreign=lvm.FOREIGN,
+    ),
     FileKind(
         name="MAT version 5",
         suffixes=(".mat",),

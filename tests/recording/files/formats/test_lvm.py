@@ -1,0 +1,145 @@
+"""Unit: LabVIEW measurement files, as LabVIEW's manual describes them."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from sigdb.core.errors import InputError
+from sigdb.recording import read_recording
+
+N, DT = 200, 0.0005
+X = np.round(np.random.default_rng(8).normal(size=(2 * N, 2)), 6)
+
+
+def lvm(segments, *, columns="One", separator="\t", decimal=".", headings="Yes", extra=()):
+    """Text of a file; each segment has samples, X0 of each channel and clock times of each channel."""
+    words = {"\t": "Tab", ",": "Comma", ";": "Semicolon"}
+    head = ["LabVIEW Measurement", "Writer_Version\t2", "Reader_Version\t2", f"Separator\t{words[separator]}",
+            f"Decimal_Separator\t{decimal}", f"Multi_Headings\t{headings}", f"X_Columns\t{columns}",
+            "Time_Pref\tRelative", "Operator\tWeber", "Date\t2024/03/01", "Time\t10:00:00,1230000000000000", *extra,
+            "***End_of_Header***"]  # fmt: skip
+    lines = [line.replace("\t", separator) for line in head]
+    for x, starts, times in segments:
+        samples = [int(np.count_nonzero(~np.isnan(column))) for column in x.T]
+        header = [
+            ["Channels", x.shape[1]], ["Samples", *samples], ["Date", *["2024/03/01"] * x.shape[1]], ["Time", *times],
+            ["Y_Unit_Label", "m/s^2", "V"], ["X_Dimension", "Time", "Time"], ["X0", *starts],
+            ["Delta_X", *[f"{DT:.6f}"] * x.shape[1]],
+        ]  # fmt: skip
+        lines += ["", *(separator.join([*map(str, row), ""]).replace(".", decimal) for row in header)]
+        lines.append("***End_of_Header***")
+        heads = ["X_Value", "Front bearing", "Tacho", "Comment"]
+        if columns == "Multi":
+            heads = ["X_Value", "Front bearing", "X_Value", "Tacho", "Comment"]
+        lines.append(separator.join(heads))
+        for i, row in enumerate(x):
+            fields = ["" if np.isnan(value) else f"{value:.6f}" for value in row]
+            t = [f"{float(start) + DT * i:.6f}" for start in starts]
+            if columns == "Multi":
+                fields = [t[0], fields[0], t[1], fields[1]]
+            else:
+                fields = [t[0] if columns == "One" else "", *fields]
+            lines.append(separator.join(fields).replace(".", decimal) + (f"{separator}bump" if i == 3 else ""))
+    return "\n".join(lines) + "\n"
+
+
+def segment(x=X[:N], starts=("0.0", "0.0"), times=("10:00:00.123", "10:00:00.123")):
+    return x, starts, times
+
+
+def read(path, text, **options):
+    path.write_bytes(text.replace("\n", "\r\n").encode("cp1252"))
+    return read_recording(path, **options)
+
+
+@pytest.mark.parametrize("columns", ["No", "One", "Multi"])
+@pytest.mark.parametrize(("separator", "decimal"), [("\t", "."), ("\t", ","), (",", "."), (";", ",")])
+@pytest.mark.parametrize("suffix", [".lvm", ".txt"])
+def test_channels_of_a_segment(tmp_path, columns, separator, decimal, suffix):
+    text = lvm([segment()], columns=columns, separator=separator, decimal=decimal)
+    found = read(tmp_path / f"run{suffix}", text)
+    assert [(c.name, c.unit, c.sampling_rate) for c in found.channels] == [
+        ("Front bearing", "m/s^2", pytest.approx(2000)), ("Tacho", "V", pytest.approx(2000))
+    ]  # fmt: skip
+    assert_array_equal(np.stack([c.samples for c in found.channels], 1), X[:N])
+
+
+@pytest.mark.parametrize("columns", ["No", "One", "Multi"])
+def test_segments_that_continue_each_other_are_joined(tmp_path, columns):
+    second = segment(X[N:], (f"{N * DT}", f"{N * DT}"))
+    found = read(tmp_path / "run.lvm", lvm([segment(), second], columns=columns))
+    assert_array_equal(np.stack([c.samples for c in found.channels], 1), X)
+    assert "2 segments that continue each other were joined" in [note.text for note in found.notes]
+
+
+def test_segments_may_continue_by_their_clock(tmp_path):
+    second = segment(X[N:], times=("10:00:00.223", "10:00:00.223"))
+    assert_array_equal(read(tmp_path / "run.lvm", lvm([segment(), second])).channels[0].samples, X[:, 0])
+
+
+@pytest.mark.parametrize("late", [-0.05, 0.01, 3.0])
+def test_segments_with_a_gap_between_are_refused(tmp_path, late):
+    second = segment(X[N:], (f"{N * DT + late}",) * 2)
+    with pytest.raises(InputError, match=f"segment 2 of channel Front bearing begins {late:.6g} s after the end"):
+        read(tmp_path / "run.lvm", lvm([segment(), second]))
+
+
+@pytest.mark.parametrize(("starts", "times"), [(("0.0", "0.05"), ("10:00:00.123", "10:00:00.123")),
+                                               (("0.0", "0.0"), ("10:00:00.123", "10:00:00.173"))])  # fmt: skip
+def test_channels_that_start_at_different_times(tmp_path, starts, times):
+    found = read(tmp_path / "run.lvm", lvm([segment(X[:N], starts, times)], columns="Multi"))
+    assert_array_equal(found.channels[0].samples, X[100:N, 0])
+    assert_array_equal(found.channels[1].samples, X[: N - 100, 1])
+
+
+def test_channels_of_different_lengths(tmp_path):
+    x = X[:N].copy()
+    x[190:, 1] = np.nan
+    found = read(tmp_path / "run.lvm", lvm([segment(x)], columns="No"))
+    assert_array_equal(found.channels[0].samples[:190], X[:190, 0])
+    assert found.channels[1].samples.size == 190
+
+
+def test_times_that_contradict_the_step_are_refused(tmp_path):
+    text = lvm([segment()]).replace("Delta_X\t0.000500\t0.000500", "Delta_X\t0.001000\t0.001000")
+    with pytest.raises(InputError, match=r"Delta_X states 0.001 s, and its times \(X_Value\) rise by 0.0005 s"):
+        read(tmp_path / "run.lvm", text)
+
+
+def test_times_give_the_rate_where_no_step_is_stated(tmp_path):
+    text = "\n".join(line for line in lvm([segment()]).split("\n") if not line.startswith("Delta_X"))
+    assert_allclose(read(tmp_path / "run.lvm", text).channels[0].sampling_rate, 2000)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("***End_of_Header***", "", r"no line \*\*\*End_of_Header\*\*\* in its first 100 lines"),
+        ("Delta_X\t0.000500", "Delta_X\tfast", "delta_x of channel 1 is 'fast', which is not a number"),
+        ("X0\t0.0", "X0\tinf", "x0 of channel 1 is 'inf', which is not a number"),
+        ("X_Value", "Y_Value", "is no head of columns"),
+        (f"{X[7, 0]:.6f}", "OVLD", r"'OVLD' marks an overload or no number"),
+        ("X_Dimension\tTime\tTime", "X_Dimension\tFrequency\tFrequency", "Frequency"),
+        ("Delta_X\t0.000500", "Delta_X\t0", "Delta_X is 0 s"),
+    ],
+)
+def test_damaged_files_are_refused(tmp_path, old, new, message):
+    text = lvm([segment()])
+    assert old in text
+    with pytest.raises(InputError, match=message):
+        read(tmp_path / "run.lvm", text.replace(old, new))
+
+
+def test_no_bytes_give_a_traceback(tmp_path):
+    random = np.random.default_rng(3)
+    whole = lvm([segment(X[:20]), segment(X[20:40], ("0.01", "0.01"))]).encode()
+    for case in range(150):
+        data = bytearray(whole)
+        for _ in range(int(random.integers(1, 6))):
+            at = int(random.integers(len(data)))
+            data[at : at + int(random.integers(0, 9))] = random.bytes(int(random.integers(0, 5))) if case % 2 else b"\t\n"
+        (tmp_path / "run.lvm").write_bytes(data)
+        try:
+            read_recording(tmp_path / "run.lvm")
+        except InputError:
+            continue
