@@ -263,7 +263,9 @@ def _joined(segments: list[LvmSegment]) -> tuple[tuple[DataColumn, ...], list[No
                 )
             end = segment.starts[k] + step * segment.values[k].size
         values = np.concatenate([segment.values[k] for segment in segments]) if len(segments) > 1 else first.values[k]
-        column = DataColumn(name=name, unit=first.units[k], values=values, start=first.starts[k] - origin, abscissa=first.abscissas[k])
+        column = DataColumn(
+            name=name, unit=first.units[k], values=values, start=first.starts[k] - origin, abscissa=first.abscissas[k]
+        )
         columns.append(_with_rate(column, step, first.times[k]))
     text = f"{len(segments)} segments that continue each other were joined"
     joined = [Note(code="joined-segments", text=text, values={"segments": len(segments)})] if len(segments) > 1 else []

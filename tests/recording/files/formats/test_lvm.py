@@ -137,7 +137,9 @@ def test_no_bytes_give_a_traceback(tmp_path):
         data = bytearray(whole)
         for _ in range(int(random.integers(1, 6))):
             at = int(random.integers(len(data)))
-            data[at : at + int(random.integers(0, 9))] = random.bytes(int(random.integers(0, 5))) if case % 2 else b"\t\n"
+            data[at : at + int(random.integers(0, 9))] = (
+                random.bytes(int(random.integers(0, 5))) if case % 2 else b"\t\n"
+            )
         (tmp_path / "run.lvm").write_bytes(data)
         try:
             read_recording(tmp_path / "run.lvm")

@@ -125,7 +125,9 @@ def test_marks_of_thousands_are_removed_where_they_are_certain(tmp_path, mark, d
 @pytest.mark.parametrize("mark", [",", "."])
 def test_marks_that_may_be_decimal_signs_are_refused(tmp_path, separator, mark):
     lines = [f"{i}{separator}{900 + 37 * i:,d}".replace(",", mark) for i in range(N)]
-    with pytest.raises(InputError, match=rf"line 5: '1\{mark}011' has a mark of thousands or a decimal sign; give decimal"):
+    with pytest.raises(
+        InputError, match=rf"line 5: '1\{mark}011' has a mark of thousands or a decimal sign; give decimal"
+    ):
         contents(tmp_path / "run.csv", ["n" + separator + "a1", *lines])
     read = contents(tmp_path / "run.csv", ["n" + separator + "a1", *lines], decimal="," if mark == "." else ".")
     assert_array_equal(read.columns[1].values, 900 + 37 * np.arange(N))
