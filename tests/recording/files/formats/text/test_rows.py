@@ -49,7 +49,7 @@ def test_overloads_in_the_first_rows_are_no_header(tmp_path, mark, count, head):
 
 
 def test_a_row_of_nothing_but_overloads_is_no_header(tmp_path):
-    with pytest.raises(InputError, match="line 2, column 1 .a1.: 'OVLD' marks an overload"):
+    with pytest.raises(InputError, match=r"line 2, column 1 \(a1\): 'OVLD' marks an overload"):
         contents(tmp_path / "run.csv", ["a1,a2", "OVLD,OVLD", *(f"{x},{-x}" for x in X)])
 
 
