@@ -125,7 +125,8 @@ def _of_train(
 ) -> tuple[EvenPulses, PulseTrain, list[Note]]:
     each = int(recording.pulses_per_rev)
     longest = max(channel.duration for channel in recording.channels)
-    if len(times) and recording.tacho_kind != "waveform" and not -longest <= np.median(times) <= 2 * longest:
+    stated = recording.pulse_times is not None or recording.tacho_kind == "pulse-times"
+    if len(times) and stated and not -longest <= np.median(times) <= 2 * longest:
         raise InputError(
             f"its pulses lie at {times[0]:.6g} to {times[-1]:.6g} s of a record of {longest:.4g} s; give times in s"
             " from the record's beginning, or their unit"
