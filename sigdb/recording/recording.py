@@ -1,11 +1,14 @@
 """A recording: the channels of one measurement."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from sigdb.core import FloatArray, InputError, Note, suggestion
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 TachoKind = Literal["waveform", "pulse-times", "counts", "angle", "speed"]
 """Quantity that the channel of a tacho holds."""
@@ -160,6 +163,29 @@ class Recording:
         if name not in by_name:
             raise InputError(f"{self.source}: no channel {name!r}{suggestion(name, by_name)}")
         return by_name[name]
+
+    def overview(self) -> "pd.DataFrame":
+        """Return what was read, a row for each channel, and what was left out of the file, a row for each part.
+
+        Returns
+        -------
+        pandas.DataFrame
+            For channels: ``channel``, ``unit``, ``sampling_rate`` (Hz) and its source ``rate_from``, ``start`` and
+            ``duration`` (s), ``samples``, and ``least``, ``greatest`` and ``rms`` in the unit. ``clipped`` is the share
+            of samples at the extremes of a clipped signal; ``spikes`` and ``drop_outs`` are numbers of places. These
+            three are missing for the tacho. ``left_out`` is the reason why a part is no channel, else empty.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> x = np.clip(np.sin(np.arange(1000) / 10), -0.8, 2)
+        >>> recording = Recording(source="here", channels=(Channel(name="a1", samples=x, sampling_rate=1e3),))
+        >>> recording.overview()[["channel", "duration", "least", "clipped", "spikes"]].to_dict("records")
+        [{'channel': 'a1', 'duration': 1.0, 'least': -0.8, 'clipped': 0.206, 'spikes': 0}]
+        """
+        from sigdb.recording.overview.overview_table import overview_table
+
+        return overview_table(self)
 
     @property
     def signals(self) -> tuple[Channel, ...]:

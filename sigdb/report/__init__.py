@@ -20,6 +20,7 @@ __all__ = [
     "evaluation_html",
     "history_figure",
     "history_text",
+    "overview_text",
     "recorded_figures",
     "recorded_text",
     "rig_figure",

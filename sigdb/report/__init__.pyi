@@ -17,6 +17,7 @@ from .recording.page import write_recorded_report as write_recorded_report
 from .recording.pictures import history_figure as history_figure
 from .recording.pictures import recorded_figures as recorded_figures
 from .recording.tables import history_text as history_text
+from .recording.tables import overview_text as overview_text
 from .recording.tables import recorded_text as recorded_text
 from .rig.campbell import campbell_figure as campbell_figure
 from .rig.drawing import rig_figure as rig_figure

@@ -55,13 +55,16 @@ def signature(
     Example: sigdb signature run.csv --sampling-rate 12800 --teeth 32 --mesh-phase --out signature
     """
     from sigdb.recording import AveragingSettings, read_recording, recorded_history, recorded_signature
-    from sigdb.report import Terminal, history_text, recorded_text, write_recorded_report
+    from sigdb.report import Terminal, history_text, overview_text, recorded_text, write_recorded_report
     from sigdb.transmission import load_transmission
 
     if baseline is not None and len(recordings) < 2:
         raise click.UsageError("--baseline compares recordings; give several.")
     settings = AveragingSettings(teeth=teeth, gear=gear, samples_per_tooth=samples_per_tooth, **averaging)
     files = [read_recording(path, **reading) for path in recordings]
+    if form == "table":
+        terminal = Terminal.of(sys.stdout)
+        click.echo("\n".join(overview_text(recording, terminal=terminal) for recording in files))
     loaded = None if rig is None else load_transmission(rig)
     signatures = [recorded_signature(recording, settings, rig=loaded) for recording in files]
     history = recorded_history(signatures, baseline=baseline) if len(signatures) > 1 else None
@@ -69,7 +72,6 @@ def signature(
         facts = [signature.as_json() for signature in signatures]
         echo_json([{name: fact[name] for name in fact if name != _LARGE} for fact in facts], indent=None)
     else:
-        terminal = Terminal.of(sys.stdout)
         texts = [recorded_text(signature, terminal=terminal) for signature in signatures]
         texts += [] if history is None else [history_text(history, terminal=terminal)]
         click.echo("\n".join(texts), nl=False)

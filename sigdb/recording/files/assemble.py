@@ -15,6 +15,7 @@ from sigdb.recording.files.settings import RecordingSettings
 from sigdb.recording.files.shared_time import share_time
 from sigdb.recording.files.time_columns import time_columns, times_of
 from sigdb.recording.files.time_names import seconds_of, time_name
+from sigdb.recording.overview.overview_table import fault_notes, is_constant
 from sigdb.recording.recording import Channel, Recording
 
 SPEED_TO_CONFIRM = "speed-to-confirm"
@@ -59,7 +60,8 @@ def assemble(contents: Contents, settings: RecordingSettings, *, source: str) ->
     )
     everything = (
         *contents.notes, *notes, *other_notes, *time_notes, *other_times, *ramps, *rate_notes, *cut_notes,
-        *sample_notes, *_speed_notes(contents, settings), *_remarks(channels),
+        *sample_notes, *_speed_notes(contents, settings), *fault_notes(channels, tacho=settings.tacho),
+        *_same_channels(channels),
     )  # fmt: skip
     return Recording(
         source=source, channels=channels, tacho=settings.tacho, pulses_per_rev=settings.pulses_per_rev,
@@ -295,15 +297,14 @@ def _speed_notes(contents: Contents, settings: RecordingSettings) -> list[Note]:
     return [Note(code=SPEED_TO_CONFIRM, text=text, values={"speed_rpm": contents.speed_rpm})]
 
 
-def _remarks(channels: tuple[Channel, ...]) -> list[Note]:
-    """Return notes on constant channels and on channels with the same samples."""
+def _same_channels(channels: tuple[Channel, ...]) -> list[Note]:
+    """Return notes on channels with the same samples."""
     notes = []
     seen: dict[bytes, str] = {}
     for channel in channels:
         name = channel.name
-        if channel.samples.min() == channel.samples.max():
-            notes.append(Note(code="constant-channel", text=f"{name} is constant", values={"channel": name}))
-        elif (same := seen.setdefault(blake2b(channel.samples.data).digest(), name)) != name:
+        is_same = (same := seen.setdefault(blake2b(channel.samples.data).digest(), name)) != name
+        if is_same and not is_constant(channel):
             text = f"{name} is the same as {same}"
             notes.append(Note(code="same-channel", text=text, values={"channel": name, "same": same}))
     return notes

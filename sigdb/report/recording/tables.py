@@ -5,7 +5,7 @@ from pathlib import PureWindowsPath
 
 import pandas as pd
 
-from sigdb.recording import RecordedSignature
+from sigdb.recording import RecordedSignature, Recording
 from sigdb.report.text_table import PLAIN, Terminal, TextTable, number
 from sigdb.signature import INDICATORS
 
@@ -21,6 +21,51 @@ _HISTORY: dict[str, str] = {
     "na4_star": "NA4*",
     "nb4_star": "NB4*",
 }
+
+
+def overview_text(recording: Recording, *, terminal: Terminal = PLAIN) -> str:
+    """Return what was read from a recording as text: a table of its channels, and what was left out.
+
+    Parameters
+    ----------
+    recording : Recording
+        From :func:`sigdb.recording.read_recording`.
+    terminal : Terminal
+        Where the text is shown; by default a file of any width.
+
+    Returns
+    -------
+    str
+        Several lines.
+    """
+    overview = recording.overview()
+    left_out = [text for text in overview["left_out"] if text]
+    lines = [f"Read from {recording.source}", overview_table(overview).text(terminal, indent=2)]
+    lines += ["Left out", *(f"  - {text}" for text in left_out)] if left_out else []
+    return "\n".join(lines) + "\n"
+
+
+def overview_table(overview: pd.DataFrame) -> TextTable:
+    """Return the table of the channels of a recording, a row each."""
+    head = (
+        "channel", "unit", "rate, Hz", "rate from", "start, s", "length, s", "least", "greatest", "rms", "clipped, %",
+        "spikes", "drop-outs",
+    )  # fmt: skip
+    rows = [
+        [
+            row["channel"],
+            row["unit"] or "not stated",
+            f"{row['sampling_rate']:.9g}",
+            row["rate_from"],
+            number(row["start"], 4),
+            number(row["duration"], 4),
+            *(number(row[key], 4) for key in ("least", "greatest", "rms")),
+            number(100 * row["clipped"], 2),
+            *("-" if pd.isna(row[key]) else str(row[key]) for key in ("spikes", "drop_outs")),
+        ]
+        for row in overview[overview["left_out"] == ""].to_dict("records")
+    ]
+    return TextTable(head, rows)
 
 
 def recorded_text(signature: RecordedSignature, *, terminal: Terminal = PLAIN) -> str:

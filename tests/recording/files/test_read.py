@@ -134,7 +134,7 @@ def test_dead_and_doubled_channels_are_told(tmp_path):
     read = sigdb.read_recording(path, sampling_rate=1000)
     assert texts(read) == ["b is constant", "c is the same as a"]
     assert [(note.code, dict(note.values)) for note in read.notes] == [
-        ("constant-channel", {"channel": "b"}),
+        ("constant-channel", {"channel": "b", "count": 1, "share": 1.0, "first_s": 0.0}),
         ("same-channel", {"channel": "c", "same": "a"}),
     ]
 

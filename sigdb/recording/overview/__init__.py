@@ -1,0 +1,1 @@
+"""Overview of a recording: what was read, and faults of its samples."""
