@@ -24,8 +24,8 @@ def test_channels_and_what_was_left_out():
     assert first == "Read from run.csv"
     assert head.split()[:4] == ["channel", "unit", "rate,", "Hz"]
     share = 100 * np.mean(np.abs(X) == 2)
-    assert a1.split() == ["a1", "m/s^2", "2000", "column", "time", "0.05", "2", "-2", "2", f"{np.sqrt(np.mean(X**2)):.4g}",
-                          f"{share:.2g}", "0", "0"]  # fmt: skip
+    assert a1.split() == ["a1", "m/s^2", "2000", "column", "time", "0.05", "2", "-2", "2",
+                          f"{np.sqrt(np.mean(X**2)):.4g}", f"{share:.2g}", "0", "0"]  # fmt: skip
     assert n.split()[-3:] == ["-", "-", "-"]
     assert (title, left_out) == ("Left out", "  - k only rises and was left out")
 
