@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigdb.core import InputError, suggestion
-from sigdb.recording.files.formats import hdf5, lvm, mat4, mat5, numpy_files, parquet, tdms, uff58, wav
+from sigdb.recording.files.formats import hdf5, lvm, mat4, mat5, mdf4, numpy_files, parquet, tdms, uff58, wav
 from sigdb.recording.files.formats.contents import Contents
 from sigdb.recording.files.formats.text import reader as text
 from sigdb.recording.files.settings import RecordingSettings
@@ -149,6 +149,13 @@ KINDS = (
         read=uff58.read_uff58,
         foreign=uff58.FOREIGN,
         may_begin=_begins_like_uff_without_indent,
+    ),
+    FileKind(
+        name="MDF",
+        suffixes=(".mf4", ".mdf"),
+        begins=lambda begin: begin[:8] in (b"MDF     ", b"UnFinMF "),
+        read=mdf4.read_mdf4,
+        foreign=mdf4.FOREIGN,
     ),
     FileKind(
         name="TDMS",

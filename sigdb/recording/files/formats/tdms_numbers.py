@@ -49,8 +49,8 @@ def stored_type(kind: int, order: str) -> np.dtype | None:
 
 def _contiguous(segment: TdmsSegment) -> tuple[list[RawNumbers], int]:
     size = sum(index.size for _, index in segment.objects)
-    if not size:
-        return [], 0
+    if not 0 < size <= len(segment.raw):
+        return [], len(segment.raw) if size else 0
     rest = len(segment.raw) % size
     chunks = np.frombuffer(segment.raw, np.uint8, len(segment.raw) - rest).reshape(-1, size)
     numbers, at = [], 0
@@ -94,6 +94,8 @@ def _daqmx(segment: TdmsSegment) -> tuple[list[RawNumbers], int]:
         sizes = [width if size else 0 for size in sizes]
     else:
         chunks, rest = divmod(len(segment.raw), sum(sizes))
+    if not chunks:
+        return [], rest
     table = np.frombuffer(segment.raw, np.uint8, chunks * sum(sizes)).reshape(chunks, -1)
     check_values(sum(chunks * _count(index, sizes) for index in indices))
     starts = np.cumsum([0, *sizes])

@@ -41,7 +41,8 @@ def scaled(raw: Mapping[int | None, StoredArray], levels: tuple[Properties, ...]
         return next(iter(raw.values()))
     if count > MOST_SCALES:
         raise UnreadScaleError(f"{count} scales")
-    return _Scales(properties, raw).output(count - 1)
+    with np.errstate(over="ignore", invalid="ignore"):  # infinite numbers are refused with their place later
+        return _Scales(properties, raw).output(count - 1)
 
 
 def has_scales(levels: tuple[Properties, ...]) -> bool:

@@ -4,6 +4,7 @@ import gzip
 import struct
 import warnings
 import zipfile
+import zlib
 
 import h5py
 import numpy as np
@@ -132,6 +133,39 @@ def tdms(path, data, *, interleaved=False, segments=2):
     path.write_bytes(b"".join(parts))
 
 
+def mdf4(path, data):
+    """A group of times and channels, transposed and compressed; blocks stand after those to which they link."""
+    file = bytearray(168)
+
+    def block(kind, links, body=b""):
+        start = len(file)
+        length = 24 + 8 * len(links) + len(body)
+        file.extend(kind + struct.pack(f"<4xQQ{len(links)}q", length, len(links), *links) + body)
+        file.extend(bytes(-len(file) % 8))
+        return start
+
+    def channel(after, name, byte, kind):
+        unit = block(b"##TX", (), b"s\0" if kind else b"g\0")
+        links = (after, 0, block(b"##TX", (), name.encode() + b"\0"), 0, 0, 0, unit, 0)
+        return block(b"##CN", links, struct.pack("<4B4I", kind, kind // 2, 4, 0, byte, 64, 0, 0) + bytes(52))
+
+    t = np.arange(len(next(iter(data.values())))) / RATE
+    table = np.stack([t, *data.values()], 1).astype("<f8")
+    size = 8 * table.shape[1]
+    raw = table.view(np.uint8).reshape(-1, size).T.tobytes()
+    packed = zlib.compress(raw)
+    records = block(b"##DZ", (), b"DT" + struct.pack("<BBIQQ", 1, 0, size, len(raw), len(packed)) + packed)
+    after = 0
+    for i, name in reversed(list(enumerate(data))):
+        after = channel(after, name, 8 * (i + 1), 0)
+    cycles = struct.pack("<QQHHIII", 0, len(t), 0, 46, 0, size, 0)
+    group = block(b"##CG", (0, channel(after, "t", 0, 2), 0, 0, 0, 0), cycles)
+    groups = block(b"##DG", (0, group, records, 0), bytes(8))
+    file[:64] = b"MDF     4.10    test".ljust(64, b"\0")
+    file[64:168] = (b"##HD" + struct.pack("<4xQQ6q", 104, 6, groups, 0, 0, 0, 0, 0)).ljust(104, b"\0")
+    path.write_bytes(bytes(file))
+
+
 def zip_of(path, members):
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in members.items():
@@ -142,4 +176,5 @@ MAKERS = {
     "plain.csv": csv, "packed.csv.gz": csv, "german.txt": semicolons, "four.mat": mat4, "five.mat": mat5,
     "struct.mat": mat5_struct, "seven.mat": mat73, "run.h5": hdf5, "run.wav": wav, "run.npz": npz, "run.npy": npy,
     "run.parquet": parquet_table, "binary.uff": uff58, "text.uff": uff58_text, "run.tdms": tdms,
+    "run.mf4": mdf4,
 }  # fmt: skip

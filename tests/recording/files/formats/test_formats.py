@@ -20,7 +20,7 @@ from sigdb.recording.files.formats.tdms import read_tdms
 
 FORMATS = [
     "plain.csv", "packed.csv.gz", "german.txt", "four.mat", "five.mat", "struct.mat", "seven.mat", "run.h5", "run.wav",
-    "run.npz", "run.npy", "run.parquet", "binary.uff", "text.uff", "run.tdms",
+    "run.npz", "run.npy", "run.parquet", "binary.uff", "text.uff", "run.tdms", "run.mf4",
 ]  # fmt: skip
 SILENT = {"plain.csv", "packed.csv.gz", "run.npy"}
 
@@ -55,11 +55,11 @@ def test_all_formats_are_tried(files):
     assert list(files.MAKERS) == FORMATS
 
 
-@pytest.mark.parametrize("name", ["run.h5", "run.parquet", "binary.uff", "text.uff", "run.tdms"])
+@pytest.mark.parametrize("name", ["run.h5", "run.parquet", "binary.uff", "text.uff", "run.tdms", "run.mf4"])
 def test_units_of_files(files, tmp_path, name):
     files.MAKERS[name](tmp_path / name, files.channels())
     unit = read_recording(tmp_path / name).channels[0].unit
-    assert unit == {"run.parquet": "g", "run.tdms": "g"}.get(name, "m/s^2")
+    assert unit == {"run.parquet": "g", "run.tdms": "g", "run.mf4": "g"}.get(name, "m/s^2")
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.int32, np.float32, np.float64])

@@ -59,7 +59,7 @@ def test_damaged_files_of_every_format_end_in_one_line(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", ["a.csv", "a.csv.gz", "a.mat", "a.h5", "a.wav", "a.parquet", "a.npz", "a.npy", "a.uff", "a.tdms"]
+    "name", ["a.csv", "a.csv.gz", "a.mat", "a.h5", "a.wav", "a.parquet", "a.npz", "a.npy", "a.uff", "a.tdms", "a.mf4"]
 )
 def test_empty_files_and_garbage(tmp_path, name):
     path = tmp_path / name
@@ -226,7 +226,7 @@ def test_many_segments_of_tdms_take_no_time(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["plain.csv", "packed.csv.gz", "five.mat", "run.wav", "run.npz", "run.npy", "run.h5",
-                                  "run.parquet", "binary.uff", "run.tdms"])  # fmt: skip
+                                  "run.parquet", "binary.uff", "run.tdms", "run.mf4"])  # fmt: skip
 def test_files_over_the_limits_are_refused(files, tmp_path, monkeypatch, name):
     files.MAKERS[name](tmp_path / name, files.channels(n=4000))
     for limit, least, told in (("MAX_VALUES", 2000, "more than 2000; cut"), ("MAX_BYTES", 1000, "more than 1000; cut")):

@@ -364,6 +364,12 @@ def test_scales_that_are_not_complete(tmp_path, missing):
         read_recording(path)
 
 
+def test_a_scale_that_makes_numbers_infinite(tmp_path):
+    properties = scales({**LINEAR, "NI_Scale[1]_Linear_Slope": 1e308})
+    with pytest.raises(InputError, match="channel a: sample 0 is infinite"):
+        read_recording(write(tmp_path / "run.tdms", {"a": (X, properties)}))
+
+
 def test_the_scale_of_the_file_applies_to_its_channels(tmp_path):
     path = write(tmp_path / "run.tdms", {"a": (X, {})}, file_properties=scales(LINEAR))
     assert_array_equal(columns(path)["a"].values, 0.5 * X - 1)
@@ -385,6 +391,13 @@ def test_the_scale_of_the_file_applies_to_its_channels(tmp_path):
 def test_damaged_descriptions_of_daqmx(tmp_path, index, message):
     (tmp_path / "run.tdms").write_bytes(segment([("/'G'/'a'", index, {})], bytes(400), extra=128))
     with pytest.raises(InputError, match=message):
+        read_recording(tmp_path / "run.tdms", sampling_rate=10)
+
+
+def test_counts_that_no_file_holds(tmp_path):
+    index = struct.pack("<IIIQ", 20, 10, 1, 2**62)
+    (tmp_path / "run.tdms").write_bytes(segment([("/'G'/'a'", index, {})], bytes(80)))
+    with pytest.raises(InputError, match="holds no numbers"):
         read_recording(tmp_path / "run.tdms", sampling_rate=10)
 
 
