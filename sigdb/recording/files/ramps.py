@@ -41,9 +41,10 @@ def ramp_kind(x: FloatArray) -> Ramp:
     >>> ramp_kind(np.arange(50.0)), ramp_kind(np.arange(50) / 8000), ramp_kind(np.sin(np.arange(50.0)))
     ('counts', 'rises', '')
     """
-    first = _kind(x[:_FIRST])
-    varies = np.unique(_finite(x[:_FIRST])).size > 1
-    return first if x.size <= _FIRST or (varies and not first) else _kind(x)
+    with np.errstate(over="ignore", invalid="ignore"):  # steps of numbers near the largest
+        first = _kind(x[:_FIRST])
+        varies = np.unique(_finite(x[:_FIRST])).size > 1
+        return first if x.size <= _FIRST or (varies and not first) else _kind(x)
 
 
 def _kind(x: FloatArray) -> Ramp:

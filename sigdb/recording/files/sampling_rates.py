@@ -14,6 +14,9 @@ HIGHEST = 1e9
 LOWEST = 1.0
 """Rate in Hz that stands for none: an increment of 1 is the default of many programs."""
 
+LATEST = 1e12
+"""Latest start in s, 30 000 years after the origin of a file's times."""
+
 LOWEST_ASSUMED = 100.0
 """Lowest rate in Hz from times without a unit; slower times are hardly in s."""
 
@@ -64,6 +67,8 @@ def series_timing(
         time = times.get(column.name)
         rate, origin, new = _rate_of(column, time, requested=requested, stated=stated, source=source, hint=hint)
         start = column.start if time is None or column.start is not None else _start(time, rate)
+        if start is not None and not abs(start) < LATEST:
+            raise InputError(f"channel {column.name}: the file states a start of {start:.3g} s, which is no time")
         timing.append(SeriesTiming(sampling_rate=rate, source=origin, start=start))
         notes += new
     return timing, list({note.text: note for note in notes}.values())

@@ -28,6 +28,9 @@ _PARTS, _HALVINGS = 2000, 80
 _OFTEN = 0.02
 """Share of unequal steps from which on leaps may be a rounding."""
 
+_LARGEST, _SHORTEST = 1e20, 1e-15
+"""Largest time and shortest mean step, in any unit."""
+
 _EPOCH = 9e8, 4.1e9
 """Seconds since 1970 from 1998 to 2099."""
 
@@ -89,11 +92,15 @@ def time_base(t: FloatArray, *, name: str, unit: str = "") -> TimeBase:
         raise InputError(f"column {name} has the unit {unit!r}, not one of time; give time=false, or its unit by units")
     if t.size < 3 or not np.isfinite(t).all():
         raise InputError(f"column {name} must hold three times or more, none of them missing; or give time=false")
+    if np.abs(t).max() > _LARGEST:
+        raise InputError(f"column {name} holds {np.abs(t).max():.3g}, which is no time; mend it, or give time=false")
     steps = np.diff(t)
     mean = float(steps.mean())
     if mean <= 0 or steps.min() < 0:
         at = int(np.argmin(steps)) + 1
         raise InputError(f"column {name} must rise, and does not after sample {at}; mend it, or give time=false")
+    if mean < _SHORTEST:
+        raise InputError(f"column {name} rises by {mean:.3g} a sample, as no times do; mend it, or give time=false")
     step, residual = _line(t)
     resolution = _resolution(steps, mean)
     if resolution:
@@ -148,6 +155,8 @@ def _resolution(steps: FloatArray, mean: float) -> float:
     """Return the resolution of rounded times; 0 if they are not rounded, or to less than half a step."""
     positive = steps[steps > 0]
     least = float(positive.min())
+    if least < _SHORTEST * mean:
+        return 0.0
     multiples = np.round(positive / least)
     resolution = float(positive.sum() / multiples.sum())
     if resolution < ROUNDED * mean or np.abs(positive / resolution - multiples).max() > 0.1:

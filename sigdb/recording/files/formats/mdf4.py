@@ -29,8 +29,10 @@ from sigdb.recording.files.formats.mdf4_channels import (
     values,
 )
 from sigdb.recording.files.formats.named_arrays import not_read
-from sigdb.recording.files.sampling_rates import EVEN, SECONDS, time_base
+from sigdb.recording.files.sampling_rates import HIGHEST, LOWEST
 from sigdb.recording.files.settings import RecordingSettings
+from sigdb.recording.files.time_base import EVEN, refuse_coarse, time_base
+from sigdb.recording.files.time_names import seconds_of
 
 FOREIGN: tuple[type[Exception], ...] = ()
 
@@ -222,15 +224,22 @@ def _axis(tables: _Tables, start: int, blocks: Blocks, settings: RecordingSettin
         times = values(master, of_owner, owner.data_bytes, blocks).astype(float)
     except UnreadChannelError as error:
         raise InputError(f"its times {master.name} cannot be read: it {error}") from None
-    times = times * SECONDS.get(master.unit.strip().lower(), 1.0)
+    times = times * (seconds_of(master.unit) or 1.0)
     if settings.sampling_rate is not None:
-        return _Axis(start=float(times[0])), []
-    base = time_base(times, name=f"{master.name} of {group.name}")
+        return _Axis(start=float(times[0]) if np.isfinite(times[0]) else None), []
+    name = f"{master.name} of {group.name}"
+    base = time_base(times, name=name)
+    refuse_coarse(base, name=name)
+    if not LOWEST < base.sampling_rate <= HIGHEST:
+        raise InputError(f"it has {base.sampling_rate:.6g} Hz, at which no vibration is sampled")
     notes = []
-    if base.jitter > EVEN:
-        text = f"{master.name} of {group.name} is up to {base.jitter:.2g} steps away from even times, which were taken"
-        notes.append(Note(code="uneven-times", text=text, values={"column": master.name, "steps": base.jitter}))
-    return _Axis(sampling_rate=base.sampling_rate, start=float(times[0])), notes
+    if base.resolution:
+        text = f"{name} is rounded to {base.resolution:.3g} s; the rate is the slope of its times"
+        notes.append(Note(code="rounded-times", text=text, values={"column": name, "resolution": base.resolution}))
+    elif base.jitter > EVEN:
+        text = f"{name} is up to {base.jitter:.2g} steps away from even times, which were taken"
+        notes.append(Note(code="uneven-times", text=text, values={"column": name, "steps": base.jitter}))
+    return _Axis(sampling_rate=base.sampling_rate, start=base.start), notes
 
 
 def _with_names(columns: list[tuple[str, DataColumn]]) -> tuple[DataColumn, ...]:

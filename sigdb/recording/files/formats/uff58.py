@@ -88,7 +88,8 @@ def _column(data_set: DataSet, settings: RecordingSettings) -> DataColumn:
     seconds = seconds_of(data_set.axis(8)[2]) or 1.0
     if spacing == 0:
         times, values = _pairs(data_set, kind, count, name)
-        column = DataColumn(name=name, values=values, rate_from="its times", start=float(times[0]) * seconds)
+        start = float(times[0]) * seconds if np.isfinite(times[0]) else None
+        column = DataColumn(name=name, values=values, rate_from="its times", start=start)
         if settings.sampling_rate is not None:
             return column
         rate = time_base(times * seconds, name=f"of the times of {name}").sampling_rate

@@ -359,12 +359,6 @@ def test_other_versions(tmp_path, write, message):
         read_recording(plain(tmp_path / "run.mdf", write=write))
 
 
-def damaged(change):
-    file = File()
-    master = file.channel(file.channel(0, "a", byte=8), "t", kind=2, synchronised=1)
-    return change(file, master)
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -400,7 +394,7 @@ def test_rings_of_blocks(tmp_path):
         read_recording(file.write(tmp_path / "run.mf4", file.data_group(0, group, ring)), sampling_rate=10)
     file = File()
     channel = file.channel(len(file.data) + 64, "a")
-    with pytest.raises(InputError, match="is damaged|more than 10000 parts"):
+    with pytest.raises(InputError, match="is damaged"):
         read_recording(file.write(tmp_path / "run.mf4", file.data_group(0, file.group(0, channel, 60, 8), 168)))
 
 
