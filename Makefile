@@ -3,13 +3,16 @@
 PYTHON ?= python3
 BIN := .venv/bin
 QUICK := data/quick
+SECONDS ?= 300
+SEED ?= 1
 .DEFAULT_GOAL := help
 
-.PHONY: help quickstart test check docs peers wheel clean
+.PHONY: help quickstart test fuzz check docs peers wheel clean
 
 help:
 	@echo "make quickstart   install, make the quick database, its models and reports, query, draw"
 	@echo "make test         run the test suite"
+	@echo "make fuzz         read damaged and disguised recordings for SECONDS=300 with SEED=1; repeat one by CASE=number"
 	@echo "make check        lint, format, types, contracts of packages, names and prose"
 	@echo "make docs         build the documentation into docs/_build"
 	@echo "make peers        install what the benchmarks compare with"
@@ -46,6 +49,9 @@ quickstart: .venv/base
 
 test: .venv/test
 	$(BIN)/python -m pytest -n 2 --dist loadfile
+
+fuzz: .venv/test
+	$(BIN)/python tests/fuzz/recordings.py --seconds $(SECONDS) --seed $(SEED) $(if $(CASE),--case $(CASE))
 
 check: .venv/check
 	$(BIN)/ruff check .

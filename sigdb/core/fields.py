@@ -103,6 +103,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: not UTF-8 text (byte {error.start}); TOML files are UTF-8") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
+    except ValueError:
+        raise InputError(f"{path}: not valid TOML: a number has more than 4300 digits") from None
 
 
 def _input_error(model: type[BaseModel], error: ValidationError, owner: str) -> InputError:

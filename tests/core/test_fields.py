@@ -119,3 +119,10 @@ def test_read_toml_of_malformed_text_names_the_place(tmp_path):
     path.write_text("a = 1\nb = = 2\n")
     with pytest.raises(InputError, match=r"bad\.toml: not valid TOML: .*line 2"):
         read_toml(path)
+
+
+def test_read_toml_of_an_endless_number_is_one_line(tmp_path):
+    path = tmp_path / "bad.toml"
+    path.write_text("a = " + "9" * 5000)
+    with pytest.raises(InputError, match=r"bad\.toml: not valid TOML: a number has more than 4300 digits$"):
+        read_toml(path)

@@ -104,7 +104,15 @@ def _line(data: bytes, at: int) -> tuple[int, str]:
     """Return where the line after the line at ``at`` begins, and the text of the latter."""
     end = data.find(b"\n", at, at + 1000)
     end = min(len(data), at + 1000) if end < 0 else end
-    return end + 1, data[at:end].decode("latin-1").rstrip("\r")
+    return end + 1, _decoded(data[at:end]).rstrip("\r")
+
+
+def _decoded(line: bytes) -> str:
+    """Return a line of UTF-8, or else of Windows' western encoding; a field's width counts signs."""
+    try:
+        return line.decode()
+    except UnicodeDecodeError:
+        return line.decode("cp1252", "replace")
 
 
 def _with_indent(line: str, width: int) -> str:

@@ -73,6 +73,15 @@ def test_fields_of_even_spacing(tmp_path, kind, forms, digits, end):
     assert (column.sampling_rate, column.start, column.unit) == (RATE, 0, "g")
 
 
+@pytest.mark.parametrize("coding", ["utf-8", "cp1252"])
+def test_texts_that_are_not_ascii(tmp_path, coding):
+    path = write(tmp_path / "run.uff", head(X.size, title="Gehäuse", ordinate=(12, "Größe", "m/s²")) +
+                 lines(X, (SINGLE,) * 6, 2))  # fmt: skip
+    path.write_bytes(path.read_bytes().decode().encode(coding))
+    (column,) = read(path).columns
+    assert (column.name, column.unit) == ("Gehäuse", "m/s²")
+
+
 @pytest.mark.parametrize("digits", [2, 3])
 @pytest.mark.parametrize(("kind", "forms"), [(2, (SINGLE,) * 6), (4, (SINGLE, DOUBLE, SINGLE, DOUBLE))])
 def test_pairs_with_even_times(tmp_path, kind, forms, digits):
