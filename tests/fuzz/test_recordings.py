@@ -34,9 +34,9 @@ def fuzzing(monkeypatch):
 
 def test_recordings_of_every_kind_hold(tmp_path):
     done = fuzz("--cases", "300", "--seconds", "150", "--seed", "20", "--keep", str(tmp_path),
-                "--kinds", "mat,hdf5,npz,npy,parquet,tdms,uff,wav,damage,options")  # fmt: skip
+                "--kinds", "text,mat,hdf5,npz,npy,parquet,tdms,uff,wav,damage,options")  # fmt: skip
     assert (done.returncode, done.stderr) == (0, ""), done.stdout
-    assert "195 cases" in done.stdout
+    assert "270 cases" in done.stdout
 
 
 def test_a_crash_of_a_library_is_a_fault(tmp_path, monkeypatch):

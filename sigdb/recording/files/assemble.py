@@ -8,6 +8,7 @@ import numpy as np
 
 from sigdb.core import FloatArray, InputError, Note, suggestion
 from sigdb.recording.files.formats.contents import Contents, DataColumn
+from sigdb.recording.files.formats.text.units import name_and_unit
 from sigdb.recording.files.missing_samples import fill_gaps
 from sigdb.recording.files.ramps import Ramp, ramp_kind
 from sigdb.recording.files.sampling_rates import SeriesTiming, series_timing
@@ -84,6 +85,7 @@ def _named(contents: Contents, settings: RecordingSettings) -> tuple[tuple[DataC
             replace(column, name=name, named=True) for column, name in zip(columns, settings.names, strict=True)
         )
     columns = tuple(replace(column, name=_clean(column.name), unit=_clean(column.unit)) for column in columns)
+    columns = tuple(map(_with_unit, columns))
     taken: Counter[str] = Counter()
     renamed, notes = [], []
     used = {column.name for column in columns}
@@ -99,6 +101,14 @@ def _named(contents: Contents, settings: RecordingSettings) -> tuple[tuple[DataC
             notes.append(Note(code="renamed-column", text=text, values={"column": column.name, "name": name}))
         renamed.append(replace(column, name=name))
     return tuple(renamed), notes
+
+
+def _with_unit(column: DataColumn) -> DataColumn:
+    """Return a column with the unit that stands in brackets at the end of its name, if no other is stated."""
+    if column.unit or not column.name.endswith(("]", ")")):
+        return column
+    name, unit = name_and_unit(column.name)
+    return replace(column, name=name, unit=unit)
 
 
 def _clean(text: str) -> str:

@@ -254,3 +254,15 @@ def test_a_speed_of_the_file_is_to_be_confirmed():
     assert read.speed_rpm == 1797
     assert "the file states 1797 rpm, a speed to be confirmed; give speed_rpm" in texts(read)
     assert assemble(contents, RecordingSettings(speed_rpm=900.0), source="here").speed_rpm == 900
+
+
+@pytest.mark.parametrize(
+    ("name", "short", "unit"),
+    [
+        ("acc [m/s^2]", "acc", "m/s^2"), ("acc (g)", "acc", "g"), ("acc (left)", "acc (left)", ""),
+        ("run/V", "run/V", ""), ("acc/g", "acc/g", ""),
+    ],
+)  # fmt: skip
+def test_a_unit_in_brackets_ends_a_name_in_every_format(name, short, unit):
+    channel = recording_of({name: A1}, {name: FS}).channels[0]
+    assert (channel.name, channel.unit) == (short, unit)

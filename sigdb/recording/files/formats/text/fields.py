@@ -57,13 +57,19 @@ def split(line: str, separator: str) -> list[str]:
 
     Examples
     --------
-    >>> split('"a, left", 2', ","), split("  1   2 ", " ")
-    (['a, left', '2'], ['1', '2'])
+    >>> split('"a, left", 2', ","), split("  1   2 ", " "), split("'a1 [g]';'a2 [g]'", ";")
+    (['a, left', '2'], ['1', '2'], ['a1 [g]', 'a2 [g]'])
     """
     line = line.rstrip("\r\n")
     if '"' in line:
         return _split_quoted(line, separator)
-    return line.split() if separator == " " else [field.strip() for field in line.split(separator)]
+    fields = line.split() if separator == " " else [field.strip() for field in line.split(separator)]
+    return [_without_apostrophes(field) for field in fields] if "'" in line else fields
+
+
+def _without_apostrophes(field: str) -> str:
+    """Return a field without single quotes around it."""
+    return field[1:-1].strip() if len(field) > 1 and field[0] == field[-1] == "'" else field
 
 
 def _split_quoted(line: str, separator: str) -> list[str]:
