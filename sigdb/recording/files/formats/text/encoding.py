@@ -38,6 +38,8 @@ def encoded_text(data: bytes) -> tuple[bytes, tuple[Note, ...]]:
         data = data.decode("latin-1").translate(_WESTERN).encode()
         text = "the text is not UTF-8 and was read as cp1252 (Western European)"
         notes = (Note(code="text-encoding", text=text, values={"encoding": "cp1252"}),)
+    if not data.isascii():
+        data = data.replace("\N{MINUS SIGN}".encode(), b"-")
     return data if b"\n" in data else data.replace(b"\r", b"\n"), notes
 
 

@@ -199,6 +199,7 @@ def _layout(rows: _Rows) -> TextLayout:
     numbered = _is_numbered(lines, start, kinds)
     start += numbered
     _refuse_ragged(lines, start - numbered, width)
+    _refuse_first_counts(lines, start, kinds)
     body = [line for line in lines[start:] if len(line[2]) == width]
     side_columns = _side_columns(body, kinds)
     kinds = "".join(
@@ -253,6 +254,19 @@ def _is_numbered(lines: list[tuple[int, list[str], str]], start: int, columns: s
     rows = [line[1][-len(named) :] for line in lines[start + 1 : start + 21] if len(line[1]) == len(columns)]
     fractions = [sum(not field.isdigit() for field in column) for column in zip(*rows, strict=True)]
     return len(rows) >= 5 and all(2 * count > len(rows) for count in fractions)
+
+
+def _refuse_first_counts(lines: list[tuple[int, list[str], str]], start: int, columns: str) -> None:
+    """Refuse whole numbers in the first row where all others hold decimal numbers: a rate or a number of samples."""
+    numeric = [i for i, kind in enumerate(columns) if kind == NUMBER]
+    first = [lines[start][1][i] for i in numeric]
+    rows = [line[1] for line in lines[start + 1 : start + 31] if len(line[1]) == len(columns)]
+    whole = all(field.isdigit() and int(field) > 1 for field in first)
+    if whole and len(rows) >= 10 and not any(row[i].lstrip("+-").isdigit() for row in rows for i in numeric):
+        raise InputError(
+            f"line {lines[start][0] + 1}, {', '.join(first)[:40]!r}, holds whole numbers and the lines below none, so it "
+            "may state a rate or a number of samples; remove it, or write it with a point"
+        )
 
 
 def _side_columns(body: list[tuple[int, list[str], str]], columns: str) -> int:

@@ -77,6 +77,8 @@ def text_contents(data: bytes, settings: RecordingSettings, notes: tuple[Note, .
     numbers, texts = table_values(body, layout, names)
     clocks, clock_notes = _clocks(texts, layout, names)
     columns, left = _columns(numbers | clocks, texts, header, layout, empty=_empty(rows, layout))
+    if len(columns) == 1:
+        _refuse_other_numbers(rows, layout, names)
     return Contents(
         columns=columns,
         sampling_rate=header.facts.sampling_rate,
@@ -252,6 +254,18 @@ def _empty(lines: list[str], layout: TextLayout) -> frozenset[int]:
     """Return the columns in which the first rows have nothing."""
     rows = [fields for line in lines if len(fields := split(line, layout.separator)) == layout.columns]
     return frozenset(i for i in range(layout.columns) if not any(row[i] for row in rows))
+
+
+def _refuse_other_numbers(lines: list[str], layout: TextLayout, names: tuple[str, ...]) -> None:
+    """Refuse a table whose only other columns hold numbers in a form that is not read, such as "0.5 g" or "0x1F"."""
+    rows = [fields for line in lines if len(fields := split(line, layout.separator)) == layout.columns]
+    for i, kind in enumerate(layout.kinds):
+        like = [row[i] for row in rows if row[i].lstrip("+-([ ")[:1].isdigit()] if kind == WORD else []
+        if 2 * len(like) > len(rows):
+            raise InputError(
+                f"column {i + 1} ({names[i]}) holds {like[0][:40]!r} and the like, which are not plain numbers; write "
+                "numbers without units or signs around them, or remove the column"
+            )
 
 
 def _sparse(texts: "pa.ChunkedArray", decimal: str) -> FloatArray | None:

@@ -178,3 +178,24 @@ def test_a_header_of_numbers_is_no_row(tmp_path):
 def test_exponents_of_fortran(tmp_path):
     lines = [f"{t:.6e} {x:.6e}".replace("e", "D") for t, x in zip(T, X, strict=True)]
     assert_array_equal(contents(tmp_path / "run.txt", lines).columns[1].values, X)
+
+
+@pytest.mark.parametrize(
+    ("head", "first"), [([], "2000"), (["a1"], "60"), (["a1,a2"], "2000,2000"), (["a1,a2", "g,g"], "2000,4000")]
+)
+def test_whole_numbers_above_decimal_ones_are_no_samples(tmp_path, head, first):
+    lines = [",".join([f"{x:.3f}"] * (1 + first.count(","))) for x in X]
+    with pytest.raises(InputError, match=rf"line {len(head) + 1}, .* may state a rate or a number of samples; remove"):
+        contents(tmp_path / "run.csv", [*head, first, *lines])
+
+
+@pytest.mark.parametrize("form", ["{:.3f} g", "({:.3f})", "{:.3f}+0.1i", "0x{:.0f}A", "{:.3f}?"])
+def test_numbers_in_other_forms_are_refused(tmp_path, form):
+    lines = [f"{t},{form.format(abs(x))}" for t, x in zip(T, X, strict=True)]
+    with pytest.raises(InputError, match=r"column 2 \(a1\) holds .* and the like, which are not plain numbers"):
+        contents(tmp_path / "run.csv", ["t,a1", *lines])
+
+
+def test_minus_signs_of_typesetting(tmp_path):
+    lines = [f"{t},{x}".replace("-", "\N{MINUS SIGN}") for t, x in zip(T, X, strict=True)]
+    assert_array_equal(contents(tmp_path / "run.csv", ["t,a1", *lines]).columns[1].values, X)
