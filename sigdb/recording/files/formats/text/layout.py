@@ -264,8 +264,8 @@ def _refuse_first_counts(lines: list[tuple[int, list[str], str]], start: int, co
     whole = all(field.isdigit() and int(field) > 1 for field in first)
     if whole and len(rows) >= 10 and not any(row[i].lstrip("+-").isdigit() for row in rows for i in numeric):
         raise InputError(
-            f"line {lines[start][0] + 1}, {', '.join(first)[:40]!r}, holds whole numbers and the lines below none, so it "
-            "may state a rate or a number of samples; remove it, or write it with a point"
+            f"line {lines[start][0] + 1}, {', '.join(first)[:40]!r}, holds whole numbers and the lines below none, so "
+            "it may state a rate or a number of samples; remove it, or write it with a point"
         )
 
 
