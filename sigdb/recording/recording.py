@@ -98,6 +98,8 @@ class Recording:
         Revolutions of the shaft of interest in one of the tacho's shaft.
     teeth, speed_rpm, torque
         Tooth count of the gear of interest, mean speed of its shaft (rev/min) and torque on it (N m), where stated.
+    zero_time
+        Time in s after the beginning of 1970 at which the time axis of the channels is zero; None if not stated.
     notes
         Notes on what was changed on reading.
 
@@ -128,6 +130,7 @@ class Recording:
     teeth: int | None = None
     speed_rpm: float | None = None
     torque: float | None = None
+    zero_time: float | None = None
     notes: tuple[Note, ...] = ()
 
     def __post_init__(self) -> None:

@@ -33,6 +33,11 @@ _FILE = {
     "time": click.option("--time", metavar="COLUMN", help="Column of times; found by its name if left out."),
     "file_format": click.option("--file-format", metavar="SUFFIX", help="Format of the file, such as csv."),
     "variable": click.option("--variable", help="Array or group to read from a file that holds several."),
+    "parts": click.option(
+        "--parts",
+        type=click.Choice(["contiguous", "channels"]),
+        help="How the files of a folder or ZIP archive belong together, if they do not state it.",
+    ),
 }
 """Options of :func:`sigdb.read_recording`."""
 

@@ -1,7 +1,7 @@
 """Reading of a recording from a file, its side file and options."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
@@ -10,6 +10,8 @@ from sigdb.core import InputError, Note, read_toml, validated
 from sigdb.recording.files.assemble import assemble
 from sigdb.recording.files.formats.contents import Contents
 from sigdb.recording.files.kinds import FileKind, file_kind, suffix_of
+from sigdb.recording.files.parts.members import archive_files, folder_files, is_archive
+from sigdb.recording.files.parts.read_parts import read_parts
 from sigdb.recording.files.settings import RecordingOptions, RecordingSettings
 from sigdb.recording.recording import Recording
 
@@ -18,19 +20,23 @@ LARGEST_SIDE_FILE = 2**20
 
 
 def read_recording(path: str | os.PathLike[str], **options: Unpack[RecordingOptions]) -> Recording:
-    """Read a recording from a file.
+    """Read a recording from a file, or from the files of a folder or a ZIP archive.
 
-    Text (CSV, TXT, also gzipped), MAT of version 5 and 7.3, WAV, HDF5, Parquet, NPZ, NPY, UFF58 and TDMS are read. The
-    suffix and the first bytes tell the format, and they must agree. A side file of the same name with the suffix
+    Text (CSV, TXT, also gzipped), MAT of version 4, 5 and 7.3, WAV, HDF5, Parquet, NPZ, NPY, UFF58 and TDMS are read.
+    The suffix and the first bytes tell the format, and they must agree. A side file of the same name with the suffix
     ``.toml`` may give the options too; keyword arguments win. ``notes`` of the result say what was changed on reading,
     for instance that missing samples were filled.
+
+    The files of a folder or ZIP archive are joined in the order of their names: end to end where their times follow
+    each other, side by side where each holds one channel. ``parts`` says which where the files do not. Gaps are
+    refused.
 
     Numbers are those of the file, as float64: integers are not scaled, except in WAV, where full scale is 1.
 
     Parameters
     ----------
     path : str or path-like
-        The file.
+        The file, folder or archive.
     **options
         Fields of :class:`RecordingSettings`. The most common are:
 
@@ -41,8 +47,8 @@ def read_recording(path: str | os.PathLike[str], **options: Unpack[RecordingOpti
         - ``variable``, the array, structure or group to read from a file that holds several;
         - ``file_format``, a suffix such as "csv", where the suffix of the file does not state its format.
 
-        The others are ``names``, ``scale``, ``time``, ``separator``, ``decimal``, ``longest_gap``, ``teeth``,
-        ``speed_rpm`` and ``torque``.
+        The others are ``names``, ``scale``, ``time``, ``parts``, ``separator``, ``decimal``, ``longest_gap``,
+        ``teeth``, ``speed_rpm`` and ``torque``.
 
     Returns
     -------
@@ -74,21 +80,34 @@ def read_recording(path: str | os.PathLike[str], **options: Unpack[RecordingOpti
 
 
 def _read(path: Path, settings: RecordingSettings) -> Recording:
+    if path.is_dir():
+        return _prefixed(path, lambda: read_parts(path, *folder_files(path), settings, _read_file))
     if not path.is_file():
         raise InputError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
+    if settings.file_format is None and is_archive(path):
+        return _prefixed(path, lambda: read_parts(path, *archive_files(path), settings, _read_file))
+    return _prefixed(path, lambda: _read_file(path, settings))
+
+
+def _prefixed(path: Path, read: Callable[[], Recording]) -> Recording:
+    """Return a recording; errors begin with the path."""
     try:
-        kind = file_kind(path, settings.file_format)
-        try:
-            contents = kind.read(path, settings)
-        except InputError:
-            raise
-        except kind.foreign as error:
-            raise InputError(f"cannot be read as {kind.name} ({_described(error)})") from None
-        return assemble(_with_format(contents, kind, path, settings), settings, source=str(path))
+        return read()
     except InputError as error:
         raise InputError(f"{path}: {error}".replace(f"{path}: {path}: ", f"{path}: ")) from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def _read_file(path: Path, settings: RecordingSettings) -> Recording:
+    kind = file_kind(path, settings.file_format)
+    try:
+        contents = kind.read(path, settings)
+    except InputError:
+        raise
+    except kind.foreign as error:
+        raise InputError(f"cannot be read as {kind.name} ({_described(error)})") from None
+    return assemble(_with_format(contents, kind, path, settings), settings, source=str(path))
 
 
 def _with_format(contents: Contents, kind: FileKind, path: Path, settings: RecordingSettings) -> Contents:

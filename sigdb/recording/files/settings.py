@@ -48,6 +48,11 @@ class RecordingSettings(Section):
     variable: str | None = Field(
         default=None, description="Array, structure or group of a file that holds several (MAT, HDF5, NPZ, TDMS)."
     )
+    parts: Literal["contiguous", "channels"] | None = Field(
+        default=None,
+        description="How the files of a folder or ZIP archive belong together: each follows the one before without a "
+        "gap, or each is a channel of one measurement; by their times if left out.",
+    )
     separator: Literal[",", ";", "\t", " "] | None = Field(
         default=None, description="Sign between the numbers of a text file; found automatically if left out."
     )
@@ -100,6 +105,7 @@ class FileOptions(TypedDict, total=False):
     time: str | Literal[False] | None
     file_format: str | None
     variable: str | None
+    parts: Literal["contiguous", "channels"] | None
     separator: Literal[",", ";", "\t", " "] | None
     decimal: Literal[".", ","] | None
     longest_gap: int | None

@@ -64,6 +64,8 @@ class Contents:
         False where the file gives its columns no names.
     speed_rpm
         Speed in rev/min that the file states, to be confirmed; None if it states none.
+    zero_time
+        Time in s after the beginning of 1970 at which the time axis of the columns is zero; None if it is not stated.
     """
 
     columns: tuple[DataColumn, ...]
@@ -72,6 +74,7 @@ class Contents:
     notes: tuple[Note, ...] = ()
     named: bool = True
     speed_rpm: float | None = None
+    zero_time: float | None = None
 
 
 MAX_BYTES = 2**30

@@ -66,6 +66,10 @@ class _Series:
         }
 
 
+FIRST_OF_1970 = 2_082_844_800
+"""Beginning of 1970 in s after that of 1904."""
+
+
 def read_tdms(path: Path, settings: RecordingSettings) -> Contents:
     """Read channels ``group/channel``, or ``channel`` where there is one group; ``variable`` is a group.
 
@@ -93,7 +97,8 @@ def read_tdms(path: Path, settings: RecordingSettings) -> Contents:
         notes += column_notes
     if not columns:
         raise InputError(f"holds no channel that can be read: {'; '.join(note.text for note in notes[:3])}")
-    return Contents(columns=tuple(columns), notes=tuple(notes))
+    zero_time = None if origin is None else origin.since(TimeStamp(seconds=FIRST_OF_1970, fraction=0))
+    return Contents(columns=tuple(columns), notes=tuple(notes), zero_time=zero_time)
 
 
 def _series(data: memoryview, meta: Meta) -> tuple[dict[str, _Series], dict[str, int], list[Note]]:
