@@ -142,5 +142,5 @@ def test_dead_and_doubled_channels_are_told(tmp_path):
 def test_what_is_no_file_is_told(tmp_path):
     with pytest.raises(InputError, match=r"nothing\.csv: no such file"):
         sigdb.read_recording(tmp_path / "nothing.csv")
-    with pytest.raises(InputError, match="not a file"):
+    with pytest.raises(InputError, match="holds no files of a recording"):
         sigdb.read_recording(tmp_path)

@@ -122,16 +122,16 @@ def _check_same(first: RecordingPart, part: RecordingPart) -> None:
             f"{part.name} holds the channels {', '.join(channel.name for channel in theirs[:8])}, {first.name} "
             f"{', '.join(channel.name for channel in ours[:8])}; give channels, or read the files one by one"
         )
-    for one, other in zip(ours, theirs, strict=True):
-        if not _same_rate(other, one):
+    for channel, other in zip(ours, theirs, strict=True):
+        if not _same_rate(other, channel):
             raise InputError(
-                f"channel {one.name} has {one.sampling_rate:.9g} Hz in {first.name} and {other.sampling_rate:.9g} Hz "
-                f"in {part.name}; give sampling_rate, or read the files one by one"
+                f"channel {channel.name} has {channel.sampling_rate:.9g} Hz in {first.name} and "
+                f"{other.sampling_rate:.9g} Hz in {part.name}; give sampling_rate, or read the files one by one"
             )
-        if one.unit != other.unit:
+        if channel.unit != other.unit:
             raise InputError(
-                f"channel {one.name} is in {one.unit!r} in {first.name} and in {other.unit!r} in {part.name}; give "
-                "units, or read the files one by one"
+                f"channel {channel.name} is in {channel.unit!r} in {first.name} and in {other.unit!r} in "
+                f"{part.name}; give units, or read the files one by one"
             )
 
 
@@ -155,13 +155,13 @@ def _check_times(parts: Sequence[RecordingPart], settings: RecordingSettings) ->
 
 
 def _gap_error(parts: Sequence[RecordingPart], wrong: list[int], gaps: list[float], rate: float) -> InputError:
-    told = [
+    gaps_in_words = [
         f"{parts[j + 1].name} begins {abs(gaps[j]) / rate:.6g} s ({abs(gaps[j]):.6g} samples) "
         f"{'after' if gaps[j] > 0 else 'before'} the end of {parts[j].name}"
         for j in wrong[:3]
     ]
     more = f", and {len(wrong) - 3} more" if len(wrong) > 3 else ""
-    return InputError(f"the files do not follow each other: {'; '.join(told)}{more}; read them one by one")
+    return InputError(f"the files do not follow each other: {'; '.join(gaps_in_words)}{more}; read them one by one")
 
 
 def _check_word(parts: Sequence[RecordingPart], settings: RecordingSettings) -> None:
@@ -183,9 +183,9 @@ def _begin(recording: Recording, channel: int) -> float:
     return (recording.zero_time or 0.0) + recording.channels[channel].start
 
 
-def _same_rate(one: Channel, other: Channel) -> bool:
+def _same_rate(channel: Channel, other: Channel) -> bool:
     """Return whether two rates differ by less than half a sample over the length of a channel."""
-    return abs(one.sampling_rate / other.sampling_rate - 1) * one.samples.size < TOLERANCE
+    return abs(channel.sampling_rate / other.sampling_rate - 1) * channel.samples.size < TOLERANCE
 
 
 def _notes(parts: Sequence[RecordingPart]) -> list[Note]:

@@ -17,7 +17,7 @@ MAX_FILES = 1000
 """Largest number of files of a recording."""
 
 IGNORED = re.compile(r"(\..*|desktop\.ini|thumbs\.db|readme.*|licen[cs]e.*|changelog.*|.*\.toml)", re.IGNORECASE)
-"""Names of files beside recordings."""
+"""Names of files that are no recordings."""
 
 MARK = b"PK\x03\x04"
 

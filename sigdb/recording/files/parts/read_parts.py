@@ -93,7 +93,7 @@ def _with_settings(recording: Recording, settings: RecordingSettings) -> Recordi
     if settings.names is not None:
         if len(settings.names) != len(channels):
             raise InputError(f"names gives {len(settings.names)} names, the files hold {len(channels)} channels")
-        channels = tuple(replace(one, name=name) for one, name in zip(channels, settings.names, strict=True))
+        channels = tuple(replace(channel, name=name) for channel, name in zip(channels, settings.names, strict=True))
     by_name = {channel.name: channel for channel in channels}
     wanted = [*(settings.channels or by_name), *([settings.tacho] if settings.tacho is not None else [])]
     stated = [*wanted, *_keys(settings.units), *_keys(settings.scale)]
