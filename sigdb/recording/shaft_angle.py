@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from sigdb.core import FloatArray, NotApplicableError, Note
+from sigdb.core import FloatArray, InputError, NotApplicableError, Note
 from sigdb.recording.speed import HARMONICS, SpeedTrack, find_speed
 from sigdb.signature import mesh_pulses
 
@@ -20,6 +20,14 @@ SPEED_DOUBT = "speed-doubt"
 RELATIVE_TEETH = "relative-teeth"
 """Code of the note that tooth numbers are relative."""
 
+_OUTSIDE_NEAR, _OUTSIDE = 1.35, 1.6
+"""Relative score of a speed beyond the range from which on that is taken for the true one: near the speed, and far."""
+_NEAR_SIDEBANDS = 0.15
+"""Relative distance within which a sideband of the mesh passes for the mesh."""
+_MOST_AT_END = 0.75
+"""Largest share of the record in which the speed may lie at an end of its range."""
+_SLIP, _FEW_SLIPS, _MOST_SLIPS = 0.015, 0.01, 0.2
+"""Relative difference of the phase's speed and the spectrum's, and the shares of the record that are noted, refused."""
 _NEARLY_AS_LIKELY = 0.9
 """Relative score of the next likely speed above which the speed is doubtful."""
 
@@ -99,6 +107,7 @@ def mesh_angle(
     others = [signal for signal in recording.signals if signal.name != channel.name]
     alike = [signal.samples for signal in others if signal.sampling_rate == fs and len(signal.samples) == size]
     track = find_speed(np.stack([channel.samples, *alike]), fs, teeth=teeth, range_rpm=range_rpm)
+    _refuse_lost_speed(recording.source, track, range_rpm)
     speed = np.interp(np.arange(size) / fs, track.time, track.speed_rpm) / 60
     pulses, used = _pulses(channel, teeth, speed, range(1, HARMONICS + 1) if harmonic is None else (harmonic,))
     return ShaftAngle(
@@ -107,8 +116,30 @@ def mesh_angle(
         ratio=1.0,
         absolute=False,
         source=f"phase of mesh harmonic {used} of {channel.name}",
-        notes=(*_speed_notes(track, range_rpm, len(alike) + 1), *_phase_notes(used, pulses, size / fs)),
+        notes=(
+            *_speed_notes(track, range_rpm, len(alike) + 1),
+            *_phase_notes(used, pulses, size / fs),
+            *_slip_notes(recording.source, pulses, teeth, track),
+        ),
     )
+
+
+def _refuse_lost_speed(source: str, track: SpeedTrack, range_rpm: tuple[float, float]) -> None:
+    """Refuse a speed that lies at an end of its range, or stands out far less than one beyond the range."""
+    low, high = range_rpm
+    likeliest = float(np.median(track.speed_rpm))
+    near = abs(track.outside_rpm / likeliest - 1) < _NEAR_SIDEBANDS
+    if track.outside > (_OUTSIDE_NEAR if near else _OUTSIDE):
+        raise InputError(
+            f"{source}: no speed is found from {low:g} to {high:g} rpm: the likeliest, {likeliest:.1f} rpm, stands out"
+            f" less than {track.outside_rpm:.1f} rpm beyond the range (whose score is {track.outside:.1f} times as"
+            " large); give the right speed, or a tacho if two such gears turn"
+        )
+    if track.at_end > _MOST_AT_END:
+        raise InputError(
+            f"{source}: no speed is found from {low:g} to {high:g} rpm: during {track.at_end:.0%} of the record the"
+            " likeliest lies at an end of the range; give a range with the speed well inside"
+        )
 
 
 def _pulses(channel: "Channel", teeth: int, speed: FloatArray, harmonics: Sequence[int]) -> tuple[FloatArray, int]:
@@ -144,7 +175,14 @@ def _speed_notes(track: SpeedTrack, range_rpm: tuple[float, float], channels: in
         f" {high:g} rpm: {least:.1f} to {most:.1f} rpm",
         values={"channels": channels, "low_rpm": low, "high_rpm": high, "least_rpm": least, "most_rpm": most},
     )
-    if track.runner_up > _NEARLY_AS_LIKELY:
+    if track.outside > _OUTSIDE_NEAR:
+        yield Note(
+            code=SPEED_DOUBT,
+            text=f"the speed is not certain: {track.outside_rpm:.1f} rpm, beyond the range, stands out more (score"
+            f" {track.outside:.2f} of the best within), which may be another mesh",
+            values={"other_rpm": track.outside_rpm, "score": track.outside},
+        )
+    elif track.runner_up > _NEARLY_AS_LIKELY:
         yield Note(
             code=SPEED_DOUBT,
             text=f"the speed is not certain: {track.runner_up_rpm:.1f} rpm explains the spectrum nearly as well (score"
@@ -166,3 +204,25 @@ def _phase_notes(harmonic: int, pulses: FloatArray, duration: float) -> Iterator
         text="tooth numbers are relative: without a tacho mark, tooth 1 is the tooth at the first pass of this"
         " recording",
     )
+
+
+def _slip_notes(source: str, pulses: FloatArray, teeth: int, track: SpeedTrack) -> Iterator[Note]:
+    """Yield a note where the phase turns at another speed than the spectrum shows; refuse it where it mostly does."""
+    if len(pulses) <= teeth:
+        return
+    time = (pulses[:-teeth] + pulses[teeth:]) / 2
+    speed = 60 / (pulses[teeth:] - pulses[:-teeth])
+    off = np.abs(speed / np.interp(time, track.time, track.speed_rpm) - 1) > _SLIP
+    share = float(np.mean(off))
+    if share > _MOST_SLIPS:
+        raise InputError(
+            f"{source}: the phase of the mesh does not follow its speed during {share:.0%} of the record, first at"
+            f" {time[off][0]:.4g} s; take another harmonic or channel, or a tacho"
+        )
+    if share > _FEW_SLIPS:
+        yield Note(
+            code="mesh-phase-slips",
+            text=f"the phase of the mesh does not follow its speed during {share:.1%} of the record, first at"
+            f" {time[off][0]:.4g} s: there the average is smeared",
+            values={"share": share, "first_s": float(time[off][0])},
+        )

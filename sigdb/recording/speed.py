@@ -20,6 +20,10 @@ _SAME = 0.05
 """Relative difference below which two speeds are one answer: a speed drifts."""
 _CHANGE = 0.02
 """Greatest relative change of the speed between frames, which are half a frame apart."""
+_BEYOND = 2.2
+"""Ratio of the ends to which speeds are searched beyond a narrow range."""
+_AT_END = 2
+"""Steps of the speed from an end of the range within which a track lies at it."""
 _FLOOR = 4
 """Shaft orders to either side of a line over which the median gives its level."""
 
@@ -38,12 +42,20 @@ class SpeedTrack:
         The next likely speed that is more than 5 % away; nan where there is none.
     runner_up
         Score of that speed relative to the score of the track.
+    outside_rpm, outside
+        The likeliest speed beyond the range, from half its low end to twice its high end, and its score relative to
+        that of the track; nan and 0 where nothing is searched.
+    at_end
+        Share of the frames in which the track lies at an end of the range.
     """
 
     time: FloatArray
     speed_rpm: FloatArray
     runner_up_rpm: float
     runner_up: float
+    outside_rpm: float = np.nan
+    outside: float = 0.0
+    at_end: float = 0.0
 
 
 def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, float]) -> SpeedTrack:
@@ -87,12 +99,36 @@ def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, 
         low, high = max(low, best * (1 - _NARROWED)), min(high, best * (1 + _NARROWED))
     frames = _Frames(x, fs, teeth, low, high, most=None)
     track = frames.best_track()
+    ends = (track <= _AT_END) | (track >= len(frames.speeds) - 1 - _AT_END)
+    outside, relative = _beyond(x, fs, teeth, float(np.median(frames.speeds[track])), range_rpm)
     return SpeedTrack(
         time=frames.time,
         speed_rpm=60 * frames.speeds[track],
         runner_up_rpm=60 * rival,
         runner_up=share,
+        outside_rpm=60 * outside,
+        outside=relative,
+        at_end=float(np.mean(ends)),
     )
+
+
+def _beyond(x: FloatArray, fs: float, teeth: int, speed: float, range_rpm: tuple[float, float]) -> tuple[float, float]:
+    """Return the likeliest speed beyond the range, rev/s, and its score relative to that of the speed of the track."""
+    low, high = range_rpm[0] / 60, range_rpm[1] / 60
+    least = max(low / _BEYOND, 2 * _TURNS * fs / x.shape[-1])
+    most = min(high * _BEYOND, fs / 2 / (teeth + 1.5))
+    if high / low > _WIDE or not least < speed < most:
+        return np.nan, 0.0
+    wide = _Frames(x, fs, teeth, least, most, most=_SURVEYED)
+    scores, sums, speeds = wide.surveyed(), wide.scores.sum(axis=0), wide.speeds
+    others = np.where((speeds < low) | (speeds > high), scores, 0)
+    # A speed that drifts reaches over the range's end.
+    others[np.abs(speeds / speed - 1) < _SAME / 2] = 0
+    best, reference = int(np.argmax(others)), float(scores[int(np.argmin(np.abs(speeds - speed)))])
+    if not others[best] > 0:
+        return np.nan, 0.0
+    near = np.where((np.abs(speeds / speeds[best] - 1) < _SAME / 2) & (others > 0), sums, 0)
+    return float(speeds[int(np.argmax(near))]), float(others[best]) / reference if reference > 0 else np.inf
 
 
 def _likeliest(speeds: FloatArray, scores: FloatArray) -> tuple[float, float, float]:
