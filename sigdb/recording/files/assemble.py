@@ -8,6 +8,7 @@ import numpy as np
 
 from sigdb.core import FloatArray, InputError, Note, suggestion
 from sigdb.recording.files.formats.contents import Contents, DataColumn
+from sigdb.recording.files.formats.stated_rates import SPEED_TO_CONFIRM
 from sigdb.recording.files.formats.text.units import name_and_unit
 from sigdb.recording.files.missing_samples import fill_gaps
 from sigdb.recording.files.ramps import Ramp, ramp_kind
@@ -19,8 +20,8 @@ from sigdb.recording.files.time_names import seconds_of, time_name
 from sigdb.recording.overview.overview_table import fault_notes, is_constant
 from sigdb.recording.recording import Channel, Recording
 
-SPEED_TO_CONFIRM = "speed-to-confirm"
-"""Code of the note on a speed in the file, which may be that of another shaft."""
+SPEED_RANGE = 0.2
+"""Relative difference between the given speed and that of the file up to which they agree."""
 
 LATEST = 1e8
 """Start in s above which times count from 1970; the time axis then begins at the first sample."""
@@ -60,8 +61,8 @@ def assemble(contents: Contents, settings: RecordingSettings, *, source: str) ->
         named, (*channels, *(_pulse_times(column, channels[0], origin, settings) for column in pulses))
     )
     everything = (
-        *contents.notes, *notes, *other_notes, *time_notes, *other_times, *ramps, *rate_notes, *cut_notes,
-        *sample_notes, *_speed_notes(contents, settings), *fault_notes(channels, tacho=settings.tacho),
+        *_reader_notes(contents, settings), *notes, *other_notes, *time_notes, *other_times, *ramps, *rate_notes,
+        *cut_notes, *sample_notes, *fault_notes(channels, tacho=settings.tacho),
         *_same_channels(channels),
     )  # fmt: skip
     return Recording(
@@ -298,14 +299,22 @@ def _unit(column: DataColumn, settings: RecordingSettings, *, is_tacho: bool) ->
     return column.unit if settings.units is None or is_tacho else settings.units
 
 
-def _speed_notes(contents: Contents, settings: RecordingSettings) -> list[Note]:
-    """Return a note on a speed that the file states, which is to be confirmed."""
-    if contents.speed_rpm is None or settings.speed_rpm is not None:
-        return []
-    if any(note.code == SPEED_TO_CONFIRM for note in contents.notes):
-        return []
-    text = f"the file states {contents.speed_rpm:.6g} rpm, a speed to be confirmed; give speed_rpm"
-    return [Note(code=SPEED_TO_CONFIRM, text=text, values={"speed_rpm": contents.speed_rpm})]
+def _reader_notes(contents: Contents, settings: RecordingSettings) -> list[Note]:
+    """Return the reader's notes, and one on a speed in the file, which is to be confirmed unless it is given."""
+    others = [note for note in contents.notes if note.code != SPEED_TO_CONFIRM]
+    if contents.speed_rpm is None:
+        return others
+    to_confirm = [note for note in contents.notes if note.code == SPEED_TO_CONFIRM]
+    source = str(to_confirm[0].values.get("name", "the file")) if to_confirm else "the file"
+    values: dict[str, str | float] = {"name": source, "speed_rpm": contents.speed_rpm}
+    speed = settings.speed_rpm
+    if speed is None:
+        text = f"{source} states {contents.speed_rpm:.6g} rpm, a speed to be confirmed; give speed_rpm"
+        return [*others, Note(code=SPEED_TO_CONFIRM, text=text, values=values)]
+    if abs(contents.speed_rpm - speed) <= SPEED_RANGE * speed:
+        return others
+    text = f"{source} states {contents.speed_rpm:.6g} rpm; the given {speed:.6g} rpm was taken"
+    return [*others, Note(code="ignored-speed", text=text, values=values)]
 
 
 def _same_channels(channels: tuple[Channel, ...]) -> list[Note]:

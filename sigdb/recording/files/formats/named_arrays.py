@@ -1,60 +1,19 @@
 """Conversion of the named arrays of MAT, HDF5 and NPZ files to columns."""
 
-import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sigdb.core import InputError, Note, suggestion
 from sigdb.recording.files.formats.contents import Contents, DataColumn, StoredArray, check_columns, check_values
+from sigdb.recording.files.formats.stated_facts import ArrayFacts, stated_facts
+from sigdb.recording.files.formats.stated_rates import rate_of
+
+__all__ = ["SHORTEST", "ArrayFacts", "contents_of_arrays", "not_read", "rate_of"]
 
 SHORTEST = 16
 """Length from which on an array is a signal; shorter arrays are facts about a recording."""
-
-RATES = {"fs", "sr", "fsamp", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency"}
-INTERVALS = {"dt", "timestep", "sampletime", "sampleperiod", "sampleinterval", "samplingperiod", "samplinginterval"}
-
-
-@dataclass(frozen=True, kw_only=True)
-class ArrayFacts:
-    """Facts that a file states about one of its arrays.
-
-    Attributes
-    ----------
-    unit
-        Unit of its numbers; empty if none is stated.
-    sampling_rate
-        Sampling rate, Hz; None if none is stated.
-    rate_from
-        Name of the entry that states that rate.
-    start
-        Time of its first sample in s, on a time axis that all arrays of the file share; None if it is not stated.
-    """
-
-    unit: str = ""
-    sampling_rate: float | None = None
-    rate_from: str = "the file"
-    start: float | None = None
-
-
-def rate_of(name: str, value: ArrayLike) -> float | None:
-    """Return the sampling rate in Hz that a number of this name states; None if it states none.
-
-    Examples
-    --------
-    >>> rate_of("data.Sampling_Rate", 12800), rate_of("dt", 0.001), rate_of("load", 3)
-    (12800.0, 1000.0, None)
-    """
-    word = re.sub(r"[^a-z]", "", re.split(r"[./]", name)[-1].lower().removesuffix("_hz"))
-    number = np.asarray(value)
-    if word not in RATES | INTERVALS or number.size != 1 or number.dtype.kind not in "iuf":
-        return None
-    stated = float(number.reshape(()))
-    if not (np.isfinite(stated) and stated > 0):
-        return None
-    return 1 / stated if word in INTERVALS else stated
 
 
 def not_read(name: str, reason: str) -> Note:
@@ -97,9 +56,14 @@ def contents_of_arrays(
     notes = list(left_out if variable is None else ())
     columns: list[DataColumn] = []
     short = {name: values for name, values in chosen.items() if values.size < SHORTEST}
+    entries: dict[str, ArrayLike] = {
+        **{name: values for name, values in arrays.items() if values.size < SHORTEST}, **(texts or {})
+    }  # fmt: skip
+    stated = stated_facts(entries, [name for name in arrays if arrays[name].size >= SHORTEST])
     for name, values in chosen.items():
         if name not in short:
-            split, split_notes = _columns(name, values, (facts or {}).get(name, ArrayFacts()))
+            of_name = _with_facts((facts or {}).get(name, ArrayFacts()), stated.of_array(name))
+            split, split_notes = _columns(name, values, of_name)
             columns += split
             notes += split_notes
     if not columns:
@@ -107,18 +71,25 @@ def contents_of_arrays(
         raise InputError(f"holds no array of {SHORTEST} numbers or more; {'; '.join(left)}")
     check_columns(len(columns))
     check_values(sum(column.values.size for column in columns))
-    entries: dict[str, ArrayLike] = {**arrays, **(texts or {})}
-    rates_stated = {name: rate for name, value in entries.items() if (rate := rate_of(name, value)) is not None}
-    too_short = [name for name in short if name not in rates_stated]
+    too_short = [name for name in short if name not in stated.used]
     if too_short:
         text = f"{_listed(too_short)}: fewer than {SHORTEST} numbers, so not a channel"
         notes.append(Note(code="short-arrays", text=text, values={"arrays": len(too_short)}))
-    if len({f"{rate:.9g}" for rate in rates_stated.values()}) > 1:
-        text = f"{_listed(rates_stated)} state different sampling rates, so none was taken"
-        notes.append(Note(code="different-rates", text=text))
-        rates_stated = {}
-    source, rate = next(iter(rates_stated.items()), ("the file", None))
-    return Contents(columns=tuple(columns), sampling_rate=rate, rate_from=source, notes=tuple(notes), named=named)
+    return Contents(
+        columns=tuple(columns), notes=(*notes, *stated.notes), named=named, speed_rpm=stated.speed_rpm
+    )  # fmt: skip
+
+
+def _with_facts(facts: ArrayFacts, stated: ArrayFacts) -> ArrayFacts:
+    """Return the facts of an array's attributes, and those of entries around it where the attributes state none."""
+    has_rate = facts.sampling_rate is not None
+    return ArrayFacts(
+        unit=facts.unit or stated.unit,
+        sampling_rate=facts.sampling_rate if has_rate else stated.sampling_rate,
+        rate_from=facts.rate_from if has_rate else stated.rate_from,
+        start=stated.start if facts.start is None else facts.start,
+        abscissa=stated.abscissa if facts.abscissa == "time" else facts.abscissa,
+    )
 
 
 def _columns(name: str, values: StoredArray, facts: ArrayFacts) -> tuple[list[DataColumn], list[Note]]:

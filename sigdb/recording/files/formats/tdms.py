@@ -236,7 +236,9 @@ def _rate(name: str, interval: float | None, levels: tuple[Properties, ...]) -> 
             (rate, f"property {key!r} {owner}")
             for level, owner in zip(levels, owners, strict=True)
             for key, value in level.items()
-            if not isinstance(value, TimeStamp) and (rate := rate_of(key, value)) is not None
+            if not isinstance(value, TimeStamp)
+            and not key.startswith("wf_")
+            and (rate := rate_of(key, value)) is not None
         ),
         None,
     )
