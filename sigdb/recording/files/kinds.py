@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigdb.core import InputError, suggestion
-from sigdb.recording.files.formats import hdf5, lvm, mat4, mat5, mdf4, numpy_files, parquet, tdms, uff58, wav
+from sigdb.recording.files.formats import hdf5, lvm, mat4, mat5, mdf4, numpy_files, parquet, tdms, uff58, wav, xls, xlsx
 from sigdb.recording.files.formats.contents import Contents
 from sigdb.recording.files.formats.text import reader as text
 from sigdb.recording.files.settings import RecordingSettings
@@ -66,6 +66,10 @@ def _first_member(begin: bytes) -> bytes:
     """Return the name of the first file in a ZIP; empty if it is no ZIP."""
     is_zip = begin.startswith(b"PK\x03\x04")
     return begin[30 : 30 + int.from_bytes(begin[26:28], "little")] if is_zip else b""
+
+
+def _begins_like_xlsx(begin: bytes) -> bool:
+    return _first_member(begin).startswith((b"[Content_Types].xml", b"_rels/", b"xl/", b"docProps/"))
 
 
 TEXT = FileKind(
@@ -134,6 +138,21 @@ KINDS = (
         read=numpy_files.read_npz,
         foreign=numpy_files.FOREIGN,
         may_begin=_marked(b"PK\x03\x04"),
+    ),
+    FileKind(
+        name="XLSX",
+        suffixes=(".xlsx", ".xlsm"),
+        begins=_begins_like_xlsx,
+        read=xlsx.read_xlsx,
+        foreign=xlsx.FOREIGN,
+        may_begin=_marked(b"PK\x03\x04"),
+    ),
+    FileKind(
+        name="XLS",
+        suffixes=(".xls",),
+        begins=_marked(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"),
+        read=xls.read_xls,
+        foreign=xls.FOREIGN,
     ),
     FileKind(
         name="NPY",
