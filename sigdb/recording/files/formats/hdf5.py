@@ -1,6 +1,7 @@
 """HDF5 files, among them MAT-files of version 7.3 and frames of pandas."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from types import ModuleType
@@ -27,6 +28,9 @@ from sigdb.recording.files.settings import RecordingSettings
 if TYPE_CHECKING:
     import h5py
 
+FREQUENCIES = ("hz", "khz", "hertz", "rad/s", "1/s", "s^-1", "cpm")
+"""Units of frequencies, in small letters."""
+
 FOREIGN: tuple[type[Exception], ...] = (OSError, RuntimeError, ValueError, KeyError, TypeError, MemoryError)
 
 
@@ -52,7 +56,7 @@ def read_hdf5(path: Path, settings: RecordingSettings) -> Contents:
         arrays.arrays,
         variable=settings.variable,
         left_out=tuple(arrays.left_out),
-        facts=arrays.facts,
+        facts=arrays.facts_of_arrays(),
         texts=arrays.texts,
     )
 
@@ -65,6 +69,7 @@ class _NamedArrays:
         self.facts: dict[str, ArrayFacts] = {}
         self.texts: dict[str, str] = {}
         self.left_out: list[Note] = []
+        self._abscissas: dict[str, str] = {}
         self._h5py, self._attributes = h5py, attributes
         self._parts = self._values = 0
 
@@ -124,9 +129,32 @@ class _NamedArrays:
             self.left_out.append(not_read(name, numbers.problem))
             return
         facts = facts_of(self._attributes.values(item), inherited)
+        self._note_scale(item, facts.unit)
         for suffix, values in numbers.arrays.items():
             self._keep_array(f"{name}{suffix}", values, facts)
         self.left_out += [not_read(f"{name}.{field}", "not numbers, so not a channel") for field in numbers.left_out]
+
+    def _note_scale(self, item: "h5py.Dataset", unit: str) -> None:
+        """Keep the datasets whose samples run along a dataset, if that is a scale of another quantity than time."""
+        if self._attributes.text(item, "CLASS") != "DIMENSION_SCALE" or "REFERENCE_LIST" not in item.attrs:
+            return
+        label = self._attributes.text(item, "NAME") or str(item.name).rsplit("/", 1)[-1]
+        if unit.strip().lower() not in FREQUENCIES and not label.strip().lower().startswith("freq"):
+            return
+        listed = item.attrs.get_id("REFERENCE_LIST")
+        if listed.dtype.kind != "V" or len(listed.shape) != 1 or self._h5py.check_ref_dtype(listed.dtype[0]) is None:
+            return
+        check_parts(listed.shape[0])
+        for entry in item.attrs["REFERENCE_LIST"]:
+            if entry[0]:
+                self._abscissas[str(item.file[entry[0]].name).strip("/")] = label
+
+    def facts_of_arrays(self) -> dict[str, ArrayFacts]:
+        """Return the facts about all arrays, with the quantity along their samples."""
+        return {
+            name: replace(facts, abscissa=self._abscissas.get(name, facts.abscissa))
+            for name, facts in self.facts.items()
+        }
 
     def _keep_array(self, name: str, values: StoredArray, facts: ArrayFacts) -> None:
         self._values += values.size

@@ -94,6 +94,31 @@ def test_a_compression_that_is_not_there(path, monkeypatch):
         read_recording(path, sampling_rate=10)
 
 
+def test_a_dataset_over_frequencies_is_no_channel(path):
+    """A spectrum, whose dimension scale states so."""
+    with h5py.File(path, "w") as file:
+        file["bins"] = np.arange(60) * 5.0
+        file["bins"].attrs["units"] = "Hz"
+        file["a1"], file["spectrum"] = X, X**2
+        file["bins"].make_scale("bins")
+        file["spectrum"].dims[0].attach_scale(file["bins"])
+    read = read_recording(path, sampling_rate=800)
+    assert "spectrum" not in {one.name for one in read.channels}
+    assert "a1" in {one.name for one in read.channels}
+
+
+@pytest.mark.parametrize("unit", ["s", "ms"])
+def test_a_scale_of_times(path, unit):
+    with h5py.File(path, "w") as file:
+        file["t"] = np.arange(60) / 800 * (1000 if unit == "ms" else 1)
+        file["t"].attrs["units"] = unit
+        file["a1"] = X
+        file["t"].make_scale("time")
+        file["a1"].dims[0].attach_scale(file["t"])
+    (channel,) = read_recording(path).channels
+    assert (channel.name, channel.sampling_rate) == ("a1", pytest.approx(800))
+
+
 def no_heap(data, at):
     data[at] = 0
 
