@@ -142,10 +142,11 @@ class _NamedArrays:
         if unit.strip().lower() not in FREQUENCIES and not label.strip().lower().startswith("freq"):
             return
         listed = item.attrs.get_id("REFERENCE_LIST")
-        if listed.dtype.kind != "V" or len(listed.shape) != 1 or self._h5py.check_ref_dtype(listed.dtype[0]) is None:
+        kinds = [listed.dtype[key] for key in listed.dtype.names or ()]
+        if len(kinds) != 2 or self._h5py.check_ref_dtype(kinds[0]) is None or kinds[1].kind not in "iu":
             return
-        check_parts(listed.shape[0])
-        for entry in item.attrs["REFERENCE_LIST"]:
+        check_parts(int(np.prod(listed.shape, dtype=object)))
+        for entry in np.reshape(item.attrs["REFERENCE_LIST"], -1):
             if entry[0]:
                 self._abscissas[str(item.file[entry[0]].name).strip("/")] = label
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from sigdb.recording.files.formats.contents import check_parts
+from sigdb.recording.files.formats.hdf5_dataset import check_storage
 from sigdb.recording.files.formats.hdf5_heap import HeapTexts
 from sigdb.recording.files.formats.named_arrays import ArrayFacts, rate_of
 
@@ -53,6 +54,7 @@ class AttributeReader:
         if item.shape not in ((), (1,)) or item.is_virtual or item.external:
             return ""
         if item.dtype.kind == "S" and item.dtype.itemsize <= LONGEST_TEXT:
+            check_storage(item)
             return _as_text(item[()])
         place = item.id.get_offset() if self._is_variable_text(item.dtype) else None
         return self._checked(self._heap.at(place)) or "" if place is not None else ""

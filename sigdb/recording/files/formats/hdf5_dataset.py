@@ -103,11 +103,12 @@ def _problem(item: "h5py.Dataset", kinds: list[np.dtype]) -> str:
     check_columns(columns)
     check_values(item.size * columns)
     check_bytes(item.size * item.dtype.itemsize)
-    _check_storage(item)
+    check_storage(item)
     return ""
 
 
-def _check_storage(item: "h5py.Dataset") -> None:
+def check_storage(item: "h5py.Dataset") -> None:
+    """Refuse a dataset that expands to far more than its stored bytes, or is compressed in a way that is not read."""
     import h5py
 
     if item.chunks is None:

@@ -9,7 +9,7 @@ import numpy as np
 from sigdb.core import InputError
 from sigdb.recording.files.formats.contents import StoredArray, check_columns, check_parts
 from sigdb.recording.files.formats.hdf5_attributes import AttributeReader
-from sigdb.recording.files.formats.hdf5_dataset import LONGEST_LIST, listed_names, numbers_of
+from sigdb.recording.files.formats.hdf5_dataset import LONGEST_LIST, check_storage, listed_names, numbers_of
 from sigdb.recording.files.formats.time_ticks import seconds_of_ticks
 
 if TYPE_CHECKING:
@@ -145,4 +145,5 @@ def _labels(item: "h5py.Dataset | None") -> list[str]:
     check_columns(item.size)
     if item.dtype.itemsize > LONGEST_LIST:
         return []
+    check_storage(item)
     return [value.decode("utf-8", "replace") if isinstance(value, bytes) else f"{value}" for value in item[()].tolist()]
