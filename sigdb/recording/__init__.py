@@ -14,5 +14,6 @@ __all__ = [
     "read_recording",
     "recorded_history",
     "recorded_signature",
+    "recording_from",
     "synthetic_recording",
 ]

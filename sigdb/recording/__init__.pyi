@@ -1,3 +1,4 @@
+from .files.python_recording import recording_from as recording_from
 from .files.read import read_recording as read_recording
 from .files.settings import FileOptions as FileOptions
 from .files.settings import RecordingOptions as RecordingOptions

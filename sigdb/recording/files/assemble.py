@@ -23,6 +23,9 @@ from sigdb.recording.recording import Channel, Recording
 SPEED_RANGE = 0.2
 """Relative difference between the given speed and that of the file up to which they agree."""
 
+RARE = 0.05
+"""Share of the steps of a count of samples up to which leaps are missing samples."""
+
 LATEST = 1e8
 """Start in s above which times count from 1970; the time axis then begins at the first sample."""
 
@@ -43,6 +46,8 @@ def assemble(contents: Contents, settings: RecordingSettings, *, source: str) ->
     columns, ramps = _without_ramps(columns, settings)
     pulses = tuple(column for column in columns if _holds_pulse_times(column, settings))
     columns = tuple(column for column in columns if not _holds_pulse_times(column, settings))
+    if not columns:
+        raise InputError(f"holds no channel besides the pulse times in {pulses[0].name}")
     series = [_number(column) for column in columns]
     times_by_name, other_times = times_of(columns, times, requested=settings.sampling_rate)
     timing, rate_notes = series_timing(
@@ -57,9 +62,6 @@ def assemble(contents: Contents, settings: RecordingSettings, *, source: str) ->
     series, starts, cut_notes = share_time(series, names, timing)
     origin = min(starts) if min(starts) > LATEST else 0.0
     channels, sample_notes = _channels(series, columns, timing, [start - origin for start in starts], settings)
-    channels = _in_order(
-        named, (*channels, *(_pulse_times(column, channels[0], origin, settings) for column in pulses))
-    )
     everything = (
         *_reader_notes(contents, settings), *notes, *other_notes, *time_notes, *other_times, *ramps, *rate_notes,
         *cut_notes, *sample_notes, *fault_notes(channels, tacho=settings.tacho),
@@ -67,6 +69,7 @@ def assemble(contents: Contents, settings: RecordingSettings, *, source: str) ->
     )  # fmt: skip
     return Recording(
         source=source, channels=channels, tacho=settings.tacho, pulses_per_rev=settings.pulses_per_rev,
+        pulse_times=_pulse_times(pulses[0], origin, settings) if pulses else None,
         tacho_kind=settings.tacho_kind, threshold=settings.threshold, hysteresis=settings.hysteresis,
         edge=settings.edge, ratio=settings.ratio, teeth=settings.teeth,
         speed_rpm=contents.speed_rpm if settings.speed_rpm is None else settings.speed_rpm, torque=settings.torque,
@@ -197,6 +200,7 @@ def _without_ramps(
         if not ramp or (is_tacho and (settings.tacho_kind != "waveform" or ramp == "repeats")):
             kept.append(column)
             continue
+        _refuse_missing_counts(column, ramp)
         code = "sample-count-left-out" if ramp == "counts" else "ramp-left-out"
         text = f"{column.name} {_RAMPS[ramp]}"
         if is_tacho:
@@ -209,13 +213,30 @@ def _without_ramps(
     return tuple(kept), notes
 
 
+def _refuse_missing_counts(column: DataColumn, ramp: Ramp) -> None:
+    """Refuse a count of samples that leaps here and there, as the index of a table does whose rows were dropped."""
+    steps = np.diff(column.values.astype(float))
+    leaps = np.flatnonzero(steps > 1)
+    if (
+        ramp == "rises"
+        and 0 < leaps.size <= RARE * steps.size
+        and np.all(steps >= 1)
+        and np.all(steps == np.round(steps))
+    ):
+        at = int(leaps[0])
+        raise InputError(
+            f"column {column.name} counts samples and leaps by {steps[at]:.6g} after sample {at + 1}: samples are "
+            "missing there; cut the recording in two, or leave the column out by channels"
+        )
+
+
 def _holds_pulse_times(column: DataColumn, settings: RecordingSettings) -> bool:
     return column.name == settings.tacho and settings.tacho_kind == "pulse-times"
 
 
-def _pulse_times(column: DataColumn, signal: Channel, origin: float, settings: RecordingSettings) -> Channel:
-    """Return the channel of pulse times in s on the recording's time axis; nan at its end is padding."""
-    t = column.values.astype(float)
+def _pulse_times(column: DataColumn, origin: float, settings: RecordingSettings) -> FloatArray:
+    """Return pulse times in s on the recording's time axis; nan at their end is padding."""
+    t = column.values.astype(float).reshape(-1)
     t = t[: t.size - int(np.argmax(np.isfinite(t[::-1])))] if np.isfinite(t).any() else t[:0]
     unit = _unit(column, settings, is_tacho=True) or time_name(column.name).unit
     factor = seconds_of(unit)
@@ -223,18 +244,7 @@ def _pulse_times(column: DataColumn, signal: Channel, origin: float, settings: R
         raise InputError(f"the tacho {column.name} holds pulse times in {unit!r}, not a unit of time; mend it by units")
     if t.size < 2 or not np.isfinite(t).all() or np.diff(t).min() <= 0:
         raise InputError(f"the tacho {column.name} must hold two pulse times or more that rise, none of them missing")
-    samples = np.ascontiguousarray(t * factor - origin)
-    return Channel(
-        name=column.name, samples=samples, sampling_rate=signal.sampling_rate, unit="s", rate_from="not sampled"
-    )
-
-
-def _in_order(columns: tuple[DataColumn, ...], channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
-    """Return channels in the order of the file, or the order in which the settings choose them."""
-    if channels and channels[-1].rate_from != "not sampled":
-        return channels
-    order = [column.name for column in columns]
-    return tuple(sorted(channels, key=lambda channel: order.index(channel.name)))
+    return np.ascontiguousarray(t * factor - origin)
 
 
 def _number(column: DataColumn) -> FloatArray:

@@ -103,7 +103,7 @@ def _rate_of(
         return requested, "sampling_rate", notes
     if time is not None:
         rate = time.base.sampling_rate
-        _check_times(time)
+        refuse_times(time)
         others = {entry: other for entry, other in in_file.items() if abs(other - rate) > SAME * rate}
         notes = [
             _ignored(other, f"{entry} states {other:.9g} Hz; the times were taken") for entry, other in others.items()
@@ -124,7 +124,7 @@ def _rate_of(
     )
 
 
-def _check_times(time: TimeColumn) -> None:
+def refuse_times(time: TimeColumn) -> None:
     """Refuse times that no vibration is sampled at."""
     rate, base = time.base.sampling_rate, time.base
     if not time.unit and rate < LOWEST_ASSUMED:

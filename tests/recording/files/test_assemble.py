@@ -103,6 +103,15 @@ def test_a_tacho_may_be_a_ramp(tmp_path, kind):
     assert [channel.name for channel in read.signals] == ["a1"]
 
 
+@pytest.mark.parametrize("name", ["", "index", "record", "packet"])
+def test_a_count_that_leaps(tmp_path, name):
+    count = np.delete(np.arange(N + 3), slice(200, 203))
+    path = table(tmp_path / "run.csv", **{name: count, "a1": A1})
+    with pytest.raises(InputError, match=r"counts samples and leaps by 4 after sample 200: samples are missing there"):
+        read_recording(path, sampling_rate=FS)
+    assert len(read_recording(path, sampling_rate=FS, channels=["a1"]).channels) == 1
+
+
 @pytest.mark.parametrize("write", ["npz", "mat"])
 def test_a_matrix_with_its_time(tmp_path, write):
     matrix = np.stack([K / FS, A1, TACHO], 1)
@@ -242,7 +251,10 @@ def test_pulse_times_are_on_the_time_axis():
     read = recording_of(
         {"t": K / FS, "a1": A1, "p": 1e3 * pulses}, tacho="p", tacho_kind="pulse-times", units={"p": "ms"}
     )
-    assert_allclose(read.channel("p").samples, pulses[:20], rtol=1e-12)
+    assert_allclose(read.pulse_times, pulses[:20], rtol=1e-12)
+    assert [channel.name for channel in read.channels] == ["a1"]
+    with pytest.raises(InputError, match="holds no channel besides the pulse times in p"):
+        recording_of({"t": K / FS, "p": pulses}, tacho="p", tacho_kind="pulse-times")
     with pytest.raises(InputError, match="two pulse times or more that rise"):
         recording_of({"t": K / FS, "a1": A1, "p": A1}, tacho="p", tacho_kind="pulse-times")
 
