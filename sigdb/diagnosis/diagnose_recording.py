@@ -9,12 +9,14 @@ from typing import Unpack, cast
 from sigdb.core import InputError, Note, validated
 from sigdb.database import open as open_database
 from sigdb.diagnosis.bank import rig_bank
-from sigdb.diagnosis.diagnosis import Diagnosis, diagnose_signature
+from sigdb.diagnosis.diagnosis import Diagnosis, absent_gears, diagnose_signature, unjudged
 from sigdb.recognition import TemplateBank, changed_parts, load_model, model_form
 from sigdb.recording import (
     AngleOptions,
     AveragingSettings,
     FileOptions,
+    NoMeshError,
+    RecordedSignature,
     Recording,
     RecordingSettings,
     in_unit,
@@ -96,7 +98,8 @@ def diagnose(
     Returns
     -------
     Diagnosis
-        The answer with its evidence.
+        The answer with its evidence. It is ``cannot be judged`` where the gear is not to be seen in one of the
+        recordings.
 
     Raises
     ------
@@ -112,8 +115,14 @@ def diagnose(
     samples = templates.samples_per_tooth if templates else _SAMPLES_PER_TOOTH
     defaults: dict[str, object] = {"gear": gear, "samples_per_tooth": samples}
     settings = validated(AveragingSettings, defaults | averaging, owner="diagnose")
-    signature = recorded_signature(damaged, settings, rig=rig)
-    healthy_signature = None if reference is None else recorded_signature(reference, settings, rig=rig)
+    signatures = {"recording": _signature(damaged, settings, rig)}
+    if reference is not None:
+        signatures["healthy"] = _signature(reference, settings, rig)
+    present = {name: each for name, each in signatures.items() if isinstance(each, RecordedSignature)}
+    reasons = absent_gears(signatures)
+    if reasons:
+        return unjudged(present.get("recording"), present.get("healthy"), reasons, teeth=rig.gears[gear].teeth)
+    signature, healthy_signature = present["recording"], present.get("healthy")
     speed_rpm = signature.speed_rpm / abs(rig.ratio(rig.gears[gear].shaft))
     if templates is None:
         bank = rig_bank(
@@ -155,6 +164,13 @@ def _split_options(
 
 def _read(recording: Recording | str | PathLike[str], options: FileOptions) -> Recording:
     return recording if isinstance(recording, Recording) else read_recording(Path(recording), **options)
+
+
+def _signature(recording: Recording, settings: AveragingSettings, rig: Transmission) -> RecordedSignature | NoMeshError:
+    try:
+        return recorded_signature(recording, settings, rig=rig)
+    except NoMeshError as error:
+        return error
 
 
 def _stored_templates(

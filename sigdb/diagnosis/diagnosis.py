@@ -1,5 +1,6 @@
 """Diagnosis of the signature of a recording: damage or none, the tooth, the severity, and the evidence."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -7,19 +8,24 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import FloatArray, InputError, Note, plain
+from sigdb.diagnosis.alike import MARKS_DISAGREE, make_alike
 from sigdb.diagnosis.bank import at_operating_point
 from sigdb.diagnosis.comparison import Comparison, compare
 from sigdb.diagnosis.healthy_reference import HealthyReference, healthy_references
 from sigdb.diagnosis.notes import fm4_notes, missing_notes, operating_point_notes, path_notes, reading_notes
 from sigdb.diagnosis.transfer_path import direct_path
 from sigdb.recognition import TemplateBank
-from sigdb.recording import RecordedSignature
+from sigdb.recording import NO_MESH, NoMeshError, RecordedSignature
 
-Kind = Literal["none", "tooth", "not sure", "outside"]
+Kind = Literal["none", "tooth", "not sure", "outside", "cannot be judged"]
 """Kinds of answer."""
 
 _DOUBT = 0.1
 """Probability of no damage above which the answer is not sure, whatever the set."""
+
+
+_SAME_SPEED = 0.05
+"""Relative difference of two speeds up to which a mesh in one recording is that of the other."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,13 +35,15 @@ class Diagnosis:
     Attributes
     ----------
     signature, healthy
-        Signatures of the recording and of the healthy recording; the latter is None without one.
+        Signatures of the recording and of the healthy recording. The latter is None without one, and either where no
+        mesh could be followed.
     kind
-        ``none``, ``tooth``, ``not sure`` or ``outside``.
+        ``none``, ``tooth``, ``not sure``, ``outside`` or ``cannot be judged``, where the gear is not to be seen in one
+        of the recordings.
     answer
         The same as a sentence.
     comparison
-        Result of the comparison with the templates.
+        Result of the comparison with the templates; None where the gear is not to be seen.
     missing
         Notes on missing information that would improve the answer.
     notes
@@ -44,23 +52,27 @@ class Diagnosis:
         Notes on the reading and averaging of the recordings.
     """
 
-    signature: RecordedSignature
+    signature: RecordedSignature | None
     healthy: RecordedSignature | None
     kind: Kind
     answer: str
-    comparison: Comparison
+    comparison: Comparison | None
     missing: tuple[Note, ...]
     notes: tuple[Note, ...]
     reading: tuple[Note, ...]
 
     @property
     def p_damage(self) -> float:
-        """Probability of damage at even prior odds, if one of the templates is true."""
+        """Probability of damage at even prior odds, if one of the templates is true; nan if it cannot be judged."""
+        if self.comparison is None:
+            return np.nan
         return float(self.comparison.probability[1:].sum())
 
     @property
     def teeth(self) -> pd.DataFrame:
-        """``tooth`` (0 for none), its ``probability``, and whether it is a ``candidate``."""
+        """``tooth`` (0 for none), ``probability``, and whether it is a ``candidate``; empty if it cannot be judged."""
+        if self.comparison is None:
+            return pd.DataFrame(columns=["tooth", "probability", "candidate"])
         tooth = np.arange(len(self.comparison.probability))
         candidate = np.isin(tooth, self.comparison.candidates)
         return pd.DataFrame({"tooth": tooth, "probability": self.comparison.probability, "candidate": candidate})
@@ -68,7 +80,7 @@ class Diagnosis:
     @property
     def severity(self) -> pd.DataFrame | None:
         """``target``, ``estimate``, ``low`` and ``high``; None where there is no damage or nothing fits."""
-        return None if self.kind in ("none", "outside") else self.comparison.severity
+        return None if self.comparison is None or self.kind in ("none", "outside") else self.comparison.severity
 
     def as_json(self) -> dict[str, Any]:
         """Return the diagnosis without signals as plain values for JSON.
@@ -76,23 +88,24 @@ class Diagnosis:
         Returns
         -------
         dict
-            ``answer``, ``kind``, ``p_damage``, ``absolute``, ``channel``, ``unit``, ``teeth``, ``severity``,
-            ``nearest``, ``reduced_chi2``, ``limit``, ``path``, ``missing``, ``notes`` and ``reading``. Tables are lists
-            of rows, and notes have ``code``, ``text`` and ``values``.
+            ``answer``, ``kind``, ``p_damage`` (None if it cannot be judged), ``absolute``, ``channel``, ``unit``,
+            ``teeth``, ``severity``, ``nearest``, ``reduced_chi2``, ``limit``, ``path``, ``missing``, ``notes`` and
+            ``reading``. Tables are lists of rows, and notes have ``code``, ``text`` and ``values``.
         """
-        severity, reference = self.severity, self.comparison.reference
+        severity, signature, compared = self.severity, self.signature, self.comparison
+        reference = None if compared is None else compared.reference
         facts = {
             "answer": self.answer,
             "kind": self.kind,
             "p_damage": self.p_damage,
-            "absolute": self.signature.absolute,
-            "channel": self.signature.channel,
-            "unit": self.signature.unit,
+            "absolute": signature is not None and signature.absolute,
+            "channel": None if signature is None else signature.channel,
+            "unit": None if signature is None else signature.unit,
             "teeth": self.teeth.to_dict("records"),
             "severity": None if severity is None else severity.to_dict("records"),
-            "nearest": self.comparison.nearest.to_dict("records"),
-            "reduced_chi2": self.comparison.reduced_chi2,
-            "limit": self.comparison.limit,
+            "nearest": [] if compared is None else compared.nearest.to_dict("records"),
+            "reduced_chi2": None if compared is None else compared.reduced_chi2,
+            "limit": None if compared is None else compared.limit,
             "path": None if reference is None else _path_facts(reference),
             "missing": self.missing,
             "notes": self.notes,
@@ -128,8 +141,16 @@ def diagnose_signature(
     Raises
     ------
     InputError
-        If the averages and the templates have different lengths, or no mesh harmonic stands above the noise.
+        If the averages and the templates have different lengths, if the recordings differ in their quantity, or if no
+        mesh harmonic stands above the noise.
     """
+    reasons = absent_gears({"recording": signature} | ({} if healthy is None else {"healthy": healthy}))
+    if reasons:
+        return unjudged(signature, healthy, reasons, teeth=signature.teeth)
+    pair: tuple[Note, ...] = ()
+    if healthy is not None:
+        alike = make_alike(signature, healthy)
+        signature, healthy, pair = alike.signature, alike.healthy, alike.notes
     bank = at_operating_point(bank, speed_rpm=speed_rpm, torque=torque, teeth=signature.teeth)
     (point,) = bank.points
     if healthy is None:
@@ -137,20 +158,73 @@ def diagnose_signature(
         comparison = compare(bank, signature.tsa, path, noise=_noise(signature), averages=signature.averages)
     else:
         comparison = _compare_behind_path(bank, signature, healthy)
-    kind, answer = _answer(comparison, signature.absolute)
+    disagree = any(note.code == MARKS_DISAGREE for note in pair)
+    kind, answer = _answer(comparison, _counted(signature.absolute, disagree))
     return Diagnosis(
         signature=signature,
         healthy=healthy,
         kind=kind,
         answer=answer,
         comparison=comparison,
-        missing=tuple(missing_notes(signature, healthy)),
+        missing=tuple(missing_notes(signature, healthy, mark=signature.absolute or disagree)),
         notes=(
+            *pair,
             *operating_point_notes(point, speed_rpm, torque),
             *path_notes(comparison.reference),
             *fm4_notes(signature, healthy),
         ),
         reading=tuple(reading_notes(signature, healthy)),
+    )
+
+
+def absent_gears(signatures: Mapping[str, RecordedSignature | NoMeshError]) -> dict[str, str]:
+    """Return why the gear is not to be seen, for each of the recordings where it is not.
+
+    Where a mesh stands out in one recording, without anything that repeats once a revolution, another recording in
+    which the gear is present at nearly the same speed shows that it is the same mesh.
+    """
+    speeds = [
+        result.speed_rpm
+        for result in signatures.values()
+        if isinstance(result, RecordedSignature) and result.presence.present
+    ]
+    reasons = {}
+    for name, result in signatures.items():
+        if isinstance(result, NoMeshError):
+            reasons[name] = str(result)
+        elif not (result.presence.present or (result.presence.unverified and _any_near(result.speed_rpm, speeds))):
+            reasons[name] = f"{result.source}: {result.presence.reason}"
+    return reasons
+
+
+def _any_near(speed_rpm: float, speeds: Sequence[float]) -> bool:
+    return any(abs(other - speed_rpm) <= _SAME_SPEED * other for other in speeds)
+
+
+_WHICH = {
+    ("recording",): "of this recording",
+    ("healthy",): "of the healthy recording",
+    ("recording", "healthy"): "of this recording, nor of the healthy one",
+}
+
+
+def unjudged(
+    signature: RecordedSignature | None, healthy: RecordedSignature | None, reasons: Mapping[str, str], *, teeth: int
+) -> Diagnosis:
+    """Return the diagnosis of recordings in which the gear is not to be seen: there is no answer on its teeth."""
+    notes = tuple(
+        Note(code=NO_MESH, text=f"{reason}.", values={"recording": name, "teeth": teeth})
+        for name, reason in reasons.items()
+    )
+    return Diagnosis(
+        signature=signature,
+        healthy=healthy,
+        kind="cannot be judged",
+        answer=f"Cannot be judged: no mesh of {teeth} teeth stands out {_WHICH[tuple(reasons)]}.",
+        comparison=None,
+        missing=(),
+        notes=notes,
+        reading=() if signature is None else tuple(reading_notes(signature, healthy)),
     )
 
 
@@ -186,10 +260,17 @@ def _compare_behind_path(bank: TemplateBank, signature: RecordedSignature, healt
     return min(first, compare_with(changed), key=lambda comparison: comparison.reduced_chi2 / comparison.limit)
 
 
-def _answer(comparison: Comparison, absolute: bool) -> tuple[Kind, str]:
+def _counted(absolute: bool, disagree: bool) -> str:
+    """Return how teeth are counted, in words; empty where they are counted from the mark."""
+    if absolute:
+        return ""
+    why = "the tacho marks of the two recordings do not agree" if disagree else "there is no tacho mark"
+    return f", counted from where the average begins, since {why}"
+
+
+def _answer(comparison: Comparison, counted: str) -> tuple[Kind, str]:
     """Return the kind of the answer, and a sentence."""
     teeth = [tooth for tooth in comparison.candidates if tooth]
-    counted = "" if absolute else ", counted from where the average begins, since there is no tacho mark"
     if comparison.outside:
         return "outside", (
             "Outside the database: neither a healthy gear nor any simulated damage fits this recording, so it gives "

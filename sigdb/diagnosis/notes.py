@@ -15,15 +15,15 @@ _FAR = 0.02
 """Relative distance from the templates' operating point above which a note reports it."""
 
 
-def missing_notes(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[Note]:
-    """Yield the notes on missing information that would improve the answer."""
+def missing_notes(signature: RecordedSignature, healthy: RecordedSignature | None, *, mark: bool) -> Iterator[Note]:
+    """Yield the notes on missing information that would improve the answer, a tacho mark among it."""
     if healthy is None:
         yield Note(
             code="no-healthy-recording",
             text="A healthy recording of the same rig by the same channel. Without it the diagnosis assumes the "
             "simulated rig's path from the mesh to the sensor, and cannot separate errors of these gears from damage.",
         )
-    if not signature.absolute:
+    if not mark:
         text = "A tacho mark: without it teeth are counted from where the average begins."
         yield Note(code="no-tacho-mark", text=text)
     for where, recording in (("", signature), (" in the healthy recording", healthy)):

@@ -1,3 +1,5 @@
+from .evidence.presence import MeshPresence as MeshPresence
+from .evidence.presence import NoMeshError as NoMeshError
 from .files.python_recording import recording_from as recording_from
 from .files.read import read_recording as read_recording
 from .files.settings import FileOptions as FileOptions
@@ -5,6 +7,7 @@ from .files.settings import RecordingOptions as RecordingOptions
 from .files.settings import RecordingSettings as RecordingSettings
 from .gear_signature import recorded_signature as recorded_signature
 from .history import recorded_history as recorded_history
+from .notes import NO_MESH as NO_MESH
 from .recording import Channel as Channel
 from .recording import Recording as Recording
 from .settings import AngleOptions as AngleOptions
@@ -13,5 +16,6 @@ from .settings import AveragingSettings as AveragingSettings
 from .shaft_angle import SPEED_DOUBT as SPEED_DOUBT
 from .signature import RecordedSignature as RecordedSignature
 from .signature import in_unit as in_unit
+from .signature import in_unit_of as in_unit_of
 from .synthetic.recording import synthetic_recording as synthetic_recording
 from .synthetic.surroundings import Surroundings as Surroundings

@@ -1,13 +1,16 @@
 """Computation of the signature of a gear from a recording: angle, synchronous average, spectra, indicators."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 import pandas as pd
 
-from sigdb.core import FloatArray, InputError, validated
+from sigdb.core import FloatArray, InputError, NotApplicableError, validated
+from sigdb.recording.evidence.presence import NoMeshError, mesh_presence
 from sigdb.recording.lines import average_noise, record_spectrum, spectral_lines
-from sigdb.recording.notes import average_note, channel_notes, range_notes
+from sigdb.recording.notes import average_note, channel_notes, presence_note, range_notes
 from sigdb.recording.orders import AveragedGear, averaged_gear
 from sigdb.recording.settings import AveragingOptions, AveragingSettings
 from sigdb.recording.shaft_angle import ShaftAngle, mesh_angle
@@ -62,6 +65,8 @@ def recorded_signature(
     InputError
         If channel, gear or tooth count is missing or unknown, if there is no tacho and ``mesh_phase`` is not set, or if
         the recording holds no such speed or too few revolutions.
+    NoMeshError
+        If the phase of the mesh cannot be followed, since no mesh of that gear stands out of the recording.
 
     Examples
     --------
@@ -80,11 +85,11 @@ def recorded_signature(
     settings = validated(AveragingSettings, base | dict(options), owner="recorded_signature")
     gear = averaged_gear(_teeth(recording, settings), rig, settings.gear)
     signal = _signal(recording, settings.channel)
-    angle = _angle(recording, signal, gear, settings, rig)
-    fs = signal.sampling_rate
-    available = angle.revolutions((len(signal.samples) - 1) / fs)
-    n = gear.teeth * settings.samples_per_tooth
-    average = _average(signal, angle, n, _revolutions(available, gear.cycle, settings.revolutions))
+    fs, n = signal.sampling_rate, gear.teeth * settings.samples_per_tooth
+    with _mesh_followed(recording, gear.teeth, settings.mesh_phase):
+        angle = _angle(recording, signal, gear, settings, rig)
+        available = angle.revolutions((len(signal.samples) - 1) / fs)
+        average = _average(signal, angle, n, _revolutions(available, gear.cycle, settings.revolutions))
     M = average.revolutions
     speed = _mean_speed(angle, M)
     check_mesh_in_range(signal, recording.source, teeth=gear.teeth, speed_rpm=speed)
@@ -93,6 +98,17 @@ def recorded_signature(
     spectrum = record_spectrum(x, samples_per_rev=n, highest=min(highest, _SHOWN_MESH_ORDERS * gear.teeth))
     scatter = float(np.sqrt(np.mean(average.scatter**2)))
     order, c = order_spectrum(average.tsa)
+    presence = mesh_presence(
+        x,
+        samples_per_rev=n,
+        teeth=gear.teeth,
+        highest=highest,
+        others=gear.others,
+        mates=gear.mates,
+        mesh_phase=settings.mesh_phase,
+    )
+    kept = _kept(average.tsa, signal.samples)
+    values = indicators(average.tsa, teeth=gear.teeth) if presence.present else {}
     return RecordedSignature(
         source=recording.source,
         channel=signal.name,
@@ -110,17 +126,19 @@ def recorded_signature(
         cycle=gear.cycle,
         speed_rpm=speed,
         speed_track=angle.speed_track(),
-        kept=_kept(average.tsa, signal.samples),
+        kept=kept,
+        presence=presence,
         highest_order=highest,
         order_spectrum=pd.DataFrame({"order": order, "amplitude": np.abs(c)}),
         record_spectrum=pd.DataFrame({name: getattr(spectrum, name) for name in ("order", "amplitude", "level")}),
         lines=spectral_lines(spectrum, gear.orders, teeth=gear.teeth),
-        indicators={name: float(value) for name, value in indicators(average.tsa, teeth=gear.teeth).items()},
+        indicators={name: float(value) for name, value in values.items()},
         notes=(
             *recording.notes,
             *channel_notes(recording, signal),
             *angle.notes,
             average_note(gear, M, available),
+            presence_note(presence, kept),
             *range_notes(gear.teeth, highest, settings.samples_per_tooth),
         ),
     )
@@ -151,6 +169,19 @@ def _angle(
         return fit_to_rig(tacho_angle(recording, signal), recording, gear, rig=rig, stated_rpm=settings.speed_rpm)
     near = _range(recording, gear, settings)
     return mesh_angle(recording, signal, teeth=gear.teeth, range_rpm=near, harmonic=settings.harmonic)
+
+
+@contextmanager
+def _mesh_followed(recording: "Recording", teeth: int, mesh_phase: bool) -> Iterator[None]:
+    """Refuse a record whose mesh has no phase that can be followed, as one without the mesh."""
+    try:
+        yield
+    except NotApplicableError as error:
+        if not mesh_phase:
+            raise
+        why = str(error).removeprefix(f"{recording.source}: ")
+        text = f"{recording.source}: no mesh of {teeth} teeth stands out of this recording: {why}"
+        raise NoMeshError(text) from error
 
 
 def _range(recording: "Recording", gear: AveragedGear, settings: AveragingSettings) -> tuple[float, float]:

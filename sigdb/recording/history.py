@@ -68,3 +68,6 @@ def _check_alike(signatures: Sequence[RecordedSignature]) -> None:
         if len(values) > 1:
             listed = "; ".join(f"{value!r} in {source}" for value, source in values.items())
             raise InputError(f"the recordings of a history differ in their {name}: {listed}; compare like with like")
+    absent = [f"{each.source}: {each.presence.reason}" for each in signatures if not each.presence.present]
+    if absent:
+        raise InputError(f"{'; '.join(absent)}; leave such recordings out of the history")

@@ -3,10 +3,14 @@
 from typing import TYPE_CHECKING
 
 from sigdb.core import Note
+from sigdb.recording.evidence.presence import MeshPresence
 from sigdb.recording.orders import AveragedGear
 
 if TYPE_CHECKING:
     from sigdb.recording.recording import Channel, Recording
+
+MESH_PRESENT, NO_MESH = "mesh-present", "no-mesh"
+"""Codes of the notes on whether the gear is to be seen in the recording."""
 
 
 def channel_notes(recording: "Recording", signal: "Channel") -> list[Note]:
@@ -46,3 +50,17 @@ def range_notes(teeth: int, highest: float, samples_per_tooth: int) -> list[Note
         f" nothing, where simulated ones of {samples_per_tooth} samples a tooth reach to {samples_per_tooth / 2:g}"
     )
     return [Note(code="highest-order", text=text, values={"order": highest, "samples_per_tooth": samples_per_tooth})]
+
+
+def presence_note(presence: MeshPresence, kept: float) -> Note:
+    """Return the note on whether the gear is to be seen, with what the average keeps and what noise would keep."""
+    values: dict[str, float | int | str] = {
+        "p_value": presence.p_value,
+        "kept": kept,
+        "kept_by_noise": presence.kept_by_noise,
+    }
+    share = f"the average keeps {kept:.1%} of the record's rms, noise alone would keep {presence.kept_by_noise:.1%}"
+    if presence.present:
+        return Note(code=MESH_PRESENT, text=f"{presence.reason}; {share}", values=values)
+    text = f"{presence.reason}; {share}; indicators of the average are refused"
+    return Note(code=NO_MESH, text=text, values=values)

@@ -53,6 +53,10 @@ class AveragedGear:
         Revolutions after which the same teeth meet again and all meshes of the rig repeat; None without a rig.
     speed_rpm
         Speed of its shaft at the rig's operating point; None without a rig.
+    others
+        Tooth counts of the other gears on its shaft.
+    mates
+        Orders of the shafts of the gears that it meshes with.
     orders
         Named orders in increasing order, without repetitions.
     """
@@ -62,6 +66,8 @@ class AveragedGear:
     teeth: int
     cycle: int | None
     speed_rpm: float | None
+    others: tuple[int, ...] = ()
+    mates: tuple[float, ...] = ()
     orders: tuple[NamedOrder, ...]
 
 
@@ -99,6 +105,8 @@ def averaged_gear(teeth: int | None, rig: Transmission | None = None, gear: str 
         teeth=here.teeth,
         cycle=_cycle(rig, name),
         speed_rpm=abs(rig.ratio(here.shaft)) * rig.operating.speed_rpm or None,
+        others=tuple(gear.teeth for key, gear in rig.gears.items() if gear.shaft == here.shaft and key != name),
+        mates=tuple(abs(rig.ratio(rig.gears[mate].shaft) / rig.ratio(here.shaft)) for mate in _mates(rig, name)),
         orders=_distinct(_of_rig(rig, here.shaft)),
     )
 
@@ -125,16 +133,20 @@ def _only_gear(rig: Transmission, teeth: int | None) -> str:
     return fitting[0]
 
 
-def _cycle(rig: Transmission, gear: str) -> int:
-    """Return the revolutions after which the same teeth meet again and each mesh is at the same phase."""
-    shaft = rig.gears[gear].shaft
-    mates = [
+def _mates(rig: Transmission, gear: str) -> list[str]:
+    """Return the gears that a gear meshes with."""
+    return [
         other
         for mesh in rig.meshes_of(gear)
         for other in (rig.meshes[mesh].driving, rig.meshes[mesh].driven)
         if other != gear
     ]
-    meet = [tooth_cycle(rig.gears[gear].teeth, rig.gears[mate].teeth) for mate in mates]
+
+
+def _cycle(rig: Transmission, gear: str) -> int:
+    """Return the revolutions after which the same teeth meet again and each mesh is at the same phase."""
+    shaft = rig.gears[gear].shaft
+    meet = [tooth_cycle(rig.gears[gear].teeth, rig.gears[mate].teeth) for mate in _mates(rig, gear)]
     repeat = [Fraction(_mesh_order(rig, mesh, shaft)).limit_denominator(10**6).denominator for mesh in rig.meshes]
     return math.lcm(*meet, *repeat)
 

@@ -100,7 +100,7 @@ def mesh_angle(
 
     Raises
     ------
-    InputError
+    NotApplicableError
         If there is no speed or no phase.
     """
     fs, size = channel.sampling_rate, len(channel.samples)
@@ -130,13 +130,13 @@ def _refuse_lost_speed(source: str, track: SpeedTrack, range_rpm: tuple[float, f
     likeliest = float(np.median(track.speed_rpm))
     near = abs(track.outside_rpm / likeliest - 1) < _NEAR_SIDEBANDS
     if track.outside > (_OUTSIDE_NEAR if near else _OUTSIDE):
-        raise InputError(
+        raise NotApplicableError(
             f"{source}: no speed is found from {low:g} to {high:g} rpm: the likeliest, {likeliest:.1f} rpm, stands out"
             f" less than {track.outside_rpm:.1f} rpm beyond the range (whose score is {track.outside:.1f} times as"
             " large); give the right speed, or a tacho if two such gears turn"
         )
     if track.at_end > _MOST_AT_END:
-        raise InputError(
+        raise NotApplicableError(
             f"{source}: no speed is found from {low:g} to {high:g} rpm: during {track.at_end:.0%} of the record the"
             " likeliest lies at an end of the range; give a range with the speed well inside"
         )

@@ -6,6 +6,7 @@ from typing import Any
 import pandas as pd
 
 from sigdb.core import FloatArray, InputError, Note, plain
+from sigdb.recording.evidence.presence import MeshPresence
 from sigdb.signature import FEATURES, features
 
 
@@ -44,6 +45,8 @@ class RecordedSignature:
         ``time`` (s) and ``speed_rpm`` of each revolution.
     kept
         Standard deviation of the average over that of the record: the part of its rms that repeats every revolution.
+    presence
+        Whether the gear is to be seen in the record, with a probability and its statistics.
     highest_order
         The record's Nyquist frequency, in orders, at the mean speed. The average is zero above it.
     order_spectrum
@@ -54,7 +57,7 @@ class RecordedSignature:
         Named orders, and unnamed lines between whole orders: ``name``, ``kind``, ``order``, ``amplitude`` (peak),
         ``over_level`` (amplitude over the level about it), ``stands_out`` (whether the line stands out of the level).
     indicators
-        Values of :data:`sigdb.signature.INDICATORS` by name.
+        Values of :data:`sigdb.signature.INDICATORS` by name; empty where the gear is not present.
     notes
         Notes on the reading, the angle and the average, in this order.
     """
@@ -76,6 +79,7 @@ class RecordedSignature:
     speed_rpm: float
     speed_track: pd.DataFrame
     kept: float
+    presence: MeshPresence
     highest_order: float
     order_spectrum: pd.DataFrame
     record_spectrum: pd.DataFrame
@@ -98,7 +102,14 @@ class RecordedSignature:
         pandas.DataFrame
             ``teeth``, ``speed_rpm``, ``torque``, ``averages``, ``scatter``, ``tsa``, and the columns of
             :data:`sigdb.signature.FEATURES`.
+
+        Raises
+        ------
+        InputError
+            If the gear is not present: features of noise are none of the gear.
         """
+        if not self.presence.present:
+            raise InputError(f"{self.source}: {self.presence.reason}, so it has no features of the gear")
         values = features(self.tsa, teeth=self.teeth)
         return pd.DataFrame(
             {
@@ -131,10 +142,14 @@ _SI_UNITS = {
     "m/s^2": ("m/s^2", 1.0),
     "m/s2": ("m/s^2", 1.0),
     "m/s²": ("m/s^2", 1.0),
+    "mm/s^2": ("m/s^2", 1e-3),
+    "mm/s2": ("m/s^2", 1e-3),
+    "mm/s²": ("m/s^2", 1e-3),
     "g": ("m/s^2", 9.80665),
     "m/s": ("m/s", 1.0),
     "mm/s": ("m/s", 1e-3),
     "in/s": ("m/s", 0.0254),
+    "ips": ("m/s", 0.0254),
     "m": ("m", 1.0),
     "mm": ("m", 1e-3),
     "um": ("m", 1e-6),
@@ -164,9 +179,44 @@ def in_unit(signature: RecordedSignature, wanted: str) -> RecordedSignature:
             f"{signature.source}: {signature.channel} is in {signature.unit!r}, the simulated sensor in {wanted!r}; "
             "give a healthy recording, which gives the path, or a sensor of that quantity, or the right unit"
         )
+    return _scaled(signature, wanted, factor)
+
+
+def in_unit_of(signature: RecordedSignature, other: RecordedSignature) -> tuple[RecordedSignature, tuple[Note, ...]]:
+    """Return the signature in the unit of another, and a note if it had a different one or none.
+
+    Raises
+    ------
+    InputError
+        If the units are of different quantities, or one of them is unknown.
+    """
+    if signature.unit == other.unit:
+        return signature, ()
+    units = {signature.source: signature.unit or "no stated unit", other.source: other.unit or "no stated unit"}
+    values = {"from": signature.unit, "to": other.unit}
+    if not (signature.unit and other.unit):
+        text = f"Units: {_listed(units)}. They were taken to be the same."
+        return replace(signature, unit=other.unit or signature.unit), (
+            Note(code="unit-assumed", text=text, values=values),
+        )
+    (quantity, factor), (wanted, per) = (_SI_UNITS.get(unit, (unit, 1.0)) for unit in (signature.unit, other.unit))
+    if quantity != wanted:
+        raise InputError(
+            f"the recordings differ in their unit: {_listed(units)}; compare recordings of one quantity, or give the"
+            " right unit"
+        )
+    text = f"Units: {_listed(units)}. The former was converted into the latter."
+    return _scaled(signature, other.unit, factor / per), (Note(code="unit-converted", text=text, values=values),)
+
+
+def _listed(units: dict[str, str]) -> str:
+    return ", ".join(f"{unit} in {source}" for source, unit in units.items())
+
+
+def _scaled(signature: RecordedSignature, unit: str, factor: float) -> RecordedSignature:
     return replace(
         signature,
-        unit=wanted,
+        unit=unit,
         tsa=signature.tsa * factor,
         scatter=signature.scatter * factor,
         noise=signature.noise * factor,

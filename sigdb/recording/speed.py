@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sigdb.core import FloatArray, InputError, IntArray
+from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError
 
 HARMONICS = 3
 """Mesh harmonics that are searched, each with its two first sidebands."""
@@ -135,7 +135,7 @@ def _likeliest(speeds: FloatArray, scores: FloatArray) -> tuple[float, float, fl
     """Return the likeliest speed, the likeliest speed that is not near it, and the ratio of their scores."""
     best = int(np.argmax(scores))
     if not scores[best] > 0:
-        raise InputError("no speed is found: nothing stands out of the record's spectrum; check the channel")
+        raise NotApplicableError("no speed is found: nothing stands out of the record's spectrum; check the channel")
     others = np.where(np.abs(speeds / speeds[best] - 1) > _SAME, scores, 0)
     rival = int(np.argmax(others))
     if not others[rival] > 0:

@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from sigdb.core import FloatArray, json_text, plain
-from sigdb.diagnosis import Diagnosis
+from sigdb.diagnosis import Comparison, Diagnosis
 from sigdb.report.evaluation.style import drawing, lay_grid
 from sigdb.report.page import CaptionedFigure, page
 from sigdb.report.panels import DAMAGE, HEALTHY, INK, draw_spectrum, mark_passes
@@ -60,15 +60,18 @@ def diagnosis_html(diagnosis: Diagnosis, *, title: str | None = None) -> str:
     title
         Heading; by default it names the recording.
     """
-    nearest, severity = diagnosis.comparison.nearest, diagnosis.severity
+    nearest, severity = _nearest(diagnosis), diagnosis.severity
     names = [name for name in TITLES if name in nearest]
+    comparison, signature = diagnosis.comparison, diagnosis.signature
+    of = "" if signature is None else f" of {Path(signature.source).name}"
+    undamaged = comparison is not None and 0 in comparison.candidates
     return page(
         "diagnosis.html",
-        title=title or f"Diagnosis of {Path(diagnosis.signature.source).name}",
+        title=title or f"Diagnosis{of}",
         alarm=diagnosis.kind != "none",
         answer=diagnosis.answer,
         evidence=_evidence(diagnosis),
-        severity_heading=f"How severe{', if damaged' if 0 in diagnosis.comparison.candidates else ''}",
+        severity_heading=f"How severe{', if damaged' if undamaged else ''}",
         severity=[] if severity is None else _severity_rows(severity),
         missing=diagnosis.missing,
         notes=diagnosis.notes,
@@ -101,10 +104,11 @@ def diagnosis_text(diagnosis: Diagnosis, *, terminal: Terminal = PLAIN) -> str:
             [row["target"], *(number(row[name], 3) for name in ends)] for row in diagnosis.severity.to_dict("records")
         ]
         lines += ["", TextTable(("severity", *ends), rows).text(terminal, indent=2)]
-    nearest = diagnosis.comparison.nearest
+    nearest = _nearest(diagnosis)
     names = [name for name in TITLES if name in nearest]
     rows = [[number(row[name], 3) for name in names] for row in nearest.to_dict("records")]
-    lines += ["", "nearest templates", TextTable(names, rows).text(terminal, indent=2)]
+    if rows:
+        lines += ["", "nearest templates", TextTable(names, rows).text(terminal, indent=2)]
     sections = (("missing", diagnosis.missing), ("notes", diagnosis.notes), ("reading", diagnosis.reading))
     for heading, notes in sections:
         if notes:
@@ -114,12 +118,25 @@ def diagnosis_text(diagnosis: Diagnosis, *, terminal: Terminal = PLAIN) -> str:
 
 def diagnosis_figures(diagnosis: Diagnosis) -> Iterator[CaptionedFigure]:
     """Yield the pictures of a diagnosis."""
-    signature, unit = diagnosis.signature, diagnosis.signature.unit or "unit not stated"
+    signature, comparison = diagnosis.signature, diagnosis.comparison
+    if signature is None:
+        return
+    unit = signature.unit or "unit not stated"
+    if comparison is not None:
+        yield from _comparison_figures(diagnosis, comparison, unit)
+    yield CaptionedFigure(
+        "The averaged recording",
+        f"Order spectrum of {signature.channel}, peak amplitudes; marks at the mesh harmonics.",
+        _spectrum(signature.tsa, signature.teeth, unit),
+    )
+
+
+def _comparison_figures(diagnosis: Diagnosis, comparison: Comparison, unit: str) -> Iterator[CaptionedFigure]:
     yield CaptionedFigure(
         "Difference from a healthy gear",
         "Recording and nearest template, each less the healthy template, against the angle of rotation. Numbers: tooth "
         "passes, counted from the tacho mark, or from where the average begins where there is none.",
-        _difference(diagnosis, unit),
+        _difference(comparison, len(comparison.probability) - 1, unit),
     )
     if diagnosis.kind != "outside":
         yield CaptionedFigure(
@@ -128,17 +145,19 @@ def diagnosis_figures(diagnosis: Diagnosis) -> Iterator[CaptionedFigure]:
             "set that holds the truth with a probability of 0.9.",
             _teeth(diagnosis.teeth),
         )
-    yield CaptionedFigure(
-        "The averaged recording",
-        f"Order spectrum of {signature.channel}, peak amplitudes; marks at the mesh harmonics.",
-        _spectrum(signature.tsa, signature.teeth, unit),
-    )
+
+
+def _nearest(diagnosis: Diagnosis) -> pd.DataFrame:
+    """Return the nearest templates; none where nothing was compared."""
+    return pd.DataFrame() if diagnosis.comparison is None else diagnosis.comparison.nearest
 
 
 def _signals(diagnosis: Diagnosis) -> dict[str, FloatArray]:
-    comparison = diagnosis.comparison
-    return {
-        "tsa": diagnosis.signature.tsa,
+    comparison, signature = diagnosis.comparison, diagnosis.signature
+    averages = {} if signature is None else {"tsa": signature.tsa}
+    if comparison is None:
+        return averages
+    return averages | {
         "compared": comparison.x,
         "template": comparison.template,
         "healthy": comparison.healthy,
@@ -163,6 +182,8 @@ def _interval(low: float, high: float) -> str:
 def _evidence(diagnosis: Diagnosis) -> str:
     """Return the fit of the nearest template, and the probability of damage where a template fits."""
     comparison = diagnosis.comparison
+    if comparison is None:
+        return "Nothing was compared: without the mesh a recording says nothing on the gear's teeth, damaged or not."
     fit = (
         f"The squared residual of the nearest template is {comparison.reduced_chi2:.2g} times that of the noise; up to "
         f"{comparison.limit:.2g} a template fits."
@@ -172,8 +193,7 @@ def _evidence(diagnosis: Diagnosis) -> str:
     return f"Probability of damage {diagnosis.p_damage:.3g}, at even odds before the recording. {fit}"
 
 
-def _difference(diagnosis: Diagnosis, unit: str) -> Figure:
-    comparison, teeth = diagnosis.comparison, diagnosis.signature.teeth
+def _difference(comparison: Comparison, teeth: int, unit: str) -> Figure:
     first, count = (int(comparison.nearest[name].iloc[0]) for name in ("tooth", "damaged_teeth"))
     damaged = tuple((first - 1 + i) % teeth + 1 for i in range(count)) if first else ()
     angle = np.arange(len(comparison.x)) * 360 / len(comparison.x)

@@ -23,8 +23,10 @@ NAMES = {"one", "found", "told", "said", "asked", "given", "made", "known", "own
 PARTS_OF_NAMES = {"told", "said", "asked", "beside", "judged", "judge"}
 """Words that no part of a name is."""
 
-WORDS = re.compile(r"\b(told|tells|said|asked|beside|judge[sd]?|judging|figures? of merit|merits?)\b", re.IGNORECASE)
-"""Words that prose does not use."""
+WORDS = re.compile(
+    r"\b(told|tells|said|asked|beside|judges?|(?<!cannot be )judged|judging|figures? of merit|merits?)\b", re.IGNORECASE
+)
+"""Words that prose does not use; a recording may be such that its gear cannot be judged."""
 
 OPENINGS = {"page": re.compile(r"Of\s|What\s.*\sof\s")}
 OPENINGS |= dict.fromkeys(("docstring", "message"), re.compile(r"(?:Of|What)\s"))

@@ -49,7 +49,6 @@ SMALL = {
     "recognition/targets/detection_tables.py": "tables of one target, apart from its metrics",
     "recognition/templates/compact_signals.py": "one transformation of averages",
     "recording/history.py": "one result of a series of recordings",
-    "recording/notes.py": "the codes of all notes on recordings",
     "recording/settings.py": "settings of averaging",
     "report/evaluation/style.py": "colours and names of one kind of page",
     "report/evaluation/text.py": "the text of an evaluation, apart from its page",

@@ -1,6 +1,7 @@
 """Diagnosis of averages that were simulated apart from the templates and sent through a unknown path."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -12,10 +13,11 @@ from sigdb.diagnosis.bank import rig_bank
 from sigdb.diagnosis.diagnosis import diagnose_signature
 from sigdb.diagnosis.notes import missing_notes, reading_notes
 from sigdb.diagnosis.transfer_path import transfer_path
-from sigdb.recording import SPEED_DOUBT, RecordedSignature, in_unit
+from sigdb.recording import SPEED_DOUBT, MeshPresence, RecordedSignature, in_unit
 
 SENSOR, N, TEETH, REVOLUTIONS = "pinion-vertical", 768, 12, 102
 ORDERS = np.arange(N // 2 + 1)
+PRESENT = MeshPresence(present=True, reason="the mesh stands out", p_value=1e-9)
 PATH = 50.0 / (1 - (ORDERS / 60) ** 2 + 0.1j * ORDERS / 60) * np.exp(-2j * np.pi * ORDERS * 0.01)
 """A resonance at order 60 with 5 % of critical damping, a gain of 50 V s/m, a delay of 1/100 of a revolution."""
 
@@ -79,6 +81,7 @@ def recorded(signal, seed, *, gain=1.0, absolute=True, turn=0):
         speed_rpm=14400.0,
         speed_track=pd.DataFrame(),
         kept=1.0,
+        presence=PRESENT,
         highest_order=384.0,
         order_spectrum=pd.DataFrame(),
         record_spectrum=pd.DataFrame(),
@@ -193,7 +196,7 @@ def test_a_changed_sentence_changes_no_decision(clean):
             )
             for seed in (1, 2)
         )
-        return [[note.code for note in part(one, other)] for part in (missing_notes, reading_notes)]
+        return [[note.code for note in part(one, other)] for part in (partial(missing_notes, mark=True), reading_notes)]
 
     missing, reading = codes(lambda i, text: text)
     assert missing == [SPEED_DOUBT] * 2

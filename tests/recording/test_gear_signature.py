@@ -357,7 +357,7 @@ def test_a_record_without_vibration_has_no_speed_and_no_lines():
         recorded_signature(recording(turns, 0 * turns, tacho=False), teeth=TEETH, mesh_phase=True)
     found = recorded_signature(recording(turns, 0 * turns + 1.5), teeth=TEETH)
     assert (found.kept, found.lines["stands_out"].sum()) == (0, 0)
-    assert found.as_json()["indicators"]["fm4"] is None
+    assert (found.presence.present, found.indicators) == (False, {})
 
 
 def test_a_harmonic_that_does_not_apply_is_skipped_and_a_wrong_input_is_not(monkeypatch):

@@ -9,11 +9,12 @@ import pytest
 
 from sigdb.core import Note
 from sigdb.diagnosis import Comparison, Diagnosis
-from sigdb.recording import RecordedSignature
+from sigdb.recording import MeshPresence, RecordedSignature
 from sigdb.report import diagnosis_text, write_diagnosis_report
 from sigdb.report.diagnosis import diagnosis_html
 
 SIGNAL = np.cos(np.arange(96))
+PRESENT = MeshPresence(present=True, reason="the mesh stands out", p_value=1e-9)
 
 
 def note(text):
@@ -25,8 +26,8 @@ def signature(channel="a<1>", unit="m/s"):
     return RecordedSignature(
         source="run.csv", channel=channel, unit=unit, gear="pinion", shaft="shaft", teeth=3, angle="tacho",
         absolute=True, tsa=SIGNAL, scatter=0.1, noise=np.full(49, 0.1), averages=12, dropped=0, cycle=3,
-        speed_rpm=600.0, speed_track=empty, kept=1.0, highest_order=48.0, order_spectrum=empty, record_spectrum=empty,
-        lines=empty, indicators={}, notes=(),
+        speed_rpm=600.0, speed_track=empty, kept=1.0, presence=PRESENT, highest_order=48.0, order_spectrum=empty,
+        record_spectrum=empty, lines=empty, indicators={}, notes=(),
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from sigdb.core import InputError
 from sigdb.recognition import SignatureTransformer
-from sigdb.recording.signature import RecordedSignature
+from sigdb.recording import MeshPresence, RecordedSignature
 from sigdb.signature import (
     FEATURES,
     INDICATORS,
@@ -23,6 +23,7 @@ from sigdb.sweep.work import rows as sweep_rows
 
 STEP = 16
 TEETH = range(3, 41)
+PRESENT = MeshPresence(present=True, reason="the mesh stands out", p_value=1e-9)
 
 
 def average(teeth):
@@ -55,6 +56,7 @@ def of_a_recording(x, teeth):
         speed_rpm=60.0,
         speed_track=empty,
         kept=1.0,
+        presence=PRESENT,
         highest_order=1.0,
         order_spectrum=empty,
         record_spectrum=empty,

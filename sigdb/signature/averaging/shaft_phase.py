@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sigdb.core import InputError
+from sigdb.core import NotApplicableError
 from sigdb.signature.checks import Float64Array
 
 GUARD = 32
@@ -48,7 +48,7 @@ class ShaftPhase:
         slopes = _least_slope(spline[:, first : int(np.ceil(stop)) - self.first])
         if np.any(slopes <= 0):
             worst = self._times[first + int(np.argmin(slopes))]
-            raise InputError(
+            raise NotApplicableError(
                 f"{self._owner}: pulse_times are so uneven near {worst:g} s that the spline through them runs"
                 " backwards; a pulse is missing or false there, leave out that part of the record"
             )
@@ -64,7 +64,7 @@ class ShaftPhase:
         odd = np.flatnonzero(long | short | np.concatenate([[False], halves, [False, False]]))
         if odd.size:
             where = self._times[max(first - 2, 0) + odd[0]]
-            raise InputError(
+            raise NotApplicableError(
                 f"{self._owner}: an interval of pulse_times about {where:g} s stands out from its neighbours; a pulse"
                 " is missing or false there, mend it or leave out that part of the record"
             )

@@ -122,10 +122,6 @@ def test_without_a_healthy_recording_it_is_said_what_is_missing(leave, files, fo
         (["{files}/sixth.csv", *READ], "no channel is known as its tacho"),
         (["{files}/sixth.csv", *TACHO, "--unit", "g", "--db", "{db}"], "the simulated sensor in 'm/s'"),
         (["{files}/short.csv", *TACHO, "--db", "{db}"], "short.csv"),
-        (
-            ["{files}/sixth.csv", *TACHO, "--db", "{db}", "--healthy", "{files}/noise.csv"],
-            "no mesh harmonic of 12 teeth",
-        ),
         (["{files}/sixth.csv", *TACHO, "--db", "{files}"], "is not a sigdb database"),
         (["{files}/sixth.csv", *TACHO, "--model", "{files}"], "is not a model folder"),
         (["{files}/sixth.csv", *TACHO, "--model", "{model}", "--db", "{db}"], "model and database are given together"),

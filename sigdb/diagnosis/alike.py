@@ -1,0 +1,145 @@
+"""Two recordings as a pair: the same unit, the same band of orders, the same tacho mark."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sigdb.core import FloatArray, InputError, Note
+from sigdb.recording import RecordedSignature, in_unit_of
+
+MARKS_DISAGREE = "marks-disagree"
+"""Code of the note that the tacho marks of the two recordings do not stand for the same angle."""
+
+_ABOVE_NOISE = 4.0
+"""Amplitude of an order, in standard deviations of its noise, above which its phase counts."""
+_LEAST_ALIKE, _LESS_ALIKE = 0.6, 0.5
+"""Least share of the orders that agree after the turn, and the share of that number that may agree without it."""
+_BEYOND_CHANCE = 1.5
+"""Ratio of the agreement after a turn to the greatest agreement of random phases."""
+_SAME_BAND = 0.02
+"""Relative difference of the highest orders below which they are one band."""
+_USED = 0.9
+"""Share of the lower highest order up to which both recordings are flat."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """A recording and its healthy recording, made alike.
+
+    Attributes
+    ----------
+    signature, healthy
+        The signatures, in one unit and one band of orders. Neither is absolute where the marks do not agree.
+    notes
+        Notes on what was changed and on what differs.
+    """
+
+    signature: RecordedSignature
+    healthy: RecordedSignature
+    notes: tuple[Note, ...]
+
+
+def make_alike(signature: RecordedSignature, healthy: RecordedSignature) -> Pair:
+    """Return two signatures as a pair that can be compared.
+
+    Raises
+    ------
+    InputError
+        If they differ in quantity or tooth count, or hold the same samples.
+    """
+    _check_pair(signature, healthy)
+    healthy, units = in_unit_of(healthy, signature)
+    (signature, healthy), band = _one_band(signature, healthy)
+    turn = turn_between(signature, healthy) if signature.absolute and healthy.absolute else 0.0
+    marks: tuple[Note, ...] = ()
+    if turn:
+        signature, healthy = (replace(each, absolute=False) for each in (signature, healthy))
+        teeth = turn * signature.teeth
+        text = (
+            f"The tacho marks of the two recordings do not agree: they fit best when the healthy average is turned by "
+            f"{360 * turn:.1f} deg, {teeth:.1f} teeth. The tacho's polarity, edge or position differs, so tooth "
+            "numbers are relative."
+        )
+        marks = (Note(code=MARKS_DISAGREE, text=text, values={"turn_deg": 360 * turn, "teeth": teeth}),)
+    return Pair(signature=signature, healthy=healthy, notes=(*units, *_channel_note(signature, healthy), *band, *marks))
+
+
+def _check_pair(signature: RecordedSignature, healthy: RecordedSignature) -> None:
+    sources = f"{signature.source} and the healthy recording {healthy.source}"
+    if signature.teeth != healthy.teeth or len(signature.tsa) != len(healthy.tsa):
+        raise InputError(
+            f"{sources} differ in their tooth count or samples a tooth: {signature.teeth} teeth and "
+            f"{len(signature.tsa)} samples, {healthy.teeth} teeth and {len(healthy.tsa)} samples; average them alike"
+        )
+    if np.array_equal(signature.tsa, healthy.tsa):
+        raise InputError(
+            f"{sources} hold the same samples: a recording compared with itself shows no damage; give another one"
+        )
+
+
+def _channel_note(signature: RecordedSignature, healthy: RecordedSignature) -> Iterator[Note]:
+    if signature.channel != healthy.channel:
+        text = (
+            f"The recording is of channel {signature.channel}, the healthy one of {healthy.channel}: the path from the "
+            "mesh is the same only if both are one sensor in one place."
+        )
+        values = {"recording": signature.channel, "healthy": healthy.channel}
+        yield Note(code="channels-differ", text=text, values=values)
+
+
+def _one_band(
+    signature: RecordedSignature, healthy: RecordedSignature
+) -> tuple[tuple[RecordedSignature, RecordedSignature], tuple[Note, ...]]:
+    """Return both without the orders that one of them does not hold: there the other would look like a change."""
+    low, high = sorted((signature.highest_order, healthy.highest_order))
+    highest = _USED * low
+    if high - low <= _SAME_BAND * high or highest >= len(signature.tsa) / 2:
+        return (signature, healthy), ()
+    text = (
+        f"The recording reaches to order {signature.highest_order:.1f}, the healthy one to "
+        f"{healthy.highest_order:.1f}, by their sampling rates and speeds: they are compared up to order {highest:.1f}."
+    )
+    values = {"recording": signature.highest_order, "healthy": healthy.highest_order, "compared": highest}
+    return (_below(signature, highest), _below(healthy, highest)), (
+        Note(code="bands-differ", text=text, values=values),
+    )
+
+
+def _below(signature: RecordedSignature, highest: float) -> RecordedSignature:
+    X = np.fft.rfft(signature.tsa)
+    X[int(highest) + 1 :] = 0
+    return replace(signature, tsa=np.fft.irfft(X, len(signature.tsa)), highest_order=highest)
+
+
+def turn_between(signature: RecordedSignature, healthy: RecordedSignature) -> float:
+    """Return the turn of the healthy average that makes it agree with the other, in revolutions; 0 if it agrees.
+
+    Let X and Y be the spectra of the averages at the K orders that stand out of the noise in both. The agreement after
+    a turn by u revolutions is ``c(u) = Re sum_k X_k Y_k^* exp(2 pi j k u) / |X_k Y_k|``, the generalised cross
+    correlation with phase transform of Knapp and Carter, IEEE Transactions on Acoustics, Speech, and Signal Processing
+    24(4), 1976, doi:10.1109/TASSP.1976.1162830. It is at most K, and for random phases at n angles hardly above
+    ``sqrt(K ln n)``. A turn is returned where c reaches 0.6 K and 1.5 times that value, and stays below half of its
+    maximum within half a tooth of 0.
+    """
+    n = len(signature.tsa)
+    X, Y = np.fft.rfft(signature.tsa), np.fft.rfft(healthy.tsa)
+    used = _audible(X, signature.noise, n) & _audible(Y, healthy.noise, n)
+    used[0] = False
+    K = int(used.sum())
+    if K < 2:
+        return 0.0
+    cross = np.where(used, X * np.conj(Y), 0)
+    cross = np.divide(cross, np.abs(cross), out=np.zeros_like(cross), where=used)
+    agreement = np.fft.irfft(cross, n) * n / 2
+    turns = (np.arange(n) / n + 0.5) % 1 - 0.5
+    best = int(np.argmax(agreement))
+    unturned = agreement[np.abs(turns) <= 0.5 / signature.teeth].max()
+    least = max(_LEAST_ALIKE * K, _BEYOND_CHANCE * np.sqrt(K * np.log(n)))
+    if agreement[best] < least or unturned > _LESS_ALIKE * agreement[best]:
+        return 0.0
+    return float(turns[best])
+
+
+def _audible(X: np.ndarray, noise: FloatArray, n: int) -> np.ndarray:
+    return np.asarray(np.abs(X) > _ABOVE_NOISE * np.broadcast_to(noise, X.shape) * np.sqrt(n / 2))

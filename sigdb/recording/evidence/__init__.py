@@ -1,0 +1,1 @@
+"""Evidence in a recording: whether the mesh stands out of the noise."""

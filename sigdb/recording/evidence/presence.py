@@ -1,0 +1,319 @@
+"""Presence of a gear in a recording: does its mesh stand out of the noise, and does it repeat each revolution?"""
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from sigdb.core import FloatArray, IntArray, NotApplicableError
+
+ALARM = 1e-3
+"""Probability at which noise alone passes for a gear."""
+_LIKE_NEIGHBOURS = 0.5
+"""Probability above which the mesh orders are no higher than the orders about them."""
+_RIVAL = 1.25, 15.0
+"""Evidence of another comb of orders, as a multiple of that of the mesh and a sum, above which it is another gear."""
+_LINE = 1e-6
+"""Probability below which a single order is a line."""
+_OTHERS = 0.01
+"""Probability above which the mesh harmonics that are no multiples of 2 or 3 are noise."""
+_HARMONICS = 8
+"""Mesh harmonics that are tested."""
+_SIDEBANDS = 3
+"""Pairs of sidebands about each harmonic, and shaft orders, that are tested."""
+_ABOUT, _LEAST_BINS, _GUARD = 0.15, 6, 2
+"""Reach of a line's surroundings: in orders, at least these bins, without those of the line's own lobe."""
+_HANN = 1.94
+"""Bins of a Hann window in one independent bin: 1 + 2 (2/3)^4 + 2 (1/6)^4, squared correlations of neighbours."""
+_MEDIAN = 0.48
+"""Efficiency of a median of exponential variables as an estimate of their mean: (ln 2)^2."""
+_USED = 0.9
+"""Share of the highest order below which the record is flat."""
+_MOST = 2048
+"""Largest number of revolutions that are tested."""
+_PRIMES = (2, 3, 5, 7)
+_ROUNDING = 1e-28
+"""Power of rounding errors, relative to the strongest line."""
+
+
+class NoMeshError(NotApplicableError):
+    """A recording gives no angle of the shaft by the phase of a mesh: no mesh of that gear stands out of it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshPresence:
+    """Answer to the question whether a gear is to be seen in a recording, with its statistics.
+
+    Attributes
+    ----------
+    present
+        Whether the gear is to be seen. Without it, indicators of the average would be those of noise.
+    reason
+        Finding in words, for people.
+    unverified
+        Whether harmonics of one mesh stand out though nothing repeats once a revolution, by the phase of the mesh.
+        Only another recording of the gear at that speed can then show that they are of this gear.
+    p_value
+        Probability that noise alone gives as much: ``p_mesh`` by a tacho, ``p_revolution`` by the phase of the mesh.
+    p_mesh
+        Probability that noise alone gives such lines at the mesh harmonics. By the phase of the mesh it is no evidence,
+        since the phase was fitted to one of them.
+    p_revolution
+        Probability that noise alone gives such lines at sidebands and shaft orders, which repeat once a revolution.
+    p_neighbours
+        Probability that mesh orders of the same level as the orders about them are as high.
+    spacing
+        Greatest common divisor of the whole orders with a line; 0 without lines. It is 1 where the average repeats once
+        a revolution, and the tooth count Z for a mesh without sidebands.
+    kept_by_noise
+        Share of its rms that noise alone keeps in the average: one over the root of the averages.
+    """
+
+    present: bool
+    reason: str
+    p_value: float
+    p_mesh: float = math.nan
+    p_revolution: float = math.nan
+    p_neighbours: float = math.nan
+    spacing: int = 0
+    kept_by_noise: float = math.nan
+    unverified: bool = False
+
+
+def mesh_presence(
+    x: FloatArray,
+    *,
+    samples_per_rev: int,
+    teeth: int,
+    highest: float,
+    others: Collection[int] = (),
+    mates: Collection[float] = (),
+    mesh_phase: bool = False,
+) -> MeshPresence:
+    r"""Test whether the mesh of a gear stands out of a record.
+
+    Let X be the spectrum of M whole revolutions under a Hann window, and q(k) the power at order k over the mean power
+    of the N independent bins within 0.15 orders of it, without the line's own lobe. An average keeps what is at whole
+    orders; what is between them is the scatter between its revolutions. Noise gives q the F distribution with 2 and 2N
+    degrees of freedom, whatever its colour [1]_, and the probabilities of several orders are combined by [2]_ ::
+
+        p(k) = (1 + q(k) / N)^(-N),        p = P(chi^2_{2K} > -2 sum_{k=1}^K ln p(k)).
+
+    - ``p_mesh``: K orders h Z, h = 1..8, within nine tenths of the record's range.
+    - ``p_revolution``: sidebands h Z + s and shaft orders s, s = 1, 2, 3 to both sides. The phase of the mesh follows
+      no sideband, so this holds where angle and speed were fitted to the record too. Tones that repeat d times a
+      revolution are no proof: the greatest p of the orders that are no multiples of d = 2, 3, 5, 7 counts. A single
+      line is none either: p of sidebands and mesh harmonics together, without the two smallest p(k), counts too. Orders
+      m and h Z +- m of a mate's shaft between whole orders are tested likewise, and twice the smaller p counts.
+    - ``p_neighbours``: q is the power of the average at h Z over the median of its whole orders about it. The median is
+      worth 0.48 of as many means.
+
+    The gear is present where ``p_value`` is at most 0.001 and all of these hold: ``p_neighbours`` is at most 0.5, no
+    comb ``h Z + s``, ``|s| > 2``, and no mesh of another tooth count has 1.25 E + 15 of evidence, where E, a sum of
+    -ln p like p_neighbours', is the evidence of this one. The
+    lines have no common spacing of another gear. Harmonics that are no multiples of 2, or 3, stand out as well, with a
+    combined p of at most 0.01; else the gear has twice or three times as many teeth. A single line is a gear's only
+    where no line between the whole orders is stronger.
+
+    Parameters
+    ----------
+    x
+        (M * samples_per_rev,) record in equal steps of angle.
+    samples_per_rev
+        Samples of a revolution.
+    teeth
+        Tooth count Z.
+    highest
+        Highest order of the record.
+    others
+        Tooth counts of other gears on the shaft.
+    mates
+        Orders of the shafts that the gear meshes with.
+    mesh_phase
+        Whether the angle was taken from the phase of the mesh.
+
+    Returns
+    -------
+    MeshPresence
+
+    References
+    ----------
+    .. [1] Thomson, "Spectrum estimation and harmonic analysis", Proceedings of the IEEE 70(9), 1982,
+       doi:10.1109/PROC.1982.12433: the F test of a line against the noise about it.
+    .. [2] Fisher, Statistical Methods for Research Workers, 4th edition, 1932, section 21.1.
+
+    Examples
+    --------
+    >>> stream, theta = np.random.default_rng(0), 2 * np.pi * np.arange(50 * 256) / 256
+    >>> noise = stream.normal(size=theta.size)
+    >>> mesh_presence(noise, samples_per_rev=256, teeth=12, highest=128).present
+    False
+    >>> mesh_presence(0.2 * np.cos(12 * theta) + noise, samples_per_rev=256, teeth=12, highest=128).present
+    True
+    """
+    n, Z = samples_per_rev, teeth
+    M = min(len(x) // n, _MOST)
+    top = int(min(_USED * highest, n // 2 - 1, (_HARMONICS + 0.5) * Z))
+    orders: IntArray = np.arange(1, max(top, 0) + 1)
+    spectrum = _Spectrum(x[: M * n], M)
+    line = np.concatenate([[0.0], spectrum.log_p(orders)])
+    mesh = orders[orders % Z == 0]
+    about = np.minimum(orders % Z, -orders % Z)
+    side = orders[(about > 0) & (about <= _SIDEBANDS)]
+    combs = _Combs(np.abs(np.fft.rfft(x[: M * n].reshape(M, n).mean(axis=0))[: top + 1]) ** 2, Z)
+    lines = np.flatnonzero(line < math.log(_LINE))
+    p_mesh, p_revolution = _combined(line[mesh]), _p_revolution(line, side, mesh)
+    sums = [order for m in mates for order in (m, *(mesh - m), *(mesh + m))]
+    between = np.array([order for order in sums if order < top and abs(order * M - round(order) * M) > _GUARD + 1])
+    if len(between) >= 2:
+        log_p = spectrum.log_p(between)
+        by_mate = max(_combined(log_p), _combined(np.sort(np.concatenate([log_p, line[mesh]]))[2:]))
+        p_revolution = min(1.0, 2 * min(p_revolution, by_mate))
+    rival, evidence = combs.rival(others)
+    values = {
+        "p_value": p_revolution if mesh_phase else p_mesh,
+        "p_mesh": p_mesh,
+        "p_revolution": p_revolution,
+        "p_neighbours": _combined(combs.log_p(mesh)),
+        "spacing": int(np.gcd.reduce(lines, initial=0)),
+        "mesh_lines": float(np.count_nonzero(lines % Z == 0)),
+        "multiple": _multiple(line, mesh, Z),
+    }
+    rival = rival if evidence > _RIVAL[0] * combs.evidence(mesh) + _RIVAL[1] else ""
+    strongest = int(mesh[np.argmin(line[mesh])]) if mesh.size else 0
+    if _combined(np.sort(line[np.concatenate([side, mesh])])[1:]) > ALARM and spectrum.stronger_between(strongest, top):
+        rival = rival or "tones between the orders of the shaft"
+    doubt = _doubt(values, Z, rival, any_mesh=bool(mesh.size), mesh_phase=mesh_phase)
+    others_fit = not rival and values["multiple"] == 1 and values["spacing"] == Z
+    unverified = bool(doubt) and mesh_phase and others_fit and _combined(np.sort(line[mesh])[1:]) <= ALARM
+    kept = {name: values[name] for name in ("p_value", "p_mesh", "p_revolution", "p_neighbours")}
+    return MeshPresence(
+        present=not doubt,
+        reason=doubt or f"the mesh of {Z} teeth stands out: noise alone gives as much with p = {values['p_value']:.1g}",
+        spacing=int(values["spacing"]),
+        kept_by_noise=1 / math.sqrt(max(M, 1)),
+        unverified=unverified,
+        **kept,
+    )
+
+
+def _doubt(values: dict[str, float], Z: int, rival: str, *, any_mesh: bool, mesh_phase: bool) -> str:
+    """Return why the gear is not present; empty if it is."""
+    none = f"no mesh of {Z} teeth stands out of this recording"
+    p, spacing, multiple = values["p_value"], int(values["spacing"]), int(values["multiple"])
+    if not any_mesh:
+        return f"{none}: its mesh lies above the record's range"
+    if rival:
+        return f"{none}: {rival} stand out more; check the tooth count, or give the rig if the shaft has other gears"
+    if not p <= ALARM:
+        tones = mesh_phase and values["p_mesh"] <= ALARM and spacing > 0 and spacing % Z == 0
+        what = (
+            "tones lie at its mesh orders, but nothing repeats once a revolution"
+            if tones
+            else "nothing repeats once a revolution more than noise does"
+            if mesh_phase
+            else "the average keeps what noise keeps"
+        )
+        return f"{none}: {what} (p = {p:.2g})"
+    if spacing > 1 and spacing != Z and values["mesh_lines"]:
+        return f"{none}: all lines are at multiples of order {spacing}, as of another gear or of tones"
+    if multiple > 1:
+        return f"{none}: only multiples of its mesh harmonic {multiple} do, as of a gear of {multiple * Z} teeth"
+    if not values["p_neighbours"] <= _LIKE_NEIGHBOURS:
+        return f"{none}: its mesh orders are no higher than the orders about them"
+    return ""
+
+
+class _Spectrum:
+    """Power of M whole revolutions under a Hann window, with bins 1/M apart."""
+
+    def __init__(self, x: FloatArray, M: int) -> None:
+        self._P = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(len(x) + 1)[:-1])) ** 2
+        self._M = M
+
+    def log_p(self, orders: IntArray | FloatArray) -> FloatArray:
+        """Return the logarithm of p(k) for each order, at its nearest bin."""
+        P, M = self._P, self._M
+        floor = max(float(P.max()) * _ROUNDING, np.finfo(float).tiny)
+        reach = max(round(_ABOUT * M), _LEAST_BINS)
+        distance = np.arange(-reach, reach + 1)
+        centres = np.round(orders * M).astype(int)
+        bins = centres[:, None] + distance[np.abs(distance) > _GUARD]
+        inside = (bins > _GUARD) & (bins < len(P))
+        count = inside.sum(axis=1)
+        level = np.where(inside, P[np.where(inside, bins, 0)], 0).sum(axis=1) / np.maximum(count, 1)
+        N = count / _HANN
+        return np.asarray(-N * np.log1p(P[centres] / np.maximum(level, floor) / np.maximum(N, 1)))
+
+    def stronger_between(self, order: int, top: int) -> bool:
+        """Return whether a line between the whole orders up to a highest one is stronger than a whole order.
+
+        The greatest of B powers of noise exceeds ``ln(B / 0.001)`` times their mean with a probability of 0.001.
+        """
+        P, M = self._P[: top * self._M + 1], self._M
+        bins = np.arange(len(P))
+        between = (np.minimum(bins % M, -bins % M) > _GUARD) & (bins > M / 2)
+        if not between.any():
+            return False
+        noise = float(np.median(P[between])) / math.log(2) * math.log(between.sum() / ALARM)
+        return bool(P[between].max() > max(float(P[order * M]), noise))
+
+
+def _combined(log_p: FloatArray) -> float:
+    """Return Fisher's combination of probabilities; 1 without any."""
+    from scipy.stats import chi2
+
+    return float(chi2.sf(-2 * np.sum(log_p), 2 * len(log_p))) if len(log_p) else 1.0
+
+
+def _p_revolution(line: FloatArray, side: IntArray, mesh: IntArray) -> float:
+    """Return p of what repeats once a revolution, and no more often."""
+    alone = [_combined(line[side[side % d > 0]]) for d in _PRIMES]
+    return max(_combined(line[side]), *alone, _combined(np.sort(line[np.concatenate([side, mesh])])[2:]))
+
+
+def _multiple(line: FloatArray, mesh: IntArray, Z: int) -> int:
+    """Return 2 or 3 where no other mesh harmonics stand out than its multiples; else 1."""
+    h = mesh // Z
+    return next((d for d in (3, 2) if _combined(line[mesh[h % d > 0]]) > _OTHERS), 1)
+
+
+class _Combs:
+    """Evidence of combs of orders in the power (top + 1,) of an average."""
+
+    def __init__(self, power: FloatArray, teeth: int) -> None:
+        self._power = np.maximum(power, power.max(initial=0.0) * _ROUNDING + np.finfo(float).tiny)
+        self._teeth = teeth
+        self._orders = np.arange(len(power))
+        self._log_p = np.array([self._log_p_at(int(order)) for order in self._orders], dtype=float)
+
+    def log_p(self, orders: IntArray) -> FloatArray:
+        """Return the logarithm of the probability of each order among the orders about it."""
+        return np.asarray(self._log_p[orders])
+
+    def evidence(self, orders: IntArray) -> float:
+        """Return the sum of -ln p over orders."""
+        return -float(self.log_p(orders).sum())
+
+    def rival(self, others: Collection[int]) -> tuple[str, float]:
+        """Return the orders with most evidence of something else than this gear, in words, and the evidence."""
+        Z, orders = self._teeth, self._orders
+        foreign = orders[(orders > 0) & np.all([orders % z > 0 for z in (Z, *others)], axis=0)]
+        shifts = {s: foreign[(foreign - s) % Z == 0] for s in range(-((Z - 1) // 2), Z // 2 + 1) if abs(s) > 2}
+        counts = {z: foreign[foreign % z == 0] for z in range(max(Z // 2 + 1, 3), 2 * Z) if z not in (Z, *others)}
+        combs = {f"orders {s:+d} from its mesh": comb for s, comb in shifts.items()} | {
+            f"mesh orders of {z} teeth": comb for z, comb in counts.items()
+        }
+        evidence = {name: self.evidence(comb[:_HARMONICS]) for name, comb in combs.items()}
+        return max(evidence.items(), key=lambda item: item[1], default=("", 0.0))
+
+    def _log_p_at(self, order: int) -> float:
+        reach = max(self._teeth, 8)
+        near = self._orders[max(order - reach, 1) : order + reach + 1]
+        near = near[near % self._teeth > 0]
+        if not near.size:
+            return 0.0
+        level = float(np.median(self._power[near])) / math.log(2)
+        N = _MEDIAN * near.size
+        return -N * math.log1p(float(self._power[order]) / level / N)

@@ -1,0 +1,108 @@
+"""Two recordings of a pair: units, bands, channels and marks that differ are refused, mended or said."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sigdb.core import InputError
+from sigdb.diagnosis.alike import make_alike
+from sigdb.recording import MeshPresence, RecordedSignature
+
+TEETH, N = 12, 768
+THETA = 2 * np.pi * np.arange(N) / N
+
+
+def average(teeth_errors=True):
+    """Mesh harmonics and what errors of the teeth leave at the other orders: random phases."""
+    stream = np.random.default_rng(3)
+    X = np.zeros(N // 2 + 1, complex)
+    X[[12, 24, 36]] = 300.0, 200.0j, 100.0
+    X[1:60] += teeth_errors * 10 * np.exp(2j * np.pi * stream.uniform(size=59))
+    return np.fft.irfft(X, N)
+
+
+def signature(tsa, seed=0, **changes):
+    noise = 0.01
+    empty = pd.DataFrame()
+    made = RecordedSignature(
+        source="run.csv", channel="a1", unit="m/s^2", gear="pinion", shaft="shaft", teeth=TEETH, angle="tacho",
+        absolute=True, tsa=tsa + noise * np.random.default_rng(seed).standard_normal(N), scatter=0.1,
+        noise=np.full(N // 2 + 1, noise), averages=100, dropped=0, cycle=None, speed_rpm=600.0, speed_track=empty,
+        kept=1.0, presence=MeshPresence(present=True, reason="", p_value=0.0), highest_order=384.0,
+        order_spectrum=empty, record_spectrum=empty, lines=empty, indicators={}, notes=(),
+    )  # fmt: skip
+    return replace(made, **changes)
+
+
+HEALTHY = {"seed": 1, "source": "new.csv"}
+
+
+def codes(pair):
+    return [note.code for note in pair.notes]
+
+
+@pytest.mark.parametrize(("unit", "other"), [("g", "m/s"), ("V", "g"), ("mm", "m/s^2"), ("V", "mV")])
+def test_different_quantities_are_refused_by_name(unit, other):
+    with pytest.raises(InputError, match=re.escape(f"differ in their unit: {other} in new.csv, {unit} in run.csv")):
+        make_alike(signature(average(), unit=unit), signature(average(), unit=other, **HEALTHY))
+
+
+@pytest.mark.parametrize(
+    ("unit", "other", "factor"),
+    [("m/s^2", "g", 9.80665), ("g", "m/s²", 1 / 9.80665), ("mm/s", "m/s", 1e3), ("in/s", "mm/s", 1 / 25.4)],
+)
+def test_units_of_one_quantity_are_converted_and_said(unit, other, factor):
+    healthy = signature(average(), unit=other, **HEALTHY)
+    pair = make_alike(signature(average(), unit=unit), healthy)
+    np.testing.assert_allclose(pair.healthy.tsa, factor * healthy.tsa, rtol=1e-12)
+    np.testing.assert_allclose(pair.healthy.noise, factor * healthy.noise, rtol=1e-12)
+    assert (pair.healthy.unit, codes(pair)) == (unit, ["unit-converted"])
+
+
+def test_a_missing_unit_is_taken_to_be_the_same_and_said():
+    pair = make_alike(signature(average(), unit=""), signature(average(), **HEALTHY))
+    assert codes(pair) == ["unit-assumed"]
+    assert "no stated unit in run.csv" in pair.notes[0].text
+
+
+def test_another_channel_and_another_band_are_said():
+    low = average()
+    pair = make_alike(signature(low), signature(low, channel="a2", highest_order=40.0, **HEALTHY))
+    assert codes(pair) == ["channels-differ", "bands-differ"]
+    for one in (pair.signature, pair.healthy):
+        X = np.abs(np.fft.rfft(one.tsa))
+        assert X[37:].max() < 1e-9 < X[36]
+
+
+def test_another_tooth_count_and_the_same_samples_are_refused():
+    run = signature(average())
+    with pytest.raises(InputError, match="differ in their tooth count"):
+        make_alike(run, replace(run, teeth=24, source="new.csv"))
+    with pytest.raises(InputError, match="hold the same samples"):
+        make_alike(run, replace(run, source="new.csv"))
+
+
+@pytest.mark.parametrize("teeth", [3.0, -5.0, 0.75, 4.4])
+def test_marks_that_do_not_agree_make_teeth_relative(teeth):
+    turned = np.fft.irfft(np.fft.rfft(average()) * np.exp(-2j * np.pi * np.arange(N // 2 + 1) * teeth / TEETH), N)
+    pair = make_alike(signature(turned), signature(average(), **HEALTHY))
+    assert codes(pair) == ["marks-disagree"]
+    assert pair.notes[0].values["teeth"] == pytest.approx(teeth, abs=0.02)
+    assert not pair.signature.absolute
+    assert not pair.healthy.absolute
+
+
+@pytest.mark.parametrize("change", ["nothing", "a tooth", "the gain", "no errors"])
+def test_marks_that_agree_stay_absolute(change):
+    x = average(change != "no errors")
+    run = {
+        "nothing": x,
+        "a tooth": x + 3 * np.exp(-(((THETA - 3) * 4) ** 2)) * np.cos(30 * THETA),
+        "the gain": 2 * x,
+        "no errors": x,
+    }[change]
+    pair = make_alike(signature(run), signature(x, **HEALTHY))
+    assert (codes(pair), pair.signature.absolute) == ([], True)
