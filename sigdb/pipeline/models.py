@@ -1,12 +1,11 @@
 """Training and evaluation of models with the settings of their database's recipe."""
 
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
 
-from sigdb.core import OnStep, Section, ignore, validated
+from sigdb.core import OnStep, ignore, validated
 from sigdb.database import Database
+from sigdb.pipeline.recipe import recipe_section
 from sigdb.recognition import (
     Evaluation,
     Model,
@@ -16,14 +15,6 @@ from sigdb.recognition import (
     save_model,
     train,
 )
-
-S = TypeVar("S", bound=Section)
-
-
-def recipe_section(database: Database, section: type[S], name: str) -> S:
-    """Return a section of the recipe of a database; its defaults where the recipe has no such section."""
-    text = database.manifest.recipe
-    return validated(section, tomllib.loads(text).get(name, {}), owner=f"{database.store}/sigdb.toml: recipe: {name}")
 
 
 def evaluate_model(model: Model, database: Database) -> Evaluation:

@@ -8,7 +8,7 @@ import numpy as np
 
 from sigdb.core import InputError
 from sigdb.database import Database
-from sigdb.pipeline.models import recipe_section
+from sigdb.pipeline.recipe import recipe_section
 from sigdb.report import (
     ReportSettings,
     campbell_figure,

@@ -1,18 +1,22 @@
 """A recipe: a TOML file whose sections are typed objects, each declared by its package."""
 
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import Field
 
 from sigdb.core import InputError, Section, read_toml, validated
+from sigdb.database import Database
 from sigdb.measurement import MeasurementSettings
 from sigdb.recognition import RecognitionSettings
 from sigdb.report import ReportSettings
 from sigdb.signature import SignatureSettings
 from sigdb.sweep import Plan, SweepSettings, make_plan
 from sigdb.transmission import Transmission, load_transmission
+
+S = TypeVar("S", bound=Section)
 
 
 class RecipeSections(Section):
@@ -129,3 +133,9 @@ def _with_tables(content: dict[str, Any], folder: Path) -> dict[str, Any]:
         if isinstance(grid, dict) and isinstance(grid.get("table"), str):
             grid["table"] = str(folder / grid["table"])
     return content
+
+
+def recipe_section(database: Database, section: type[S], name: str) -> S:
+    """Return a section of the recipe of a database; its defaults where the recipe has no such section."""
+    text = database.manifest.recipe
+    return validated(section, tomllib.loads(text).get(name, {}), owner=f"{database.store}/sigdb.toml: recipe: {name}")

@@ -30,7 +30,6 @@ def coverage(
     the database', which sigdb match uses, is stored.
     """
     from sigdb.cli.progress import show_progress
-    from sigdb.pipeline import draw_coverage
     from sigdb.report import Terminal, check_picture, coverage_text
     from sigdb.sweep import coverage as study
 
@@ -43,6 +42,8 @@ def coverage(
     else:
         click.echo(coverage_text(result, name=database, terminal=Terminal.of(sys.stdout)), nl=False)
     if out is not None:
+        from sigdb.pipeline import draw_coverage  # matplotlib starts slowly
+
         picture = draw_coverage(result, out, database)
         click.echo(f"{picture}: the match of {len(result.cases)} cases", err=form == "json")
 

@@ -17,7 +17,6 @@ def describe(rig: str, out: Path | None, form: str) -> None:
 
     RIG is the name of a built-in rig or a TOML file.
     """
-    from sigdb.pipeline import draw_rig
     from sigdb.report import Terminal, rig_text
     from sigdb.transmission import describe_rig, load_transmission
 
@@ -27,5 +26,8 @@ def describe(rig: str, out: Path | None, form: str) -> None:
         echo_json(summary)
     else:
         click.echo(rig_text(summary, terminal=Terminal.of(sys.stdout)), nl=False)
-    for path in draw_rig(loaded, out) if out is not None else ():
-        click.echo(f"drawn: {path}", err=True)
+    if out is not None:
+        from sigdb.pipeline import draw_rig  # matplotlib starts slowly
+
+        for path in draw_rig(loaded, out):
+            click.echo(f"drawn: {path}", err=True)
