@@ -172,9 +172,9 @@ def test_a_new_rig_does_not_overwrite(tmp_path):
         (["describe", "luo-10dof", "--out", "{tmp}/file/x"], 3, "{tmp}/file"),
     ],
 )
-def test_exit_codes(shell, tmp_path, arguments, code, says):
+def test_exit_codes(leave, tmp_path, arguments, code, says):
     (tmp_path / "file").write_text("")
-    done = shell(*(one.format(tmp=tmp_path) for one in arguments))
-    assert done.returncode == code
-    assert says.format(tmp=tmp_path) in done.stderr
-    assert "Traceback" not in done.stderr
+    left, _, err = leave(*(one.format(tmp=tmp_path) for one in arguments))
+    assert left == code
+    assert says.format(tmp=tmp_path) in err
+    assert "Traceback" not in err

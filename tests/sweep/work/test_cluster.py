@@ -18,18 +18,10 @@ def cluster():
         yield cluster
 
 
-def test_the_same_bytes(cluster, parts_plan, parts_text, parts_folder, tmp_path, digests):
-    seen = []
-    summary = run(
-        parts_plan, tmp_path / "db", recipe=parts_text, scheduler=cluster.scheduler_address, on_progress=seen.append
-    )
-    assert summary.new_rows == parts_plan.rows
-    assert [one.done for one in seen if one.stage == "rows"][-1] == parts_plan.rows
-    assert digests(tmp_path / "db") == digests(parts_folder)
-
-
-def test_a_killed_worker_s_part_is_made_again(cluster, parts_plan, parts_text, parts_folder, tmp_path, digests):
-    folder, killed = tmp_path / "db", []
+def test_the_same_bytes_and_a_killed_worker_s_part_is_made_again(
+    cluster, parts_plan, parts_text, parts_folder, tmp_path, digests
+):
+    folder, killed, seen = tmp_path / "db", [], []
 
     def kill():
         while not list(folder.glob("receipts/templates-*.json")):
@@ -40,9 +32,10 @@ def test_a_killed_worker_s_part_is_made_again(cluster, parts_plan, parts_text, p
 
     killer = threading.Thread(target=kill)
     killer.start()
-    summary = run(parts_plan, folder, recipe=parts_text, scheduler=cluster.scheduler_address)
+    summary = run(parts_plan, folder, recipe=parts_text, scheduler=cluster.scheduler_address, on_progress=seen.append)
     killer.join()
     assert killed
+    assert [one.done for one in seen if one.stage == "rows"][-1] == parts_plan.rows
     assert summary.new_rows == parts_plan.rows
     assert digests(folder) == digests(parts_folder)
 

@@ -54,14 +54,23 @@ def test_no_room_for_a_part(copy, recipe_of, parts_text, parts_plan, parts_folde
     assert verify(copy) == ()
 
 
+@pytest.fixture(scope="module")
+def few(plan_of, digests, tmp_path_factory):
+    """A plan of few rows, and the files of its database."""
+    plan = plan_of("[[sweep.grid]]\ntooth = 2\nstiffness_loss = 0.4\n[signature]\nsamples_per_tooth = 32\n")
+    folder = tmp_path_factory.mktemp("few") / "signatures"
+    run(plan, folder, jobs=1)
+    return plan, digests(folder)
+
+
 @pytest.mark.parametrize("name", ["features", "signals", "receipts", "templates"])
-def test_a_file_where_a_folder_should_be(small_plan, small_run, digests, tmp_path, name):
+def test_a_file_where_a_folder_should_be(few, digests, tmp_path, name):
     """As where writing is not allowed; the administrator may write anywhere, so that permissions do not tell here."""
     out = tmp_path / "out"
     out.mkdir()
     (out / name).write_bytes(b"")
     with pytest.raises(DatabaseError, match=rf"{name}.*:? cannot be \w+ \(.*(File exists|Not a directory)\)"):
-        run(small_plan, out, jobs=1)
+        run(few[0], out, jobs=1)
     (out / name).unlink()
-    run(small_plan, out, jobs=1)
-    assert digests(out) == digests(small_run[0])
+    run(few[0], out, jobs=1)
+    assert digests(out) == few[1]

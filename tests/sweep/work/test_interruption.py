@@ -27,7 +27,7 @@ def recipe(recipe_of, parts_text):
 @pytest.fixture(scope="module")
 def undisturbed(recipe, tmp_path_factory, digests):
     folder = tmp_path_factory.mktemp("undisturbed") / "signatures"
-    run(recipe.plan(), folder, recipe=recipe.text, jobs=2)
+    run(recipe.plan(), folder, recipe=recipe.text, jobs=1)
     return digests(folder)
 
 
@@ -118,7 +118,7 @@ def test_a_worker_that_dies_does_not_end_the_sweep(
 
 
 def test_workers_that_keep_dying_end_the_sweep_with_a_sentence(parts_plan, parts_text, tmp_path, monkeypatch):
-    monkeypatch.setattr(SWEEP_RUN, "_WORKER_DEATHS", 2)
+    monkeypatch.setattr(SWEEP_RUN, "_WORKER_DEATHS", 1)
     monkeypatch.setitem(SWEEP_RUN._MAKERS, "rows", deadly(None, SWEEP_RUN._MAKERS["rows"]))
     with pytest.raises(DatabaseError, match=r"keep dying .* 0 of 5060 rows are kept; run .* with fewer --jobs"):
         run(parts_plan, tmp_path / "signatures", recipe=parts_text, jobs=2)
