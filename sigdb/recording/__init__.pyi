@@ -1,3 +1,6 @@
+from .blocks.recording_blocks import RecordingBlocks as RecordingBlocks
+from .blocks.recording_blocks import read_in_blocks as read_in_blocks
+from .blocks.recording_blocks import read_of_any_size as read_of_any_size
 from .evidence.presence import MeshPresence as MeshPresence
 from .evidence.presence import NoMeshError as NoMeshError
 from .files.python_recording import recording_from as recording_from

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Unpack
 import numpy as np
 import pandas as pd
 
-from sigdb.core import FloatArray, InputError, NotApplicableError, validated
+from sigdb.core import InputError, NotApplicableError, validated
+from sigdb.recording.blocks.averaged_record import averaged_record, tacho_in_blocks
+from sigdb.recording.blocks.recording_blocks import RecordingBlocks
 from sigdb.recording.evidence.presence import NoMeshError, mesh_presence
 from sigdb.recording.lines import average_noise, record_spectrum, spectral_lines
 from sigdb.recording.notes import average_note, channel_notes, presence_note, range_notes
@@ -17,7 +19,7 @@ from sigdb.recording.shaft_angle import ShaftAngle, mesh_angle
 from sigdb.recording.signature import RecordedSignature
 from sigdb.recording.tacho.rig_fit import check_mesh_in_range, fit_to_rig
 from sigdb.recording.tacho.tacho_angle import tacho_angle
-from sigdb.signature import SynchronousAverage, indicators, order_spectrum, synchronous_average
+from sigdb.signature import indicators, order_spectrum
 from sigdb.transmission import Transmission
 
 if TYPE_CHECKING:
@@ -27,13 +29,12 @@ _UNKNOWN_RPM = (300.0, 6000.0)
 """Range in which an unknown speed is searched, rev/min."""
 _NEAR_STATED, _NEAR_RATED = 0.05, 0.2
 """Relative half-widths of the range about a stated speed, and about the rig's operating point."""
-_ROUNDING = 64 * np.finfo(float).eps
 _SHOWN_MESH_ORDERS = 4.5
 """Highest order of the record's spectrum, in mesh orders."""
 
 
 def recorded_signature(
-    recording: "Recording",
+    recording: "Recording | RecordingBlocks",
     settings: AveragingSettings | None = None,
     *,
     rig: Transmission | None = None,
@@ -43,8 +44,8 @@ def recorded_signature(
 
     Parameters
     ----------
-    recording : Recording
-        From :func:`sigdb.read_recording`.
+    recording : Recording or RecordingBlocks
+        From :func:`sigdb.read_recording`, or from :func:`sigdb.recording.read_in_blocks` if it is larger than memory.
     settings : AveragingSettings, optional
         Settings of the average; the defaults if left out.
     rig : Transmission, optional
@@ -83,18 +84,20 @@ def recorded_signature(
     """
     base = {} if settings is None else settings.model_dump(exclude_unset=True)
     settings = validated(AveragingSettings, base | dict(options), owner="recorded_signature")
+    source, recording = recording, recording.whole if isinstance(recording, RecordingBlocks) else recording
     gear = averaged_gear(_teeth(recording, settings), rig, settings.gear)
     signal = _signal(recording, settings.channel)
     fs, n = signal.sampling_rate, gear.teeth * settings.samples_per_tooth
     with _mesh_followed(recording, gear.teeth, settings.mesh_phase):
-        angle = _angle(recording, signal, gear, settings, rig)
+        angle = _angle(recording, signal, gear, settings, rig, source)
         available = angle.revolutions((len(signal.samples) - 1) / fs)
-        average = _average(signal, angle, n, _revolutions(available, gear.cycle, settings.revolutions))
+        wanted = _revolutions(available, gear.cycle, settings.revolutions)
+        record = averaged_record(source, signal, angle, samples_per_rev=n, available=available, revolutions=wanted)
+    average, x = record.average, record.over_angle
     M = average.revolutions
     speed = _mean_speed(angle, M)
     check_mesh_in_range(signal, recording.source, teeth=gear.teeth, speed_rpm=speed)
     highest = fs / 2 / (speed / 60)
-    x = _over_angle(signal, angle, n, M)
     spectrum = record_spectrum(x, samples_per_rev=n, highest=min(highest, _SHOWN_MESH_ORDERS * gear.teeth))
     scatter = float(np.sqrt(np.mean(average.scatter**2)))
     order, c = order_spectrum(average.tsa)
@@ -107,7 +110,6 @@ def recorded_signature(
         mates=gear.mates,
         mesh_phase=settings.mesh_phase,
     )
-    kept = _kept(average.tsa, signal.samples)
     values = indicators(average.tsa, teeth=gear.teeth) if presence.present else {}
     return RecordedSignature(
         source=recording.source,
@@ -120,13 +122,13 @@ def recorded_signature(
         absolute=angle.absolute,
         tsa=average.tsa,
         scatter=scatter,
-        noise=average_noise(x, samples_per_rev=n, scatter=scatter, highest=highest),
+        noise=average_noise(x, samples_per_rev=n, scatter=scatter, highest=highest, averages=M),
         averages=M,
         dropped=available - M,
         cycle=gear.cycle,
         speed_rpm=speed,
         speed_track=angle.speed_track(),
-        kept=kept,
+        kept=record.kept,
         presence=presence,
         highest_order=highest,
         order_spectrum=pd.DataFrame({"order": order, "amplitude": np.abs(c)}),
@@ -138,7 +140,7 @@ def recorded_signature(
             *channel_notes(recording, signal),
             *angle.notes,
             average_note(gear, M, available),
-            presence_note(presence, kept),
+            presence_note(presence, record.kept),
             *range_notes(gear.teeth, highest, settings.samples_per_tooth),
         ),
     )
@@ -163,10 +165,21 @@ def _angle(
     gear: AveragedGear,
     settings: AveragingSettings,
     rig: Transmission | None,
+    source: "Recording | RecordingBlocks",
 ) -> ShaftAngle:
     """Return the angle of the averaged shaft, from the tacho or from the phase of the mesh."""
+    waveform = None
+    if isinstance(source, RecordingBlocks):
+        if settings.mesh_phase:
+            raise InputError(
+                f"{recording.source}: the phase of the mesh needs the whole recording, which is read in blocks; give a "
+                "tacho, or cut the recording"
+            )
+        waveform = tacho_in_blocks(source)
     if not settings.mesh_phase:
-        return fit_to_rig(tacho_angle(recording, signal), recording, gear, rig=rig, stated_rpm=settings.speed_rpm)
+        return fit_to_rig(
+            tacho_angle(recording, signal, waveform=waveform), recording, gear, rig=rig, stated_rpm=settings.speed_rpm
+        )
     near = _range(recording, gear, settings)
     return mesh_angle(recording, signal, teeth=gear.teeth, range_rpm=near, harmonic=settings.harmonic)
 
@@ -201,38 +214,6 @@ def _revolutions(available: int, cycle: int | None, requested: int | None) -> in
     if requested is not None:
         return requested
     return available // cycle * cycle or None if cycle else None
-
-
-def _average(signal: "Channel", angle: ShaftAngle, n: int, revolutions: int | None) -> SynchronousAverage:
-    return synchronous_average(
-        signal.samples,
-        signal.sampling_rate,
-        angle.pulses,
-        samples_per_rev=n,
-        pulses_per_rev=angle.pulses_per_rev,
-        ratio=angle.ratio,
-        revolutions=revolutions,
-    )
-
-
-def _over_angle(signal: "Channel", angle: ShaftAngle, n: int, M: int) -> FloatArray:
-    """Return the record in equal steps of angle: all M revolutions as a single long one."""
-    return synchronous_average(
-        signal.samples,
-        signal.sampling_rate,
-        angle.pulses,
-        samples_per_rev=M * n,
-        pulses_per_rev=angle.pulses_per_rev * M,
-        ratio=angle.ratio,
-        revolutions=1,
-    ).tsa
-
-
-def _kept(tsa: FloatArray, x: FloatArray) -> float:
-    """Return the ratio of the standard deviations; 0 for a record with nothing but rounding errors."""
-    peak = float(np.max(np.abs(x))) or 1.0
-    deviation = float(np.std(x / peak))
-    return float(np.std(tsa / peak)) / deviation if deviation > _ROUNDING else 0.0
 
 
 def _mean_speed(angle: ShaftAngle, revolutions: int) -> float:

@@ -167,7 +167,9 @@ _LEAST_REVOLUTIONS = 24
 """Number of revolutions below which lines fill the spectrum between whole orders."""
 
 
-def average_noise(x: FloatArray, *, samples_per_rev: int, scatter: float, highest: float) -> FloatArray:
+def average_noise(
+    x: FloatArray, *, samples_per_rev: int, scatter: float, highest: float, averages: int | None = None
+) -> FloatArray:
     """Return the standard deviation of the noise of an average for white noise of the density at each order.
 
     Let L be the level of the record's spectrum under a Hann window, N its samples and M the revolutions of the average.
@@ -182,13 +184,15 @@ def average_noise(x: FloatArray, *, samples_per_rev: int, scatter: float, highes
     Parameters
     ----------
     x
-        (M * samples_per_rev,) record in equal steps of angle.
+        (K * samples_per_rev,) record in equal steps of angle.
     samples_per_rev
         Samples n in a revolution.
     scatter
         Standard deviation between the revolutions.
     highest
         Highest order of the record.
+    averages
+        Revolutions M of the average; K if left out.
 
     Returns
     -------
@@ -196,7 +200,7 @@ def average_noise(x: FloatArray, *, samples_per_rev: int, scatter: float, highes
         (n / 2 + 1,) deviations at orders 0, 1, ...
     """
     n = samples_per_rev
-    M = len(x) // n
+    M = len(x) // n if averages is None else averages
     if M < _LEAST_REVOLUTIONS:
         return np.full(n // 2 + 1, scatter / np.sqrt(M * min(1.0, highest / (n / 2))))
     spectrum = record_spectrum(x, samples_per_rev=n, highest=n / 2)

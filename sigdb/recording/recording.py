@@ -73,6 +73,24 @@ class Channel:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class UnreadChannel(Channel):
+    """A channel whose samples are not in memory: ``samples`` has their number, and all of them are nan.
+
+    Attributes
+    ----------
+    least, greatest, rms
+        Least and greatest sample and root mean square, in ``unit``.
+    """
+
+    least: float
+    greatest: float
+    rms: float
+
+    def __post_init__(self) -> None:
+        """Accept samples that are nan."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Recording:
     """Channels of one measurement, and facts about the shaft.
 

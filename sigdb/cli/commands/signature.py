@@ -34,6 +34,9 @@ _LARGE = "record_spectrum"
     type=click.IntRange(1),
     help="Number of healthy recordings at the beginning of a history; adds NA4* and NB4*.",
 )
+@click.option(
+    "--in-blocks", is_flag=True, help="Read the recordings in blocks, as those that are too large are in any case."
+)
 @format_option("table", "json")
 @click.option("--out", type=click.Path(path_type=Path), help="Also write a page and its numbers into this folder.")
 def signature(
@@ -43,6 +46,7 @@ def signature(
     gear: str | None,
     samples_per_tooth: int,
     baseline: int | None,
+    in_blocks: bool,
     form: str,
     out: Path | None,
     reading: "RecordingOptions",
@@ -54,14 +58,14 @@ def signature(
 
     Example: sigdb signature run.csv --sampling-rate 12800 --teeth 32 --mesh-phase --out signature
     """
-    from sigdb.recording import AveragingSettings, read_recording, recorded_history, recorded_signature
+    from sigdb.recording import AveragingSettings, read_of_any_size, recorded_history, recorded_signature
     from sigdb.report import Terminal, history_text, overview_text, recorded_text, write_recorded_report
     from sigdb.transmission import load_transmission
 
     if baseline is not None and len(recordings) < 2:
         raise click.UsageError("--baseline compares recordings; give several.")
     settings = AveragingSettings(teeth=teeth, gear=gear, samples_per_tooth=samples_per_tooth, **averaging)
-    files = [read_recording(path, **reading) for path in recordings]
+    files = [read_of_any_size(path, in_blocks=in_blocks, **reading) for path in recordings]
     if form == "table":
         terminal = Terminal.of(sys.stdout)
         click.echo("\n".join(overview_text(recording, terminal=terminal) for recording in files))

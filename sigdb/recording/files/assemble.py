@@ -30,20 +30,39 @@ LATEST = 1e8
 """Start in s above which times count from 1970; the time axis then begins at the first sample."""
 
 
-def assemble(contents: Contents, settings: RecordingSettings, *, source: str) -> Recording:
+def assemble(
+    contents: Contents,
+    settings: RecordingSettings,
+    *,
+    source: str,
+    seek_ramps: bool = True,
+    seek_faults: bool = True,
+) -> Recording:
     """Return the recording that a file and its settings describe.
+
+    Parameters
+    ----------
+    contents
+        The columns of the file.
+    settings
+        Settings of reading.
+    source
+        Name of the file.
+    seek_ramps, seek_faults
+        Whether ramps are left out and faults of samples noted. For a part of a file, the file's first part decides on
+        ramps.
 
     Raises
     ------
     InputError
         If they describe none.
     """
-    named, notes = _named(contents, settings)
+    named, notes = named_columns(contents, settings)
     named, other_notes = _over_time(named, settings)
     times, time_notes = time_columns(named, settings, named=contents.named or bool(settings.names))
     columns = _chosen(named, settings, tuple(time.name for time in times))
     _refuse_unknown(columns, settings, tuple(time.name for time in times))
-    columns, ramps = _without_ramps(columns, settings)
+    columns, ramps = _without_ramps(columns, settings) if seek_ramps else (columns, [])
     pulses = tuple(column for column in columns if _holds_pulse_times(column, settings))
     columns = tuple(column for column in columns if not _holds_pulse_times(column, settings))
     if not columns:
@@ -64,8 +83,8 @@ def assemble(contents: Contents, settings: RecordingSettings, *, source: str) ->
     channels, sample_notes = _channels(series, columns, timing, [start - origin for start in starts], settings)
     everything = (
         *_reader_notes(contents, settings), *notes, *other_notes, *time_notes, *other_times, *ramps, *rate_notes,
-        *cut_notes, *sample_notes, *fault_notes(channels, tacho=settings.tacho),
-        *_same_channels(channels),
+        *cut_notes, *sample_notes,
+        *((*fault_notes(channels, tacho=settings.tacho), *_same_channels(channels)) if seek_faults else ()),
     )  # fmt: skip
     return Recording(
         source=source, channels=channels, tacho=settings.tacho, pulses_per_rev=settings.pulses_per_rev,
@@ -78,7 +97,7 @@ def assemble(contents: Contents, settings: RecordingSettings, *, source: str) ->
     )  # fmt: skip
 
 
-def _named(contents: Contents, settings: RecordingSettings) -> tuple[tuple[DataColumn, ...], list[Note]]:
+def named_columns(contents: Contents, settings: RecordingSettings) -> tuple[tuple[DataColumn, ...], list[Note]]:
     """Return the columns with the names from the settings, all different."""
     columns = contents.columns
     if settings.names is not None:

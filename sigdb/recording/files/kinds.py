@@ -1,7 +1,7 @@
 """Kinds of files that can be read, distinguished by their suffix and first bytes."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +9,7 @@ from sigdb.core import InputError, suggestion
 from sigdb.recording.files.formats import hdf5, lvm, mat4, mat5, mdf4, numpy_files, parquet, tdms, uff58, wav, xls, xlsx
 from sigdb.recording.files.formats.contents import Contents
 from sigdb.recording.files.formats.text import reader as text
+from sigdb.recording.files.formats.text.text_blocks import text_blocks
 from sigdb.recording.files.settings import RecordingSettings
 
 
@@ -30,6 +31,8 @@ class FileKind:
         Its reader.
     foreign
         Errors that its libraries raise on damaged files.
+    blocks
+        Its reader in blocks of samples, with the samples of a block or None; each block has the same columns.
     """
 
     name: str
@@ -38,6 +41,7 @@ class FileKind:
     read: Callable[[Path, RecordingSettings], Contents]
     foreign: tuple[type[Exception], ...]
     may_begin: Callable[[bytes], bool] | None = None
+    blocks: Callable[[Path, RecordingSettings, int | None], Iterator[Contents]] | None = None
 
     def accepts(self, begin: bytes) -> bool:
         """Return whether a file that is named as this format may have it."""
@@ -78,6 +82,7 @@ TEXT = FileKind(
     begins=_begins_like_text,
     read=text.read_text,
     foreign=text.FOREIGN,
+    blocks=text_blocks,
 )
 GZIP = FileKind(
     name="gzip",
@@ -123,6 +128,7 @@ KINDS = (
         begins=lambda begin: begin[:4] in (b"RIFF", b"RIFX", b"RF64") and begin[8:12] == b"WAVE",
         read=wav.read_wav,
         foreign=wav.FOREIGN,
+        blocks=wav.wav_blocks,
     ),
     FileKind(
         name="Parquet",
@@ -130,6 +136,7 @@ KINDS = (
         begins=_marked(b"PAR1"),
         read=parquet.read_parquet,
         foreign=parquet.FOREIGN,
+        blocks=parquet.parquet_blocks,
     ),
     FileKind(
         name="NPZ",
@@ -160,6 +167,7 @@ KINDS = (
         begins=_marked(b"\x93NUM"),
         read=numpy_files.read_npy,
         foreign=numpy_files.FOREIGN,
+        blocks=numpy_files.npy_blocks,
     ),
     FileKind(
         name="UFF",

@@ -1,15 +1,16 @@
 """Reading of a recording from a file, its side file and options."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
 
 from sigdb.core import InputError, Note, read_toml, validated
 from sigdb.recording.files.assemble import assemble
-from sigdb.recording.files.formats.contents import Contents
-from sigdb.recording.files.kinds import FileKind, file_kind, suffix_of
+from sigdb.recording.files.formats.contents import Contents, TooLargeError
+from sigdb.recording.files.kinds import KINDS, FileKind, file_kind, suffix_of
 from sigdb.recording.files.parts.members import archive_files, folder_files, is_archive
 from sigdb.recording.files.parts.read_parts import read_parts
 from sigdb.recording.files.settings import RecordingOptions, RecordingSettings
@@ -58,8 +59,9 @@ def read_recording(path: str | os.PathLike[str], **options: Unpack[RecordingOpti
     Raises
     ------
     InputError
-        If the file cannot be read as a recording. The message is one line with the reason and the remedy. Files are
-        not trusted: nothing in them is run, and the memory that they ask for is bounded (see the guide).
+        If the file cannot be read as a recording, or is larger than a gibibyte or 2^27 numbers; then
+        :func:`sigdb.recording.read_in_blocks` may read it. The message is one line with the reason and the remedy.
+        Files are not trusted: nothing in them is run, and the memory that they ask for is bounded (see the guide).
 
     Examples
     --------
@@ -73,8 +75,17 @@ def read_recording(path: str | os.PathLike[str], **options: Unpack[RecordingOpti
     ['sampling rate 10000 Hz from column time, in ms']
     """
     path = Path(path)
+    with one_line_refusals():
+        return _read(path, recording_settings(path, options))
+
+
+@contextmanager
+def one_line_refusals() -> Iterator[None]:
+    """Make the messages of refusals a line of bounded length."""
     try:
-        return _read(path, _settings(path, {name: value for name, value in options.items() if value is not None}))
+        yield
+    except TooLargeError as error:
+        raise TooLargeError(_one_line(str(error)), in_blocks=error.in_blocks) from None
     except InputError as error:
         raise InputError(_one_line(str(error))) from None
 
@@ -91,26 +102,52 @@ def _read(path: Path, settings: RecordingSettings) -> Recording:
 
 def _prefixed(path: Path, read: Callable[[], Recording]) -> Recording:
     """Return a recording; errors begin with the path."""
-    try:
+    with refusals_of(path):
         return read()
+
+
+@contextmanager
+def refusals_of(path: Path) -> Iterator[None]:
+    """Make refusals begin with the path of a file."""
+    try:
+        yield
+    except TooLargeError as error:
+        raise TooLargeError(_after(path, error), in_blocks=error.in_blocks) from None
     except InputError as error:
-        raise InputError(f"{path}: {error}".replace(f"{path}: {path}: ", f"{path}: ")) from None
+        raise InputError(_after(path, error)) from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
 
 
+def _after(path: Path, error: Exception) -> str:
+    return f"{path}: {error}".replace(f"{path}: {path}: ", f"{path}: ")
+
+
 def _read_file(path: Path, settings: RecordingSettings) -> Recording:
     kind = file_kind(path, settings.file_format)
-    try:
+    with foreign_errors(kind):
         contents = kind.read(path, settings)
+    return assemble(with_format(contents, kind, path, settings), settings, source=str(path))
+
+
+@contextmanager
+def foreign_errors(kind: FileKind) -> Iterator[None]:
+    """Turn errors of a format's library into refusals, and say how a file is read that is too large."""
+    try:
+        yield
+    except TooLargeError as error:
+        in_blocks = kind.blocks is not None
+        names = ", ".join(other.name for other in KINDS if other.blocks is not None)
+        how = "read it in blocks: sigdb.recording.read_in_blocks, or --in-blocks on the command line"
+        remedy = how if in_blocks else f"write it as one of {names}"
+        raise TooLargeError(f"{error}, or {remedy}", in_blocks=in_blocks) from None
     except InputError:
         raise
     except kind.foreign as error:
         raise InputError(f"cannot be read as {kind.name} ({_described(error)})") from None
-    return assemble(_with_format(contents, kind, path, settings), settings, source=str(path))
 
 
-def _with_format(contents: Contents, kind: FileKind, path: Path, settings: RecordingSettings) -> Contents:
+def with_format(contents: Contents, kind: FileKind, path: Path, settings: RecordingSettings) -> Contents:
     """Return the contents with a note on the format where only the first bytes of the file state it."""
     if settings.file_format is not None or suffix_of(path) in kind.suffixes:
         return contents
@@ -119,8 +156,9 @@ def _with_format(contents: Contents, kind: FileKind, path: Path, settings: Recor
     return replace(contents, notes=(note, *contents.notes))
 
 
-def _settings(path: Path, options: Mapping[str, object]) -> RecordingSettings:
-    """Return the settings from the side file and the options; the options win."""
+def recording_settings(path: Path, options: Mapping[str, object]) -> RecordingSettings:
+    """Return the settings from the side file and the options; the options win, and None leaves one out."""
+    options = {name: value for name, value in options.items() if value is not None}
     side = path.with_name(path.name[: len(path.name) - len(suffix_of(path))] + ".toml")
     stated: dict[str, Any] = {}
     if side != path and side.is_file():

@@ -81,6 +81,8 @@ def overview_table(recording: "Recording") -> pd.DataFrame:
 
 
 def _row(channel: "Channel", *, is_tacho: bool) -> dict[str, object]:
+    from sigdb.recording.recording import UnreadChannel
+
     x = channel.samples
     row: dict[str, object] = {
         "channel": channel.name,
@@ -90,12 +92,12 @@ def _row(channel: "Channel", *, is_tacho: bool) -> dict[str, object]:
         "start": channel.start,
         "duration": channel.duration,
         "samples": x.size,
-        "least": float(x.min()),
-        "greatest": float(x.max()),
-        "rms": _rms(x),
+        "least": channel.least if isinstance(channel, UnreadChannel) else float(x.min()),
+        "greatest": channel.greatest if isinstance(channel, UnreadChannel) else float(x.max()),
+        "rms": channel.rms if isinstance(channel, UnreadChannel) else _rms(x),
         "left_out": "",
     }
-    if is_tacho:
+    if is_tacho or isinstance(channel, UnreadChannel):
         return row
     runs = {code: find(x) for code, (find, _) in FAULTS.items()} if not is_constant(channel) else {}
     clipped = runs["clipped"].samples / x.size if runs else 0.0

@@ -10,6 +10,7 @@ from sigdb.recording.shaft_angle import RELATIVE_TEETH, ShaftAngle
 from sigdb.recording.tacho.encoder_angle import angle_pulses, counted_pulses, speed_pulses
 from sigdb.recording.tacho.pulse_train import PulseTrain, pulse_train
 from sigdb.recording.tacho.uneven_marks import EvenPulses, even_pulses
+from sigdb.recording.tacho.waveform import Waveform
 from sigdb.recording.tacho.waveform_pulses import WaveformPulses, waveform_pulses
 
 if TYPE_CHECKING:
@@ -23,8 +24,17 @@ _TIME_UNITS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-
 """Seconds in units of time."""
 
 
-def tacho_angle(recording: "Recording", signal: "Channel") -> ShaftAngle:
+def tacho_angle(recording: "Recording", signal: "Channel", *, waveform: Waveform | None = None) -> ShaftAngle:
     """Return the angle from the recording's tacho, at times from the first sample of a signal.
+
+    Parameters
+    ----------
+    recording
+        The recording.
+    signal
+        Its signal.
+    waveform
+        Waveform of its tacho in blocks; the recording then has no samples.
 
     Raises
     ------
@@ -39,7 +49,7 @@ def tacho_angle(recording: "Recording", signal: "Channel") -> ShaftAngle:
             f"{recording.source}: pulses_per_rev = {each:g} must be a whole number; what gears lie between is ratio"
         )
     try:
-        even, train, notes = _pulses(recording, signal, name)
+        even, train, notes = _pulses(recording, signal, name, waveform)
     except InputError as error:
         raise InputError(f"{recording.source}: tacho {name}: {error}") from None
     begins = _first_inside(even)
@@ -77,7 +87,9 @@ def _name(recording: "Recording") -> str:
     )
 
 
-def _pulses(recording: "Recording", signal: "Channel", name: str) -> tuple[EvenPulses, PulseTrain, list[Note]]:
+def _pulses(
+    recording: "Recording", signal: "Channel", name: str, in_blocks: Waveform | None
+) -> tuple[EvenPulses, PulseTrain, list[Note]]:
     """Return even pulses in the signal's time, the train that they come from, and notes on them."""
     if recording.pulse_times is not None:
         return _of_train(recording, recording.pulse_times - signal.start, name, [])
@@ -86,7 +98,7 @@ def _pulses(recording: "Recording", signal: "Channel", name: str) -> tuple[EvenP
     match recording.tacho_kind:
         case "waveform":
             waveform = waveform_pulses(
-                tacho.samples,
+                tacho.samples if in_blocks is None else in_blocks,
                 tacho.sampling_rate,
                 pulses_per_rev=int(recording.pulses_per_rev),
                 threshold=recording.threshold,

@@ -5,7 +5,7 @@ from pathlib import PureWindowsPath
 
 import pandas as pd
 
-from sigdb.recording import RecordedSignature, Recording
+from sigdb.recording import RecordedSignature, Recording, RecordingBlocks
 from sigdb.report.text_table import PLAIN, Terminal, TextTable, number
 from sigdb.signature import INDICATORS
 
@@ -23,13 +23,13 @@ _HISTORY: dict[str, str] = {
 }
 
 
-def overview_text(recording: Recording, *, terminal: Terminal = PLAIN) -> str:
+def overview_text(recording: Recording | RecordingBlocks, *, terminal: Terminal = PLAIN) -> str:
     """Return what was read from a recording as text: a table of its channels, and what was left out.
 
     Parameters
     ----------
-    recording : Recording
-        From :func:`sigdb.recording.read_recording`.
+    recording : Recording or RecordingBlocks
+        From :func:`sigdb.recording.read_recording` or :func:`sigdb.recording.read_in_blocks`.
     terminal : Terminal
         Where the text is shown; by default a file of any width.
 

@@ -100,3 +100,24 @@ def test_wrong_options_are_told(folder, options, said):
         assert "teeth is missing" in str(result.exception)
     else:
         assert (result.exit_code, said in result.stderr) == (2, True)
+
+
+def test_a_recording_in_blocks_has_the_signature_of_the_whole(folder, monkeypatch):
+    options = (folder / "one.csv", "--sampling-rate", FS, "--teeth", 12, "--tacho", "tacho")
+    (whole,) = json.loads(call(*options, "--format", "json").stdout)
+    (blocks,) = json.loads(call(*options, "--format", "json", "--in-blocks").stdout)
+    assert blocks["tsa"] == pytest.approx(whole["tsa"])
+    monkeypatch.setattr("sigdb.recording.files.formats.contents.MAX_BYTES", 10_000)
+    result = call(*options)
+    assert result.exit_code == 0, result.stderr
+    assert "read in blocks: 1" in result.stdout
+    assert f"{whole['indicators']['fm4']:.4g}" in result.stdout
+
+
+def test_a_recording_that_is_too_large_and_not_read_in_blocks_is_refused(tmp_path, monkeypatch):
+    np.savez(tmp_path / "run.npz", a=np.random.default_rng(0).normal(size=5000))
+    monkeypatch.setattr("sigdb.recording.files.formats.contents.MAX_BYTES", 10_000)
+    with pytest.raises(InputError, match="more than 10000; cut it into shorter recordings, or write it as one of text"):
+        CliRunner().invoke(
+            cli, ["signature", str(tmp_path / "run.npz"), "--teeth", "12", "--mesh-phase"], catch_exceptions=False
+        )

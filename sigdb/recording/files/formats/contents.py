@@ -1,5 +1,6 @@
 """The columns of a file as a format's reader returns them, and the limits that a file must keep."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -99,6 +100,29 @@ FREE_BYTES = 2**25
 """Expanded size in bytes up to which any ratio is accepted."""
 
 
+BLOCK_VALUES = 2**22
+"""Number of values in all columns of a block, where a file is read in blocks: 32 MiB as float64."""
+
+SHORTEST_BLOCK = 256
+"""Fewest samples of the last block of a file; shorter ones belong to the block before."""
+
+
+class TooLargeError(InputError):
+    """A file asks for more memory than a recording may have.
+
+    Parameters
+    ----------
+    message
+        The message.
+    in_blocks
+        Whether its format is read in blocks.
+    """
+
+    def __init__(self, message: str, *, in_blocks: bool = False) -> None:
+        super().__init__(message)
+        self.in_blocks = in_blocks
+
+
 def check_columns(columns: int) -> None:
     """Refuse more columns than ``MAX_CHANNELS``."""
     if columns > MAX_CHANNELS:
@@ -108,13 +132,15 @@ def check_columns(columns: int) -> None:
 def check_values(values: int) -> None:
     """Refuse more numbers than ``MAX_VALUES``."""
     if not 0 <= values <= MAX_VALUES:
-        raise InputError(f"says that it holds {values} numbers, more than {MAX_VALUES}; cut it into shorter recordings")
+        raise TooLargeError(
+            f"says that it holds {values} numbers, more than {MAX_VALUES}; cut it into shorter recordings"
+        )
 
 
 def check_bytes(size: int) -> None:
     """Refuse more bytes than ``MAX_BYTES``."""
     if not 0 <= size <= MAX_BYTES:
-        raise InputError(f"says that it holds {size} bytes, more than {MAX_BYTES}; cut it into shorter recordings")
+        raise TooLargeError(f"says that it holds {size} bytes, more than {MAX_BYTES}; cut it into shorter recordings")
 
 
 def check_ratio(size: int, compressed: int) -> None:
@@ -136,3 +162,24 @@ def bounded_bytes(path: Path) -> bytes:
     """Return all bytes of a file that is not too large."""
     check_bytes(path.stat().st_size)
     return path.read_bytes()
+
+
+def block_length(columns: int, samples: int | None) -> int:
+    """Return the samples of a block: the requested ones, or those that fill it, and more than there are columns."""
+    return max(max(BLOCK_VALUES // max(columns, 1), 2**12) if samples is None else samples, columns + 1)
+
+
+def block_edges(total: int, length: int) -> Iterator[tuple[int, int]]:
+    """Yield the first sample of each block and the sample after its last; the last block is not too short.
+
+    Examples
+    --------
+    >>> list(block_edges(2100, 1000))
+    [(0, 1000), (1000, 2100)]
+    """
+    start = 0
+    while start < total:
+        stop = start + length
+        stop = total if total - stop < SHORTEST_BLOCK else stop
+        yield start, stop
+        start = stop

@@ -4,7 +4,9 @@ import io
 import tokenize
 import zipfile
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -12,6 +14,8 @@ from sigdb.core import InputError, Note
 from sigdb.recording.files.formats.contents import (
     Contents,
     StoredArray,
+    block_edges,
+    block_length,
     bounded_bytes,
     check_columns,
     check_parts,
@@ -35,8 +39,47 @@ FOREIGN: tuple[type[Exception], ...] = (
 
 def read_npy(path: Path, settings: RecordingSettings) -> Contents:
     """Read the columns of one array as ``column1``, ``column2``, ..., or its fields by their names."""
+    return _contents(_array(bounded_bytes(path)))
+
+
+def npy_blocks(path: Path, settings: RecordingSettings, samples: int | None) -> Iterator[Contents]:
+    """Yield the columns of one array in blocks; samples run along the longer axis.
+
+    Parameters
+    ----------
+    path
+        The file.
+    settings
+        Not used.
+    samples
+        Samples of a block.
+    """
+    with path.open("rb") as file:
+        header = _file_header(file)
+        if not isinstance(header, str):
+            shape, fortran, dtype, place = header
+            _check_size(shape, dtype, path.stat().st_size - place)
+    if isinstance(header, str) or not all(shape):
+        yield _contents(header if isinstance(header, str) else np.empty(shape, dtype))
+        return
+    stored = np.memmap(path, dtype, "r", place, shape or (1,), "F" if fortran else "C")
+    if stored.dtype.kind == "M" or (
+        stored.dtype.names and any(stored.dtype[i].kind == "M" for i in stored.dtype.names)
+    ):
+        raise InputError("holds dates, which are not read in blocks; write times in s, or cut it into shorter parts")
+    values: StoredArray = np.squeeze(stored)
+    if values.ndim > 2 or (values.ndim == 2 and values.dtype.names):
+        raise InputError(f"holds an array of shape {stored.shape}, which is neither a series nor a matrix of columns")
+    wide = values.ndim == 2 and values.shape[1] > values.shape[0]
+    columns = len(values.dtype.names or ()) or (values.size // max(values.shape, default=1))
+    check_columns(columns)
+    for start, stop in block_edges(max(values.shape, default=1), block_length(columns, samples)):
+        yield _contents(np.array(values[:, start:stop] if wide else values[start:stop]))
+
+
+def _contents(values: StoredArray | str) -> Contents:
     arrays = _NamedArrays()
-    arrays.take("", _array(bounded_bytes(path)))
+    arrays.take("", values)
     named = "column" not in arrays.arrays
     return contents_of_arrays(arrays.arrays, left_out=tuple(arrays.left_out), facts=arrays.facts, named=named)
 
@@ -105,7 +148,19 @@ def _words(dtype: np.dtype) -> str:
 
 def _array(data: bytes) -> StoredArray | str:
     """Return the array of an NPY file, or words for its other content; no more is allocated than the file holds."""
-    file = io.BytesIO(data)
+    header = _file_header(io.BytesIO(data))
+    if isinstance(header, str):
+        return header
+    shape, fortran, dtype, place = header
+    count = int(np.prod(shape, dtype=object))
+    check_values(max(count, 0))
+    _check_size(shape, dtype, len(data) - place)
+    values = np.frombuffer(data, dtype, count, place)
+    return values.reshape(shape, order="F" if fortran else "C")
+
+
+def _file_header(file: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype, int] | str:
+    """Return the shape of an array, whether it lies in Fortran's order, its type, and the place of its first byte."""
     version = np.lib.format.read_magic(file)
     if version not in ((1, 0), (2, 0), (3, 0)):
         raise InputError(f"is of NPY version {version}; write it again with numpy.save")
@@ -122,11 +177,13 @@ def _array(data: bytes) -> StoredArray | str:
         place = file.tell()
     if dtype.hasobject or not dtype.itemsize:
         return _words(dtype)
+    return shape, fortran, dtype, place
+
+
+def _check_size(shape: tuple[int, ...], dtype: np.dtype, present: int) -> None:
+    """Refuse a shape that no array has, or one that needs more bytes than are present."""
     if any(length < 0 for length in shape):
         raise InputError(f"says that it holds an array of shape {shape}")
-    count = int(np.prod(shape, dtype=object))
-    check_values(count)
-    if len(data) - place < count * dtype.itemsize:
-        raise InputError(f"is cut short: an array of shape {shape} needs {count * dtype.itemsize} bytes")
-    values = np.frombuffer(data, dtype, count, place)
-    return values.reshape(shape, order="F" if fortran else "C")
+    needed = int(np.prod(shape, dtype=object)) * dtype.itemsize
+    if present < needed:
+        raise InputError(f"is cut short: an array of shape {shape} needs {needed} bytes")

@@ -1,15 +1,17 @@
 """Parquet: the columns of numbers, dates and durations of a table."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sigdb.core import InputError, Note
 from sigdb.recording.files.formats.contents import (
+    SHORTEST_BLOCK,
     Contents,
     DataColumn,
     StoredArray,
+    block_length,
     bounded_bytes,
     check_bytes,
     check_columns,
@@ -37,22 +39,73 @@ def read_parquet(path: Path, settings: RecordingSettings) -> Contents:
     The metadata ``unit`` or ``units`` of a field is its unit; the metadata of the table may state a sampling rate.
     """
     import pyarrow as pa
-    from pyarrow import parquet
 
     data = pa.BufferReader(bounded_bytes(path))
-    with parquet.ParquetFile(data, thrift_string_size_limit=2**24, thrift_container_size_limit=2**20) as file:
-        check_parts(len(file.schema_arrow))
+    with _opened(data) as file:
+        numeric = _numeric(file)
         _check_pages(file.metadata)
-        numeric = [field for field in file.schema_arrow if _is_real(field.type) or _is_time(field.type)]
-        if not numeric:
-            raise InputError("holds no column of numbers")
-        check_columns(len(numeric))
         check_values(len(numeric) * file.metadata.num_rows)
         check_ratio(8 * len(numeric) * file.metadata.num_rows, data.size())
-        names = [field.name for field in numeric]
-        if len(set(names)) < len(names):
-            raise InputError("holds two columns of one name; write it again with different names")
-        table = file.read(columns=names, use_threads=False)
+        table = file.read(columns=[field.name for field in numeric], use_threads=False)
+        return _contents(table, numeric, file.schema_arrow)
+
+
+def parquet_blocks(path: Path, settings: RecordingSettings, samples: int | None) -> Iterator[Contents]:
+    """Yield the columns of real numbers, dates and durations in blocks, whatever the groups of rows.
+
+    Parameters
+    ----------
+    path
+        The file.
+    settings
+        Not used.
+    samples
+        Samples of a block.
+    """
+    import pyarrow as pa
+
+    with pa.OSFile(str(path)) as data, _opened(data) as file:
+        numeric = _numeric(file)
+        for i in range(file.metadata.num_row_groups):
+            group = file.metadata.row_group(i)
+            check_bytes(group.total_byte_size)
+            check_ratio(8 * len(numeric) * group.num_rows, data.size())
+        length = block_length(len(numeric), samples)
+        waiting: list[pa.RecordBatch] = []
+        rows, left = 0, file.metadata.num_rows
+        for batch in file.iter_batches(length, columns=[field.name for field in numeric], use_threads=False):
+            waiting.append(batch)
+            rows += batch.num_rows
+            while rows >= length and left - length >= SHORTEST_BLOCK:
+                table = pa.Table.from_batches(waiting)
+                yield _contents(table.slice(0, length), numeric, file.schema_arrow)
+                waiting = table.slice(length).to_batches()
+                rows, left = rows - length, left - length
+        if rows:
+            yield _contents(pa.Table.from_batches(waiting), numeric, file.schema_arrow)
+
+
+def _opened(data: "pa.NativeFile") -> "parquet.ParquetFile":
+    from pyarrow import parquet
+
+    return parquet.ParquetFile(data, thrift_string_size_limit=2**24, thrift_container_size_limit=2**20)
+
+
+def _numeric(file: "parquet.ParquetFile") -> list["pa.Field"]:
+    """Return the columns of real numbers, dates and durations."""
+    check_parts(len(file.schema_arrow))
+    numeric = [field for field in file.schema_arrow if _is_real(field.type) or _is_time(field.type)]
+    if not numeric:
+        raise InputError("holds no column of numbers")
+    check_columns(len(numeric))
+    names = [field.name for field in numeric]
+    if len(set(names)) < len(names):
+        raise InputError("holds two columns of one name; write it again with different names")
+    return numeric
+
+
+def _contents(table: "pa.Table", numeric: list["pa.Field"], schema: "pa.Schema") -> Contents:
+    names = [field.name for field in numeric]
     start = _first_date(table, numeric)
     columns = tuple(
         DataColumn(
@@ -61,13 +114,13 @@ def read_parquet(path: Path, settings: RecordingSettings) -> Contents:
         )
         for field in numeric
     )  # fmt: skip
-    others = [field.name for field in file.schema_arrow if field.name not in names]
+    others = [field.name for field in schema if field.name not in names]
     note = Note(
         code="columns-left-out",
         text=f"{', '.join(others[:8])}: not numbers, so not a channel",
         values={"columns": len(others)},
     )
-    rates = _rates(file.schema_arrow.metadata or {})
+    rates = _rates(schema.metadata or {})
     source, rate = next(iter(rates.items())) if len(set(rates.values())) == 1 else ("the file", None)
     return Contents(columns=columns, sampling_rate=rate, rate_from=source, notes=(note,) if others else (), named=True)
 

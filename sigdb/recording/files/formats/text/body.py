@@ -32,7 +32,24 @@ def table_body(data: bytes, layout: TextLayout) -> tuple[bytes, tuple[Note, ...]
     InputError
         If rows follow a blank line: a second table begins there.
     """
-    body = _below(data, layout.first)
+    return body_end(_below(data, layout.first), layout)
+
+
+def body_end(body: bytes, layout: TextLayout) -> tuple[bytes, tuple[Note, ...]]:
+    """Return the last rows of a table without what follows them, and notes on that; as :func:`table_body`.
+
+    Parameters
+    ----------
+    body
+        The rows and what follows them.
+    layout
+        Layout of the table, with the number of lines before these rows.
+
+    Raises
+    ------
+    InputError
+        If rows follow a blank line.
+    """
     body, notes = _until_blank_line(body, layout)
     body, footer = _without_footer(body, layout)
     return body, (*footer, *notes)
@@ -50,8 +67,8 @@ def _until_blank_line(body: bytes, layout: TextLayout) -> tuple[bytes, tuple[Not
     at = _blank_line(body)
     if at < 0 or not body[at:].strip():
         return body, ()
-    if body.count(b"\n", 0, at) <= 1 and len(body) > at + 2:
-        return _BLANK_LINE.sub(b"", body), ()
+    if is_double_spaced(body):
+        return without_blank_lines(body), ()
     rest = body[at:].strip()
     line = layout.first + body.count(b"\n", 0, at) + 1
     following = rest.count(b"\n") + 1
@@ -63,6 +80,34 @@ def _until_blank_line(body: bytes, layout: TextLayout) -> tuple[bytes, tuple[Not
         )
     text = f"{following} lines after the blank line {line + 1} were left out"
     return body[: at + 1], (Note(code="footer-left-out", text=text, values={"lines": following, "line": line + 1}),)
+
+
+def is_double_spaced(body: bytes) -> bool:
+    """Return whether a blank line follows the first or second row, so that one follows each row."""
+    at = _blank_line(body)
+    return at >= 0 and body.count(b"\n", 0, at) <= 1 and len(body) > at + 2
+
+
+def without_blank_lines(body: bytes) -> bytes:
+    """Return the rows without blank lines."""
+    return _BLANK_LINE.sub(b"", body)
+
+
+def refuse_blank_line(body: bytes, layout: TextLayout) -> None:
+    """Refuse rows with a blank line among them.
+
+    Raises
+    ------
+    InputError
+        If there is one: a second table begins there.
+    """
+    at = _blank_line(body)
+    if at >= 0:
+        line = layout.first + body.count(b"\n", 0, at) + 2
+        raise InputError(
+            f"line {line} is blank, and many lines follow it, so there may be several tables; cut the file in one for "
+            "each table, or remove the blank line"
+        )
 
 
 def _blank_line(body: bytes) -> int:

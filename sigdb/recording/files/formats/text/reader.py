@@ -1,5 +1,6 @@
 """Reader of tables of numbers in text: CSV, TXT and similar files, plain or gzipped."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,16 @@ from sigdb.recording.files.settings import RecordingSettings
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["FIRST_BYTES", "FOREIGN", "LONGEST_LINE", "read_text", "text_contents"]
+__all__ = [
+    "FIRST_BYTES",
+    "FOREIGN",
+    "LONGEST_LINE",
+    "TextTable",
+    "read_text",
+    "table_contents",
+    "text_contents",
+    "text_table",
+]
 
 FIRST_BYTES = 2**20
 """Number of bytes in which a table must begin."""
@@ -64,21 +74,71 @@ def text_contents(data: bytes, settings: RecordingSettings, notes: tuple[Note, .
     """
     if settings.separator is None and (waves := records(data)) is not None:
         return waves
+    table = text_table(data, settings)
+    check_values(table.layout.columns * (data.count(b"\n") + 1 - table.layout.first))
+    body, footer = table_body(data, table.layout)
+    return table_contents(table, body, notes, footer)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TextTable:
+    """A table in a text: its layout, what the lines above it state, its first rows, and its empty columns."""
+
+    layout: TextLayout
+    header: TextHeader
+    rows: list[str]
+    empty: frozenset[int]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of its columns."""
+        return _names(self.header, self.layout)
+
+
+def text_table(data: bytes, settings: RecordingSettings) -> TextTable:
+    """Return the table that the first lines of a text begin.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it can be read in two ways.
+    """
     lines, layout = _located(data, settings)
     check_columns(layout.columns)
-    check_values(layout.columns * (data.count(b"\n") + 1 - layout.first))
     rows = lines[layout.first :]
     side = layout.side_columns
     side_fields = [split(row, layout.separator)[:side] for row in rows] if side else []
     header = text_header(lines[: layout.first], layout, side_fields=side_fields, row=rows[0])
-    names = _names(header, layout)
-    _refuse_split_seconds(rows, layout, names)
-    body, footer = table_body(data, layout)
+    table = TextTable(layout=layout, header=header, rows=rows, empty=_empty(rows, layout))
+    _refuse_split_seconds(rows, layout, table.names)
+    return table
+
+
+def table_contents(
+    table: TextTable, body: bytes, notes: tuple[Note, ...] = (), footer: tuple[Note, ...] = ()
+) -> Contents:
+    """Return the columns of a table.
+
+    Parameters
+    ----------
+    table
+        The table; the first line of its layout is the number of lines before the rows.
+    body
+        Its rows, or some that follow each other.
+    notes, footer
+        Notes on the encoding, and on what follows the table.
+
+    Raises
+    ------
+    InputError
+        If a row is no row of the table.
+    """
+    layout, header, names = table.layout, table.header, table.names
     numbers, texts = table_values(body, layout, names)
     clocks, clock_notes = _clocks(texts, layout, names)
-    columns, left = _columns(numbers | clocks, texts, header, layout, empty=_empty(rows, layout))
+    columns, left = _columns(numbers | clocks, texts, header, layout, empty=table.empty)
     if len(columns) == 1:
-        _refuse_other_numbers(rows, layout, names)
+        _refuse_other_numbers(table.rows, layout, names)
     return Contents(
         columns=columns,
         sampling_rate=header.facts.sampling_rate,

@@ -1,0 +1,1 @@
+"""Recordings that are read in blocks, since they are larger than memory."""
