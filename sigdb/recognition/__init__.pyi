@@ -26,6 +26,8 @@ from .estimators.detector import Detector as Detector
 from .estimators.pooled_location import LocationClassifier as LocationClassifier
 from .estimators.pooled_severity import SeverityRegressor as SeverityRegressor
 from .estimators.registry import LEARNERS as LEARNERS
+from .estimators.registry import SPLIT_NAMES as SPLIT_NAMES
+from .estimators.registry import TARGET_NAMES as TARGET_NAMES
 from .estimators.template_location import TemplateLocation as TemplateLocation
 from .estimators.template_location import WhitenedBankLocation as WhitenedBankLocation
 from .estimators.template_severity import TemplateSeverity as TemplateSeverity

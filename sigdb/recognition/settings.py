@@ -5,16 +5,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field, Strict, field_validator, model_validator
 
 from sigdb.core import Section, quantity
-from sigdb.recognition.estimators.registry import LEARNERS
-
-Target = Literal["location", "severity", "detection"]
-SplitName = Literal["S0", "S1", "S2", "S3", "S4"]
+from sigdb.recognition.estimators.registry import LEARNERS, SPLIT_NAMES, TARGET_NAMES
 
 if TYPE_CHECKING:
-    Learner = str
+    Learner = SplitName = Target = str
 else:
-    Learner = Literal[tuple(LEARNERS)]
-"""Name of a learner of the registry."""
+    Learner, SplitName, Target = Literal[tuple(LEARNERS)], Literal[SPLIT_NAMES], Literal[TARGET_NAMES]
 
 
 class CriteriaSettings(Section):

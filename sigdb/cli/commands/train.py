@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class NameChoice(click.Choice[str]):
-    """The names in a table of :mod:`sigdb.recognition`, read when they are needed: the import takes a second."""
+    """The names in a table of :mod:`sigdb.recognition`, read when they are needed."""
 
     def __init__(self, table: str) -> None:
         self.case_sensitive, self._table = True, table
@@ -28,7 +28,7 @@ class NameChoice(click.Choice[str]):
 
 @click.command()
 @click.argument("database", metavar="DB")
-@click.option("--target", type=NameChoice("TARGETS"), required=True, help="Question to answer.")
+@click.option("--target", type=NameChoice("TARGET_NAMES"), required=True, help="Question to answer.")
 @click.option("--out", required=True, type=click.Path(), help="Folder for the model.")
 @click.option(
     "--learner",
@@ -42,7 +42,7 @@ class NameChoice(click.Choice[str]):
 )
 @click.option(
     "--split",
-    type=NameChoice("SPLITS"),
+    type=NameChoice("SPLIT_NAMES"),
     default="S1",
     show_default=True,
     help="Cases held out: new noise only (S0); specimens (S1), and with them severities between (S2) or beyond (S3) "

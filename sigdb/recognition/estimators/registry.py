@@ -1,6 +1,7 @@
 """The registry of estimators: learners and baselines by name, for each target.
 
-It names classes without importing them, so that settings and commands know the learners without scikit-learn.
+It names classes without importing them, so that settings and commands know the learners, targets and splits without
+scikit-learn.
 """
 
 from __future__ import annotations
@@ -18,6 +19,12 @@ if TYPE_CHECKING:
     from sigdb.recognition.templates.bank import TemplateBank
 
 DETECTION = "detection"
+
+TARGET_NAMES = ("location", "severity", DETECTION)
+"""Names of the targets."""
+
+SPLIT_NAMES = ("S0", "S1", "S2", "S3", "S4")
+"""Names of the splits that a model can be trained with."""
 
 
 @dataclass(frozen=True, kw_only=True)

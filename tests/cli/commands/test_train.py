@@ -10,10 +10,11 @@ from sigdb.cli.main import cli
 from sigdb.recognition.settings import SplitName, Target
 
 
-@pytest.mark.parametrize(("option", "table"), [("target", "TARGETS"), ("learner", "LEARNERS"), ("split", "SPLITS")])
+@pytest.mark.parametrize(
+    ("option", "table"), [("target", "TARGET_NAMES"), ("learner", "LEARNERS"), ("split", "SPLIT_NAMES")]
+)
 def test_choices_are_read_from_recognition(monkeypatch, option, table):
-    """A target that is added is a choice of the command without another line."""
-    monkeypatch.setattr(recognition, table, {**getattr(recognition, table), "another": None}, raising=False)
+    monkeypatch.setattr(recognition, table, (*getattr(recognition, table), "another"), raising=False)
     text = CliRunner().invoke(cli, ["train", "--help"]).output
     assert f"[{'|'.join(getattr(recognition, table))}]" in "".join(text.split())
     refused = CliRunner().invoke(cli, ["train", "db", "--target", "location", "--out", "o", f"--{option}", "none"])
