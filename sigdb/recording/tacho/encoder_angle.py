@@ -21,6 +21,9 @@ _SPEED_UNITS = {
     "rad/s": 2 * np.pi, "deg/s": 360.0, "°/s": 360.0,
 }  # fmt: skip
 """Values of a speed of 1 rev/s, by the unit's name in small letters."""
+_LEAST_SAMPLES = 4
+_MOST_TURNS = 200_000
+"""Most revolutions of a record whose speed is integrated, which bounds the memory."""
 _MOST_PULSES = 64
 """Most pulses of a revolution that are taken from an angle."""
 _SAMPLES = 4
@@ -41,6 +44,7 @@ def counted_pulses(channel: "Channel", counts_per_rev: float, name: str) -> Even
     InputError
         If the counts stand still, turn back, or wrap around at an unknown count.
     """
+    _check_length(channel)
     steps = np.diff(channel.samples)
     if np.any(channel.samples != np.round(channel.samples)):
         raise InputError("its samples are no whole numbers, so they are no counts; give tacho_kind angle or waveform")
@@ -89,6 +93,7 @@ def angle_pulses(channel: "Channel", name: str) -> EvenPulses:
     InputError
         If the unit is none of an angle, or the angle stands still, turns back or is sampled too rarely.
     """
+    _check_length(channel)
     unit = channel.unit.strip().lower()
     if unit not in _ANGLE_UNITS:
         raise InputError(f"its unit {channel.unit!r} is none of an angle; give units of deg, rad or rev")
@@ -121,6 +126,7 @@ def speed_pulses(channel: "Channel", name: str) -> EvenPulses:
     """
     from scipy.interpolate import CubicSpline
 
+    _check_length(channel)
     unit = channel.unit.strip().lower()
     if unit not in _SPEED_UNITS:
         raise InputError(f"its unit {channel.unit!r} is none of a speed; give units of rpm, Hz or rad/s")
@@ -132,10 +138,14 @@ def speed_pulses(channel: "Channel", name: str) -> EvenPulses:
             f"its speed is {channel.samples[slow[0]]:g} {channel.unit} at {slow[0] / channel.sampling_rate:.4g} s; the"
             " shaft must turn all the time, leave out that part of the record"
         )
-    if len(speed) < 4:
-        raise InputError(f"it has {len(speed)} values of the speed; at least 4 are needed")
     t = np.arange(len(speed)) / channel.sampling_rate
-    fine = np.linspace(0, t[-1], max(len(t), int(_SAMPLES * _MOST_PULSES * float(np.max(sign * speed)) * t[-1]) + 2))
+    turns = float(np.max(sign * speed)) * float(t[-1])
+    if turns > _MOST_TURNS:
+        raise InputError(
+            f"its speed of {np.max(np.abs(channel.samples)):g} {channel.unit} is {turns:.3g} revolutions in the record;"
+            " check its unit"
+        )
+    fine = np.linspace(0, t[-1], max(len(t), int(_SAMPLES * _MOST_PULSES * turns) + 2))
     angle = CubicSpline(t, sign * speed).antiderivative()(fine)
     if np.any(np.diff(angle) <= 0):
         raise InputError("its speed changes too fast for its rate; record it at a higher rate")
@@ -156,6 +166,11 @@ def _noted(even: EvenPulses, note: Note) -> EvenPulses:
     return EvenPulses(
         times=even.times, pulses_per_rev=even.pulses_per_rev, indexed=even.indexed, notes=(*even.notes, note)
     )
+
+
+def _check_length(channel: "Channel") -> None:
+    if len(channel.samples) < _LEAST_SAMPLES:
+        raise InputError(f"it has {len(channel.samples)} values; at least {_LEAST_SAMPLES} are needed")
 
 
 def _check_forwards(steps: FloatArray, word: str) -> None:

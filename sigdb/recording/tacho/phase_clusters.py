@@ -11,6 +11,7 @@ _NEAR = 0.03
 """Largest change of a revolution's length to the next, relative to it."""
 _TRIED = 24
 """Pulses from which a chain of revolutions is tried to start."""
+_LEAST_REVOLUTIONS = 8
 _PRESENT = 0.8
 """Share of the revolutions in which a mark has a pulse."""
 _APART = 0.1
@@ -27,9 +28,11 @@ def phase_clusters(times: FloatArray, each: int) -> tuple[MarkPattern, IntArray,
     each
         Marks of a revolution.
     """
+    if len(times) < _LEAST_REVOLUTIONS * each:
+        return None
     length = _revolution(times, each)
     chain = _chain(times, length)
-    if chain is None or len(chain) < 8:
+    if chain is None or len(chain) < _LEAST_REVOLUTIONS:
         return None
     count = len(chain) - 1
     inside = np.arange(chain[0], chain[-1])

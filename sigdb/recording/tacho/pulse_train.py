@@ -12,6 +12,10 @@ from sigdb.recording.tacho.phase_clusters import phase_clusters
 
 _TOLERANCE = 0.3
 """Largest distance of a pulse from where it is expected, relative to the shortest step at its mark."""
+_OFF = 0.4
+"""Distance of a pulse from where the intervals about it let it expect, relative to the shortest step, that is odd."""
+_ABOUT = 5
+"""Intervals before and behind whose median is looked at."""
 _SURE = 0.15
 """Logarithm of the ratio of two intervals up to which the next pulse is taken without a further look."""
 _FEW_MARKS = 4
@@ -88,7 +92,7 @@ def pulse_train(times: FloatArray, each: int) -> PulseTrain:
     numbers = np.arange(len(times)) - first
     rest: list[FloatArray] = []
     kept = np.arange(len(times))
-    if np.any(np.abs(np.diff(np.log(pattern.per_revolution(times, numbers)))) > JUMP):
+    if _is_odd(times, numbers, pattern):
         _refuse_other_pattern(times, each)
         clusters = phase_clusters(times, each) if each > 1 and _is_short(times, first, last) else None
         if clusters is not None:
@@ -97,12 +101,27 @@ def pulse_train(times: FloatArray, each: int) -> PulseTrain:
             raise InputError(_unordered(times))
         else:
             numbers, kept = _followed(times, pattern, first, last)
+        kept = _nearest(times, kept, pattern.at(numbers))
         rest = [np.delete(times, kept)]
     times, numbers, displaced = _without_displaced(times[kept], numbers, pattern)
     train = _filled(times, numbers, pattern)
     dropped = np.sort(np.concatenate([*rest, displaced]))
     _check_share(train, dropped, each)
     return PulseTrain(times=train[0], numbers=train[1], pattern=pattern, dropped=dropped, filled=train[2])
+
+
+def _is_odd(times: FloatArray, numbers: IntArray, pattern: MarkPattern) -> bool:
+    """Return whether an interval leaps, or is off by a good part of a step from those before or behind it."""
+    per_rev = pattern.per_revolution(times, numbers)
+    if np.any(np.abs(np.diff(np.log(per_rev))) > JUMP):
+        return True
+    if len(per_rev) <= _ABOUT:
+        return False
+    medians = np.median(np.lib.stride_tricks.sliding_window_view(per_rev, _ABOUT), axis=1)
+    off = [per_rev[_ABOUT:] / medians[:-1] - 1, per_rev[:-_ABOUT] / medians[1:] - 1]
+    steps = np.diff(pattern.at(numbers))
+    far = [np.abs(off[0]) * steps[_ABOUT:], np.abs(off[1]) * steps[:-_ABOUT]]
+    return bool(np.any(np.concatenate(far) > _OFF * pattern.steps.min()))
 
 
 def _is_short(times: FloatArray, first: int, last: int) -> bool:
@@ -240,6 +259,27 @@ def _misfit(times: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArr
     per_rev = (t[4] - t[0]) / (places[4] - places[0])
     revolutions = (t[2] - expected) / per_rev
     return revolutions / np.minimum(places[2] - places[1], places[3] - places[2]), revolutions
+
+
+def _nearest(times: FloatArray, kept: IntArray, angles: FloatArray) -> IntArray:
+    """Return the kept pulses, each replaced by an extra one next to it that its neighbours expect rather."""
+    if len(kept) < 5:
+        return kept
+    kept = kept.copy()
+    extra = np.setdiff1d(np.arange(len(times)), kept)
+    for pulse in extra:
+        place = int(np.argmin(np.abs(times[kept] - times[pulse])))
+        if not 2 <= place < len(kept) - 2:
+            continue
+        near = slice(place - 2, place + 3)
+        tried = kept[near].copy()
+        tried[2] = pulse
+        if np.any(np.diff(tried) <= 0):
+            continue
+        now, then = (abs(float(_misfit(times[five], angles[near])[0][0])) for five in (kept[near], tried))
+        if then < now / 2:
+            kept[place] = pulse
+    return kept
 
 
 def _without_displaced(

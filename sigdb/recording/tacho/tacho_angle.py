@@ -20,6 +20,8 @@ _LEAST_COVERED = 0.5
 """Least share of the signal in which the tacho must have pulses."""
 _COVERED = 0.95
 """Share of the signal below which its part with pulses is noted."""
+_LARGEST = 1e100
+"""Largest value of a tacho: no unit needs a larger one."""
 _TIME_UNITS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "min": 60.0}
 """Seconds in units of time."""
 
@@ -56,10 +58,7 @@ def tacho_angle(recording: "Recording", signal: "Channel", *, waveform: Waveform
     times = even.times[begins:]
     absolute = even.indexed and round(ratio) == ratio
     if len(times) <= even.pulses_per_rev:
-        raise InputError(
-            f"{recording.source}: tacho {name} has {len(times)} pulses, which bound no revolution of"
-            f" {even.pulses_per_rev:g}; check that it is the tacho, or record longer"
-        )
+        raise InputError(f"{recording.source}: tacho {name}: {_too_few(len(times), even.pulses_per_rev)}")
     return ShaftAngle(
         pulses=times,
         pulses_per_rev=even.pulses_per_rev,
@@ -94,6 +93,9 @@ def _pulses(
     if recording.pulse_times is not None:
         return _of_train(recording, recording.pulse_times - signal.start, name, [])
     tacho = recording.channel(name)
+    largest = float(np.max(np.abs(tacho.samples)))
+    if largest > _LARGEST:
+        raise InputError(f"it holds values up to {largest:g}; check that it is the tacho")
     shift = tacho.start - signal.start
     match recording.tacho_kind:
         case "waveform":
@@ -126,6 +128,13 @@ def _pulses(
     return even, train, []
 
 
+def _too_few(pulses: int, each: int) -> str:
+    return (
+        f"it has {pulses} pulses, which bound no revolution of {each:g}; check that it is the tacho, its threshold and"
+        " pulses_per_rev, or record longer"
+    )
+
+
 def _seconds(unit: str) -> float:
     if unit.strip().lower() not in _TIME_UNITS:
         raise InputError(f"its unit {unit!r} is none of time; pulse times are in s, ms or us")
@@ -146,6 +155,8 @@ def _of_train(
     if np.any(np.diff(times) <= 0):
         where = int(np.argmin(np.diff(times))) + 1
         raise InputError(f"pulse {where + 1} at {times[where]:.6g} s is not after the one before; sort the times")
+    if len(times) <= each:
+        raise InputError(_too_few(len(times), each))
     train = pulse_train(times, each)
     even = even_pulses(train, pulses_per_rev=each, name=name)
     text = f"tacho {name}: {len(times)} pulses, {each:g} a revolution of its shaft"

@@ -61,18 +61,16 @@ def even_pulses(train: PulseTrain, *, pulses_per_rev: int, name: str) -> EvenPul
         return EvenPulses(times=train.times, pulses_per_rev=1, indexed=True)
     uneven = train.pattern.marks != pulses_per_rev or _roughness(train.pattern.steps * train.pattern.marks) > 0.2
     learnt, error = _learnt(train)
-    if learnt is None:
-        if uneven:
-            raise InputError(
-                f"its marks are uneven, and {_whole_revolutions(train)} whole revolutions are too few to learn their"
-                f" spacing, which needs {_REVOLUTIONS}; record longer"
-            )
-        return EvenPulses(times=train.times, pulses_per_rev=pulses_per_rev, indexed=False)
     # A wheel with missing teeth is compared with its teeth, any other with even marks.
     wheel = train.pattern.marks < pulses_per_rev
     base = train.pattern if wheel else MarkPattern.even(train.pattern.marks)
+    if learnt is None and uneven and not wheel:
+        raise InputError(
+            f"its marks are uneven, and {_whole_revolutions(train)} whole revolutions are too few to learn their"
+            f" spacing, which needs {_REVOLUTIONS}, or do not repeat it; check pulses_per_rev, or record longer"
+        )
     noise = _DEVIATIONS * np.sqrt(6) * error * pulses_per_rev
-    if _roughness(learnt.steps / base.steps) < max(_ROUGH, noise):
+    if learnt is None or _roughness(learnt.steps / base.steps) < max(_ROUGH, noise):
         if not wheel:
             return EvenPulses(times=train.times, pulses_per_rev=pulses_per_rev, indexed=False)
         learnt = base
@@ -96,7 +94,7 @@ def _whole_revolutions(train: PulseTrain) -> int:
 
 
 def _learnt(train: PulseTrain) -> tuple[MarkPattern | None, float]:
-    """Return the pattern as the revolutions give it, and the standard error of its angles, rev; None for few.
+    """Return the pattern as the revolutions give it, and the standard error of its angles, rev; None if few or unlike.
 
     The shaft turns by a cubic spline of time through the passes of one mark; the others' angles are those at which it
     then passes them, averaged over the revolutions without the fifth that is furthest off.
@@ -116,7 +114,7 @@ def _learnt(train: PulseTrain) -> tuple[MarkPattern | None, float]:
     mean = trim_mean(angles, 0.1, axis=0)
     spread = np.median(np.abs(angles - mean))
     if spread * marks > _SPREAD or np.any(np.diff(np.append(mean, 1.0)) <= 0):
-        raise InputError("its intervals do not repeat from revolution to revolution; check pulses_per_rev")
+        return None, 0.0
     error = float(np.sqrt(np.mean(np.var(angles, axis=0)) / len(angles)))
     return MarkPattern(angles=np.append(0.0, mean[1:])), error
 
