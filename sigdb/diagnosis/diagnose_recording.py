@@ -18,9 +18,10 @@ from sigdb.recording import (
     NoMeshError,
     RecordedSignature,
     Recording,
+    RecordingBlocks,
     RecordingSettings,
     in_unit,
-    read_recording,
+    read_of_any_size,
     recorded_signature,
 )
 from sigdb.transmission import Transmission, load_transmission
@@ -51,10 +52,10 @@ class DiagnosisOptions(FileOptions, AngleOptions, total=False):
 
 
 def diagnose(
-    recording: Recording | str | PathLike[str],
+    recording: Recording | RecordingBlocks | str | PathLike[str],
     rig: Transmission | str | PathLike[str],
     *,
-    healthy: Recording | str | PathLike[str] | None = None,
+    healthy: Recording | RecordingBlocks | str | PathLike[str] | None = None,
     model: str | PathLike[str] | None = None,
     database: str | PathLike[str] | None = None,
     gear: str | None = None,
@@ -71,11 +72,11 @@ def diagnose(
 
     Parameters
     ----------
-    recording : Recording, str or path-like
-        From :func:`sigdb.read_recording`, or the path of a file.
+    recording : Recording, RecordingBlocks, str or path-like
+        From :func:`sigdb.read_recording` or :func:`sigdb.recording.read_in_blocks`, or the path of a file.
     rig : Transmission, str or path-like
         The rig, with one mesh; or its name or file.
-    healthy : Recording, str or path-like, optional
+    healthy : Recording, RecordingBlocks, str or path-like, optional
         A healthy recording, read and averaged like the other.
     model : str or path-like, optional
         Folder or name of a trained model whose templates are used.
@@ -149,24 +150,30 @@ def diagnose(
 
 def _split_options(
     options: Mapping[str, object],
-    recording: Recording | str | PathLike[str],
-    healthy: Recording | str | PathLike[str] | None,
+    recording: Recording | RecordingBlocks | str | PathLike[str],
+    healthy: Recording | RecordingBlocks | str | PathLike[str] | None,
 ) -> tuple[FileOptions, dict[str, object]]:
     """Return the options of reading and those of averaging; a field of both is an option of averaging."""
     averaging = {name: value for name, value in options.items() if name not in _READING}
     reading = {name: value for name, value in options.items() if name in _READING}
-    if reading and all(isinstance(source, Recording | None) for source in (recording, healthy)):
+    if reading and all(isinstance(source, Recording | RecordingBlocks | None) for source in (recording, healthy)):
         raise InputError(
             f"{', '.join(reading)}: options of reading a file, and no recording is a path; give them to read_recording"
         )
     return cast(FileOptions, reading), averaging
 
 
-def _read(recording: Recording | str | PathLike[str], options: FileOptions) -> Recording:
-    return recording if isinstance(recording, Recording) else read_recording(Path(recording), **options)
+def _read(
+    recording: Recording | RecordingBlocks | str | PathLike[str], options: FileOptions
+) -> Recording | RecordingBlocks:
+    if isinstance(recording, Recording | RecordingBlocks):
+        return recording
+    return read_of_any_size(Path(recording), **options)
 
 
-def _signature(recording: Recording, settings: AveragingSettings, rig: Transmission) -> RecordedSignature | NoMeshError:
+def _signature(
+    recording: Recording | RecordingBlocks, settings: AveragingSettings, rig: Transmission
+) -> RecordedSignature | NoMeshError:
     try:
         return recorded_signature(recording, settings, rig=rig)
     except NoMeshError as error:

@@ -50,13 +50,13 @@ def diagnose(
     Example: sigdb diagnose run.csv --rig rig.toml --healthy new.csv --tacho tacho --out diagnosis
     """
     from sigdb.diagnosis import diagnose as diagnose_recording
-    from sigdb.recording import read_recording
+    from sigdb.recording import read_of_any_size
     from sigdb.report import Terminal, diagnosis_text, write_diagnosis_report
 
     diagnosis = diagnose_recording(
-        read_recording(recording, **reading),
+        read_of_any_size(recording, **reading),
         rig,
-        healthy=None if healthy is None else read_recording(healthy, **reading),
+        healthy=None if healthy is None else read_of_any_size(healthy, **reading),
         model=model,
         database=database,
         gear=gear,

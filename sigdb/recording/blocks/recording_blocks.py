@@ -58,6 +58,11 @@ class RecordingBlocks:
         return self.whole.source
 
     @property
+    def torque(self) -> float | None:
+        """Torque on the shaft of interest, N m, where stated."""
+        return self.whole.torque
+
+    @property
     def channels(self) -> tuple[UnreadChannel, ...]:
         """Channels without samples."""
         return tuple(channel for channel in self.whole.channels if isinstance(channel, UnreadChannel))

@@ -138,7 +138,7 @@ def foreign_errors(kind: FileKind) -> Iterator[None]:
     except TooLargeError as error:
         in_blocks = kind.blocks is not None
         names = ", ".join(other.name for other in KINDS if other.blocks is not None)
-        how = "read it in blocks: sigdb.recording.read_in_blocks, or --in-blocks on the command line"
+        how = "read it in blocks: sigdb.recording.read_in_blocks, as sigdb signature and diagnose do"
         remedy = how if in_blocks else f"write it as one of {names}"
         raise TooLargeError(f"{error}, or {remedy}", in_blocks=in_blocks) from None
     except InputError:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import sigdb
+from sigdb.core import InputError
 from sigdb.recording import Surroundings, synthetic_recording
 
 RATE = 102.4e3
@@ -89,6 +90,20 @@ def test_json_and_page_tell_the_same(leave, files, folder, tmp_path):
     assert "<strong>Damage at tooth 6.</strong>" in page
     assert page.count("<img") == 3
     assert "<script" not in page
+
+
+def test_recordings_that_are_too_large_are_diagnosed_in_blocks(leave, files, folder, monkeypatch):
+    options = ("--healthy", files / "healthy.csv", "--db", folder / "signatures", "--format", "json")
+    _, whole, _ = leave("diagnose", files / "sixth.csv", *TACHO, *options)
+    monkeypatch.setattr("sigdb.recording.files.formats.contents.MAX_BYTES", 100_000)
+    monkeypatch.setattr("sigdb.recording.files.formats.contents.BLOCK_VALUES", 20_000)
+    with pytest.raises(InputError, match="in blocks"):
+        sigdb.read_recording(files / "sixth.csv", sampling_rate=RATE)
+    code, blocks, err = leave("diagnose", files / "sixth.csv", *TACHO, *options)
+    assert (code, err) == (0, "")
+    expected, found = json.loads(whole), json.loads(blocks)
+    assert found["answer"] == expected["answer"] == "Damage at tooth 6."
+    assert found["p_damage"] == pytest.approx(expected["p_damage"])
 
 
 def test_without_a_tacho_teeth_are_counted_from_the_beginning(leave, files, folder):

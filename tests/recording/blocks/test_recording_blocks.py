@@ -209,7 +209,7 @@ def test_a_file_above_the_limit_is_read_in_blocks_and_its_refusal_says_so(tmp_pa
     options = _write(tmp_path / "tall.npy", numbers)
     monkeypatch.setattr("sigdb.recording.files.formats.contents.MAX_BYTES", 100_000)
     monkeypatch.setattr("sigdb.recording.files.formats.contents.MAX_VALUES", 10_000)
-    with pytest.raises(InputError, match=r"more than 100000.*read it in blocks: sigdb.recording.read_in_blocks, or"):
+    with pytest.raises(InputError, match=r"more than 100000.*read it in blocks: sigdb.recording.read_in_blocks, as"):
         read_recording(tmp_path / "tall.npy", **options)
     assert sum(part.channels[0].samples.size for part in read_in_blocks(tmp_path / "tall.npy", samples=1000, **options))
     np.savez(tmp_path / "run.npz", a=numbers)

@@ -35,3 +35,12 @@ def test_ramps(x, kind):
 )  # fmt: skip
 def test_series_that_are_no_ramps(x):
     assert ramp_kind(np.asarray(x, dtype=float)) == ""
+
+
+@pytest.mark.parametrize("size", [300, 5000])
+@pytest.mark.parametrize("spike", [1e7, -1e20])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_vibration_with_a_huge_spike_is_no_ramp(size, spike, seed):
+    x = np.random.default_rng(seed).normal(size=size)
+    x[0] = spike
+    assert ramp_kind(x) == ""
