@@ -2,22 +2,23 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import numpy as np
 import pandas as pd
 
 from sigdb.core import InputError, NotApplicableError, validated
-from sigdb.recording.blocks.averaged_record import averaged_record, tacho_in_blocks
+from sigdb.recording.blocks.averaged_record import tacho_in_blocks
 from sigdb.recording.blocks.recording_blocks import RecordingBlocks
-from sigdb.recording.evidence.presence import NoMeshError, mesh_presence
+from sigdb.recording.evidence.gear_record import GearRecord, at_true_speed, gear_record
+from sigdb.recording.evidence.presence import NoMeshError
 from sigdb.recording.lines import average_noise, record_spectrum, spectral_lines
 from sigdb.recording.notes import average_note, channel_notes, presence_note, range_notes
 from sigdb.recording.orders import AveragedGear, averaged_gear
 from sigdb.recording.settings import AveragingOptions, AveragingSettings
-from sigdb.recording.shaft_angle import ShaftAngle, mesh_angle
+from sigdb.recording.shaft_angle import mesh_angle
 from sigdb.recording.signature import RecordedSignature
-from sigdb.recording.tacho.rig_fit import check_mesh_in_range, fit_to_rig
+from sigdb.recording.tacho.rig_fit import fit_to_rig
 from sigdb.recording.tacho.tacho_angle import tacho_angle
 from sigdb.signature import indicators, order_spectrum
 from sigdb.transmission import Transmission
@@ -31,6 +32,13 @@ _NEAR_STATED, _NEAR_RATED = 0.05, 0.2
 """Relative half-widths of the range about a stated speed, and about the rig's operating point."""
 _SHOWN_MESH_ORDERS = 4.5
 """Highest order of the record's spectrum, in mesh orders."""
+
+
+class _Average(TypedDict):
+    """Length of an average."""
+
+    samples_per_tooth: int
+    revolutions: int | None
 
 
 def recorded_signature(
@@ -87,29 +95,12 @@ def recorded_signature(
     source, recording = recording, recording.whole if isinstance(recording, RecordingBlocks) else recording
     gear = averaged_gear(_teeth(recording, settings), rig, settings.gear)
     signal = _signal(recording, settings.channel)
-    fs, n = signal.sampling_rate, gear.teeth * settings.samples_per_tooth
-    with _mesh_followed(recording, gear.teeth, settings.mesh_phase):
-        angle = _angle(recording, signal, gear, settings, rig, source)
-        available = angle.revolutions((len(signal.samples) - 1) / fs)
-        wanted = _revolutions(available, gear.cycle, settings.revolutions)
-        record = averaged_record(source, signal, angle, samples_per_rev=n, available=available, revolutions=wanted)
-    average, x = record.average, record.over_angle
-    M = average.revolutions
-    speed = _mean_speed(angle, M)
-    check_mesh_in_range(signal, recording.source, teeth=gear.teeth, speed_rpm=speed)
-    highest = fs / 2 / (speed / 60)
+    result = _record(source, recording, signal, gear, settings, rig)
+    n, M, presence, highest = result.samples_per_rev, result.revolutions, result.presence, result.highest_order
+    average, angle, x = result.record.average, result.angle, result.record.over_angle
     spectrum = record_spectrum(x, samples_per_rev=n, highest=min(highest, _SHOWN_MESH_ORDERS * gear.teeth))
     scatter = float(np.sqrt(np.mean(average.scatter**2)))
     order, c = order_spectrum(average.tsa)
-    presence = mesh_presence(
-        x,
-        samples_per_rev=n,
-        teeth=gear.teeth,
-        highest=highest,
-        others=gear.others,
-        mates=gear.mates,
-        mesh_phase=settings.mesh_phase,
-    )
     values = indicators(average.tsa, teeth=gear.teeth) if presence.present else {}
     return RecordedSignature(
         source=recording.source,
@@ -124,11 +115,11 @@ def recorded_signature(
         scatter=scatter,
         noise=average_noise(x, samples_per_rev=n, scatter=scatter, highest=highest, averages=M),
         averages=M,
-        dropped=available - M,
+        dropped=result.available - M,
         cycle=gear.cycle,
-        speed_rpm=speed,
+        speed_rpm=result.speed_rpm,
         speed_track=angle.speed_track(),
-        kept=record.kept,
+        kept=result.record.kept,
         presence=presence,
         highest_order=highest,
         order_spectrum=pd.DataFrame({"order": order, "amplitude": np.abs(c)}),
@@ -139,8 +130,8 @@ def recorded_signature(
             *recording.notes,
             *channel_notes(recording, signal),
             *angle.notes,
-            average_note(gear, M, available),
-            presence_note(presence, record.kept),
+            average_note(gear, M, result.available),
+            presence_note(presence, result.record.kept),
             *range_notes(gear.teeth, highest, settings.samples_per_tooth),
         ),
     )
@@ -159,39 +150,45 @@ def _signal(recording: "Recording", name: str | None) -> "Channel":
     return recording.signals[0]
 
 
-def _angle(
+def _record(
+    source: "Recording | RecordingBlocks",
     recording: "Recording",
     signal: "Channel",
     gear: AveragedGear,
     settings: AveragingSettings,
     rig: Transmission | None,
-    source: "Recording | RecordingBlocks",
-) -> ShaftAngle:
-    """Return the angle of the averaged shaft, from the tacho or from the phase of the mesh."""
-    waveform = None
-    if isinstance(source, RecordingBlocks):
-        if settings.mesh_phase:
-            raise InputError(
-                f"{recording.source}: the phase of the mesh needs the whole recording, which is read in blocks; give a "
-                "tacho, or cut the recording"
-            )
-        waveform = tacho_in_blocks(source)
+) -> GearRecord:
+    """Return the averaged record, by the angle from the tacho or from the phase of the mesh."""
+    average: _Average = {"samples_per_tooth": settings.samples_per_tooth, "revolutions": settings.revolutions}
     if not settings.mesh_phase:
-        return fit_to_rig(
-            tacho_angle(recording, signal, waveform=waveform), recording, gear, rig=rig, stated_rpm=settings.speed_rpm
+        waveform = tacho_in_blocks(source) if isinstance(source, RecordingBlocks) else None
+        angle = tacho_angle(recording, signal, waveform=waveform)
+        angle = fit_to_rig(angle, recording, gear, rig=rig, stated_rpm=settings.speed_rpm)
+        return gear_record(source, signal, angle, gear, mesh_phase=False, **average)
+    if isinstance(source, RecordingBlocks):
+        raise InputError(
+            f"{recording.source}: the phase of the mesh needs the whole recording, which is read in blocks; give a "
+            "tacho, or cut the recording"
         )
     near = _range(recording, gear, settings)
-    return mesh_angle(recording, signal, teeth=gear.teeth, range_rpm=near, harmonic=settings.harmonic)
+
+    def by_phase(*, doubtful: bool) -> GearRecord:
+        angle = mesh_angle(
+            recording, signal, teeth=gear.teeth, range_rpm=near, harmonic=settings.harmonic, doubtful=doubtful
+        )
+        return gear_record(recording, signal, angle, gear, mesh_phase=True, **average)
+
+    with _mesh_followed(recording, gear.teeth):
+        result = at_true_speed(recording, by_phase(doubtful=True), gear, range_rpm=near, **average)
+        return result if result.presence.present else by_phase(doubtful=False)
 
 
 @contextmanager
-def _mesh_followed(recording: "Recording", teeth: int, mesh_phase: bool) -> Iterator[None]:
+def _mesh_followed(recording: "Recording", teeth: int) -> Iterator[None]:
     """Refuse a record whose mesh has no phase that can be followed, as one without the mesh."""
     try:
         yield
     except NotApplicableError as error:
-        if not mesh_phase:
-            raise
         why = str(error).removeprefix(f"{recording.source}: ")
         text = f"{recording.source}: no mesh of {teeth} teeth stands out of this recording: {why}"
         raise NoMeshError(text) from error
@@ -207,17 +204,3 @@ def _range(recording: "Recording", gear: AveragedGear, settings: AveragingSettin
     if gear.speed_rpm is not None:
         return gear.speed_rpm * (1 - _NEAR_RATED), gear.speed_rpm * (1 + _NEAR_RATED)
     return _UNKNOWN_RPM
-
-
-def _revolutions(available: int, cycle: int | None, requested: int | None) -> int | None:
-    """Return the requested revolutions, or whole tooth cycles if one fits in; None for all revolutions."""
-    if requested is not None:
-        return requested
-    return available // cycle * cycle or None if cycle else None
-
-
-def _mean_speed(angle: ShaftAngle, revolutions: int) -> float:
-    """Return the speed of the averaged shaft from the first pulse to the end of the average, rev/min."""
-    last = revolutions * angle.pulses_per_rev / angle.ratio
-    ends = np.interp([0.0, last], np.arange(len(angle.pulses)), angle.pulses)
-    return float(60 * revolutions / (ends[1] - ends[0]))

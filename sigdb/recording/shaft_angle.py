@@ -1,13 +1,13 @@
 """Angle of a shaft in a recording, from the pulses of its tacho or the phase of a mesh harmonic."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from sigdb.core import FloatArray, InputError, NotApplicableError, Note
+from sigdb.core import FloatArray, NotApplicableError, Note
 from sigdb.recording.speed import HARMONICS, SpeedTrack, find_speed
 from sigdb.signature import mesh_pulses
 
@@ -81,6 +81,7 @@ def mesh_angle(
     teeth: int,
     range_rpm: tuple[float, float],
     harmonic: int | None = None,
+    doubtful: bool = False,
 ) -> ShaftAngle:
     """Return the angle from the phase of a mesh harmonic, about the speed that the spectrum of all channels gives.
 
@@ -97,6 +98,8 @@ def mesh_angle(
     harmonic
         Mesh harmonic. The default is that of the first three whose pulses are most even from revolution to
         revolution. The shaft is equally uneven in all three; the noise of the phase adds to it.
+    doubtful
+        Whether a speed that another one beyond the range outdoes, and a phase that slips, are returned all the same.
 
     Raises
     ------
@@ -107,7 +110,8 @@ def mesh_angle(
     others = [signal for signal in recording.signals if signal.name != channel.name]
     alike = [signal.samples for signal in others if signal.sampling_rate == fs and len(signal.samples) == size]
     track = find_speed(np.stack([channel.samples, *alike]), fs, teeth=teeth, range_rpm=range_rpm)
-    _refuse_lost_speed(recording.source, track, range_rpm)
+    if not doubtful:
+        _refuse_lost_speed(recording.source, track, range_rpm)
     speed = np.interp(np.arange(size) / fs, track.time, track.speed_rpm) / 60
     pulses, used = _pulses(channel, teeth, speed, range(1, HARMONICS + 1) if harmonic is None else (harmonic,))
     return ShaftAngle(
@@ -119,9 +123,23 @@ def mesh_angle(
         notes=(
             *_speed_notes(track, range_rpm, len(alike) + 1),
             *_phase_notes(used, pulses, size / fs),
-            *_slip_notes(recording.source, pulses, teeth, track),
+            *_slip_notes(recording.source, pulses, teeth, track, doubtful=doubtful),
         ),
     )
+
+
+def mesh_angle_at(angle: ShaftAngle, channel: "Channel", *, teeth: int, relative: float) -> ShaftAngle:
+    """Return the angle from the phase of a mesh harmonic about another speed, relative to that of an angle.
+
+    Raises
+    ------
+    NotApplicableError
+        If the phase cannot be followed there.
+    """
+    fs, track = channel.sampling_rate, angle.speed_track()
+    speed = relative * np.interp(np.arange(len(channel.samples)) / fs, track["time"], track["speed_rpm"]) / 60
+    pulses, used = _pulses(channel, teeth, speed, range(1, HARMONICS + 1))
+    return replace(angle, pulses=pulses, source=f"phase of mesh harmonic {used} of {channel.name}")
 
 
 def _refuse_lost_speed(source: str, track: SpeedTrack, range_rpm: tuple[float, float]) -> None:
@@ -206,7 +224,7 @@ def _phase_notes(harmonic: int, pulses: FloatArray, duration: float) -> Iterator
     )
 
 
-def _slip_notes(source: str, pulses: FloatArray, teeth: int, track: SpeedTrack) -> Iterator[Note]:
+def _slip_notes(source: str, pulses: FloatArray, teeth: int, track: SpeedTrack, *, doubtful: bool) -> Iterator[Note]:
     """Yield a note where the phase turns at another speed than the spectrum shows; refuse it where it mostly does."""
     if len(pulses) <= teeth:
         return
@@ -214,8 +232,8 @@ def _slip_notes(source: str, pulses: FloatArray, teeth: int, track: SpeedTrack) 
     speed = 60 / (pulses[teeth:] - pulses[:-teeth])
     off = np.abs(speed / np.interp(time, track.time, track.speed_rpm) - 1) > _SLIP
     share = float(np.mean(off))
-    if share > _MOST_SLIPS:
-        raise InputError(
+    if share > _MOST_SLIPS and not doubtful:
+        raise NotApplicableError(
             f"{source}: the phase of the mesh does not follow its speed during {share:.0%} of the record, first at"
             f" {time[off][0]:.4g} s; take another harmonic or channel, or a tacho"
         )
