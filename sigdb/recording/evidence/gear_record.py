@@ -101,9 +101,7 @@ def gear_record(
     available = angle.revolutions((len(signal.samples) - 1) / fs)
     if revolutions is None and gear.cycle:
         revolutions = available // gear.cycle * gear.cycle or None
-    record = averaged_record(
-        recording, signal, angle, samples_per_rev=n, available=available, revolutions=revolutions
-    )
+    record = averaged_record(recording, signal, angle, samples_per_rev=n, available=available, revolutions=revolutions)
     M = record.average.revolutions
     places = np.arange(M + 1) * angle.pulses_per_rev / angle.ratio
     times = np.interp(places, np.arange(len(angle.pulses)), angle.pulses)

@@ -262,9 +262,10 @@ class _Spectrum:
 
 def _combined(log_p: FloatArray) -> float:
     """Return Fisher's combination of probabilities; 1 without any."""
-    from scipy.stats import chi2
+    from scipy.special import gammaincc
 
-    return float(chi2.sf(-2 * np.sum(log_p), 2 * len(log_p))) if len(log_p) else 1.0
+    # The survival function of chi-square with 2K degrees of freedom.
+    return float(gammaincc(len(log_p), -np.sum(log_p))) if len(log_p) else 1.0
 
 
 def _p_revolution(line: FloatArray, side: IntArray, mesh: IntArray) -> float:
