@@ -109,7 +109,7 @@ def named_columns(contents: Contents, settings: RecordingSettings) -> tuple[tupl
             replace(column, name=name, named=True) for column, name in zip(columns, settings.names, strict=True)
         )
     columns = tuple(replace(column, name=_clean(column.name), unit=_clean(column.unit)) for column in columns)
-    columns = tuple(map(_with_unit, columns))
+    columns = tuple(map(with_unit, columns))
     taken: Counter[str] = Counter()
     renamed, notes = [], []
     used = {column.name for column in columns}
@@ -127,7 +127,7 @@ def named_columns(contents: Contents, settings: RecordingSettings) -> tuple[tupl
     return tuple(renamed), notes
 
 
-def _with_unit(column: DataColumn) -> DataColumn:
+def with_unit(column: DataColumn) -> DataColumn:
     """Return a column with the unit that stands in brackets at the end of its name, if no other is stated."""
     if column.unit or not column.name.endswith(("]", ")")):
         return column

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from sigdb.core import InputError, Note, validated
-from sigdb.recording.files.assemble import assemble
+from sigdb.recording.files.assemble import assemble, with_unit
 from sigdb.recording.files.formats.contents import Contents, DataColumn, StoredArray, check_columns, check_values
 from sigdb.recording.files.formats.named_arrays import contents_of_arrays, not_read
 from sigdb.recording.files.formats.time_ticks import seconds_of_times
@@ -187,7 +187,8 @@ def _of_frame(frame: "pd.DataFrame", *, named: bool) -> tuple[Contents, str | No
     elif index is not None:
         name = name or ("time" if is_time else "index")
         unit = "" if frame.index.dtype.kind in "iuf" else "s"
-        columns.append(DataColumn(name=name, values=index, unit=unit))
+        columns.append(with_unit(DataColumn(name=name, values=index, unit=unit)))
+        name = columns[0].name
     for i, label in enumerate(frame.columns):
         title = "/".join(map(str, label)) if isinstance(label, tuple) else str(label)
         values = _series_values(frame.iloc[:, i])

@@ -23,10 +23,11 @@ LARGEST_SIDE_FILE = 2**20
 def read_recording(path: str | os.PathLike[str], **options: Unpack[RecordingOptions]) -> Recording:
     """Read a recording from a file, or from the files of a folder or a ZIP archive.
 
-    Text (CSV, TXT, also gzipped), MAT of version 4, 5 and 7.3, WAV, HDF5, Parquet, NPZ, NPY, UFF58 and TDMS are read.
-    The suffix and the first bytes tell the format, and they must agree. A side file of the same name with the suffix
-    ``.toml`` may give the options too; keyword arguments win. ``notes`` of the result say what was changed on reading,
-    for instance that missing samples were filled.
+    Text (CSV, TXT and others, also gzipped), LabVIEW text (LVM), MAT of version 4, 5 to 7 and 7.3, HDF5, NPZ, NPY,
+    Parquet, Excel (XLSX, XLSM, XLS), WAV, UFF58, TDMS and MDF of version 4 are read. The suffix and the first bytes of
+    a file state the format, and they must agree. A side file of the same name with the suffix ``.toml`` may give the
+    options too; keyword arguments win. ``notes`` of the result say what was changed on reading, for instance that
+    missing samples were filled; :meth:`Recording.overview` is a table of what was read and left out.
 
     The files of a folder or ZIP archive are joined in the order of their names: end to end where their times follow
     each other, side by side where each holds one channel. ``parts`` says which where the files do not. Gaps are
@@ -44,12 +45,12 @@ def read_recording(path: str | os.PathLike[str], **options: Unpack[RecordingOpti
         - ``sampling_rate``, Hz, where neither the file nor a column of times states it;
         - ``channels``, the names of the channels to read;
         - ``units`` of all channels, or of each by name;
-        - ``tacho``, the channel with the tacho, with ``pulses_per_rev`` and ``ratio``;
+        - ``tacho``, the channel with the tacho, with ``pulses_per_rev``, ``ratio`` and ``tacho_kind``;
         - ``variable``, the array, structure or group to read from a file that holds several;
         - ``file_format``, a suffix such as "csv", where the suffix of the file does not state its format.
 
         The others are ``names``, ``scale``, ``time``, ``parts``, ``separator``, ``decimal``, ``longest_gap``,
-        ``teeth``, ``speed_rpm`` and ``torque``.
+        ``threshold``, ``hysteresis``, ``edge``, ``teeth``, ``speed_rpm`` and ``torque``.
 
     Returns
     -------

@@ -92,6 +92,14 @@ def test_indices_of_times(index):
     assert_array_equal(series.channels[0].samples, X[:, 1])
 
 
+@pytest.mark.parametrize(("name", "seconds"), [("Time [s]", 1.0), ("t (ms)", 1e-3), ("time [µs]", 1e-6)])
+def test_an_index_whose_name_holds_its_unit(name, seconds):
+    frame = pd.DataFrame({"a1 [g]": X[:, 0]}, index=pd.Index(T / seconds, name=name))
+    recording = recording_from(frame)
+    assert [(channel.name, channel.unit) for channel in recording.channels] == [("a1", "g")]
+    assert recording.channels[0].sampling_rate == pytest.approx(FS, rel=1e-9)
+
+
 @pytest.mark.parametrize("index", [None, pd.Index(np.arange(N)), pd.Index(np.arange(5, N + 5), name="n")])
 def test_indices_that_count(index):
     frame = pd.DataFrame({"a1": X[:, 0]}, index=index)
