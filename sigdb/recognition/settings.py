@@ -8,9 +8,13 @@ from sigdb.core import Section, quantity
 from sigdb.recognition.estimators.registry import LEARNERS, SPLIT_NAMES, TARGET_NAMES
 
 if TYPE_CHECKING:
-    Learner = SplitName = Target = str
+    Learner = str
+    SplitName = str
+    Target = str
 else:
-    Learner, SplitName, Target = Literal[tuple(LEARNERS)], Literal[SPLIT_NAMES], Literal[TARGET_NAMES]
+    Learner = Literal[tuple(LEARNERS)]
+    SplitName = Literal[SPLIT_NAMES]
+    Target = Literal[TARGET_NAMES]
 
 
 class CriteriaSettings(Section):
