@@ -93,7 +93,8 @@ def _pulses(
     if recording.pulse_times is not None:
         return _of_train(recording, recording.pulse_times - signal.start, name, [])
     tacho = recording.channel(name)
-    largest = float(np.max(np.abs(tacho.samples)))
+    extremes = (in_blocks.least, in_blocks.greatest) if in_blocks is not None else tacho.samples
+    largest = float(np.max(np.abs(extremes)))
     if largest > _LARGEST:
         raise InputError(f"it holds values up to {largest:g}; check that it is the tacho")
     shift = tacho.start - signal.start

@@ -108,6 +108,8 @@ def test_memory_does_not_grow_with_the_file(tmp_path, monkeypatch):
     monkeypatch.setattr("sigdb.recording.blocks.averaged_record.MOST_OVER_ANGLE", 50)
     with pytest.raises(InputError, match="in blocks"):
         read_recording(path, **OPTIONS)
+    np.save(tmp_path / "short.npy", _signal(10_000))
+    recorded_signature(read_in_blocks(tmp_path / "short.npy", **OPTIONS), teeth=TEETH)  # modules are loaded
     tracemalloc.start()
     try:
         signature = recorded_signature(read_in_blocks(path, samples=block, threshold=2.5, **OPTIONS), teeth=TEETH)
