@@ -110,7 +110,7 @@ class _NamedArrays:
             elif rate_of(key, value) is not None:
                 self.arrays[_joined(name, key)] = np.asarray(value)
         facts = facts_of(attributes, inherited)
-        return ArrayFacts(unit=facts.unit, start=facts.start)
+        return replace(facts, sampling_rate=None, rate_from=ArrayFacts().rate_from)
 
     def _keep_series(self, group: str, series: Iterator[Series]) -> None:
         for name, values, unit in series:

@@ -1,6 +1,8 @@
 """Attributes of HDF5 files that state facts about a recording, read without the risks of a damaged file."""
 
+import re
 from collections.abc import Mapping
+from datetime import UTC, datetime
 from mmap import mmap
 from types import ModuleType
 from typing import TYPE_CHECKING, TypeAlias
@@ -10,7 +12,9 @@ import numpy as np
 from sigdb.recording.files.formats.contents import check_parts
 from sigdb.recording.files.formats.hdf5_dataset import check_storage
 from sigdb.recording.files.formats.hdf5_heap import HeapTexts
-from sigdb.recording.files.formats.named_arrays import ArrayFacts, rate_of
+from sigdb.recording.files.formats.stated_facts import ABSCISSA_UNITS, UNITS, ArrayFacts
+from sigdb.recording.files.formats.stated_rates import rate_of, start_of
+from sigdb.recording.files.time_names import seconds_of
 
 if TYPE_CHECKING:
     import h5py
@@ -18,8 +22,8 @@ if TYPE_CHECKING:
 LONGEST_TEXT = 1000
 """Largest size of a text attribute, bytes."""
 
-UNITS = ("unit", "units", "unit_string", "unitstring")
-STARTS = ("start", "start_time", "starttime", "t0", "t_start", "tstart", "time_start", "wf_start_time")
+DATES = {"start", "starttime", "starts", "tstart", "timestart", "wfstarttime", "startdate", "datetime", "timestamp"}
+"""Names of attributes with the date and time of the first sample."""
 
 AttributeValue: TypeAlias = str | int | float
 
@@ -97,32 +101,32 @@ def _as_text(stored: object) -> str:
 
 def facts_of(attributes: Mapping[str, AttributeValue], inherited: ArrayFacts) -> ArrayFacts:
     """Return the facts that attributes state; those that they do not state are inherited."""
-    by_name = {key.strip().lower().replace(" ", "_"): value for key, value in attributes.items()}
-    units = (value.strip() for key in UNITS if isinstance(value := by_name.get(key), str))
+    texts = {_letters(key): value.strip() for key, value in attributes.items() if isinstance(value, str)}
     rates = {key: rate for key, value in attributes.items() if (rate := rate_of(key, value)) is not None}
     agree = len({f"{rate:.9g}" for rate in rates.values()}) == 1
     source, rate = next(iter(rates.items())) if agree else (inherited.rate_from, inherited.sampling_rate)
-    starts = (start for key in STARTS if (start := _seconds(by_name.get(key))) is not None)
+    starts = (start for key, value in attributes.items() if (start := _start_of(key, value)) is not None)
+    abscissas = (text for key, text in texts.items() if key in ABSCISSA_UNITS and text and seconds_of(text) is None)
     return ArrayFacts(
-        unit=next((unit for unit in units if unit), inherited.unit),
+        unit=next((text for key, text in texts.items() if key in UNITS and text), inherited.unit),
         sampling_rate=rate,
         rate_from=source,
         start=next(starts, inherited.start),
+        abscissa=next((f"an abscissa in {text}" for text in abscissas), inherited.abscissa),
     )
 
 
-def _seconds(value: AttributeValue | None) -> float | None:
-    """Return a start in s: a number with a fraction, or a date and time as ISO 8601 writes it."""
-    if isinstance(value, float):
-        return value if np.isfinite(value) else None
-    if not isinstance(value, str):
-        return None
+def _letters(key: str) -> str:
+    return re.sub(r"[^a-z]", "", key.lower())
+
+
+def _start_of(key: str, value: AttributeValue) -> float | None:
+    """Return a start in s: a number, or a date and time as ISO 8601 writes it."""
+    start = start_of(key, value)
+    if start is not None or not isinstance(value, str) or _letters(key) not in DATES:
+        return start
     try:
-        return float(value)
-    except ValueError:
-        pass
-    try:
-        date = np.datetime64(value.strip().removesuffix("Z").removesuffix("+00:00"))
-        return float(date.astype("datetime64[us]").astype(np.int64)) / 1e6 if not np.isnat(date) else None
+        date = datetime.fromisoformat(value.strip())
+        return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
     except (ValueError, OverflowError):
         return None

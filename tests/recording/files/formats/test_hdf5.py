@@ -26,7 +26,7 @@ def path(tmp_path):
 
 @pytest.mark.parametrize("text", [np.bytes_, str, "latest", "after 512 bytes"])
 @pytest.mark.parametrize(
-    ("key", "value"), [("fs", 800.0), ("sampling_rate", 800), ("dt", 1 / 800), ("SampleRate", 800)]
+    ("key", "value"), [("fs", 800.0), ("sampling_rate", 800), ("dt", 1 / 800), ("SampleRate", "800 Hz")]
 )
 @pytest.mark.parametrize("unit", ["unit", "units", "Unit"])
 def test_facts_of_a_dataset(path, text, key, value, unit):
@@ -78,12 +78,12 @@ def test_starts_as_numbers_and_dates(path):
     from sigdb.recording.files.settings import RecordingSettings
 
     with h5py.File(path, "w") as file:
-        for name, start in (("a", "2024-01-01T10:00:00"), ("b", "2024-01-01T10:00:00.050Z"), ("c", 2.5), ("d", 3)):
+        for name, start in (("a", "2024-01-01T10:00:00"), ("b", "2024-01-01T12:00:00.050+02:00"), ("c", 2.5), ("d", 3)):
             file[name] = X
             file[name].attrs["start_time"] = start
     starts = {column.name: column.start for column in read_hdf5(path, RecordingSettings()).columns}
     assert starts["b"] - starts["a"] == pytest.approx(0.05, abs=1e-6)
-    assert (starts["c"], starts["d"]) == (2.5, None)
+    assert (starts["c"], starts["d"]) == (2.5, 3.0)
 
 
 def test_a_compression_that_is_not_there(path, monkeypatch):
@@ -105,6 +105,13 @@ def test_a_dataset_over_frequencies_is_no_channel(path):
     read = read_recording(path, sampling_rate=800)
     assert "spectrum" not in {one.name for one in read.channels}
     assert "a1" in {one.name for one in read.channels}
+
+
+def test_an_abscissa_that_an_attribute_names(path):
+    with h5py.File(path, "w") as file:
+        file["a1"], file["spectrum"] = X, X**2
+        file["a1"].attrs["xunit"], file["spectrum"].attrs["xunit"] = "s", "Hz"
+    assert [one.name for one in read_recording(path, sampling_rate=800).channels] == ["a1"]
 
 
 @pytest.mark.parametrize("unit", ["s", "ms"])
