@@ -48,7 +48,7 @@ quickstart: .venv/base
 	@echo "  $(QUICK)/damaged.png         tooth 6 with 40 % less stiffness"
 
 test: .venv/test
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 fuzz: .venv/test
 	$(BIN)/python tests/fuzz/recordings.py --seconds $(SECONDS) --seed $(SEED) $(if $(CASE),--case $(CASE))

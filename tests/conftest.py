@@ -1,5 +1,7 @@
 """For all tests: one thread for linear algebra, so that rounding is the same everywhere; a cache; an oscillator."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import settings
@@ -12,6 +14,24 @@ from sigdb.transmission.system.assembly import assemble
 
 settings.register_profile("suite", deadline=None)  # a busy machine is no failure
 settings.load_profile("suite")
+
+SLOW = (
+    *("sweep/work/test_crashes.py", "sweep", "recognition", "diagnosis", "cli", "pipeline", "recipes", "models"),
+    *("docs", "architecture", "verification", "report", "database", "dynamics"),
+)
+"""Folders and files that take longest, the slowest first."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config, items):
+    """Several workers begin with what is slow, so that none has a long file left at the end."""
+
+    def rank(item):
+        path = item.path.relative_to(Path(__file__).parent)
+        return next((i for i, name in enumerate(SLOW) if path.is_relative_to(name)), len(SLOW))
+
+    if hasattr(config, "workerinput"):
+        items.sort(key=rank)
 
 
 @pytest.fixture(scope="session", autouse=True)
