@@ -14,7 +14,6 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import SerializerFunctionWrapHandler, Strict, model_serializer, model_validator
-from scipy.interpolate import PchipInterpolator
 
 from sigdb.core import FloatArray, InputError, quantity, without_defaults
 from sigdb.transmission.damage import ToothDamage
@@ -186,7 +185,7 @@ class Table(Profile):
 
     def pair_stiffness(self, x: FloatArray) -> FloatArray:
         """Stiffness of a pair at x passes after first contact."""
-        curve = PchipInterpolator(self.places, self.pair_stiffnesses)
+        curve = _curve(self.places, self.pair_stiffnesses)
         return smooth_ends(curve, x, self.contact_ratio, self.flank) / self.mean_stiffness
 
 
@@ -212,7 +211,7 @@ def area(curve: Callable[[FloatArray], FloatArray], contact_ratio: float, flank:
 
 @lru_cache(maxsize=64)
 def _table_area(places: tuple[float, ...], stiffnesses: tuple[float, ...], flank: float) -> float:
-    return area(PchipInterpolator(places, stiffnesses), places[-1] + flank, flank)
+    return area(_curve(places, stiffnesses), places[-1] + flank, flank)
 
 
 def check_contact(length: float, flank: float) -> None:
@@ -234,3 +233,11 @@ def kind(value: Any) -> str | None:
     if isinstance(value, Mapping):
         return value.get("kind", "trapezoid")
     return getattr(value, "kind", None)
+
+
+def _curve(places: tuple[float, ...], stiffnesses: tuple[float, ...]) -> Callable[[FloatArray], FloatArray]:
+    """A curve through the values of a table that rises and falls with them."""
+    from scipy.interpolate import PchipInterpolator  # its import takes as long as the rest of scipy
+
+    curve: Callable[[FloatArray], FloatArray] = PchipInterpolator(places, stiffnesses)
+    return curve
