@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "guide"
 READS = (GUIDE / "recordings.md").read_text(encoding="utf-8")
 REFUSED = (GUIDE / "refused_recordings.md").read_text(encoding="utf-8")
-FOLDER = ROOT / "sigdb" / "recording"
+FOLDERS = [ROOT / "sigdb" / name for name in ("recording", "diagnosis")]
 SHORTEST = 7
 """Shortest fixed words of a message that are looked for."""
 
@@ -42,7 +42,8 @@ def _words(node):
 
 def _strings():
     """All strings of the code but docstrings, one a line."""
-    nodes = [node for path in FOLDER.rglob("*.py") for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
+    paths = [path for folder in FOLDERS for path in folder.rglob("*.py")]
+    nodes = [node for path in paths for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
     docstrings = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
     texts = (_words(node) for node in nodes if id(node) not in docstrings)
     return "\n".join(text.replace("\n", " ") for text in texts if text)
