@@ -82,8 +82,8 @@ def date_text(days: float, *, since_1904: bool = False) -> str:
 
     Examples
     --------
-    >>> date_text(45050.4166666667), date_text(0.25)
-    ('2023-05-04 10:00:00.000000', '06:00:00.000000')
+    >>> date_text(45050.25), date_text(0.25)
+    ('2023-05-04 06:00:00.000000', '06:00:00.000000')
     """
     if 0 <= days < 1:
         origin = datetime.datetime(2000, 1, 1)
