@@ -1,12 +1,13 @@
 """Supports and drives of the rotors: bearings, couplings to end machines, and the casing."""
 
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, Strict, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer, model_validator
 
 from sigdb.core import FloatArray, Vector, quantity
 from sigdb.transmission.parts.described import Described
+from sigdb.transmission.parts.rolling_elements import RollingElements
 
 Row6 = Annotated[tuple[float, float, float, float, float, float], Strict(False)]
 
@@ -36,6 +37,10 @@ class Bearing(Described):
         "N s/m", "6 x 6 damping over x, y, z, rx, ry, rz; rotations in N m s/rad.", default=None
     )
 
+    rolling: RollingElements | None = Field(
+        default=None, description="Rolling elements, for the orders of their faults; they do not enter the dynamics."
+    )
+
     @model_validator(mode="after")
     def _one_stiffness(self) -> Self:
         for key in ("stiffness", "damping"):
@@ -53,6 +58,12 @@ class Bearing(Described):
         if self.stiffness_matrix is not None and self.stiffness_matrix[5][5] != 0:
             raise ValueError("stiffness_matrix holds the shaft against turning (rz, rz); set that entry to 0")
         return self
+
+    @model_serializer(mode="wrap")
+    def _without_unknown_elements(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave rolling elements out where there are none, as rigs of older versions do: hashes depend on it."""
+        values: dict[str, Any] = handler(self)
+        return values if values.get("rolling") is not None else {k: v for k, v in values.items() if k != "rolling"}
 
     @property
     def matrices(self) -> tuple[FloatArray, FloatArray]:
