@@ -7,6 +7,8 @@ __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 __all__ = [
     "AveragingSettings",
     "Channel",
+    "EnvelopeSpectrum",
+    "OrderMap",
     "RecordedSignature",
     "Recording",
     "RecordingBlocks",

@@ -8,6 +8,8 @@ from .files.read import read_recording as read_recording
 from .files.settings import FileOptions as FileOptions
 from .files.settings import RecordingOptions as RecordingOptions
 from .files.settings import RecordingSettings as RecordingSettings
+from .first_look.envelope_spectrum import EnvelopeSpectrum as EnvelopeSpectrum
+from .first_look.order_map import OrderMap as OrderMap
 from .gear_signature import recorded_signature as recorded_signature
 from .history import recorded_history as recorded_history
 from .notes import NO_MESH as NO_MESH

@@ -12,6 +12,9 @@ from sigdb.recording.blocks.averaged_record import tacho_in_blocks
 from sigdb.recording.blocks.recording_blocks import RecordingBlocks
 from sigdb.recording.evidence.gear_record import GearRecord, at_true_speed, gear_record
 from sigdb.recording.evidence.presence import NoMeshError
+from sigdb.recording.first_look.envelope_spectrum import envelope_spectrum
+from sigdb.recording.first_look.indicator_intervals import indicator_intervals
+from sigdb.recording.first_look.order_map import OrderMap, order_map
 from sigdb.recording.lines import average_noise, record_spectrum, spectral_lines
 from sigdb.recording.notes import average_note, channel_notes, presence_note, range_notes
 from sigdb.recording.orders import AveragedGear, averaged_gear
@@ -126,6 +129,17 @@ def recorded_signature(
         record_spectrum=pd.DataFrame({name: getattr(spectrum, name) for name in ("order", "amplitude", "level")}),
         lines=spectral_lines(spectrum, gear.orders, teeth=gear.teeth),
         indicators={name: float(value) for name, value in values.items()},
+        intervals=indicator_intervals(x, samples_per_rev=n, teeth=gear.teeth, averages=M, cycle=gear.cycle)[
+            : len(values)
+        ],
+        envelope=envelope_spectrum(
+            x,
+            samples_per_rev=n,
+            highest=highest,
+            orders=(*(order for order in gear.orders if order.kind == "shaft"), *gear.bearings),
+            band=settings.envelope_band,
+        ),
+        order_map=_order_map(result, gear),
         notes=(
             *recording.notes,
             *channel_notes(recording, signal),
@@ -135,6 +149,17 @@ def recorded_signature(
             *range_notes(gear.teeth, highest, settings.samples_per_tooth),
         ),
     )
+
+
+def _order_map(result: GearRecord, gear: AveragedGear) -> OrderMap | None:
+    """Return the order map of a run-up; None where the speed changes too little."""
+    x, n, times = result.record.over_angle, result.samples_per_rev, result.times
+    highest = min(result.highest_order, _SHOWN_MESH_ORDERS * gear.teeth)
+    speed = pd.DataFrame({"speed_rpm": 60 / np.diff(times[: len(x) // n + 1])})
+    try:
+        return order_map(x, speed, samples_per_rev=n, highest=highest)
+    except NotApplicableError:
+        return None
 
 
 def _teeth(recording: "Recording", settings: AveragingSettings) -> int | None:

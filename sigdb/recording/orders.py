@@ -12,6 +12,8 @@ from sigdb.transmission import Transmission
 MESH_HARMONICS = 4
 _SHAFT_HARMONICS = 2, 10
 """Harmonics that are named: of the other shafts, and of the averaged shaft."""
+_BEARING_HARMONICS = 3
+"""Harmonics that are named of each fault of a bearing."""
 _SIDEBANDS = 2
 """Pairs of sidebands that are named about each mesh harmonic, for each of its shafts."""
 _SAME = 1e-6
@@ -27,7 +29,7 @@ class NamedOrder:
     name
         Name in words.
     kind
-        ``shaft``, ``mesh``, ``sideband``, or ``unnamed`` for a line that no part explains.
+        ``shaft``, ``mesh``, ``sideband``, ``bearing``, or ``unnamed`` for a line that no part explains.
     order
         Cycles per revolution of the averaged shaft.
     """
@@ -57,6 +59,8 @@ class AveragedGear:
         Tooth counts of the other gears on its shaft.
     mates
         Orders of the shafts of the gears that it meshes with.
+    bearings
+        Orders at which faults of rolling bearings repeat, with harmonics; empty without rolling elements in the rig.
     orders
         Named orders in increasing order, without repetitions.
     """
@@ -68,6 +72,7 @@ class AveragedGear:
     speed_rpm: float | None
     others: tuple[int, ...] = ()
     mates: tuple[float, ...] = ()
+    bearings: tuple[NamedOrder, ...] = ()
     orders: tuple[NamedOrder, ...]
 
 
@@ -107,6 +112,7 @@ def averaged_gear(teeth: int | None, rig: Transmission | None = None, gear: str 
         speed_rpm=abs(rig.ratio(here.shaft)) * rig.operating.speed_rpm or None,
         others=tuple(gear.teeth for key, gear in rig.gears.items() if gear.shaft == here.shaft and key != name),
         mates=tuple(abs(rig.ratio(rig.gears[mate].shaft) / rig.ratio(here.shaft)) for mate in _mates(rig, name)),
+        bearings=tuple(_bearings(rig, here.shaft)),
         orders=_distinct(_of_rig(rig, here.shaft)),
     )
 
@@ -149,6 +155,15 @@ def _cycle(rig: Transmission, gear: str) -> int:
     meet = [tooth_cycle(rig.gears[gear].teeth, rig.gears[mate].teeth) for mate in _mates(rig, gear)]
     repeat = [Fraction(_mesh_order(rig, mesh, shaft)).limit_denominator(10**6).denominator for mesh in rig.meshes]
     return math.lcm(*meet, *repeat)
+
+
+def _bearings(rig: Transmission, shaft: str) -> Iterator[NamedOrder]:
+    for name, bearing in rig.bearings.items():
+        turns = abs(rig.ratio(bearing.shaft) / rig.ratio(shaft))
+        for fault, order in bearing.rolling.orders.items() if bearing.rolling else ():
+            for h in range(1, _BEARING_HARMONICS + 1):
+                times = "" if h == 1 else f" x{h}"
+                yield NamedOrder(name=f"bearing {name} {fault}{times}", kind="bearing", order=h * order * turns)
 
 
 def _of_rig(rig: Transmission, shaft: str) -> Iterator[NamedOrder]:

@@ -32,6 +32,9 @@ class AveragingSettings(Section):
     revolutions: int | None = quantity(
         "-", "Revolutions to average; as many whole tooth cycles as there are if left out.", ge=1, default=None
     )
+    envelope_band: Annotated[tuple[float, float], Strict(False)] | None = Field(
+        default=None, description="Band of the envelope spectrum, in orders; the most impulsive if left out."
+    )
 
 
 class AngleOptions(TypedDict, total=False):
@@ -43,6 +46,7 @@ class AngleOptions(TypedDict, total=False):
     speed_rpm: float | None
     speed_range_rpm: tuple[float, float] | None
     revolutions: int | None
+    envelope_band: tuple[float, float] | None
 
 
 class AveragingOptions(AngleOptions, total=False):

@@ -7,6 +7,8 @@ import pandas as pd
 
 from sigdb.core import FloatArray, InputError, Note, plain
 from sigdb.recording.evidence.presence import MeshPresence
+from sigdb.recording.first_look.envelope_spectrum import EnvelopeSpectrum
+from sigdb.recording.first_look.order_map import OrderMap
 from sigdb.signature import FEATURES, features
 
 
@@ -58,6 +60,13 @@ class RecordedSignature:
         ``over_level`` (amplitude over the level about it), ``stands_out`` (whether the line stands out of the level).
     indicators
         Values of :data:`sigdb.signature.INDICATORS` by name; empty where the gear is not present.
+    intervals
+        ``indicator``, ``low``, ``high``: 95 % intervals of the indicators from the revolutions; empty where the gear is
+        not present, nan for fewer than ten groups of revolutions.
+    envelope
+        Spectrum of the envelope in a band of orders, with the orders of shafts and bearings.
+    order_map
+        Amplitude by order and speed of a run-up or coast-down; None where the speed changes by less than 10 %.
     notes
         Notes on the reading, the angle and the average, in this order.
     """
@@ -85,6 +94,9 @@ class RecordedSignature:
     record_spectrum: pd.DataFrame
     lines: pd.DataFrame
     indicators: dict[str, float]
+    intervals: pd.DataFrame
+    envelope: EnvelopeSpectrum
+    order_map: OrderMap | None
     notes: tuple[Note, ...]
 
     def row(self, *, torque: float, speed_rpm: float | None = None) -> pd.DataFrame:
@@ -130,12 +142,30 @@ class RecordedSignature:
         -------
         dict
             Attributes by name. Tables are columns by name, notes have ``code``, ``text`` and ``values``, and None
-            stands for a number that is unknown.
+            stands for a number that is unknown. ``envelope`` is split: its table is ``envelope_spectrum``.
+            ``order_map`` holds the mesh harmonics only.
         """
+        values = {name: _plain(value) for name, value in vars(self).items() if name not in ("envelope", "order_map")}
+        envelope = {name: _plain(value) for name, value in vars(self.envelope).items() if name != "spectrum"}
         return {
-            name: plain(value.to_dict("list") if isinstance(value, pd.DataFrame) else value)
-            for name, value in vars(self).items()
+            **values,
+            "envelope": envelope,
+            "envelope_spectrum": _plain(self.envelope.spectrum),
+            "order_map": _mesh_orders(self.order_map, self.teeth),
         }
+
+
+def _plain(value: object) -> Any:
+    return plain(value.to_dict("list") if isinstance(value, pd.DataFrame) else value)
+
+
+def _mesh_orders(order_map: OrderMap | None, teeth: int) -> dict[str, Any] | None:
+    """Return the amplitudes of the first mesh harmonics by speed."""
+    if order_map is None:
+        return None
+    harmonics = [h for h in (1, 2, 3) if h * teeth <= order_map.order[-1]]
+    amplitude = {f"mesh x{h}": plain(order_map.along(h * teeth)) for h in harmonics}
+    return {"speed_rpm": plain(order_map.speed_rpm), "frames": plain(order_map.frames), "amplitude": amplitude}
 
 
 _SI_UNITS = {

@@ -28,6 +28,9 @@ def signature(tsa, seed=0, **changes):
     noise = 0.01
     empty = pd.DataFrame()
     made = RecordedSignature(
+        intervals=pd.DataFrame({"indicator": [], "low": [], "high": []}),
+        envelope=None,
+        order_map=None,
         source="run.csv", channel="a1", unit="m/s^2", gear="pinion", shaft="shaft", teeth=TEETH, angle="tacho",
         absolute=True, tsa=tsa + noise * np.random.default_rng(seed).standard_normal(N), scatter=0.1,
         noise=np.full(N // 2 + 1, noise), averages=100, dropped=0, cycle=None, speed_rpm=600.0, speed_track=empty,

@@ -64,6 +64,9 @@ def recorded(signal, seed, *, gain=1.0, absolute=True, turn=0):
     x = np.roll(gain * np.fft.irfft(PATH * np.fft.rfft(signal), N), turn * N // TEETH)
     noise = 0.05 * x.std()
     return RecordedSignature(
+        intervals=pd.DataFrame({"indicator": [], "low": [], "high": []}),
+        envelope=None,
+        order_map=None,
         source="made here",
         channel="a1",
         unit="V",

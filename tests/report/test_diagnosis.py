@@ -24,6 +24,9 @@ def note(text):
 def signature(channel="a<1>", unit="m/s"):
     empty = pd.DataFrame()
     return RecordedSignature(
+        intervals=pd.DataFrame({"indicator": [], "low": [], "high": []}),
+        envelope=None,
+        order_map=None,
         source="run.csv", channel=channel, unit=unit, gear="pinion", shaft="shaft", teeth=3, angle="tacho",
         absolute=True, tsa=SIGNAL, scatter=0.1, noise=np.full(49, 0.1), averages=12, dropped=0, cycle=3,
         speed_rpm=600.0, speed_track=empty, kept=1.0, presence=PRESENT, highest_order=48.0, order_spectrum=empty,

@@ -39,6 +39,9 @@ def of_a_recording(x, teeth):
     """The row of a recording whose average is ``x``."""
     empty = pd.DataFrame()
     recorded = RecordedSignature(
+        intervals=pd.DataFrame({"indicator": [], "low": [], "high": []}),
+        envelope=None,
+        order_map=None,
         source="file",
         channel="a",
         unit="m/s^2",

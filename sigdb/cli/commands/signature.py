@@ -12,7 +12,7 @@ from sigdb.cli.options.recordings import recording_options
 if TYPE_CHECKING:
     from sigdb.recording import AngleOptions, RecordingOptions
 
-_LARGE = "record_spectrum"
+_LARGE = ("record_spectrum", "envelope_spectrum")
 """Tens of thousands of numbers, which a report holds and the terminal does not show."""
 
 
@@ -74,7 +74,7 @@ def signature(
     history = recorded_history(signatures, baseline=baseline) if len(signatures) > 1 else None
     if form == "json":
         facts = [signature.as_json() for signature in signatures]
-        echo_json([{name: fact[name] for name in fact if name != _LARGE} for fact in facts], indent=None)
+        echo_json([{name: fact[name] for name in fact if name not in _LARGE} for fact in facts], indent=None)
     else:
         texts = [recorded_text(signature, terminal=terminal) for signature in signatures]
         texts += [] if history is None else [history_text(history, terminal=terminal)]

@@ -63,6 +63,13 @@ _ANGLE = {
     "revolutions": click.option(
         "--revolutions", type=click.IntRange(1), help="Revolutions to average; by default all whole tooth cycles."
     ),
+    "envelope_band": click.option(
+        "--envelope-band",
+        nargs=2,
+        type=float,
+        metavar="LOW HIGH",
+        help="Band of the envelope spectrum, in orders of the shaft; by default the most impulsive.",
+    ),
 }
 """Options of :func:`sigdb.recording.recorded_signature`."""
 

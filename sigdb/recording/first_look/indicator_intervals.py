@@ -24,9 +24,9 @@ def indicator_intervals(
 
         s^2 = (G - 1) / G sum_g (t_g - mean t)^2,
 
-    and the interval is ``t +- q s`` with the quantile q of Student's law with G - 1 degrees of freedom. It holds for the
-    mean over repetitions of the recording with as many averages: noise that an average of that length keeps is part of
-    it. Groups of consecutive revolutions also count slow changes of speed and load.
+    and the interval is ``t +- q s`` with the quantile q of Student's law with G - 1 degrees of freedom. It holds for
+    the mean over repetitions of the recording with as many averages. Noise that an average of that length keeps is
+    part of it. Groups of consecutive revolutions also count slow changes of speed and load.
 
     Parameters
     ----------

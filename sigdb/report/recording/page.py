@@ -9,7 +9,7 @@ from sigdb.core import __version__, json_text, plain
 from sigdb.recording import RecordedSignature
 from sigdb.report.page import page
 from sigdb.report.recording.pictures import history_figure, recorded_figures
-from sigdb.report.recording.tables import fact_rows, history_table, indicator_table, line_table
+from sigdb.report.recording.tables import envelope_table, fact_rows, history_table, indicator_table, line_table
 
 PAGE, NUMBERS = "index.html", "signature.json"
 """Files of a report."""
@@ -73,4 +73,5 @@ def _signature(signature: RecordedSignature) -> dict[str, object]:
         "pictures": list(recorded_figures(signature)),
         "lines": line_table(signature),
         "indicators": indicator_table(signature),
+        "envelope": envelope_table(signature),
     }

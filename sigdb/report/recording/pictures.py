@@ -8,13 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
 from sigdb.core import FloatArray
-from sigdb.recording import RecordedSignature
+from sigdb.recording import OrderMap, RecordedSignature
 from sigdb.report.evaluation.style import drawing, lay_grid
 from sigdb.report.page import CaptionedFigure
 from sigdb.report.panels import DAMAGE, HEALTHY, INK, draw_distribution, draw_signal
 from sigdb.signature import wigner_ville
 
-_KINDS = {"mesh": DAMAGE, "sideband": "#3c8d7a", "shaft": "#8a6bbd", "unnamed": "#8c8c8c"}
+_KINDS = {"mesh": DAMAGE, "sideband": "#3c8d7a", "shaft": "#8a6bbd", "bearing": "#b5651d", "unnamed": "#8c8c8c"}
 _HIGHEST = 4
 """Highest order of the distribution, in mesh orders."""
 _ABOUT = 2.6
@@ -38,6 +38,9 @@ def recorded_figures(signature: RecordedSignature) -> Iterator[CaptionedFigure]:
     yield _average(signature)
     yield _spectrum(signature)
     yield _sidebands(signature)
+    yield _envelope(signature)
+    if signature.order_map is not None:
+        yield _order_map(signature, signature.order_map)
     yield _distribution(signature)
 
 
@@ -122,6 +125,40 @@ def _sidebands(signature: RecordedSignature) -> CaptionedFigure:
         axes.set_xlabel("order, 1/rev")
     return CaptionedFigure(
         "Mesh harmonics and sidebands", "The same spectrum about the first mesh harmonics, lines named.", figure
+    )
+
+
+def _envelope(signature: RecordedSignature) -> CaptionedFigure:
+    spectrum, envelope = signature.envelope.spectrum, signature.envelope
+    with drawing(width=8.0, height=3.2) as figure:
+        axes = figure.subplots()
+        _draw_spectrum(axes, spectrum[spectrum["order"] > 0])
+        axes.set_ylim(top=axes.get_ylim()[1] * 12)  # room for the names
+        axes.set(xlim=(0, spectrum["order"].iloc[-1]), xlabel="order, 1/rev", ylabel=f"peak, {_unit(signature)}")
+        _mark(axes, envelope.lines, ("shaft", "bearing"), names=True)
+    low, high = envelope.band
+    band = f"The record without its average, in the band of orders {low:.4g} to {high:.4g}"
+    return CaptionedFigure(
+        "Envelope spectrum",
+        f"{band}, excess kurtosis {envelope.kurtosis:.3g}. Dots are orders of shafts and bearings that stand out.",
+        figure,
+    )
+
+
+def _order_map(signature: RecordedSignature, found: OrderMap) -> CaptionedFigure:
+    with drawing(width=8.0, height=4.2) as figure:
+        axes = figure.subplots()
+        decibels = 20 * np.log10(np.maximum(found.amplitude, 1e-5 * np.nanmax(found.amplitude)))
+        image = axes.pcolormesh(
+            found.order, found.speed_rpm, decibels, shading="nearest", cmap="magma", rasterized=True
+        )
+        image.set_clim(np.nanmax(decibels) - 60, np.nanmax(decibels))
+        axes.set(xlabel="order, 1/rev", ylabel="speed, rpm")
+        figure.colorbar(image, ax=axes, pad=0.01, label=f"peak amplitude, dB re 1 {_unit(signature)}")
+    return CaptionedFigure(
+        "Order map",
+        "Amplitude by order and speed, from frames of eight revolutions; white where no frame lies.",
+        figure,
     )
 
 

@@ -3,6 +3,7 @@
 from math import isnan
 from pathlib import PureWindowsPath
 
+import numpy as np
 import pandas as pd
 
 from sigdb.recording import RecordedSignature, Recording, RecordingBlocks
@@ -86,13 +87,16 @@ def recorded_text(signature: RecordedSignature, *, terminal: Terminal = PLAIN) -
     facts = fact_rows(signature)
     width = max(len(name) for name, _ in facts)
     head = "\n".join(f"  {name.ljust(width)}  {value}" for name, value in facts)
-    lines = line_table(signature)
+    lines, envelope = line_table(signature), envelope_table(signature)
     blocks = [
         f"{signature.source}\n{head}",
         f"Indicators\n{indicator_table(signature).text(terminal, indent=2)}",
         f"Lines that stand out of the spectrum over the angle\n{lines.text(terminal, indent=2)}"
         if lines.rows
         else "No line stands out",
+        f"Envelope spectrum: {envelope_text(signature)}\n"
+        + (envelope.text(terminal, indent=2) if envelope.rows else "  no such order stands out"),
+        *([f"Order map\n  {order_map_text(signature)}"] if signature.order_map else []),
         "Notes\n" + "\n".join(f"  - {note.text}" for note in signature.notes),
     ]
     return "\n\n".join(blocks) + "\n"
@@ -153,8 +157,40 @@ def _averages(signature: RecordedSignature) -> str:
 
 def indicator_table(signature: RecordedSignature) -> TextTable:
     """Return the table of the indicators, with their descriptions."""
-    rows = [[name, number(value), INDICATORS[name].help] for name, value in signature.indicators.items()]
-    return TextTable(("indicator", "value", "what"), rows)
+    table = signature.intervals
+    intervals = dict(zip(table["indicator"], zip(table["low"], table["high"], strict=True), strict=True))
+    rows = [
+        [name, number(value), _interval(*intervals[name]), INDICATORS[name].help]
+        for name, value in signature.indicators.items()
+    ]
+    return TextTable(("indicator", "value", "95 % interval", "what"), rows)
+
+
+def _interval(low: float, high: float) -> str:
+    return "unknown, too few revolutions" if isnan(low) else f"{number(low)} to {number(high)}"
+
+
+def envelope_table(signature: RecordedSignature) -> TextTable:
+    """Return the table of the shafts' and bearings' orders that stand out of the envelope spectrum."""
+    lines = signature.envelope.lines[signature.envelope.lines["stands_out"]]
+    columns = (lines[name] for name in ("order", "nominal", "amplitude", "over_level", "name"))
+    rows = [
+        [f"{order:.3f}", f"{nominal:.3f}", number(amplitude), f"{over:.1f}", name]
+        for order, nominal, amplitude, over, name in zip(*columns, strict=True)
+    ]
+    return TextTable(("order", "nominal", "amplitude", "over level", "what"), rows)
+
+
+def envelope_text(signature: RecordedSignature) -> str:
+    """Return a sentence on the band of the envelope and the orders that were searched in its spectrum."""
+    envelope = signature.envelope
+    low, high = envelope.band
+    source = "the most impulsive band" if envelope.chosen == "kurtosis" else "the stated band"
+    bearings = "shafts and bearings" if (envelope.lines["kind"] == "bearing").any() else "shafts"
+    return (
+        f"orders {low:.4g} to {high:.4g}, {source}, excess kurtosis {envelope.kurtosis:.3g}; orders of {bearings} are "
+        "searched"
+    )
 
 
 def line_table(signature: RecordedSignature) -> TextTable:
@@ -163,3 +199,19 @@ def line_table(signature: RecordedSignature) -> TextTable:
     columns = zip(lines["order"], lines["amplitude"], lines["over_level"], lines["name"], strict=True)
     rows = [[f"{order:.3f}", number(amplitude), f"{over:.1f}", name] for order, amplitude, over, name in columns]
     return TextTable(("order", "amplitude", "over level", "what"), rows)
+
+
+def order_map_text(signature: RecordedSignature) -> str:
+    """Return a sentence on the speeds of a run-up, and on the speed at which each mesh harmonic is greatest."""
+    found, teeth = signature.order_map, signature.teeth
+    if found is None:
+        return ""
+    peaks = []
+    for h in (1, 2, 3):
+        if h * teeth <= found.order[-1]:
+            along = found.along(h * teeth)
+            at = int(np.nanargmax(along))
+            name = "mesh" if h == 1 else f"mesh x{h}"
+            peaks.append(f"{name} is greatest at {found.speed_rpm[at]:.0f} rpm ({along[at]:.4g})")
+    speeds = f"{found.speed_rpm[0]:.0f} to {found.speed_rpm[-1]:.0f} rpm in {len(found.speed_rpm)} bins"
+    return "; ".join([speeds, *peaks])

@@ -40,7 +40,7 @@ def test_the_page_needs_nothing_else(page):
     text = page.read_text(encoding="utf-8")
     assert not re.findall(r"<script|<link|https?://|url\(", text)
     pictures = re.findall(r'src="data:image/png;base64,([^"]*)"', text)
-    assert len(pictures) == text.count("<img") == 1 + 2 * 5
+    assert len(pictures) == text.count("<img") == 1 + 2 * 6
     assert all(base64.b64decode(one, validate=True).startswith(b"\x89PNG") for one in pictures)
 
 
