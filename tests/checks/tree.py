@@ -49,7 +49,6 @@ SMALL = {
     "recognition/targets/detection_tables.py": "tables of one target, apart from its metrics",
     "recognition/templates/compact_signals.py": "one transformation of averages",
     "recording/history.py": "one result of a series of recordings",
-    "recording/settings.py": "settings of averaging",
     "report/evaluation/style.py": "colours and names of one kind of page",
     "report/evaluation/text.py": "the text of an evaluation, apart from its page",
     "report/settings.py": "a section of a recipe",
@@ -60,6 +59,7 @@ SMALL = {
     "signature/wigner_ville/lag_products.py": "importing it imports numba",
     "transmission/library.py": "rigs by name and from files",
     "transmission/parts/described.py": "the base of all parts",
+    "transmission/parts/rolling_elements.py": "a part of a bearing that does not enter the dynamics",
     "transmission/parts/sensors.py": "one kind of part",
 }
 """Small files, each with the reason why it stands alone."""

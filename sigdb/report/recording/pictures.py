@@ -145,12 +145,12 @@ def _envelope(signature: RecordedSignature) -> CaptionedFigure:
     )
 
 
-def _order_map(signature: RecordedSignature, found: OrderMap) -> CaptionedFigure:
+def _order_map(signature: RecordedSignature, by_speed: OrderMap) -> CaptionedFigure:
     with drawing(width=8.0, height=4.2) as figure:
         axes = figure.subplots()
-        decibels = 20 * np.log10(np.maximum(found.amplitude, 1e-5 * np.nanmax(found.amplitude)))
+        decibels = 20 * np.log10(np.maximum(by_speed.amplitude, 1e-5 * np.nanmax(by_speed.amplitude)))
         image = axes.pcolormesh(
-            found.order, found.speed_rpm, decibels, shading="nearest", cmap="magma", rasterized=True
+            by_speed.order, by_speed.speed_rpm, decibels, shading="nearest", cmap="magma", rasterized=True
         )
         image.set_clim(np.nanmax(decibels) - 60, np.nanmax(decibels))
         axes.set(xlabel="order, 1/rev", ylabel="speed, rpm")

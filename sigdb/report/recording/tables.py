@@ -203,15 +203,15 @@ def line_table(signature: RecordedSignature) -> TextTable:
 
 def order_map_text(signature: RecordedSignature) -> str:
     """Return a sentence on the speeds of a run-up, and on the speed at which each mesh harmonic is greatest."""
-    found, teeth = signature.order_map, signature.teeth
-    if found is None:
+    by_speed, teeth = signature.order_map, signature.teeth
+    if by_speed is None:
         return ""
     peaks = []
     for h in (1, 2, 3):
-        if h * teeth <= found.order[-1]:
-            along = found.along(h * teeth)
+        if h * teeth <= by_speed.order[-1]:
+            along = by_speed.along(h * teeth)
             at = int(np.nanargmax(along))
             name = "mesh" if h == 1 else f"mesh x{h}"
-            peaks.append(f"{name} is greatest at {found.speed_rpm[at]:.0f} rpm ({along[at]:.4g})")
-    speeds = f"{found.speed_rpm[0]:.0f} to {found.speed_rpm[-1]:.0f} rpm in {len(found.speed_rpm)} bins"
+            peaks.append(f"{name} is greatest at {by_speed.speed_rpm[at]:.0f} rpm ({along[at]:.4g})")
+    speeds = f"{by_speed.speed_rpm[0]:.0f} to {by_speed.speed_rpm[-1]:.0f} rpm in {len(by_speed.speed_rpm)} bins"
     return "; ".join([speeds, *peaks])
