@@ -20,6 +20,7 @@ from .parts.gears import AnyProfile as AnyProfile
 from .parts.gears import Gear as Gear
 from .parts.gears import Mesh as Mesh
 from .parts.gears import Operating as Operating
+from .parts.rolling_bearing import RollingBearing as RollingBearing
 from .rig import Transmission as Transmission
 from .summary.facts import BearingFacts as BearingFacts
 from .summary.facts import BodyFacts as BodyFacts

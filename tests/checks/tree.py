@@ -59,7 +59,7 @@ SMALL = {
     "signature/wigner_ville/lag_products.py": "importing it imports numba",
     "transmission/library.py": "rigs by name and from files",
     "transmission/parts/described.py": "the base of all parts",
-    "transmission/parts/rolling_elements.py": "a part of a bearing that does not enter the dynamics",
+    "transmission/parts/rolling_bearing.py": "a part of a bearing that does not enter the dynamics",
     "transmission/parts/sensors.py": "one kind of part",
 }
 """Small files, each with the reason why it stands alone."""

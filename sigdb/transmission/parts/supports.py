@@ -7,7 +7,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_seriali
 
 from sigdb.core import FloatArray, Vector, quantity
 from sigdb.transmission.parts.described import Described
-from sigdb.transmission.parts.rolling_elements import RollingElements
+from sigdb.transmission.parts.rolling_bearing import RollingBearing
 
 Row6 = Annotated[tuple[float, float, float, float, float, float], Strict(False)]
 
@@ -37,8 +37,9 @@ class Bearing(Described):
         "N s/m", "6 x 6 damping over x, y, z, rx, ry, rz; rotations in N m s/rad.", default=None
     )
 
-    rolling: RollingElements | None = Field(
-        default=None, description="Rolling elements, for the orders of their faults; they do not enter the dynamics."
+    rolling: RollingBearing | None = Field(
+        default=None,
+        description="Geometry of a rolling bearing, for the orders of its faults; it does not enter the dynamics.",
     )
 
     @model_validator(mode="after")

@@ -6,7 +6,7 @@ import pytest
 from sigdb.core import InputError
 from sigdb.recording.first_look.envelope_spectrum import envelope_spectrum
 from sigdb.recording.orders import NamedOrder
-from sigdb.transmission.parts.rolling_elements import RollingElements
+from sigdb.transmission import RollingBearing
 
 N, REVOLUTIONS = 512, 300
 TURNS = np.arange(N * REVOLUTIONS) / N
@@ -71,11 +71,11 @@ def test_a_single_revolution_has_no_envelope_to_speak_of():
 
 def test_the_orders_of_a_bearing_are_those_of_its_published_table():
     """SKF 6205-2RS JEM of the Case Western Reserve University's bearing data centre; its ball spin is twice the BSF."""
-    bearing = RollingElements(elements=9, element_diameter=0.3126 * 0.0254, pitch_diameter=1.537 * 0.0254)
+    bearing = RollingBearing(rolling_elements=9, rolling_diameter=0.3126 * 0.0254, pitch_diameter=1.537 * 0.0254)
     published = {"FTF": 0.39828, "BPFO": 3.5848, "BPFI": 5.4152, "BSF": 4.7135 / 2}
     assert bearing.orders == pytest.approx(published, abs=3e-4)
 
 
 def test_elements_that_do_not_fit_are_refused():
     with pytest.raises(InputError, match="leaves no room for 20 elements"):
-        RollingElements(elements=20, element_diameter=8e-3, pitch_diameter=39e-3)
+        RollingBearing(rolling_elements=20, rolling_diameter=8e-3, pitch_diameter=39e-3)

@@ -14,9 +14,9 @@ from sigdb.recording.synthetic.sensors import (
     through_path,
 )
 from sigdb.recording.synthetic.surroundings import Drift
-from sigdb.recording.synthetic.tones import BearingTones, RollingBearing, sum_of_tones
+from sigdb.recording.synthetic.tones import BearingTones, sum_of_tones
 from sigdb.signature import synchronous_average, tacho_pulses
-from sigdb.transmission import load_transmission
+from sigdb.transmission import RollingBearing, load_transmission
 
 RATE = 51.2e3
 
