@@ -125,7 +125,7 @@ KINDS = (
     FileKind(
         name="WAV",
         suffixes=(".wav",),
-        begins=lambda begin: begin[:4] in (b"RIFF", b"RIFX", b"RF64") and begin[8:12] == b"WAVE",
+        begins=lambda begin: begin[:4] in wav.MARKS and begin[8:12] == b"WAVE",
         read=wav.read_wav,
         foreign=wav.FOREIGN,
         blocks=wav.wav_blocks,

@@ -11,7 +11,7 @@ from scipy.io import wavfile
 
 from sigdb.core import InputError
 from sigdb.recording import read_in_blocks, read_recording
-from sigdb.recording.files.formats.wav import stated_size
+from sigdb.recording.files.formats.wav_chunks import stated_size
 
 FS = 8000.0
 N = 10_007
