@@ -135,7 +135,7 @@ def recorded_signature(
         envelope=envelope_spectrum(
             x,
             samples_per_rev=n,
-            highest=highest,
+            highest=result.lowest_nyquist_order,
             orders=(*(order for order in gear.orders if order.kind == "shaft"), *gear.bearings),
             band=settings.envelope_band,
         ),

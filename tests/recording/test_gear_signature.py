@@ -376,3 +376,24 @@ def test_a_harmonic_that_does_not_apply_is_skipped_and_a_wrong_input_is_not(monk
     monkeypatch.setattr("sigdb.recording.shaft_angle.mesh_pulses", refuse_second)
     with pytest.raises(InputError, match="x holds text"):
         recorded_signature(slow, **options)
+
+
+def test_a_run_up_has_an_order_map_and_a_steady_speed_has_none():
+    turns = turned(12, 10.0, 1.0)
+    signature = recorded_signature(recording(turns, vibration(turns)), teeth=TEETH)
+    assert signature.order_map.speed_rpm[[0, -1]] == pytest.approx([600, 1320], rel=0.1)
+    assert np.nanmedian(signature.order_map.along(24)) == pytest.approx(0.6, rel=0.1)
+    assert signature.as_json()["order_map"]["amplitude"].keys() == {"mesh x1", "mesh x2", "mesh x3"}
+    assert signature.envelope.band[1] <= FS / 2 / 22 * 1.01  # the fastest revolution has the lowest Nyquist order
+    turns = turned(8)
+    signature = recorded_signature(recording(turns, vibration(turns)), teeth=TEETH)
+    assert signature.order_map is None
+    assert list(signature.intervals["indicator"]) == list(signature.indicators)
+
+
+def test_a_stated_band_of_the_envelope_is_taken():
+    turns = turned(8)
+    signature = recorded_signature(recording(turns, vibration(turns)), teeth=TEETH, envelope_band=(20, 60))
+    assert (signature.envelope.band, signature.envelope.chosen) == ((20.0, 60.0), "stated")
+    with pytest.raises(InputError, match="envelope_band = 60 to 20 orders must rise"):
+        recorded_signature(recording(turns, vibration(turns)), teeth=TEETH, envelope_band=(60, 20))

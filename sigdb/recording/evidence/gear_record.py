@@ -66,6 +66,11 @@ class GearRecord:
         """Half the sampling rate, in orders, at the mean speed."""
         return self.signal.sampling_rate / 2 / (self.speed_rpm / 60)
 
+    @property
+    def lowest_nyquist_order(self) -> float:
+        """Half the sampling rate, in orders, at the greatest speed."""
+        return self.signal.sampling_rate / 2 * float(np.diff(self.times).min())
+
 
 def gear_record(
     recording: "Recording | RecordingBlocks",
