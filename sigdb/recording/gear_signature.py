@@ -172,7 +172,8 @@ def _signal(recording: "Recording", name: str | None) -> "Channel":
         return recording.channel(name)
     if not recording.signals:
         raise InputError(f"{recording.source}: no channel besides the tacho; a signature needs a signal")
-    return recording.signals[0]
+    constant = {str(note.values.get("channel")) for note in recording.notes if note.code == "constant-channel"}
+    return next((signal for signal in recording.signals if signal.name not in constant), recording.signals[0])
 
 
 def _record(

@@ -397,3 +397,11 @@ def test_a_stated_band_of_the_envelope_is_taken():
     assert (signature.envelope.band, signature.envelope.chosen) == ((20.0, 60.0), "stated")
     with pytest.raises(InputError, match="envelope_band = 60 to 20 orders must rise"):
         recorded_signature(recording(turns, vibration(turns)), teeth=TEETH, envelope_band=(60, 20))
+
+
+def test_a_constant_channel_is_not_averaged_by_default(tmp_path):
+    turns = turned(8)
+    lines = [f"1500,{x:.5f},{y:.3f}" for x, y in zip(vibration(turns), tacho_of(turns), strict=True)]
+    (tmp_path / "run.csv").write_text("\n".join(["rpm,a1,tacho", *lines]), encoding="utf-8")
+    read = sigdb.read_recording(tmp_path / "run.csv", sampling_rate=FS, tacho="tacho")
+    assert recorded_signature(read, teeth=TEETH).channel == "a1"

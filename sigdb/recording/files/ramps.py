@@ -89,3 +89,18 @@ def _repeats(steps: FloatArray) -> bool:
         return False
     apart = jumps.size < 2 or np.diff(jumps).min() >= LONG_TEETH
     return bool(apart and np.all(steps[jumps] * np.sign(step) < -(LONG_TEETH / 2) * abs(step)))
+
+
+def rises_in_equal_steps(x: FloatArray) -> bool:
+    """Return whether a series rises from sample to sample by the same step, to a thousandth of it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rises_in_equal_steps(np.arange(10) * 0.5), rises_in_equal_steps(np.arange(10.0) ** 2)
+    (True, False)
+    """
+    if x.size < 3 or not np.isfinite(x).all():
+        return False
+    step = (x[-1] - x[0]) / (x.size - 1)
+    return bool(step > 0 and np.abs(x - x[0] - step * np.arange(x.size)).max() <= 1e-3 * step)

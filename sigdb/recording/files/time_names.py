@@ -160,3 +160,26 @@ def _sounds_like_time(word: str) -> bool:
     return (
         word in _TIME - _SHORT or word.startswith(("time", "zeit")) or word.endswith(("time", "zeit", "时间", "時間"))
     )
+
+
+_OTHER_UNITS = {
+    "hz": "frequency", "khz": "frequency", "mhz": "frequency", "cpm": "frequency", "order": "order", "orders": "order",
+    "deg": "angle", "°": "angle", "degree": "angle", "degrees": "angle", "rad": "angle", "rev": "angle",
+}  # fmt: skip
+_OTHER_WORDS = {
+    "freq": "frequency", "frequ": "frequency", "fréq": "frequency", "frec": "frequency", "częst": "frequency",
+    "频率": "frequency", "周波数": "frequency", "order": "order", "ordnung": "order", "angle": "angle",
+    "winkel": "angle", "crank": "angle", "angolo": "angle", "ángulo": "angle", "hoek": "angle",
+}  # fmt: skip
+
+
+def other_abscissa(name: str, unit: str) -> str:
+    """Return the quantity, ``frequency``, ``order`` or ``angle``, that a column's unit or name states; "" for others.
+
+    Examples
+    --------
+    >>> other_abscissa("Frequenz", ""), other_abscissa("x", "Hz"), other_abscissa("a1", "g")
+    ('frequency', 'frequency', '')
+    """
+    by_name = (quantity for word, quantity in _OTHER_WORDS.items() if name.lower().lstrip().startswith(word))
+    return _OTHER_UNITS.get(unit.strip().lower()) or next(by_name, "")

@@ -278,3 +278,29 @@ def test_a_speed_of_the_file_is_to_be_confirmed():
 def test_a_unit_in_brackets_ends_a_name_in_every_format(name, short, unit):
     channel = recording_of({name: A1}, {name: FS}).channels[0]
     assert (channel.name, channel.unit) == (short, unit)
+
+
+@pytest.mark.parametrize(
+    ("head", "quantity"),
+    [
+        ("Frequency [Hz]", "frequency"),
+        ("f [kHz]", "frequency"),
+        ("Frequenz", "frequency"),
+        ("order", "order"),
+        ("crank angle [deg]", "angle"),
+        ("Winkel [°]", "angle"),
+    ],
+)
+@pytest.mark.parametrize("options", [{}, {"sampling_rate": 2000}])
+def test_a_table_over_frequency_or_angle_is_no_signal(tmp_path, head, quantity, options):
+    path = tmp_path / "spectrum.csv"
+    path.write_text(f"{head},a1\n" + "".join(f"{5 * i},{i % 7}\n" for i in range(100)), encoding="utf-8")
+    with pytest.raises(InputError, match=f"rises in equal steps of {quantity}: the other columns run over {quantity}"):
+        read_recording(path, **options)
+
+
+def test_a_frequency_that_is_measured_is_a_channel(tmp_path):
+    path = tmp_path / "run.csv"
+    lines = [f"{50 + i * 37 % 5},{i % 7}" for i in range(100)]
+    path.write_text("\n".join(["Frequency [Hz],a1", *lines]), encoding="utf-8")
+    assert [channel.name for channel in read_recording(path, sampling_rate=2000).channels] == ["Frequency", "a1"]
