@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from sigdb.core.errors import InputError
 from sigdb.recording import read_recording
+from sigdb.recording.files.formats.excel_sheets import date_text
 
 # Written by xlwt 1.3: sheets Notes, Run 1 (sample rate 2000; a1 = x in m/s²; tacho true for odd k; a remark) and
 # Clock (32 rows a second from 2023-05-04 10:30; a = x), of 30 rows each, with x = (7k mod 30)/4 - 3.
@@ -159,6 +160,19 @@ def test_numbers_with_other_formats_are_numbers(tmp_path, code):
     rows = [["a", "b"], *([("s='0'", repr(float(x))), 2 * float(x)] for x in X)]
     read = read_recording(xlsx(tmp_path / "run.xlsx", {"Run": rows}, styles=styles), sampling_rate=10)
     assert_array_equal(read.channel("a").samples, X)
+
+
+@pytest.mark.parametrize(
+    ("days", "since_1904", "text"),
+    [
+        (41_462.5, False, "2013-07-07 12:00:00.000000"),
+        (40_000.5, True, "2013-07-07 12:00:00.000000"),
+        (0.75, True, "18:00:00.000000"),
+        (1e300, False, ""),
+    ],
+)
+def test_days_since_1900_or_1904(days, since_1904, text):
+    assert date_text(days, since_1904=since_1904) == text
 
 
 def test_words_among_numbers_are_refused_by_row(tmp_path):

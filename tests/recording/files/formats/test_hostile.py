@@ -59,7 +59,22 @@ def test_damaged_files_of_every_format_end_in_one_line(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", ["a.csv", "a.csv.gz", "a.mat", "a.h5", "a.wav", "a.parquet", "a.npz", "a.npy", "a.uff", "a.tdms", "a.mf4"]
+    "name",
+    [
+        "a.csv",
+        "a.csv.gz",
+        "a.mat",
+        "a.h5",
+        "a.wav",
+        "a.parquet",
+        "a.npz",
+        "a.npy",
+        "a.uff",
+        "a.tdms",
+        "a.mf4",
+        "a.xlsx",
+        "a.xls",
+    ],
 )
 def test_empty_files_and_garbage(tmp_path, name):
     path = tmp_path / name
