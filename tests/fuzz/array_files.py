@@ -190,6 +190,8 @@ PARQUET = {
 def parquet_file(path, known, random, **how):
     kind = how["type"] if how["type"] in ("f8", "f4", "i2") else "f8"
     x, tolerance = _stored(known, kind)
+    if how["type"] == "half":
+        x = x / abs(x).max()
     columns = []
     for name, unit, values in zip(known.names, known.units, x, strict=True):
         label = f"{name} [{unit}]" if how["unit"] == "brackets" else name

@@ -1,6 +1,7 @@
 """Cases of the fuzzer: each is determined by a seed and a number, and ends in an outcome or a fault."""
 
 import json
+import shutil
 import sys
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import instrument_files
 import known_recordings
 import numpy as np
 import outcomes
+import part_files
 import text_files
 import waveform_files
 from damages import damaged
@@ -31,6 +33,7 @@ FORMATS = {
     "parquet": (array_files.PARQUET, array_files.parquet_file, ".parquet"),
     "tdms": (waveform_files.TDMS, waveform_files.tdms_file, ".tdms"),
     "uff": (waveform_files.UFF, waveform_files.uff_file, ".uff"),
+    "parts": (part_files.CHOICES, part_files.part_files, ".zip"),
     "wav": (waveform_files.WAV, waveform_files.wav_file, ".wav"),
 }
 """Choices, writer and suffix by format."""
@@ -39,7 +42,7 @@ MAKERS = {**recording_files.MAKERS, **matlab_files.MAKERS}
 """Writers of plain files by name, in every format that is read."""
 
 ORDER = ("text", "instrument", "mat", "text", "hdf5", "damage", "npz", "text", "npy", "damage", "parquet", "text",
-         "tdms", "options", "uff", "damage", "text", "wav", "damage", "instrument")  # fmt: skip
+         "tdms", "options", "uff", "damage", "text", "wav", "parts", "instrument")  # fmt: skip
 """Kinds of cases, in turn."""
 
 
@@ -136,6 +139,8 @@ def _any_file(folder, random):
 def _damage_case(folder, random, about):
     _cleared(folder)
     path, options = _any_file(folder, random)
+    if path.is_dir():  # one of its files
+        path = max(path.iterdir())
     data = path.read_bytes()
     is_text = b"\0" not in data[:200] and data[:2] != b"\x1f\x8b"
     data, about["damages"] = damaged(data, random, text=is_text)
@@ -176,7 +181,7 @@ def _read_and_average(path, options, random):
 
 def _cleared(folder):
     for path in folder.iterdir():
-        path.unlink()
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
 def _describe(folder, **about):

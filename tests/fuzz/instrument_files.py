@@ -214,8 +214,9 @@ def instrument_file(path, known, random, *, layout, line_end, encoding, suffix, 
         units = tuple(SHORTEST_UNITS.get(unit, unit) for unit in units)
     if layout == "savetxt":
         names = tuple(name.replace(" ", "_") for name in names)
+    unnamed = layout in WITHOUT_NAMES or (layout == "siglent" and names[0].isdigit())
     return Expected(
-        names=() if layout in WITHOUT_NAMES else names, units=() if layout in WITHOUT_UNITS else units,
+        names=() if unnamed else names, units=() if layout in WITHOUT_UNITS else units,
         samples=tuple(np.array(x) for x in samples), rate=known.rate, tolerance=1e-7,
         rate_tolerance=1e-6 + 1e-7 * known.rate / samples.shape[1],
     )  # fmt: skip

@@ -72,6 +72,8 @@ class Expected:
         Number of samples at the end that may be missing.
     whole_names
         Whether a name may keep its unit, in place of the unit.
+    loose_names
+        Whether names may be lost with their line, where a note counts the lines that were left out.
     extra
         Names of channels that hold something else and may be there.
     doubts
@@ -88,6 +90,7 @@ class Expected:
     starts: tuple[float, ...] | None = None
     shorter: int = 0
     whole_names: bool = False
+    loose_names: bool = False
     extra: frozenset[str] = frozenset()
     doubts: frozenset[str] = frozenset()
 

@@ -15,7 +15,7 @@ from sigdb.recording import read_recording, recorded_signature
 
 LONGEST_LINE = 700
 SECONDS = 10
-"""Longest time of a case."""
+"""Longest processor time of a case."""
 
 MOST_MIB = 400
 """Largest rise of memory in a case, MiB; the files are small."""
@@ -37,13 +37,13 @@ class FaultError(Exception):
 
 @contextlib.contextmanager
 def bounded(seconds=SECONDS, mib=MOST_MIB):
-    """Bound the time and the rise of memory; warnings are errors."""
+    """Bound the processor time and the rise of memory; warnings are errors."""
 
     def stop(number, frame):
         raise TooSlowError
 
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     start = _restarted_peak_mib()
     try:
         with warnings.catch_warnings():
@@ -52,8 +52,8 @@ def bounded(seconds=SECONDS, mib=MOST_MIB):
     except TooSlowError:
         raise FaultError("slow", f"longer than {seconds} s") from None
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
     if (rise := _peak_mib() - start) > mib:
         raise FaultError("memory", f"{rise:.0f} MiB")
 
@@ -150,7 +150,9 @@ def compare(expected, recording):
         channels.sort(key=lambda channel: expected.names.index(channel.name))  # HDF5 sorts its names
     first_instants = []
     for i, channel in enumerate(channels):
-        _compare_names(expected, i, channel)
+        left_out = any(note.code == "lines-left-out" for note in recording.notes)
+        if not (expected.loose_names and left_out and channel.name.startswith("column")):
+            _compare_names(expected, i, channel)
         rate = expected.rate if isinstance(expected.rate, float) else expected.rate[i]
         if not math.isclose(channel.sampling_rate, rate, rel_tol=expected.rate_tolerance):
             raise FaultError(

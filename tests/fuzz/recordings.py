@@ -21,8 +21,8 @@ import time
 from pathlib import Path
 
 MOST_MEMORY = 4 * 2**30
-HANGS = 60
-"""Seconds after which a case in a compiled library is given up."""
+HANGS = 300
+"""Seconds after which a case that waits, or runs in a compiled library, is given up."""
 
 
 def main():
@@ -90,8 +90,9 @@ def _run(options):
             worker = subprocess.Popen(
                 [sys.executable, "-W", "error", __file__, *words], stdout=subprocess.PIPE, text=True
             )
+            begun = False
             for line in worker.stdout:
-                case = json.loads(line)
+                begun, case = True, json.loads(line)
                 if "begins" in case:
                     first = case["begins"]
                     continue
@@ -107,6 +108,9 @@ def _run(options):
                     print(f"{cases} cases, {wrong} faults, {shown - start:.0f} s", flush=True)
             if worker.wait() == 0:
                 break
+            if not begun:
+                print("the cases cannot be imported", file=sys.stderr)
+                return 1
             _keep(options, first)
             fault = f"crash: exit code {worker.returncode}"
             _show({"number": first, "kind": "crash", "about": {}, "fault": fault}, faults, options)

@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +17,7 @@ FUZZER = Path(__file__).with_name("recordings.py")
 
 def fuzz(*arguments):
     return subprocess.run(
-        [sys.executable, FUZZER, *arguments], capture_output=True, text=True, check=False, timeout=200,
+        [sys.executable, FUZZER, *arguments], capture_output=True, text=True, check=False, timeout=900,
         env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
     )  # fmt: skip
 
@@ -33,10 +32,9 @@ def fuzzing(monkeypatch):
 
 
 def test_recordings_of_every_kind_hold(tmp_path):
-    done = fuzz("--cases", "300", "--seconds", "150", "--seed", "20", "--keep", str(tmp_path),
-                "--kinds", "text,mat,hdf5,npz,npy,parquet,tdms,uff,wav,damage,options")  # fmt: skip
+    done = fuzz("--cases", "300", "--seconds", "800", "--seed", "20", "--keep", str(tmp_path))
     assert (done.returncode, done.stderr) == (0, ""), done.stdout
-    assert "270 cases" in done.stdout
+    assert "300 cases" in done.stdout
 
 
 def test_a_crash_of_a_library_is_a_fault(tmp_path, monkeypatch):
@@ -122,7 +120,7 @@ def test_what_escapes_is_a_fault(fuzzing, monkeypatch, tmp_path, raised, fault):
 
 def test_a_slow_case_and_a_large_one_are_faults(fuzzing):
     with pytest.raises(fuzzing.FaultError, match="slow"), fuzzing.outcomes.bounded(seconds=0.05):
-        time.sleep(10)
+        sum(range(10**8))
     with pytest.raises(fuzzing.FaultError, match="memory"), fuzzing.outcomes.bounded(mib=20):
         np.ones(2**23).sum()
 

@@ -273,6 +273,7 @@ def _expected(known, how, gaps, lost, rate_tolerance):
     return Expected(
         names=names, units=units if how["units_at"] != "none" else ("",) * len(units), samples=tuple(samples),
         rate=known.rate, options=options, rate_tolerance=rate_tolerance,
+        loose_names=how["separator"] in "  ",
         whole_names=how["units_at"] in ("slash", "comma", "dash"), extra=frozenset({"valid"}),
         tolerance={"fixed": 1e-7 / abs(known.samples).max(axis=1).min(), "single": 1e-6}.get(how["number"], 1e-8),
         doubts=frozenset({"rounded-times"}) if how["spoilt"].startswith("row ") else frozenset(),

@@ -29,6 +29,9 @@ RARE = 0.05
 LATEST = 1e8
 """Start in s above which times count from 1970; the time axis then begins at the first sample."""
 
+LARGEST = 1e30
+"""Largest number of a channel in any unit; powers of it, as in moments, are finite."""
+
 
 def assemble(
     contents: Contents,
@@ -230,7 +233,7 @@ def _without_ramps(
     kept, notes = [], []
     for column in columns:
         is_tacho = column.name == settings.tacho
-        ramp = ramp_kind(column.values.astype(float)) if column.values.dtype.kind in "biuf" else ""
+        ramp = ramp_kind(column.numbers) if column.values.dtype.kind in "biuf" else ""
         if not ramp or (is_tacho and (settings.tacho_kind != "waveform" or ramp == "repeats")):
             kept.append(column)
             continue
@@ -270,7 +273,7 @@ def _holds_pulse_times(column: DataColumn, settings: RecordingSettings) -> bool:
 
 def _pulse_times(column: DataColumn, origin: float, settings: RecordingSettings) -> FloatArray:
     """Return pulse times in s on the recording's time axis; nan at their end is padding."""
-    t = column.values.astype(float).reshape(-1)
+    t = column.numbers.reshape(-1)
     t = t[: t.size - int(np.argmax(np.isfinite(t[::-1])))] if np.isfinite(t).any() else t[:0]
     unit = _unit(column, settings, is_tacho=True) or time_name(column.name).unit
     factor = seconds_of(unit)
@@ -284,12 +287,12 @@ def _pulse_times(column: DataColumn, origin: float, settings: RecordingSettings)
 def _number(column: DataColumn) -> FloatArray:
     if column.values.dtype.kind not in "biuf":
         raise InputError(f"channel {column.name} holds complex numbers or no numbers; choose others by channels")
-    x = np.ascontiguousarray(column.values, dtype=np.float64)
-    wrong = np.isinf(x)
+    x = column.numbers
+    wrong = np.abs(x) > LARGEST
     if wrong.any():
-        raise InputError(
-            f"channel {column.name}: sample {int(np.argmax(wrong))} is infinite; mend it, or leave it empty"
-        )
+        at = int(np.argmax(wrong))
+        size = "infinite" if np.isinf(x[at]) else f"{x[at]:.3g}, which no sensor measures"
+        raise InputError(f"channel {column.name}: sample {at} is {size}; mend it, or leave it empty")
     return x
 
 
@@ -316,8 +319,8 @@ def _channels(
             notes.append(Note(code="integers-not-scaled", text=text, values={"channel": column.name}))
         with np.errstate(over="ignore"):  # refused below
             samples = whole * factor if factor != 1 else whole
-        if not np.isfinite(samples).all():
-            raise InputError(f"channel {column.name}: scale = {factor} makes it infinite")
+        if np.abs(samples).max(initial=0.0) > LARGEST:
+            raise InputError(f"channel {column.name}: scale = {factor} makes it larger than {LARGEST:g}")
         channels.append(
             Channel(
                 name=column.name,

@@ -111,7 +111,7 @@ def _by_name(columns: Sequence[DataColumn], settings: RecordingSettings, *, name
         if column.name == settings.tacho or not (named and column.named) or column.values.dtype.kind not in "biuf":
             continue
         meaning = time_name(column.name, _stated_unit(column, settings))
-        if meaning.kind not in ("other", "count") and _holds_times(meaning, column.values.astype(float)):
+        if meaning.kind not in ("other", "count") and _holds_times(meaning, column.numbers):
             candidates.append((meaning, replace(column, unit=meaning.unit)))
     sure = [column for meaning, column in candidates if meaning.kind != "perhaps" or meaning.unit]
     return sure or [column for _, column in candidates]
@@ -134,7 +134,7 @@ def _first_ramp(
     for i, column in enumerate(columns):
         if not _is_nameless(column, named=named) or (i and (not named or column.named)):
             continue
-        x = column.values.astype(float)
+        x = column.numbers
         if column.name != settings.tacho and rises_evenly(x) and np.any(x != np.round(x)):
             text = f"{column.name} rises evenly and was taken as the time in seconds; time=false if it is not"
             return [replace(column, unit="")], [Note(code="time-assumed", text=text, values={"column": column.name})]

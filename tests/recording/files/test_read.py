@@ -111,7 +111,7 @@ def test_a_side_file_is_checked(tmp_path, text, told):
         ({"tacho": "b"}, "tacho names 'b', which is no channel"),
         ({"units": {"b": "g"}}, "units names 'b', which is no channel"),
         ({"scale": {"b": 2.0}}, "scale names 'b', which is no channel"),
-        ({"scale": 1e308}, "scale = 1e.308 makes it infinite"),
+        ({"scale": 1e308}, "scale = 1e.308 makes it larger than 1e.30"),
         ({"names": ["x"]}, "names gives 1 names, the file holds 3 columns"),
         ({"time": "b"}, "no column 'b' with the time"),
         ({}, "does not state the sampling rate; give sampling_rate, in Hz"),

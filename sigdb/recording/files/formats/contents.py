@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
-from sigdb.core import InputError, Note
+from sigdb.core import FloatArray, InputError, Note
 
 StoredArray = NDArray[Any]
 """Numbers of the type in which a file stores them."""
@@ -45,6 +46,12 @@ class DataColumn:
     start: float | None = None
     abscissa: str = "time"
     named: bool = True
+
+    @property
+    def numbers(self) -> FloatArray:
+        """The values as float64."""
+        with np.errstate(invalid="ignore"):  # bits of other floats that are no numbers
+            return np.ascontiguousarray(self.values, dtype=np.float64)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -62,6 +62,8 @@ class LvmSegment:
 
 def begins_like_lvm(begin: bytes) -> bool:
     """Return whether a file begins like a LabVIEW measurement file."""
+    if begin[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        begin = begin.decode("utf-16", "ignore").encode()
     return begin.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"LabVIEW Measurement")
 
 
@@ -157,6 +159,7 @@ def _segment(
     places = list(range(1, len(heads), 2 if multi else 1))
     if not places or (heads[0] and not heads[0].lower().startswith(("x_value", "x value"))):
         raise InputError(f"line {first}: {heads[:1]} is no head of columns of a segment (X_Value); the file is damaged")
+    facts = _over_channels(facts, len(places)) if multi else facts
     body = b"\n".join(line for line in body.split(b"\n") if line.strip()) + b"\n"
     most = max((line.count(separator.encode()) for line in body.split(b"\n")), default=0) + 1
     width = min(most, len(heads) + 2)
@@ -181,6 +184,13 @@ def _segment(
         steps=tuple(_number(facts, "delta_x", k, decimal, default=np.nan) for k in channels),
         abscissas=tuple(_abscissa(_field(facts, "x_dimension", k)) for k in channels),
     )
+
+
+def _over_channels(facts: dict[str, list[str]], channels: int) -> dict[str, list[str]]:
+    """Return the facts with a value for each channel, also where they stand over its column, apart by empty fields."""
+    apart = [values for values in facts.values() if any(values[channels:])]
+    spread = apart and not any(value for values in apart for value in values[1::2])
+    return {key: values[::2] for key, values in facts.items()} if spread else facts
 
 
 def _abscissa(dimension: str) -> str:

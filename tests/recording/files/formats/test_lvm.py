@@ -65,6 +65,27 @@ def test_channels_of_a_segment(tmp_path, columns, separator, decimal, suffix):
 
 
 @pytest.mark.parametrize("columns", ["No", "One", "Multi"])
+def test_facts_of_a_file_in_utf_16(tmp_path, columns):
+    (tmp_path / "run.txt").write_text(lvm([segment()], columns=columns), encoding="utf-16")
+    assert [c.name for c in read_recording(tmp_path / "run.txt").channels] == ["Front bearing", "Tacho"]
+
+
+def test_facts_over_the_columns_of_channels(tmp_path):
+    """Where each channel has its column of X, the fields over those columns may be empty."""
+    keys = ("Samples", "Date", "Time", "Y_Unit", "X_Dim", "X0", "Delta_X")
+    starts = ("0.0", "0.05")
+    head, rest = lvm([segment(X[:N], starts)], columns="Multi").split("Channels", 1)
+    lines = [
+        line.replace("\t", "\t\t").replace("\t\t", "\t", 1) if line.startswith(keys) else line
+        for line in rest.split("\n")
+    ]
+    found = read(tmp_path / "run.lvm", head + "Channels" + "\n".join(lines))
+    assert [(c.name, c.unit) for c in found.channels] == [("Front bearing", "m/s^2"), ("Tacho", "V")]
+    assert_array_equal(found.channels[0].samples, X[100:N, 0])
+    assert_array_equal(found.channels[1].samples, X[: N - 100, 1])
+
+
+@pytest.mark.parametrize("columns", ["No", "One", "Multi"])
 def test_segments_that_continue_each_other_are_joined(tmp_path, columns):
     second = segment(X[N:], (f"{N * DT}", f"{N * DT}"))
     found = read(tmp_path / "run.lvm", lvm([segment(), second], columns=columns))

@@ -44,7 +44,8 @@ _RATIOS = re.compile(
 _RMS = re.compile(r"\s?(rms|pk|pk-pk|pp|p-p|peak|0-p|eff)$", re.IGNORECASE)
 _BRACKETS = re.compile(r"[\[({<]\s*(.*?)\s*[\])}>]")
 _NAME_AND_UNIT = re.compile(r"(.*\S)\s*(?:\[([^\[\]]{0,20})\]|\(([^()]{0,20})\)|\{([^{}]{0,20})\}|<([^<>]{0,20})>)\s*")
-_SLASH = re.compile(r"(.*\S)\s+(?:/|in|,)\s+(\S.{0,19})")
+_SLASH = re.compile(r"(.*\S)(?:\s+(?:/|in)\s+|\s*,\s+)(\S.{0,19})")
+_LAST_WORD = re.compile(r"(.*[^\s,;:/-])[\s,;:-]+(\S+/\S+)")
 _LETTERS = {"A", "C", "F", "H", "S", "T"}
 """Units that may letter the channels."""
 
@@ -94,12 +95,14 @@ def share_of_units(fields: list[str]) -> float:
 
 
 def name_and_unit(name: str) -> tuple[str, str]:
-    """Return a name and the unit that stands in it: in brackets, after a slash, or after "in".
+    """Return a name and the unit that stands in it: in brackets, after a slash, a comma or "in", or a quotient.
 
     Examples
     --------
     >>> name_and_unit("Time (ms)"), name_and_unit("a1 [m/s²]"), name_and_unit("Weg / mm"), name_and_unit("Accel (left)")
     (('Time', 'ms'), ('a1', 'm/s²'), ('Weg', 'mm'), ('Accel (left)', ''))
+    >>> name_and_unit("Weg/mm"), name_and_unit("Velocity, mm/s"), name_and_unit("Velocity mm/s")
+    (('Weg', 'mm'), ('Velocity', 'mm/s'), ('Velocity', 'mm/s'))
     """
     name = name[:200].strip()
     if is_unit(name):
@@ -109,7 +112,7 @@ def name_and_unit(name: str) -> tuple[str, str]:
         unit = next((group for group in match.groups()[1:] if group is not None), "").strip()
         square = match[2] is not None
         return (match[1].rstrip(" ,;:/-"), unit) if is_unit(unit) or (square and not unit.isdigit()) else (name, "")
-    for pattern in (_SLASH, _NARROW_SLASH):
+    for pattern in (_SLASH, _LAST_WORD, _NARROW_SLASH):
         match = pattern.fullmatch(name)
         letter = match is not None and match[2] in _LETTERS and len(match[1]) > 2
         if match and not letter and is_unit(bare_unit(match[2])) and not match[2].startswith("-"):
