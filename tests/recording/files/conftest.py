@@ -1,4 +1,4 @@
-"""Files of recordings, made by ``recording_files.py``, which ``hostile.py`` uses too, and by ``matlab_files.py``."""
+"""Files of recordings, made by ``recording_files.py``, which the fuzzer uses too, and by ``matlab_files.py``."""
 
 import importlib.util
 from pathlib import Path

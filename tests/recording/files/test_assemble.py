@@ -1,5 +1,7 @@
 """Unit: files whose columns are times, counts and ramps; epochs and rounded times; tachos that are ramps."""
 
+import re
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -304,3 +306,21 @@ def test_a_frequency_that_is_measured_is_a_channel(tmp_path):
     lines = [f"{50 + i * 37 % 5},{i % 7}" for i in range(100)]
     path.write_text("\n".join(["Frequency [Hz],a1", *lines]), encoding="utf-8")
     assert [channel.name for channel in read_recording(path, sampling_rate=2000).channels] == ["Frequency", "a1"]
+
+
+@pytest.mark.parametrize(("largest", "word"), [(1e31, "1e+31, which no sensor measures"), (np.inf, "infinite")])
+def test_numbers_that_no_sensor_measures(largest, word):
+    """Their powers, as in kurtosis, are infinite."""
+    x = A1.copy()
+    x[7] = -largest
+    with pytest.raises(InputError, match=re.escape(f"channel a1: sample 7 is {'-' * (largest < 1e99)}{word}; mend it")):
+        recording_of({"a1": x}, {"a1": FS})
+    with pytest.raises(InputError, match=r"channel a1: scale = 1e\+40 makes it larger than 1e\+30"):
+        recording_of({"a1": A1}, {"a1": FS}, scale=1e40)
+
+
+def test_bits_that_are_no_number_of_single_precision():
+    """A signalling nan is a missing sample."""
+    x = A1.astype("f4")
+    x.view("u4")[7] = 0x7F800001
+    assert recording_of({"a1": x}, {"a1": FS}).channels[0].samples.size == N
