@@ -169,4 +169,4 @@ def _lines(table: pd.DataFrame, orders: Iterable[NamedOrder]) -> pd.DataFrame:
         threshold = np.sqrt(np.log2(len(near) / _FALSE_ALARM))
         lines.append((named.name, named.kind, order[at], named.order, amplitude[at], over, bool(over >= threshold)))
     names = ["name", "kind", "order", "nominal", "amplitude", "over_level", "stands_out"]
-    return pd.DataFrame(lines, columns=names)
+    return pd.DataFrame(lines, columns=names).astype({"stands_out": bool})

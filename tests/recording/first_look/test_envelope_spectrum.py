@@ -79,3 +79,9 @@ def test_the_orders_of_a_bearing_are_those_of_its_published_table():
 def test_elements_that_do_not_fit_are_refused():
     with pytest.raises(InputError, match="leaves no room for 20 elements"):
         RollingBearing(rolling_elements=20, rolling_diameter=8e-3, pitch_diameter=39e-3)
+
+
+def test_without_orders_there_are_no_lines():
+    """A record of a few revolutions may have no order below its highest."""
+    found = envelope_spectrum(record(None), samples_per_rev=N, highest=256.0, orders=[])
+    assert len(found.lines[found.lines["stands_out"]]["order"]) == 0

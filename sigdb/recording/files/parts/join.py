@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from hashlib import blake2b
 
 import numpy as np
 
@@ -104,6 +105,7 @@ def _end_to_end(parts: Sequence[RecordingPart], source: str, settings: Recording
     for part in parts[1:]:
         _check_same(parts[0], part)
     stated = _check_times(parts, settings)
+    _refuse_copies(parts)
     check_values(sum(channel.samples.size for part in parts for channel in part.recording.channels))
     channels = tuple(
         replace(channel, samples=np.concatenate([part.recording.channels[i].samples for part in parts]))
@@ -113,6 +115,18 @@ def _end_to_end(parts: Sequence[RecordingPart], source: str, settings: Recording
     text = f"{_listed(parts)}: {len(parts)} files were joined end to end, {how}"
     note = Note(code="files-joined", text=text, values={"files": len(parts)})
     return replace(first, source=source, channels=channels, notes=(note, *_notes(parts)))
+
+
+def _refuse_copies(parts: Sequence[RecordingPart]) -> None:
+    """Refuse two parts with the same samples, unless they are constant."""
+    seen: dict[bytes, str] = {}
+    for part in parts:
+        samples = [channel.samples for channel in part.recording.channels]
+        if all(x.min() == x.max() for x in samples):
+            continue
+        other = seen.setdefault(blake2b(b"".join(x.tobytes() for x in samples)).digest(), part.name)
+        if other != part.name:
+            raise InputError(f"{part.name} holds the same samples as {other}; leave out the copy")
 
 
 def _check_same(first: RecordingPart, part: RecordingPart) -> None:

@@ -102,6 +102,13 @@ def test_files_that_do_not_say_when_they_begin(put, start):
     assert told in texts(read)
 
 
+def test_copies_of_a_file_are_refused(put):
+    path = put({"1.csv": csv(0, 100), "2.csv": csv(100, 200), "1 copy.csv": csv(0, 100)})
+    line = refusal(path, parts="contiguous", sampling_rate=RATE)
+    assert "holds the same samples as" in line
+    assert line.endswith("leave out the copy")
+
+
 def test_an_end_that_is_missing_breaks_the_row(put):
     lost = csv(100, 200).replace(csv(199, 200).splitlines()[1], ",0.5")
     path = put({"1.csv": csv(0, 100), "2.csv": lost, "3.csv": csv(200, 300)})
@@ -188,8 +195,8 @@ def test_archives_beyond_the_limits(tmp_path, monkeypatch):
         archive.writestr("run.csv", b"0\n" * 2**25)
     assert "which measured numbers do not do" in refusal(path)
     with zipfile.ZipFile(path, "w") as archive:
-        for name in ("../../a.csv", "/etc/b.csv"):
-            archive.writestr(name, csv(0, 100))
+        for name, first in (("../../a.csv", 0), ("/etc/b.csv", 100)):
+            archive.writestr(name, csv(first, first + 100))
     read = read_recording(path, parts="contiguous", sampling_rate=RATE)  # names are only names
     assert read.channels[0].samples.size == 200
     monkeypatch.setattr(members, "MAX_FILES", 1)
