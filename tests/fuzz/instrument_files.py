@@ -215,6 +215,7 @@ def instrument_file(path, known, random, *, layout, line_end, encoding, suffix, 
     if layout == "savetxt":
         names = tuple(name.replace(" ", "_") for name in names)
     unnamed = layout in WITHOUT_NAMES or (layout == "siglent" and names[0][:2] != "CH")
+    unnamed |= layout == "rigol" and "X" in names  # the name of its times, so the channel is called X (2)
     return Expected(
         names=() if unnamed else names, units=() if layout in WITHOUT_UNITS else units,
         samples=tuple(np.array(x) for x in samples), rate=known.rate, tolerance=1e-7,
