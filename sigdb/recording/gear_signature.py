@@ -16,7 +16,14 @@ from sigdb.recording.first_look.envelope_spectrum import envelope_spectrum
 from sigdb.recording.first_look.indicator_intervals import indicator_intervals
 from sigdb.recording.first_look.order_map import OrderMap, order_map
 from sigdb.recording.lines import average_noise, record_spectrum, spectral_lines
-from sigdb.recording.notes import average_note, channel_notes, presence_note, range_notes
+from sigdb.recording.notes import (
+    average_note,
+    channel_notes,
+    kept_notes,
+    presence_note,
+    range_notes,
+    spoilt_notes,
+)
 from sigdb.recording.orders import AveragedGear, averaged_gear
 from sigdb.recording.settings import AveragingOptions, AveragingSettings
 from sigdb.recording.shaft_angle import mesh_angle
@@ -146,6 +153,8 @@ def recorded_signature(
             *angle.notes,
             average_note(gear, M, result.available),
             presence_note(presence, result.record.kept),
+            *kept_notes(presence, result.record.kept),
+            *(spoilt_notes(recording, signal) if values else ()),
             *range_notes(gear.teeth, highest, settings.samples_per_tooth),
         ),
     )

@@ -1,13 +1,20 @@
 """Notes on the average of a recording."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from sigdb.core import Note
 from sigdb.recording.evidence.presence import MeshPresence
 from sigdb.recording.orders import AveragedGear
+from sigdb.recording.overview.overview_table import FAULTS, fault_notes
 
 if TYPE_CHECKING:
     from sigdb.recording.recording import Channel, Recording
+
+_LITTLE_KEPT, _ABOVE_NOISE = 0.2, 2.0
+"""Share of the record's rms, and ratio to what noise alone keeps, below which an average keeps little."""
+_OF_PEAKS = ("peak_to_peak", "crest_factor", "kurtosis", "energy_operator", "fm0", "fm4", "m6a", "m8a")
+"""Indicators that a few great samples, or missing ones, decide."""
 
 MESH_PRESENT, NO_MESH = "mesh-present", "no-mesh"
 """Codes of the notes on whether the gear is to be seen in the recording."""
@@ -64,3 +71,24 @@ def presence_note(presence: MeshPresence, kept: float) -> Note:
         return Note(code=MESH_PRESENT, text=f"{presence.reason}; {share}", values=values)
     text = f"{presence.reason}; {share}; indicators of the average are refused"
     return Note(code=NO_MESH, text=text, values=values)
+
+
+def kept_notes(presence: MeshPresence, kept: float) -> Iterator[Note]:
+    """Yield a note where the average keeps little of the record, though the gear is to be seen."""
+    least = max(_LITTLE_KEPT, _ABOVE_NOISE * presence.kept_by_noise)
+    if presence.present and kept < least:
+        text = (
+            f"the average keeps {kept:.1%} of the record's rms, less than {least:.0%}: most of the record does not"
+            " repeat once a revolution; check speed, ratio and pulses a revolution, or other sources are louder"
+        )
+        yield Note(code="little-kept", text=text, values={"kept": kept, "least": least})
+
+
+def spoilt_notes(recording: "Recording", signal: "Channel") -> Iterator[Note]:
+    """Yield a note on the indicators that clipped samples, spikes and drop-outs of a channel spoil."""
+    listed = [note for note in recording.notes if note.code in FAULTS]
+    for note in listed or fault_notes([signal], tacho=None):
+        if note.code in FAULTS and note.values.get("channel") == signal.name:
+            values = {"fault": note.code, "channel": signal.name, "indicators": ", ".join(_OF_PEAKS)}
+            text = f"{', '.join(_OF_PEAKS)} are not to be trusted: {note.text.partition(',')[0]} ({note.code})"
+            yield Note(code="spoilt-indicators", text=text, values=values)

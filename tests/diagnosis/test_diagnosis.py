@@ -126,6 +126,20 @@ def test_without_a_tacho_mark_the_tooth_is_relative_to_the_recording(clean, gear
     assert [note.code for note in found.missing] == ["no-tacho-mark"]
 
 
+def test_marks_that_do_not_agree_make_the_tooth_relative(clean, gears, diagnosed):
+    """An inverted tacho turns the run's average by three teeth: tooth 6 is the ninth, and no number is absolute."""
+    damaged = recorded(clean["tooth 6"] + gears, 1, turn=3)
+    found = diagnosed(damaged, recorded(clean["none"] + gears, 2))
+    assert found.answer == (
+        "Damage at tooth 9, counted from where the average begins, since the tacho marks of the two recordings do not "
+        "agree."
+    )
+    assert not found.as_json()["absolute"]
+    assert found.notes[0].code == "marks-disagree"
+    assert found.notes[0].values["teeth"] == pytest.approx(3, abs=0.1)
+    assert not found.missing
+
+
 @pytest.mark.parametrize("part", [0.45, 0.7])
 def test_where_in_a_tooth_an_average_begins_does_not_matter(clean, gears, diagnosed, part):
     """Without a mark both begin at the same part of any tooth: it is a delay, not a path."""

@@ -20,6 +20,10 @@ _SLIP = 0.02
 """Relative distance within which a line of a bearing is searched, since its elements slip."""
 _NEAR = 0.01
 """Distance in orders within which the line of a shaft is searched."""
+_OVERSAMPLED = 4
+"""Samples of an envelope relative to those that its band needs."""
+_PEAKS, _LOBE = 10, 2
+"""Largest number of lines without a name, and half the width of a line in bins."""
 _FALSE_ALARM = 1e-4
 """Probability that noise alone makes a named order stand out."""
 
@@ -39,8 +43,8 @@ class EnvelopeSpectrum:
     spectrum
         ``order``, ``amplitude`` (peak, in the unit of the record) and ``level`` of the envelope.
     lines
-        Orders of shafts and bearings: ``name``, ``kind``, ``order`` (of the line), ``nominal`` (without slip),
-        ``amplitude``, ``over_level``, ``stands_out``.
+        Orders of shafts and bearings, and the ten lines without a name that stand out most: ``name``, ``kind``,
+        ``order`` (of the line), ``nominal`` (without slip), ``amplitude``, ``over_level``, ``stands_out``.
     """
 
     band: tuple[float, float]
@@ -126,10 +130,14 @@ def envelope_spectrum(
 
 
 def _envelope(spectrum: ComplexArray, revolutions: int, band: tuple[float, float]) -> ComplexArray:
-    """Return the complex envelope of a band, in as few samples as it needs; its scale is that of the record."""
+    """Return the complex envelope of a band, in four times as many samples as it needs, on the record's scale.
+
+    Its magnitude reaches beyond the band; with fewer samples those orders would fold back to lower ones.
+    """
     first, stop = (round(order * revolutions) for order in band)
     inside = spectrum[first : max(stop, first + 2)]
-    return np.asarray(np.fft.ifft(inside)) * (2 * len(inside) / (2 * (len(spectrum) - 1)))
+    samples = _OVERSAMPLED * len(inside)
+    return np.asarray(np.fft.ifft(inside, samples)) * (2 * samples / (2 * (len(spectrum) - 1)))
 
 
 def _kurtosis(envelope: ComplexArray) -> float:
@@ -150,7 +158,7 @@ def _spectrum(envelope: FloatArray, revolutions: int, band: tuple[float, float])
     window = np.hanning(len(envelope) + 1)[:-1]
     amplitude = np.abs(np.fft.rfft(2 * window / window.sum() * (envelope - envelope.mean())))
     bins = min(len(amplitude), int(min(HIGHEST, (band[1] - band[0]) / 2) * revolutions) + 1)
-    level = median_filter(amplitude[:bins], max(3, 2 * (revolutions // 2) + 1), mode="nearest")
+    level = median_filter(amplitude[:bins], max(3, 2 * (revolutions // 2) + 1), mode="reflect")
     return pd.DataFrame({"order": np.arange(bins) / revolutions, "amplitude": amplitude[:bins], "level": level})
 
 
@@ -169,4 +177,25 @@ def _lines(table: pd.DataFrame, orders: Iterable[NamedOrder]) -> pd.DataFrame:
         threshold = np.sqrt(np.log2(len(near) / _FALSE_ALARM))
         lines.append((named.name, named.kind, order[at], named.order, amplitude[at], over, bool(over >= threshold)))
     names = ["name", "kind", "order", "nominal", "amplitude", "over_level", "stands_out"]
-    return pd.DataFrame(lines, columns=names).astype({"stands_out": bool})
+    marked = np.array([line[2] for line in lines if line[-1]])
+    return pd.DataFrame([*lines, *_unnamed(order, amplitude, level, marked)], columns=names).astype(
+        {"stands_out": bool}
+    )
+
+
+def _unnamed(
+    order: FloatArray, amplitude: FloatArray, level: FloatArray, marked: FloatArray
+) -> list[tuple[str, str, float, float, float, float, bool]]:
+    """Return the greatest lines without a name: a bearing of unknown geometry, another shaft."""
+    from scipy.ndimage import maximum_filter1d
+
+    over = amplitude / np.maximum(level, np.finfo(float).tiny)
+    peaks = np.flatnonzero(
+        (maximum_filter1d(amplitude, 2 * _LOBE + 1) == amplitude) & (np.arange(len(order)) > 2 * _LOBE)
+    )
+    peaks = peaks[over[peaks] >= np.sqrt(np.log2(len(order) / _FALSE_ALARM))]
+    apart = np.abs(order[peaks, None] - marked).min(axis=1, initial=np.inf) > _LOBE * order[1:2].sum()
+    greatest = peaks[apart][np.argsort(-over[peaks[apart]])][:_PEAKS]
+    return [
+        (f"order {order[k]:.2f}", "unnamed", order[k], order[k], amplitude[k], over[k], True) for k in np.sort(greatest)
+    ]

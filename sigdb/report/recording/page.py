@@ -69,6 +69,7 @@ def _signature(signature: RecordedSignature) -> dict[str, object]:
     return {
         "source": signature.source,
         "facts": fact_rows(signature),
+        "absent": "" if signature.presence.present else signature.presence.reason,
         "notes": signature.notes,
         "pictures": list(recorded_figures(signature)),
         "lines": line_table(signature),

@@ -90,12 +90,14 @@ def recorded_text(signature: RecordedSignature, *, terminal: Terminal = PLAIN) -
     lines, envelope = line_table(signature), envelope_table(signature)
     blocks = [
         f"{signature.source}\n{head}",
-        f"Indicators\n{indicator_table(signature).text(terminal, indent=2)}",
+        f"Indicators\n{indicator_table(signature).text(terminal, indent=2)}"
+        if signature.indicators
+        else f"No indicators: {signature.presence.reason}",
         f"Lines that stand out of the spectrum over the angle\n{lines.text(terminal, indent=2)}"
         if lines.rows
         else "No line stands out",
         f"Envelope spectrum: {envelope_text(signature)}\n"
-        + (envelope.text(terminal, indent=2) if envelope.rows else "  no such order stands out"),
+        + (envelope.text(terminal, indent=2) if envelope.rows else "  no line stands out"),
         *([f"Order map\n  {order_map_text(signature)}"] if signature.order_map else []),
         "Notes\n" + "\n".join(f"  - {note.text}" for note in signature.notes),
     ]
@@ -143,10 +145,16 @@ def fact_rows(signature: RecordedSignature) -> list[tuple[str, str]]:
         ("speed", f"{signature.speed_rpm:.2f} rpm ({signature.speed_rpm / 60:.3f} Hz)"),
         ("speed range", f"{min(speeds):.2f} to {max(speeds):.2f} rpm, revolution by revolution"),
         ("averages", _averages(signature)),
-        ("rms kept", f"{100 * signature.kept:.1f} % of the record's"),
+        ("rms kept", _kept(signature)),
+        ("mesh", f"{'present' if signature.presence.present else 'not present'}: {signature.presence.reason}"),
         ("scatter", "unknown for one revolution" if isnan(signature.scatter) else f"{signature.scatter:.4g} ({unit})"),
         ("highest order", f"{order:.1f}, {order / teeth:.1f} mesh orders"),
     ]
+
+
+def _kept(signature: RecordedSignature) -> str:
+    share, noise = 100 * signature.kept, 100 * signature.presence.kept_by_noise
+    return f"{share:.1f} % of the record's" + ("" if isnan(noise) else f"; noise alone keeps {noise:.1f} %")
 
 
 def _averages(signature: RecordedSignature) -> str:
@@ -171,7 +179,7 @@ def _interval(low: float, high: float) -> str:
 
 
 def envelope_table(signature: RecordedSignature) -> TextTable:
-    """Return the table of the shafts' and bearings' orders that stand out of the envelope spectrum."""
+    """Return the table of the lines that stand out of the envelope spectrum, those of shafts and bearings by name."""
     lines = signature.envelope.lines[signature.envelope.lines["stands_out"]]
     columns = (lines[name] for name in ("order", "nominal", "amplitude", "over_level", "name"))
     rows = [

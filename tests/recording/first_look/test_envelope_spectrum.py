@@ -36,10 +36,34 @@ def test_a_bearing_that_slips_is_found_in_the_most_impulsive_band():
     assert found.chosen == "kurtosis"
     assert found.band[0] <= 180 <= found.band[1]
     assert found.kurtosis > 1
-    (line,) = found.lines.to_dict("records")
+    line, *others = found.lines.to_dict("records")
     assert line["stands_out"]
     assert line["order"] == pytest.approx(3.585 * 0.99, abs=0.01)
     assert line["nominal"] == 3.585
+    # Its harmonics have no name.
+    strong = [other["order"] / line["order"] for other in others if other["over_level"] > line["over_level"] / 4]
+    assert strong[0] == pytest.approx(2, abs=0.02)
+    assert strong == pytest.approx(np.round(strong), abs=0.02)
+
+
+def test_lines_of_an_unknown_bearing_stand_out_without_a_name():
+    found = envelope_spectrum(record(4.41), samples_per_rev=N, highest=256.0, orders=[BPFO])
+    unnamed = found.lines[found.lines["kind"] == "unnamed"]
+    assert unnamed["order"][unnamed["over_level"].idxmax()] == pytest.approx(4.41, abs=0.01)
+    assert unnamed["stands_out"].all()
+    # Orders above the band do not fold back: 14 x 4.41 is 61.74, and the band has 64 orders.
+    assert not unnamed["order"].between(2, 2.4).any()
+
+
+def test_noise_has_no_lines_at_the_ends_of_the_spectrum():
+    """By construction one in 10 000 spectra has a line, be it next to order 0 or at the top."""
+    for seed in range(20):
+        x = np.random.default_rng(seed).standard_normal(100 * N)
+        assert found_lines(x) == 0
+
+
+def found_lines(x):
+    return len(envelope_spectrum(x, samples_per_rev=N, highest=256.0).lines)
 
 
 def test_without_knocks_nothing_stands_out():

@@ -96,3 +96,20 @@ def test_a_page_of_many_teeth_shows_a_distribution_of_the_mesh_orders_only(tmp_p
     assert image.get_array().shape[1] == 1600
     sums = np.asarray(image.get_array()).sum(axis=0)
     np.testing.assert_allclose(sums, 1600, rtol=0.02)
+
+
+def test_a_recording_without_the_gear_has_its_reason_and_no_indicators(tmp_path):
+    theta = 2 * np.pi * 20 * np.arange(20_000) / 5000
+    x = np.random.default_rng(2).normal(size=theta.size)
+    channels = (
+        Channel(name="a1", samples=x, sampling_rate=5000.0),
+        Channel(name="tacho", samples=np.cos(theta), sampling_rate=5000.0),
+    )
+    signature = recorded_signature(Recording(source="noise", channels=channels, tacho="tacho"), teeth=12)
+    text = recorded_text(signature)
+    assert f"No indicators: {signature.presence.reason}" in text
+    assert "mesh           not present: no mesh of 12 teeth stands out" in text
+    page = write_recorded_report([signature], tmp_path).read_text(encoding="utf-8")
+    assert f'<p class="alarm"><strong>No indicators: {signature.presence.reason}.</strong></p>' in page
+    assert "<h3>Indicators</h3>" not in page
+    assert json.loads((tmp_path / "signature.json").read_text(encoding="utf-8"))["signatures"][0]["indicators"] == {}
