@@ -30,7 +30,7 @@ T = np.arange(16_000) / FS
 DRIFTS = {
     "one height": T / 8,
     "down by two heights": -2 * T / 8,
-    "to and fro": 1.5 * np.sin(2 * np.pi * 0.2 * T),
+    "back and forth": 1.5 * np.sin(2 * np.pi * 0.2 * T),
     "twenty heights": 20 * T / 8,
     "a step": np.where(T > 5, 3.0, 0.0),
 }

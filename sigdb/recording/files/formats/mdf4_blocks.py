@@ -17,6 +17,8 @@ from sigdb.recording.files.formats.contents import check_bytes, check_parts, che
 
 HEAD = 24
 FIRST_BLOCK = 64
+"""Place of the first block, in bytes."""
+
 MOST_DATA_BLOCKS = 2**18
 LONGEST_TEXT = 2**16
 DEFLATE, TRANSPOSED = 0, 1
