@@ -33,6 +33,8 @@ _USED = 0.9
 _MOST = 2048
 """Largest number of revolutions that are tested."""
 _PRIMES = (2, 3, 5, 7)
+_LEAST_P = 1e-99
+"""Probability below which only the bound is printed."""
 _ROUNDING = 1e-28
 """Power of rounding errors, relative to the strongest line."""
 
@@ -190,12 +192,16 @@ def mesh_presence(
     kept = {name: values[name] for name in ("p_value", "p_mesh", "p_revolution", "p_neighbours")}
     return MeshPresence(
         present=not doubt,
-        reason=doubt or f"the mesh of {Z} teeth stands out: noise alone gives as much with p = {values['p_value']:.1g}",
+        reason=doubt or f"the mesh of {Z} teeth stands out: noise alone gives as much with {_p(values['p_value'])}",
         spacing=int(values["spacing"]),
         kept_by_noise=1 / math.sqrt(max(M, 1)),
         unverified=unverified,
         **kept,
     )
+
+
+def _p(p: float) -> str:
+    return f"p = {p:.1g}" if p >= _LEAST_P else f"p below {_LEAST_P:g}"
 
 
 def _doubt(values: dict[str, float], Z: int, rival: str, *, any_mesh: bool, mesh_phase: bool) -> str:

@@ -135,12 +135,12 @@ def _envelope(signature: RecordedSignature) -> CaptionedFigure:
         _draw_spectrum(axes, spectrum[spectrum["order"] > 0])
         axes.set_ylim(top=axes.get_ylim()[1] * 12)  # room for the names
         axes.set(xlim=(0, spectrum["order"].iloc[-1]), xlabel="order, 1/rev", ylabel=f"peak, {_unit(signature)}")
-        _mark(axes, envelope.lines, ("shaft", "bearing"), names=True)
+        _mark(axes, envelope.lines, ("shaft", "bearing", "unnamed"), names=True)
     low, high = envelope.band
     band = f"The record without its average, in the band of orders {low:.4g} to {high:.4g}"
     return CaptionedFigure(
         "Envelope spectrum",
-        f"{band}, excess kurtosis {envelope.kurtosis:.3g}. Dots are orders of shafts and bearings that stand out.",
+        f"{band}, excess kurtosis {envelope.kurtosis:.3g}. Dots are lines that stand out.",
         figure,
     )
 

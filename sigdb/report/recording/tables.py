@@ -98,7 +98,7 @@ def recorded_text(signature: RecordedSignature, *, terminal: Terminal = PLAIN) -
         else "No line stands out",
         f"Envelope spectrum: {envelope_text(signature)}\n"
         + (envelope.text(terminal, indent=2) if envelope.rows else "  no line stands out"),
-        *([f"Order map\n  {order_map_text(signature)}"] if signature.order_map else []),
+        *([f"Order map\n  {order_map_text(signature)}"] if signature.order_map and signature.presence.present else []),
         "Notes\n" + "\n".join(f"  - {note.text}" for note in signature.notes),
     ]
     return "\n\n".join(blocks) + "\n"
@@ -180,7 +180,7 @@ def _interval(low: float, high: float) -> str:
 
 def envelope_table(signature: RecordedSignature) -> TextTable:
     """Return the table of the lines that stand out of the envelope spectrum, those of shafts and bearings by name."""
-    lines = signature.envelope.lines[signature.envelope.lines["stands_out"]]
+    lines = signature.envelope.lines[signature.envelope.lines["stands_out"]].sort_values("order")
     columns = (lines[name] for name in ("order", "nominal", "amplitude", "over_level", "name"))
     rows = [
         [f"{order:.3f}", f"{nominal:.3f}", number(amplitude), f"{over:.1f}", name]
