@@ -179,7 +179,7 @@ def digests(folder: Path) -> dict[str, str]:
 
 def check(process: Process, log: Path) -> None:
     """A sweep that was not killed itself is done, or gives up since its workers kept dying."""
-    process.wait(timeout=120)
+    process.wait(timeout=300)
     said = log.read_text(encoding="utf-8")
     gave_up = process.returncode == 3 and "worker processes keep dying" in said and "Traceback" not in said
     assert process.returncode in (0, -signal.SIGKILL) or gave_up, (process.returncode, said)
