@@ -154,7 +154,7 @@ def recorded_signature(
             average_note(gear, M, result.available),
             presence_note(presence, result.record.kept),
             *kept_notes(presence, result.record.kept),
-            *(spoilt_notes(recording, signal) if values else ()),
+            *(spoilt_notes(recording, signal, in_blocks=isinstance(source, RecordingBlocks)) if values else ()),
             *range_notes(gear.teeth, highest, settings.samples_per_tooth),
         ),
     )

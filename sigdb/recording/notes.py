@@ -84,10 +84,13 @@ def kept_notes(presence: MeshPresence, kept: float) -> Iterator[Note]:
         yield Note(code="little-kept", text=text, values={"kept": kept, "least": least})
 
 
-def spoilt_notes(recording: "Recording", signal: "Channel") -> Iterator[Note]:
-    """Yield a note on the indicators that clipped samples, spikes and drop-outs of a channel spoil."""
+def spoilt_notes(recording: "Recording", signal: "Channel", *, in_blocks: bool) -> Iterator[Note]:
+    """Yield a note on the indicators that clipped samples, spikes and drop-outs of a channel spoil.
+
+    In blocks the channel has no samples here; the reading of the blocks has noted their faults.
+    """
     listed = [note for note in recording.notes if note.code in FAULTS]
-    for note in listed or fault_notes([signal], tacho=None):
+    for note in listed or (() if in_blocks else fault_notes([signal], tacho=None)):
         if note.code in FAULTS and note.values.get("channel") == signal.name:
             values = {"fault": note.code, "channel": signal.name, "indicators": ", ".join(_OF_PEAKS)}
             text = f"{', '.join(_OF_PEAKS)} are not to be trusted: {note.text.partition(',')[0]} ({note.code})"
