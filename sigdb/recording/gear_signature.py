@@ -136,9 +136,7 @@ def recorded_signature(
         record_spectrum=pd.DataFrame({name: getattr(spectrum, name) for name in ("order", "amplitude", "level")}),
         lines=spectral_lines(spectrum, gear.orders, teeth=gear.teeth),
         indicators={name: float(value) for name, value in values.items()},
-        intervals=indicator_intervals(x, samples_per_rev=n, teeth=gear.teeth, averages=M, cycle=gear.cycle)[
-            : len(values)
-        ],
+        intervals=_intervals(result, gear),
         envelope=envelope_spectrum(
             x,
             samples_per_rev=n,
@@ -160,10 +158,23 @@ def recorded_signature(
     )
 
 
+def _intervals(result: GearRecord, gear: AveragedGear) -> pd.DataFrame:
+    """Return the intervals of the indicators; an empty table where the gear is not present, as it has no indicators."""
+    if not result.presence.present:
+        return pd.DataFrame({"indicator": [], "low": [], "high": []})
+    return indicator_intervals(
+        result.record.over_angle,
+        samples_per_rev=result.samples_per_rev,
+        teeth=gear.teeth,
+        averages=result.revolutions,
+        cycle=gear.cycle,
+    )
+
+
 def _order_map(result: GearRecord, gear: AveragedGear) -> OrderMap | None:
     """Return the order map of a run-up; None where the speed changes too little."""
     x, n, times = result.record.over_angle, result.samples_per_rev, result.times
-    highest = min(result.highest_order, _SHOWN_MESH_ORDERS * gear.teeth)
+    highest = min(result.lowest_nyquist_order, _SHOWN_MESH_ORDERS * gear.teeth)
     speed = pd.DataFrame({"speed_rpm": 60 / np.diff(times[: len(x) // n + 1])})
     try:
         return order_map(x, speed, samples_per_rev=n, highest=highest)

@@ -14,7 +14,7 @@ COMPARED = {"face_load": "with published values", "force_per_torque": "with the 
 
 
 def public() -> set[str]:
-    """Names that users have, of which nothing in sigdb need make use."""
+    """Names for users, which nothing in sigdb needs to use."""
     return {
         name.value
         for path, tree in TREES.items()

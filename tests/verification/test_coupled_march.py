@@ -196,7 +196,7 @@ def test_the_coupled_equations_settle_where_the_modal_system_says(second_order):
     modes, squares = block_diag(rotors[0].modes, rotors[1].modes), np.concatenate([r.squares for r in rotors])
 
     def accelerations(state):
-        """Of (a, b) by (a, b, a', b'), without mesh, unbalance and torque."""
+        """Return the matrix that gives the accelerations of (a, b), without mesh, unbalance and torque."""
         a, b, a_rate, b_rate = np.split(state, [26, 28, 54])
         on_rotors, on_casing = bearing_forces(modes @ a, modes @ a_rate, b, b_rate)
         a_second = modes.T @ on_rotors - squares * a

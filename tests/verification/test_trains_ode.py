@@ -204,7 +204,7 @@ class Marched:
         )
 
     def mesh_laws(self, t):
-        """Of each mesh at each time: stiffness, and force at no compression, ``-sum_j k_j e_j``."""
+        """Return stiffness and force at no compression, ``-sum_j k_j e_j``, of each mesh at each time."""
         laws = []
         for _, one, teeth, speed, changed, late in self.members:
             tooth = (slice(None), None)

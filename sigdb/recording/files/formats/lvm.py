@@ -246,7 +246,9 @@ def _moment(date: str, time: str) -> datetime.datetime | None:
         return None
     micros = round(float(f"0.{hour[4] or 0}") * 1e6)
     try:
-        whole = datetime.datetime(*map(int, day.groups()), *map(int, hour.groups()[:3]), tzinfo=datetime.UTC)  # type: ignore[misc, arg-type]
+        year, month, of_month = map(int, day.groups())
+        hours, minutes, seconds = map(int, hour.groups()[:3])
+        whole = datetime.datetime(year, month, of_month, hours, minutes, seconds, tzinfo=datetime.UTC)
     except ValueError:
         return None
     return whole + datetime.timedelta(microseconds=micros)

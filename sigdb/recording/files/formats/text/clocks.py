@@ -150,8 +150,8 @@ def _normal(texts: "pa.ChunkedArray") -> "pd.Series[str]":
 
 def _formats(text: str) -> list[str]:
     """Return the formats that a clock time may have, for ``pandas.to_datetime``."""
-    if _ISO.fullmatch(text):
-        return ["ISO8601%z" if _ISO.fullmatch(text)[2] else "ISO8601"]  # type: ignore[index]
+    if iso := _ISO.fullmatch(text):
+        return ["ISO8601%z" if iso[2] else "ISO8601"]
     zone = _ZONE.search(text)
     zone = zone if zone and ":" in text[: zone.start()] else None
     body = text[: zone.start()] if zone else text
