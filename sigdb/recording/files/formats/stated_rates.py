@@ -38,7 +38,12 @@ _OF_ABSCISSA = {"increment": "dt", "delta": "dt", "step": "dt", "interval": "dt"
 
 _ABSCISSAS = {"x", "xvalues", "xaxis", "time", "t", "abscissa", "wf", "xdata"}
 
-_PER_SECOND = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "sps": 1.0, "s/s": 1.0, "ks/s": 1e3, "1/s": 1.0, "samples/s": 1.0}
+RATE_UNITS = {
+    "hz": 1.0, "khz": 1e3, "mhz": 1e6, "s/s": 1.0, "ks/s": 1e3, "ms/s": 1e6, "sa/s": 1.0, "ksa/s": 1e3, "msa/s": 1e6,
+    "sps": 1.0, "ksps": 1e3, "samples/s": 1.0, "samples/sec": 1.0, "samples/second": 1.0, "samples per second": 1.0,
+    "1/s": 1.0, "1/sec": 1.0, "s-1": 1.0, "s^-1": 1.0, "hertz": 1.0, "samp/s": 1.0, "pts/s": 1.0, "per second": 1.0,
+}  # fmt: skip
+"""Units of a sampling rate, small letters, in Hz."""
 
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s].{0,20}?)?\s*")
 
@@ -69,7 +74,7 @@ def stated_rate(name: str, value: ArrayLike) -> tuple[float, str] | None:
         return None
     stated, unit = number[0], number[1] or unit
     if split[0] in RATES:
-        factor = _PER_SECOND.get(unit, None if unit else 1.0)
+        factor = RATE_UNITS.get(unit, None if unit else 1.0)
         return None if factor is None else (stated * factor, split[1])
     seconds = seconds_of(unit)
     if seconds is None or not stated * seconds > 0 or not np.isfinite(1 / (stated * seconds)):
@@ -140,7 +145,7 @@ def _words(name: str) -> tuple[list[str], str]:
     if not parts:
         return [], ""
     words, unit = parts[-1], bracket[1].lower() if bracket else ""
-    if len(words) > 1 and (words[-1] in _PER_SECOND or words[-1] in ("s", "ms", "us", "ns", "sec")) and not unit:
+    if len(words) > 1 and (words[-1] in RATE_UNITS or words[-1] in ("s", "ms", "us", "ns", "sec")) and not unit:
         words, unit = words[:-1], words[-1]
     if len(parts) > 1 and "".join(parts[-2]) in _ABSCISSAS and "".join(words) in _OF_ABSCISSA:
         words = [_OF_ABSCISSA["".join(words)]]

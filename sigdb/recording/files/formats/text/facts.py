@@ -5,22 +5,10 @@ import re
 from dataclasses import dataclass
 
 from sigdb.core import Note
+from sigdb.recording.files.formats.stated_rates import RATE_UNITS
 from sigdb.recording.files.formats.text.fields import CLOCKS, GROUPED, NUMBER, is_count, kind_of
 from sigdb.recording.files.formats.text.units import bare_unit, is_unit, name_and_unit
-
-RATE_UNITS = {
-    "hz": 1.0, "khz": 1e3, "mhz": 1e6, "s/s": 1.0, "ks/s": 1e3, "ms/s": 1e6, "sa/s": 1.0, "ksa/s": 1e3, "msa/s": 1e6,
-    "sps": 1.0, "ksps": 1e3, "samples/s": 1.0, "samples/sec": 1.0, "samples/second": 1.0, "samples per second": 1.0,
-    "1/s": 1.0, "1/sec": 1.0, "s-1": 1.0, "s^-1": 1.0, "hertz": 1.0, "samp/s": 1.0, "pts/s": 1.0, "per second": 1.0,
-}  # fmt: skip
-"""Units of a sampling rate, small letters, in Hz."""
-
-INTERVAL_UNITS = {
-    "s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "sek": 1.0, "sekunden": 1.0, "ms": 1e-3,
-    "msec": 1e-3, "millisecond": 1e-3, "milliseconds": 1e-3, "us": 1e-6, "usec": 1e-6, "µs": 1e-6, "μs": 1e-6,
-    "microseconds": 1e-6, "ns": 1e-9, "nanoseconds": 1e-9,
-}  # fmt: skip
-"""Units of a sampling interval, small letters, in s."""
+from sigdb.recording.files.time_names import seconds_of
 
 _RATES = re.compile(
     r"(fs|f_?s(a|amp|ample)?|sr|fsamp|(sam|scan|acq|acquisition|abtast|mess|daq|adc)[a-z]*(rate|freq(uency)?|frequenz|speed|"
@@ -203,10 +191,9 @@ def _rate(key: str, value: str, following: tuple[str, ...], decimal: str) -> flo
     unit = _unit(key, match[2], following, word)
     if number is None or not number > 0 or unit is None:
         return None
-    if _INTERVALS.fullmatch(word) and (unit in INTERVAL_UNITS or not unit) and word not in ("interval", "increment"):
-        return 1 / (number * INTERVAL_UNITS.get(unit, 1.0))
-    if word in ("interval", "increment") and unit in INTERVAL_UNITS:
-        return 1 / (number * INTERVAL_UNITS[unit])
+    seconds = seconds_of(unit)
+    if _INTERVALS.fullmatch(word) and seconds is not None and (unit or word not in ("interval", "increment")):
+        return 1 / (number * seconds)
     if _RATES.fullmatch(word) and (unit in RATE_UNITS or (not unit and word not in ("rate", "sampling"))):
         return number * RATE_UNITS.get(unit, 1.0)
     return None
@@ -229,7 +216,7 @@ def _unit(key: str, behind: str, following: tuple[str, ...], word: str) -> str |
 def _known_unit(unit: str) -> str | None:
     """Return the unit in small letters; MS/s are not ms."""
     small = unit.strip().lower()
-    return small if small in RATE_UNITS or small in INTERVAL_UNITS else None
+    return small if small in RATE_UNITS or (small and seconds_of(small) is not None) else None
 
 
 def _number(text: str, decimal: str) -> float | None:
