@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigdb.core import InputError
-from sigdb.recording.files.assemble import assemble
+from sigdb.recording.files.assemble import assemble, named_columns
 from sigdb.recording.files.formats.contents import Contents
 from sigdb.recording.files.kinds import FileKind
 from sigdb.recording.files.read import foreign_errors, with_format
@@ -55,8 +55,7 @@ def block_parts(
         If a part is no recording, or samples are missing at an inner edge of it.
     """
     first = 0
-    for contents, is_last in contents_blocks(path, kind, settings, samples=samples):
-        size = contents.columns[0].values.size
+    for contents, size, is_last in contents_blocks(path, kind, settings, samples=samples):
         try:
             recording = assemble(contents, settings, source=str(path), seek_ramps=False, seek_faults=seek_faults)
             _refuse_cut(recording, size, is_first=first == 0, is_last=is_last)
@@ -69,8 +68,8 @@ def block_parts(
 
 def contents_blocks(
     path: Path, kind: FileKind, settings: RecordingSettings, *, samples: int | None
-) -> Iterator[tuple[Contents, bool]]:
-    """Yield the columns of consecutive blocks, and whether a block is the last.
+) -> Iterator[tuple[Contents, int, bool]]:
+    """Yield the columns of consecutive blocks, their number of samples, and whether a block is the last.
 
     Parameters
     ----------
@@ -84,20 +83,35 @@ def contents_blocks(
     Raises
     ------
     InputError
-        If the file cannot be read, is empty, or holds columns of different lengths.
+        If the file cannot be read, is empty, or holds channels of different lengths.
     """
     assert kind.blocks is not None
-    before: Contents | None = None
+    before: tuple[Contents, int] | None = None
     with foreign_errors(kind):
         for contents in kind.blocks(path, settings, samples):
-            if len({column.values.size for column in contents.columns}) != 1:
-                raise InputError("holds columns of different lengths, which are not read in blocks; cut the recording")
+            size = _size(contents, settings)
+            if before is not None and not size:
+                break
             if before is not None:
-                yield before, False
-            before = with_format(contents, kind, path, settings)
-    if before is None or not before.columns[0].values.size:
+                yield *before, False
+            before = with_format(contents, kind, path, settings), size
+    if before is None or not before[1]:
         raise InputError("holds no samples")
-    yield before, True
+    yield *before, True
+
+
+def _size(contents: Contents, settings: RecordingSettings) -> int:
+    """Return the number of samples in the channels that the settings choose, which must be the same."""
+    columns = named_columns(contents, settings)[0]
+    wanted = None if settings.channels is None else {*settings.channels, settings.tacho, settings.time}
+    sizes = {column.name: column.values.size for column in columns if wanted is None or column.name in wanted}
+    if len(set(sizes.values())) > 1:
+        shortest, longest = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
+        raise InputError(
+            f"holds columns of different lengths, such as {shortest} and {longest}, which are not read in blocks; "
+            "choose those of one length by channels"
+        )
+    return next(iter(sizes.values()), contents.columns[0].values.size)
 
 
 def _refuse_cut(recording: Recording, size: int, *, is_first: bool, is_last: bool) -> None:

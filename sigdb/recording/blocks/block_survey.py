@@ -19,6 +19,8 @@ from sigdb.recording.recording import Channel, Recording, UnreadChannel
 OF_SAMPLES = {"filled-gaps", "clipped", "spikes", "drop-outs", "constant-channel", "same-channel", "cut-to-common-part"}
 """Codes of notes on the samples of a block."""
 
+_SEVERAL = "holds channels of different rates or starts, which are not read in blocks; choose by channels"
+
 
 def surveyed(
     path: Path, kind: FileKind, settings: RecordingSettings, *, samples: int | None
@@ -40,16 +42,14 @@ def surveyed(
         If a block is no recording, or does not go on from the one before.
     """
     contents = next(contents_blocks(path, kind, settings, samples=samples))[0]
+    _refuse_several_rates(contents, settings)
     begin = assemble(contents, settings, source=str(path))
     times = _times(contents, settings)
     if len(times) > 1:
         names = ", ".join(time.name for time in times)
         raise InputError(f"holds several columns of times, {names}; give time={times[0].name!r} or another")
-    rates = {channel.sampling_rate for channel in begin.channels}
-    if len(rates) > 1 or len({channel.start for channel in begin.channels}) > 1:
-        raise InputError(
-            "holds channels of different rates or starts, which are not read in blocks; choose by channels"
-        )
+    if len({(channel.sampling_rate, channel.start) for channel in begin.channels}) > 1:
+        raise InputError(_SEVERAL)
     chosen = tuple(channel.name for channel in begin.channels)
     settings = settings.model_copy(update={"channels": chosen, "time": times[0].name if times else False})
     survey = _Survey({name: _Extent() for name in chosen}, {note.code for note in begin.notes})
@@ -63,6 +63,15 @@ def surveyed(
     return settings, replace(begin, channels=channels, notes=notes)
 
 
+def _refuse_several_rates(contents: Contents, settings: RecordingSettings) -> None:
+    """Refuse different rates that a file states, before blocks of equal lengths seem to cover different times."""
+    wanted = None if settings.channels is None else {*settings.channels, settings.tacho}
+    columns = named_columns(contents, settings)[0] if settings.sampling_rate is None else ()
+    rates = {column.sampling_rate for column in columns if wanted is None or column.name in wanted} - {None}
+    if len(rates) > 1:
+        raise InputError(_SEVERAL)
+
+
 def _times(contents: Contents, settings: RecordingSettings) -> tuple[TimeColumn, ...]:
     """Return the columns of times of a block."""
     columns = [column for column in named_columns(contents, settings)[0] if column.abscissa == "time"]
@@ -74,12 +83,16 @@ def _block_time(part: BlockPart, settings: RecordingSettings) -> BlockTime:
     times = _times(part.contents, settings)
     name = part.recording.channels[0].name
     column = next(column for column in named_columns(part.contents, settings)[0] if column.name == name)
-    start = column.start if column.start is not None or not times else times[0].base.start
+    start, rate = column.start, part.recording.channels[0].sampling_rate
+    if times and (start is None or part.contents.starts_of_file):
+        start = times[0].base.start
+    elif start is not None and part.contents.starts_of_file:
+        start += part.first / rate
     return BlockTime(
         first=part.first,
         size=part.size,
         start=start,
-        sampling_rate=times[0].base.sampling_rate if times else part.recording.channels[0].sampling_rate,
+        sampling_rate=times[0].base.sampling_rate if times else rate,
         resolution=times[0].base.resolution if times else 0.0,
     )
 

@@ -121,6 +121,7 @@ KINDS = (
         begins=_marked(b"\x89HDF\r\n\x1a\n", 0, 512, 1024, 2048),
         read=hdf5.read_hdf5,
         foreign=hdf5.FOREIGN,
+        blocks=hdf5.hdf5_blocks,
     ),
     FileKind(
         name="WAV",

@@ -74,6 +74,8 @@ class Contents:
         Speed in rev/min that the file states, to be confirmed; None if it states none.
     zero_time
         Time in s after the beginning of 1970 at which the time axis of the columns is zero; None if it is not stated.
+    starts_of_file
+        True where the columns hold some of the samples of a file, and their starts are those of its first samples.
     """
 
     columns: tuple[DataColumn, ...]
@@ -83,6 +85,7 @@ class Contents:
     named: bool = True
     speed_rpm: float | None = None
     zero_time: float | None = None
+    starts_of_file: bool = False
 
 
 MAX_BYTES = 2**30
@@ -153,6 +156,11 @@ def check_bytes(size: int) -> None:
 def check_ratio(size: int, compressed: int) -> None:
     """Refuse a file or part that expands to ``size`` bytes but is far too small for that."""
     check_bytes(size)
+    check_expansion(size, compressed)
+
+
+def check_expansion(size: int, compressed: int) -> None:
+    """Refuse a file or part that is far too small for the ``size`` bytes to which it expands, whatever they are."""
     if size > max(FREE_BYTES, MAX_RATIO * compressed):
         raise InputError(
             f"expands {compressed} bytes to {size} or more, which measured numbers do not do; write it uncompressed"

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from types import ModuleType
@@ -23,6 +24,7 @@ from sigdb.recording.files.formats.hdf5_dataset import numbers_of
 from sigdb.recording.files.formats.hdf5_pandas import Series, pandas_series
 from sigdb.recording.files.formats.mat73 import read_mat73
 from sigdb.recording.files.formats.named_arrays import ArrayFacts, contents_of_arrays, not_read, rate_of
+from sigdb.recording.files.formats.sample_window import WHOLE, SampleWindow, window_blocks
 from sigdb.recording.files.settings import RecordingSettings
 
 if TYPE_CHECKING:
@@ -40,14 +42,33 @@ def read_hdf5(path: Path, settings: RecordingSettings) -> Contents:
     Attributes of a dataset, or of the groups around it, state its unit, its sampling rate and its start. A sampling
     rate may be a dataset too.
     """
-    h5py = _h5py()
     check_bytes(path.stat().st_size)
+    return _contents(path, settings, WHOLE)
+
+
+def hdf5_blocks(path: Path, settings: RecordingSettings, samples: int | None) -> Iterator[Contents]:
+    """Yield the columns of all datasets of numbers in blocks, each dataset along its longest axis.
+
+    Parameters
+    ----------
+    path
+        The file.
+    settings
+        Settings of reading; variable is used.
+    samples
+        Samples of a block.
+    """
+    return window_blocks(partial(_contents, path, settings), samples)
+
+
+def _contents(path: Path, settings: RecordingSettings, window: SampleWindow) -> Contents:
+    h5py = _h5py()
     with h5py.File(path, "r") as file:
         if _is_mat(path):
-            return read_mat73(h5py, file, variable=settings.variable)
+            return read_mat73(h5py, file, variable=settings.variable, window=window)
         with path.open("rb") as stored, mmap(stored.fileno(), 0, access=ACCESS_READ) as data:
             attributes = AttributeReader(h5py, file, data)
-            arrays = _NamedArrays(h5py, file, attributes)
+            arrays = _NamedArrays(h5py, attributes, window)
             arrays.walk(file, "", ArrayFacts(), 0)
     if attributes.unread:
         text = "some texts of variable length, such as units, cannot be read; give units"
@@ -58,19 +79,21 @@ def read_hdf5(path: Path, settings: RecordingSettings) -> Contents:
         left_out=tuple(arrays.left_out),
         facts=arrays.facts_of_arrays(),
         texts=arrays.texts,
+        shapes=arrays.shapes,
     )
 
 
 class _NamedArrays:
     """Arrays by name with the facts in their attributes, and notes on the parts that cannot be read."""
 
-    def __init__(self, h5py: ModuleType, file: "h5py.File", attributes: AttributeReader) -> None:
+    def __init__(self, h5py: ModuleType, attributes: AttributeReader, window: SampleWindow) -> None:
         self.arrays: dict[str, StoredArray] = {}
+        self.shapes: dict[str, tuple[int, ...]] = {}
         self.facts: dict[str, ArrayFacts] = {}
         self.texts: dict[str, str] = {}
         self.left_out: list[Note] = []
         self._abscissas: dict[str, str] = {}
-        self._h5py, self._attributes = h5py, attributes
+        self._h5py, self._attributes, self._window = h5py, attributes, window
         self._parts = self._values = 0
 
     def walk(self, group: "h5py.Group", name: str, facts: ArrayFacts, depth: int) -> None:
@@ -78,7 +101,7 @@ class _NamedArrays:
         if depth > MAX_DEPTH:
             raise InputError(f"holds groups {MAX_DEPTH} levels deep, so it is not a recording")
         kind = self._attributes.text(group, "pandas_type")
-        series = pandas_series(kind, lambda key: self._dataset(group, key), self._attributes)
+        series = pandas_series(kind, lambda key: self._dataset(group, key), self._attributes, self._window)
         if series is not None:
             self._keep_series(name, series)
             return
@@ -113,25 +136,26 @@ class _NamedArrays:
         return replace(facts, sampling_rate=None, rate_from=ArrayFacts().rate_from)
 
     def _keep_series(self, group: str, series: Iterator[Series]) -> None:
-        for name, values, unit in series:
-            if isinstance(values, str):
-                self.left_out.append(not_read(_joined(group, name), values))
+        for each in series:
+            name = _joined(group, each.name)
+            if isinstance(each.values, str):
+                self.left_out.append(not_read(name, each.values))
             else:
-                self._keep_array(_joined(group, name), values, ArrayFacts(unit=unit))
+                self._keep_array(name, each.values, ArrayFacts(unit=each.unit), (each.size,))
 
     def _keep(self, item: "h5py.Dataset", name: str, inherited: ArrayFacts) -> None:
         text = self._attributes.scalar_text(item)
         if text:
             self.texts[name] = text
             return
-        numbers = numbers_of(item)
+        numbers = numbers_of(item, window=self._window)
         if numbers.problem:
             self.left_out.append(not_read(name, numbers.problem))
             return
         facts = facts_of(self._attributes.values(item), inherited)
         self._note_scale(item, facts.unit)
         for suffix, values in numbers.arrays.items():
-            self._keep_array(f"{name}{suffix}", values, facts)
+            self._keep_array(f"{name}{suffix}", values, facts, numbers.shapes[suffix])
         self.left_out += [not_read(f"{name}.{field}", "not numbers, so not a channel") for field in numbers.left_out]
 
     def _note_scale(self, item: "h5py.Dataset", unit: str) -> None:
@@ -157,10 +181,10 @@ class _NamedArrays:
             for name, facts in self.facts.items()
         }
 
-    def _keep_array(self, name: str, values: StoredArray, facts: ArrayFacts) -> None:
+    def _keep_array(self, name: str, values: StoredArray, facts: ArrayFacts, shape: tuple[int, ...]) -> None:
         self._values += values.size
         check_values(self._values)
-        self.arrays[name] = values
+        self.arrays[name], self.shapes[name] = values, shape
         self.facts[name] = facts
 
 

@@ -6,21 +6,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sigdb.core import InputError
+from sigdb.core import InputError, NotApplicableError
 from sigdb.recording.files.formats.contents import MAX_DEPTH, Contents, StoredArray, check_parts, check_values
 from sigdb.recording.files.formats.hdf5_attributes import fixed_text
-from sigdb.recording.files.formats.hdf5_dataset import dataset_problem
+from sigdb.recording.files.formats.hdf5_dataset import dataset_problem, windowed
 from sigdb.recording.files.formats.matlab_objects import ObjectStore
 from sigdb.recording.files.formats.matlab_tables import read_object
 from sigdb.recording.files.formats.matlab_values import (
     LONGEST_TEXT,
+    ArrayPart,
     Cells,
+    ObjectArrays,
     ObjectReference,
     Structures,
     Unread,
     Value,
     Workspace,
 )
+from sigdb.recording.files.formats.sample_window import WHOLE, SampleWindow
 
 if TYPE_CHECKING:
     import h5py
@@ -28,29 +31,37 @@ if TYPE_CHECKING:
 EMPTY = np.zeros((0, 0))
 
 
-def read_mat73(h5py: ModuleType, file: "h5py.File", *, variable: str | None) -> Contents:
-    """Return the columns of all arrays of an opened file."""
+def read_mat73(h5py: ModuleType, file: "h5py.File", *, variable: str | None, window: SampleWindow = WHOLE) -> Contents:
+    """Return the samples of all arrays of an opened file in a window; tables and dates are read whole or not at all."""
     workspace = Workspace()
-    reader = _ValueReader(h5py, file)
+    reader = _ValueReader(h5py, file, window)
     for key in reader.keys(file):
         workspace.add(key, reader.member(file, key, 0))
     store = ObjectStore(partial(_cells_of_objects, h5py, file))
-    return workspace.contents(partial(read_object, store), variable=variable)
+    read = partial(read_object if window == WHOLE else _text_object, store)
+    return workspace.contents(read, variable=variable)
+
+
+def _text_object(store: ObjectStore, name: str, reference: ObjectReference) -> ObjectArrays:
+    """Return the text of an object, which may state a fact; other objects are not read in blocks."""
+    if store.class_name(reference) != "string":
+        raise NotApplicableError("in blocks, arrays of numbers are read")
+    return read_object(store, name, reference)
 
 
 def _cells_of_objects(h5py: ModuleType, file: "h5py.File") -> tuple[Value, ...]:
     group = file.get("#subsystem#")
     if not isinstance(group, h5py.Group) or "MCOS" not in group:
         return ()
-    value = _ValueReader(h5py, file).member(group, "MCOS", 0)
+    value = _ValueReader(h5py, file, WHOLE).member(group, "MCOS", 0)
     return value.items if isinstance(value, Cells) else ()
 
 
 class _ValueReader:
     """Reader of values with a bounded number of parts and numbers."""
 
-    def __init__(self, h5py: ModuleType, file: "h5py.File") -> None:
-        self._h5py, self._file = h5py, file
+    def __init__(self, h5py: ModuleType, file: "h5py.File", window: SampleWindow) -> None:
+        self._h5py, self._file, self._window = h5py, file, window
         self._parts = self._numbers = 0
 
     def keys(self, group: "h5py.Group") -> list[str]:
@@ -80,9 +91,9 @@ class _ValueReader:
         if kind == "cell" or kind == "FileWrapper__":
             return Cells(tuple(self._value(part, depth + 1) for part in self._referred(item)))
         if "MATLAB_object_decode" in item.attrs:
-            words = self._array(item)
+            words = self._array(item, WHOLE)
             return ObjectReference(kind or "object", words) if isinstance(words, np.ndarray) else words
-        return self._text(item) if kind == "char" else self._array(item)
+        return self._text(item) if kind == "char" else self._part(item)
 
     def _structures(self, group: "h5py.Group", kind: str, depth: int) -> Value:
         if "MATLAB_sparse" in group.attrs:
@@ -115,14 +126,23 @@ class _ValueReader:
         check_parts(item.size)
         return [self._file[reference] for reference in item[()].reshape(-1) if reference]
 
-    def _array(self, item: "h5py.Dataset") -> StoredArray | Unread:
+    def _part(self, item: "h5py.Dataset") -> Value:
+        """Return the numbers of a dataset in the window."""
+        values = self._array(item, self._window)
+        if self._window == WHOLE or isinstance(values, Unread):
+            return values
+        return ArrayPart(values, np.atleast_2d(np.broadcast_to(0, item.shape)).T.shape)
+
+    def _array(self, item: "h5py.Dataset", window: SampleWindow) -> StoredArray | Unread:
         """Return the numbers of a dataset, whose dimensions MATLAB stores in the opposite order."""
-        problem = dataset_problem(item)
+        problem = dataset_problem(item, window)
         if problem:
             return Unread(f"a dataset ({problem})")
-        self._numbers += item.size
+        shape = item.shape[::-1]
+        axis = len(shape) - 1 - window.axis(shape)
+        stored = windowed(item, window, axis)
+        self._numbers += stored.size
         check_values(self._numbers)
-        stored = item[()]
         if stored.dtype.names == ("real", "imag"):
             stored = stored["real"] + 1j * stored["imag"]
         if stored.dtype.names:
@@ -133,5 +153,5 @@ class _ValueReader:
         """Return a text of one row."""
         if item.ndim != 2 or item.shape[1] != 1 or item.size > LONGEST_TEXT or item.dtype.kind != "u":
             return ""
-        codes = self._array(item)
+        codes = self._array(item, WHOLE)
         return "" if isinstance(codes, Unread) else codes.astype("<u2").tobytes().decode("utf-16-le", "replace")

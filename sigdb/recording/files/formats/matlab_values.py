@@ -45,7 +45,15 @@ class Unread:
     kind: str
 
 
-Value: TypeAlias = StoredArray | str | Cells | Structures | ObjectReference | Unread
+@dataclass(frozen=True)
+class ArrayPart:
+    """Some samples of an array; ``shape`` is that of the array."""
+
+    values: StoredArray
+    shape: tuple[int, ...]
+
+
+Value: TypeAlias = StoredArray | ArrayPart | str | Cells | Structures | ObjectReference | Unread
 """An array of numbers of two dimensions or more, a text, or one of the other kinds."""
 
 
@@ -69,6 +77,7 @@ class Workspace:
     def __init__(self) -> None:
         self._variables: dict[str, Value] = {}
         self._arrays: dict[str, StoredArray] = {}
+        self._shapes: dict[str, tuple[int, ...]] = {}
         self._facts: dict[str, ArrayFacts] = {}
         self._texts: dict[str, str] = {}
         self._notes: list[Note] = []
@@ -95,6 +104,7 @@ class Workspace:
             left_out=tuple(self._notes),
             facts=self._facts,
             texts=self._texts,
+            shapes=self._shapes,
         )
 
     def _take(self, name: str, value: Value, read_object: ReadObject, depth: int) -> None:
@@ -108,6 +118,8 @@ class Workspace:
         elif isinstance(value, np.ndarray):
             if value.size:
                 self._arrays[name] = value
+        elif isinstance(value, ArrayPart):
+            self._arrays[name], self._shapes[name] = value.values, value.shape
         elif isinstance(value, Unread):
             self._notes.append(not_read(name, f"{value.kind}, which cannot be read; {REMEDY}"))
         elif isinstance(value, ObjectReference):

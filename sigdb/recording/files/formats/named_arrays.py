@@ -1,5 +1,6 @@
 """Conversion of the named arrays of MAT, HDF5 and NPZ files to columns."""
 
+import math
 from collections.abc import Collection, Mapping
 
 import numpy as np
@@ -29,6 +30,7 @@ def contents_of_arrays(
     facts: Mapping[str, ArrayFacts] | None = None,
     texts: Mapping[str, str] | None = None,
     named: bool = True,
+    shapes: Mapping[str, tuple[int, ...]] | None = None,
 ) -> Contents:
     """Return the columns of all arrays that are long enough; each column of a matrix is a column.
 
@@ -46,7 +48,11 @@ def contents_of_arrays(
         Short texts of the file by name, such as ``ch1.fs`` where a file holds a rate as text.
     named
         False where the names were made up.
+    shapes
+        Shapes of the arrays in the file, where ``arrays`` hold some of their samples.
     """
+    shapes = {name: values.shape for name, values in arrays.items()} | dict(shapes or {})
+    sizes = {name: math.prod(shape) for name, shape in shapes.items()}
     chosen = {name: values for name, values in arrays.items() if variable is None or _inside(name, variable)}
     if not chosen:
         others = "; ".join(note.text for note in left_out[:3])
@@ -55,15 +61,15 @@ def contents_of_arrays(
         raise InputError(f"holds no arrays of numbers{': ' if others else ''}{others}")
     notes = list(left_out if variable is None else ())
     columns: list[DataColumn] = []
-    short = {name: values for name, values in chosen.items() if values.size < SHORTEST}
+    short = {name: values for name, values in chosen.items() if sizes[name] < SHORTEST}
     entries: dict[str, ArrayLike] = {
-        **{name: values for name, values in arrays.items() if values.size < SHORTEST}, **(texts or {})
+        **{name: values for name, values in arrays.items() if sizes[name] < SHORTEST}, **(texts or {})
     }  # fmt: skip
-    stated = stated_facts(entries, [name for name in arrays if arrays[name].size >= SHORTEST])
+    stated = stated_facts(entries, [name for name in arrays if sizes[name] >= SHORTEST])
     for name, values in chosen.items():
         if name not in short:
             of_name = _with_facts((facts or {}).get(name, ArrayFacts()), stated.of_array(name))
-            split, split_notes = _columns(name, values, of_name)
+            split, split_notes = _columns(name, values, of_name, shapes[name])
             columns += split
             notes += split_notes
     if not columns:
@@ -92,21 +98,25 @@ def _with_facts(facts: ArrayFacts, stated: ArrayFacts) -> ArrayFacts:
     )
 
 
-def _columns(name: str, values: StoredArray, facts: ArrayFacts) -> tuple[list[DataColumn], list[Note]]:
+def _columns(
+    name: str, values: StoredArray, facts: ArrayFacts, shape: tuple[int, ...]
+) -> tuple[list[DataColumn], list[Note]]:
+    """Return the columns of an array that has this shape in the file, and notes."""
     if values.dtype.kind == "c":
         text = f"{name} holds complex numbers; a channel is real"
         return [], [Note(code="complex-numbers", text=text, values={"name": name})]
-    values = np.squeeze(values)
+    values = np.squeeze(values, tuple(i for i, size in enumerate(shape) if size == 1))
+    shape = tuple(size for size in shape if size != 1)
     if values.ndim > 2:
-        text = f"{name} of shape {values.shape} is neither a series nor a matrix of columns, so not a channel"
+        text = f"{name} of shape {shape} is neither a series nor a matrix of columns, so not a channel"
         return [], [Note(code="neither-series-nor-matrix", text=text, values={"name": name})]
     if values.ndim < 2:
         return [_column(name, values.reshape(-1), facts)], []
-    wide = values.shape[1] > values.shape[0]
+    wide = shape[1] > shape[0]
     matrix = values.T if wide else values
     check_columns(matrix.shape[1])
     columns = [_column(f"{name}{i + 1}", matrix[:, i], facts, named=False) for i in range(matrix.shape[1])]
-    text = f"{name} of shape {values.shape} was read with its samples along the rows"
+    text = f"{name} of shape {shape} was read with its samples along the rows"
     return columns, [Note(code="samples-along-rows", text=text, values={"name": name})] if wide else []
 
 

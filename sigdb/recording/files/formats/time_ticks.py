@@ -14,8 +14,8 @@ TICKS = {
 NOT_A_TIME = np.iinfo(np.int64).min
 
 
-def seconds_of_ticks(ticks: StoredArray, unit: str, *, after_first: bool) -> StoredArray:
-    """Return counts of a unit of time in s, of dates after the first one; nan where they are missing.
+def seconds_of_ticks(ticks: StoredArray, unit: str, *, after_first: bool, first: int | None = None) -> StoredArray:
+    """Return counts of a unit of time in s, nan where they are missing; of dates after the first one, or ``first``.
 
     Examples
     --------
@@ -28,8 +28,9 @@ def seconds_of_ticks(ticks: StoredArray, unit: str, *, after_first: bool) -> Sto
     counts = ticks.astype(np.int64).reshape(-1)
     missing = counts == NOT_A_TIME
     present = counts[~missing]
-    first = present[0] if after_first and present.size else np.int64(0)
-    return np.where(missing, np.nan, (counts - first) * TICKS[unit])
+    if first in (None, NOT_A_TIME):
+        first = present[0] if present.size else 0
+    return np.where(missing, np.nan, (counts - np.int64(first if after_first and first else 0)) * TICKS[unit])
 
 
 def seconds_of_times(times: StoredArray) -> StoredArray:
