@@ -11,12 +11,12 @@ from sigdb.recording.files.formats.contents import Contents, DataColumn
 from sigdb.recording.files.formats.stated_rates import SPEED_TO_CONFIRM
 from sigdb.recording.files.formats.text.units import name_and_unit
 from sigdb.recording.files.missing_samples import fill_gaps
-from sigdb.recording.files.ramps import Ramp, ramp_kind, rises_in_equal_steps
+from sigdb.recording.files.ramps import Ramp, ramp_kind, without_spectra
 from sigdb.recording.files.sampling_rates import SeriesTiming, series_timing
 from sigdb.recording.files.settings import RecordingSettings
 from sigdb.recording.files.shared_time import share_time
 from sigdb.recording.files.time_columns import time_columns, times_of
-from sigdb.recording.files.time_names import other_abscissa, seconds_of, time_name
+from sigdb.recording.files.time_names import seconds_of, time_name
 from sigdb.recording.overview.overview_table import fault_notes, is_constant
 from sigdb.recording.recording import Channel, Recording
 
@@ -65,8 +65,10 @@ def assemble(
     times, time_notes = time_columns(named, settings, named=contents.named or bool(settings.names))
     columns = _chosen(named, settings, tuple(time.name for time in times))
     _refuse_unknown(columns, settings, tuple(time.name for time in times))
-    if not times and seek_ramps:
-        _refuse_other_abscissa(columns, settings)
+    if seek_ramps and not settings.channels:
+        sure = {column.values.size for column in contents.columns if column.abscissa != "time"}
+        columns, spectra = without_spectra(columns, settings.tacho, sure | {time.size for time in times})
+        other_notes = [*other_notes, *spectra]
     columns, ramps = _without_ramps(columns, settings) if seek_ramps else (columns, [])
     pulses = tuple(column for column in columns if _holds_pulse_times(column, settings))
     columns = tuple(column for column in columns if not _holds_pulse_times(column, settings))
@@ -80,7 +82,7 @@ def assemble(
         times=times_by_name,
         stated=contents.sampling_rate,
         source=contents.rate_from,
-        hint="".join(f" ({ramp.text})" for ramp in ramps[:2]),
+        hint="".join(f" ({note.text})" for note in (*ramps, *contents.notes) if note.code in _HINTS)[:_LONGEST_HINT],
     )
     names = [column.name for column in columns]
     series, starts, cut_notes = share_time(series, names, timing)
@@ -199,25 +201,16 @@ def _refuse_unknown(columns: tuple[DataColumn, ...], settings: RecordingSettings
         raise InputError(f"tacho names {settings.tacho!r}, which is no channel{suggestion(settings.tacho, names)}")
 
 
+_HINTS = {"ramp-left-out", "sample-count-left-out", "clock-column-left-out"}
+_LONGEST_HINT = 200
+"""Codes of notes on columns that may be meant as times, and the longest text of them in a refusal."""
+
 _RAMPS: dict[Ramp, str] = {
     "counts": "counts samples",
     "rises": "only rises, as times, counts and angles do,",
     "falls": "only falls, as a ramp does,",
     "repeats": "is a ramp that begins again and again, as counts and angles do,",
 }
-
-
-def _refuse_other_abscissa(columns: tuple[DataColumn, ...], settings: RecordingSettings) -> None:
-    """Refuse columns that run over the frequency, order or angle in the first one, unless channels are chosen."""
-    first = columns[0]
-    if len(columns) < 2 or settings.channels or first.name == settings.tacho or first.values.dtype.kind not in "iuf":
-        return
-    quantity = other_abscissa(first.name, first.unit)
-    if quantity and rises_in_equal_steps(first.values.astype(float)):
-        raise InputError(
-            f"column {first.name} rises in equal steps of {quantity}: the other columns run over {quantity}, not over "
-            "time; export the signal over time, or choose channels with sampling_rate if it is one"
-        )
 
 
 def _without_ramps(

@@ -1,10 +1,13 @@
 """Ramps: series that only rise or fall, such as times, counts and angles, which are no vibration."""
 
+from collections.abc import Collection
 from typing import Literal
 
 import numpy as np
 
-from sigdb.core import FloatArray
+from sigdb.core import FloatArray, InputError, Note
+from sigdb.recording.files.formats.contents import DataColumn
+from sigdb.recording.files.time_names import other_abscissa
 
 Ramp = Literal["", "counts", "rises", "falls", "repeats"]
 """Kind of a ramp; empty for another series. ``counts`` rises by 1, ``repeats`` begins again and again."""
@@ -104,3 +107,50 @@ def rises_in_equal_steps(x: FloatArray) -> bool:
         return False
     step = (x[-1] - x[0]) / (x.size - 1)
     return bool(step > 0 and np.abs(x - x[0] - step * np.arange(x.size)).max() <= 1e-3 * step)
+
+
+def without_spectra(
+    columns: tuple[DataColumn, ...], tacho: str | None, sure: Collection[int]
+) -> tuple[tuple[DataColumn, ...], list[Note]]:
+    """Return the columns that run over no frequency, order or angle in another column, and notes on the others.
+
+    Frequencies and orders rise, angles rise in equal steps. The columns of that length run over them.
+
+    Parameters
+    ----------
+    columns
+        The columns of a file.
+    tacho
+        Name of the tacho's column.
+    sure
+        Lengths of columns for which there are times, or for which the file states what runs over what.
+
+    Raises
+    ------
+    InputError
+        If all columns do, or the tacho does.
+    """
+    over: dict[int, tuple[str, str]] = {}
+    for i, column in enumerate(columns):
+        quantity = other_abscissa(column.name, column.unit) if column.values.dtype.kind in "iuf" else ""
+        if not quantity or column.name == tacho or column.values.size in sure:
+            continue
+        rises = ramp_kind(column.numbers) in ("rises", "counts")
+        if rises and (quantity != "angle" or (i == 0 and rises_in_equal_steps(column.values.astype(float)))):
+            over.setdefault(column.values.size, (column.name, quantity))
+    kept, notes = [], []
+    for column in columns:
+        name, quantity = over.get(column.values.size, (column.name, ""))
+        if name == column.name:
+            kept.append(column)
+            continue
+        text = f"{column.name} runs over {quantity}, in {name}, not over time, and was left out"
+        notes.append(Note(code="not-over-time", text=text, values={"column": column.name, "abscissa": quantity}))
+    left = {column.name for column in kept} - {name for name, _ in over.values()}
+    if notes and (not left or (tacho and tacho not in left)):
+        name, quantity = next(iter(over.values()))
+        raise InputError(
+            f"column {name} holds the {quantity}, which rises: the other columns run over {quantity}, not over "
+            "time; export the signal over time, or choose channels with sampling_rate if it is one"
+        )
+    return tuple(kept), notes

@@ -142,7 +142,8 @@ def refuse_times(time: TimeColumn) -> None:
 
 def _time_notes(time: TimeColumn) -> list[Note]:
     base = time.base
-    notes = [_rate_note(base.sampling_rate, f"column {time.name}, in {time.unit or 's'}")]
+    unit = f"in {time.unit}" if time.unit else "taken as s, since its unit is not stated"
+    notes = [_rate_note(base.sampling_rate, f"column {time.name}, {unit}")]
     if base.resolution:
         text = (
             f"column {time.name} is rounded to {base.resolution:.3g} s; the rate is the slope of its times, within "

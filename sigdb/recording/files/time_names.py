@@ -63,6 +63,15 @@ _FILLERS = {
     "abs", "absolute", "total", "sample", "sampling", "measurement", "measured", "stamp", "stamps", "elapsed", "base",
 }  # fmt: skip
 
+_POWER = re.compile(
+    r"\d\s*(?:e|\^|\*\*)\s*\(?[-+\u2212]?\d|10[\u207b\u2070\u00b9\u00b2\u00b3\u2074-\u2079]|\b1\s*/\s*\d|[*\u00d7]\s*\d",
+    re.IGNORECASE,
+)
+"""A factor in a name or unit, such as ``x1e-3`` or ``1/100``: of the numbers or of the unit, which is open."""
+
+_PREFIX = re.compile(r"(milli|micro|mikro|nano|(?<![^\W\d_])[munµμ](?=sec))[ _-]?(s[a-z]*)", re.IGNORECASE)
+"""A prefix and its unit: ``MilliSeconds`` are no seconds."""
+
 _FUSED = re.compile(
     r"(t|time|times?tamp|zeit|temps|tiempo|tempo|elapsed|epoch)"
     r"(s|sec|secs|seconds|ms|msec|millis|us|μs|usec|micros|ns|nsec|nanos)"
@@ -114,7 +123,7 @@ def time_name(name: str, unit: str = "") -> TimeName:
     """
     if unit.strip() == "#" or " ".join(_words(unit)) in _COUNT_UNITS:
         return TimeName(kind="count")
-    if seconds_of(unit) is None:
+    if seconds_of(unit) is None or _POWER.search(name):
         return TimeName(kind="other")
     words, in_name = _without_unit(name)
     bare = unit.strip(" []()-.")
@@ -148,12 +157,14 @@ def _without_unit(name: str) -> tuple[list[str], str]:
         words[-1] not in _ALONE if len(words) == 1 else words[-2] not in _DENOMINATORS - {"in"}
     ):
         return words[:-1], words[-1]
-    return words, ""
+    inside = [word for word in words if SECONDS.get(word, 1.0) < 1]
+    return ([word for word in words if word != inside[0]], inside[0]) if len(inside) == 1 else (words, "")
 
 
 def _words(text: str) -> list[str]:
     """Return the words of a text in small letters without accents; ``timeMs`` is two words."""
-    return re.findall(r"[^\W\d_]+", _plain(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", text[:200])))
+    whole = _PREFIX.sub(lambda match: f" {match[1]}{match[2]}".lower(), text[:200])
+    return re.findall(r"[^\W\d_]+", _plain(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", whole)))
 
 
 def _sounds_like_time(word: str) -> bool:
@@ -167,10 +178,18 @@ _OTHER_UNITS = {
     "deg": "angle", "°": "angle", "degree": "angle", "degrees": "angle", "rad": "angle", "rev": "angle",
 }  # fmt: skip
 _OTHER_WORDS = {
-    "freq": "frequency", "frequ": "frequency", "fréq": "frequency", "frec": "frequency", "częst": "frequency",
-    "频率": "frequency", "周波数": "frequency", "order": "order", "ordnung": "order", "angle": "angle",
+    "freq": "frequency", "fréq": "frequency", "frec": "frequency", "frek": "frequency", "częst": "frequency",
+    "част": "frequency", "taaj": "frequency", "频率": "frequency", "周波数": "frequency",
+    "order": "order", "ordnung": "order", "angle": "angle",
     "winkel": "angle", "crank": "angle", "angolo": "angle", "ángulo": "angle", "hoek": "angle",
 }  # fmt: skip
+
+
+_OTHER_NAMES = {
+    **dict.fromkeys(("f", "ff", "fx", "hz", "fhz", "fkhz", "faxis", "fvec", "fvector", "fgrid", "fbins"), "frequency"),
+    **dict.fromkeys(("w", "omega", "ω", "cpm"), "frequency"),
+}  # fmt: skip
+"""Whole names of an abscissa."""
 
 
 def other_abscissa(name: str, unit: str) -> str:
@@ -181,5 +200,7 @@ def other_abscissa(name: str, unit: str) -> str:
     >>> other_abscissa("Frequenz", ""), other_abscissa("x", "Hz"), other_abscissa("a1", "g")
     ('frequency', 'frequency', '')
     """
-    by_name = (quantity for word, quantity in _OTHER_WORDS.items() if name.lower().lstrip().startswith(word))
-    return _OTHER_UNITS.get(unit.strip().lower()) or next(by_name, "")
+    last = re.split(r"[./]", name.lower())[-1].strip()
+    by_name = (quantity for word, quantity in _OTHER_WORDS.items() if last.startswith(word))
+    whole = re.sub(r"[\W_]", "", last)
+    return _OTHER_UNITS.get(unit.strip().lower()) or _OTHER_NAMES.get(whole) or next(by_name, "")

@@ -297,8 +297,26 @@ def test_a_unit_in_brackets_ends_a_name_in_every_format(name, short, unit):
 def test_a_table_over_frequency_or_angle_is_no_signal(tmp_path, head, quantity, options):
     path = tmp_path / "spectrum.csv"
     path.write_text(f"{head},a1\n" + "".join(f"{5 * i},{i % 7}\n" for i in range(100)), encoding="utf-8")
-    with pytest.raises(InputError, match=f"rises in equal steps of {quantity}: the other columns run over {quantity}"):
+    with pytest.raises(InputError, match=f"holds the {quantity}, which rises: the other columns run over {quantity}"):
         read_recording(path, **options)
+
+
+@pytest.mark.parametrize("name", ["f", "freqs", "spec.f", "f_Hz", "omega", "order", "Frekvens"])
+@pytest.mark.parametrize("grid", [np.arange(40) * 5.0, 1.1 ** np.arange(40)])
+def test_a_spectrum_beside_a_signal_is_left_out(name, grid):
+    """A file of a program's variables: the signal, its rate, and a spectrum over its own, shorter axis."""
+    read = recording_of({"P": np.abs(A1[:40]), name: grid, "a1": A1}, {"a1": FS})
+    assert [channel.name for channel in read.channels] == ["a1"]
+    assert f"P runs over {'order' if name == 'order' else 'frequency'}, in {name}" in " ".join(map(str, read.notes))
+    with pytest.raises(InputError, match=f"column {name} holds the "):
+        recording_of({"P": np.abs(A1[:40]), name: grid}, {"P": FS})
+
+
+def test_a_clock_that_was_left_out_is_named_where_the_rate_is_missing(tmp_path):
+    path = tmp_path / "run.csv"
+    path.write_text("when,a1\n" + "".join(f"10:00:0{9 - i // 10},{i % 7}.5\n" for i in range(60)), encoding="utf-8")
+    with pytest.raises(InputError, match="when holds dates or clock times and was left out: it falls at line 12"):
+        read_recording(path)
 
 
 def test_a_frequency_that_is_measured_is_a_channel(tmp_path):

@@ -13,7 +13,9 @@ from sigdb.recording.files.time_names import seconds_of, time_name
         ("Elapsed Time (s)", "s"), ("Time [sec]", "sec"), ("Temps (ms)", "ms"), ("Время, мс", "мс"), ("时间(s)", "s"),
         ("group/time", ""), ("run.time_s", "s"), ("Time stamp", ""), ("Time - Plot 0", ""), ("TIME", ""),
         ("Uhrzeit", ""), ("时间", ""), ("시간", ""), ("समय", ""), ("Czas", ""), ("Aika", ""), ("Zaman", ""),
-        ("tiempo", ""), ("tijd", ""),
+        ("tiempo", ""), ("tijd", ""), ("TimeMilliSeconds", "milliseconds"), ("Elapsed NanoSeconds", "nanoseconds"),
+        ("Time (Micro Seconds)", "microseconds"), ("Time [uSec]", "usec"), ("ms_time", "ms"), ("Time ms CH1", "ms"),
+        ("Time [ms] rel", "ms"), ("milliseconds since epoch", "milliseconds"), ("usTime", "us"),
     ],
 )  # fmt: skip
 def test_names_of_times(name, unit):
@@ -45,11 +47,17 @@ def test_names_of_counts(name):
     [
         ("T", "degC"), ("Time", "V"), ("t", "N m"), ("X", "g"), ("n", "1/min"), ("speed", "min^-1"), ("v in m/s", ""),
         ("omega_rad_s", ""), ("min", ""), ("a1", ""), ("tacho", ""), ("column1", ""), ("data1", ""), ("rpm", ""),
-        ("f", "Hz"), ("angle", "°"), ("load", "%"),
+        ("f", "Hz"), ("angle", "°"), ("load", "%"), ("Time x1e-3 s", ""), ("10^-3 s", ""), ("Time (x10e-6 s)", ""),
+        ("Time in 1/100 s", ""), ("t*1000", ""), ("t 10⁻³ s", ""),
     ],
 )  # fmt: skip
 def test_other_names_and_units(name, unit):
     assert time_name(name, unit).kind == "other"
+
+
+@pytest.mark.parametrize("name", ["Time1 (s)", "t1 s", "Time - Plot 2 s", "Time 10 [s]"])
+def test_numbers_of_channels_are_no_factors(name):
+    assert time_name(name).unit == "s"
 
 
 @pytest.mark.parametrize("unit", ["s", "[s]", "(s)", "sec.", "Seconds", "in s", "Sek.", "秒", "S", "1", ""])

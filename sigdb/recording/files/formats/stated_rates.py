@@ -6,29 +6,11 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sigdb.recording.files.formats.rate_names import INTERVALS, RATES, plain_name
 from sigdb.recording.files.time_names import seconds_of
 
 SPEED_TO_CONFIRM = "speed-to-confirm"
 """Code of the note on a speed in the file, which may be that of another shaft."""
-
-RATES = {
-    "fs", "sr", "fsamp", "fsample", "fsampling", "sfreq", "sps", "samplerate", "samplerates", "samplingrate",
-    "samplefreq", "sampfreq", "samplingfreq", "samplefrequency", "sampfrequency", "samplingfrequency", "samprate",
-    "samplespersecond", "samplespersec", "samplingspeed", "acquisitionrate", "acqrate", "daqrate", "scanrate",
-    "datarate", "ratesampling", "frequencysampling", "freqsampling", "samplerateofdata", "abtastrate",
-    "abtastfrequenz", "frequenceechantillonnage", "freqech", "fech", "frecuenciademuestreo", "frecuenciamuestreo",
-    "frequenzacampionamento", "采样率", "采样频率",
-}  # fmt: skip
-"""Names of a sampling rate, small letters without marks."""
-
-INTERVALS = {
-    "dt", "ts", "deltat", "deltatime", "tdelta", "timedelta", "timestep", "tstep", "sampletime", "samplingtime",
-    "sampleperiod", "samplingperiod", "sampperiod", "sampleinterval", "samplinginterval", "sampinterval", "tinterval",
-    "timeinterval", "tinc", "tincrement", "timeincrement", "timeincr", "tsample", "tsamp", "tsampling", "xincrement",
-    "xincr", "xinc", "xinterval", "xdelta", "deltax", "xstep", "wfincrement", "abtastzeit", "abtastintervall",
-    "zeitschritt", "采样间隔",
-}  # fmt: skip
-"""Names of a sampling interval."""
 
 STARTS = {"t0", "tstart", "starttime", "starttimes", "toffset", "timeoffset", "xstart", "x0", "wfstartoffset"}
 """Names of the time of the first sample."""
@@ -145,7 +127,13 @@ def _words(name: str) -> tuple[list[str], str]:
     if not parts:
         return [], ""
     words, unit = parts[-1], bracket[1].lower() if bracket else ""
-    if len(words) > 1 and (words[-1] in RATE_UNITS or words[-1] in ("s", "ms", "us", "ns", "sec")) and not unit:
+    whole = "".join(words) in RATES | INTERVALS
+    if (
+        len(words) > 1
+        and not whole
+        and (words[-1] in RATE_UNITS or words[-1] in ("s", "ms", "us", "ns", "sec"))
+        and not unit
+    ):
         words, unit = words[:-1], words[-1]
     if len(parts) > 1 and "".join(parts[-2]) in _ABSCISSAS and "".join(words) in _OF_ABSCISSA:
         words = [_OF_ABSCISSA["".join(words)]]
@@ -163,8 +151,9 @@ def _split(words: list[str], names: Collection[str]) -> tuple[str, str] | None:
     """Return the name among words, and the others: all words, or the first or the last of them."""
     for count in range(len(words), 0, -1):
         for chosen, rest in ((words[:count], words[count:]), (words[-count:], words[:-count])):
-            if "".join(chosen) in names:
-                return "".join(chosen), " ".join(rest)
+            name = plain_name("".join(chosen))
+            if name in names:
+                return name, " ".join(rest)
     return None
 
 

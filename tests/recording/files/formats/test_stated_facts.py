@@ -32,6 +32,7 @@ def rates_of(read):
         ("Ts", 5e-4), ("dt", 5e-4), ("deltaT", 5e-4), ("delta_t", 5e-4), ("Tinterval", 5e-4), ("dt_ms", 0.5),
         ("dt", "0.5 ms"), ("Sampling Interval", "500 us"), ("ch1.x_values.increment", 5e-4), ("run/fs.value", 2000),
         ("fs", [2000, 2000]), ("sample_rate", np.bytes_("2000")), ("X-axis.delta", 5e-4), ("采样频率", 2000),
+        ("f_s", 2000), ("Fréquence d'échantillonnage", 2000), ("Abtastfrequenz", 2000), ("scan_rate", 2000),
     ],
 )  # fmt: skip
 def test_names_of_rates(name, value):

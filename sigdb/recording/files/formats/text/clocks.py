@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 DAY = 86_400.0
 """Length of a day in s."""
 
-MIDNIGHT = DAY - 3600
-"""Fall in s of a time of day that is a midnight."""
+HOUR = 3600.0
+"""Length of an hour in s."""
 
 LONGEST_STEP = 3600.0
 """Longest step in s of dates whose order of day and month is found from their course."""
@@ -33,12 +33,18 @@ _ISO = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}:\d{2}(\.\d{1,9})?(Z|[+-]\d{
 _NORMAL_FORM = (
     (r"(?i)([a-z]{3})[a-z]*\.?", r"\1"),
     (r"^(\d{4})(\d{2})(\d{2})T(\d{2})(\d{2})(\d{2})", r"\1-\2-\3 \4:\5:\6"),
+    (r"^(\d{4})(\d{2})(\d{2}) (\d{1,2}:)", r"\1-\2-\3 \4"),
+    (r"^(?:\d{4}[: ])?(\d{3})[: ](\d{1,2}:\d{2}:\d{2}(?:[.,]|$))", r"\1 days \2"),
     (r"(\d)(?:T|_|, *| {2,})(\d{1,2}:\d{2})", r"\1 \2"),
-    (r"(:\d{2}:\d{2}),(\d)", r"\1.\2"),
+    (r"(:\d{2}),(\d)", r"\1.\2"),
     (r"(:\d{2}:\d{2}):(\d{3})($|\D)", r"\1.\2\3"),
     (r"(?i)\s*([ap])\.?m\.?", r" \1m"),
 )
-"""Patterns and what replaces them: months of three letters, a blank before the time, a point, AM or PM."""
+"""Patterns and what replaces them: months of three letters, the day of the year of IRIG, a blank before the time, a
+point, AM or PM."""
+
+_ELAPSED = re.compile(r"(\d{1,4}) days? \+?(?=\d)")
+"""The days before a time, as pandas writes durations."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,8 +125,9 @@ def elapsed_seconds(texts: "pa.ChunkedArray", *, name: str, first: int) -> tuple
         )
     start = str(texts[int(np.argmax(filled))]).strip()
     seconds, order = _certain(whole, name=name, text=start)
-    if "%d" not in whole[0][0] and not whole[0][0].startswith("ISO"):
-        seconds = _across_midnight(seconds)
+    style = whole[0][0]
+    if style.startswith(("%H", "%I", "%M")):
+        seconds = _going_on(seconds, HOUR if style.startswith("%M") else DAY)
     return seconds, _start_note(name, start, order)
 
 
@@ -152,6 +159,8 @@ def _formats(text: str) -> list[str]:
     """Return the formats that a clock time may have, for ``pandas.to_datetime``."""
     if iso := _ISO.fullmatch(text):
         return ["ISO8601%z" if iso[2] else "ISO8601"]
+    if _ELAPSED.match(text):
+        return ["days"]
     zone = _ZONE.search(text)
     zone = zone if zone and ":" in text[: zone.start()] else None
     body = text[: zone.start()] if zone else text
@@ -199,6 +208,8 @@ def _parsed(texts: "pd.Series[str]", style: str) -> FloatArray:
     import pandas as pd
 
     zone = "%z" in style
+    if style == "days":
+        return _of_day(texts)
     if style.startswith("%H:%M:%S"):
         seconds = _parsed("2000-01-01 " + texts.where(texts != "", None), f"%Y-%m-%d {style}")
         return _of_day(texts) if np.isnan(seconds[(texts != "").to_numpy()]).any() else seconds
@@ -213,10 +224,12 @@ def _parsed(texts: "pd.Series[str]", style: str) -> FloatArray:
 
 def _of_day(texts: "pd.Series[str]") -> FloatArray:
     """Return times of the day in s since the first; more than 24 hours are times that elapsed."""
-    parts = texts.str.extract(r"^(\d{1,3}):([0-5]\d):([0-5]\d(?:\.\d{1,9})?)$").to_numpy(dtype=float)
-    seconds = parts @ np.array([3600.0, 60.0, 1.0])
-    present = np.flatnonzero(~np.isnan(seconds))
-    return np.round(seconds - seconds[present[0]], 9) if present.size else seconds
+    days, times = texts.str.extract(rf"^{_ELAPSED.pattern}")[0], texts.str.replace(_ELAPSED, "", regex=True)
+    hours = times.str.extract(r"^(\d{1,3}):([0-5]\d):([0-5]\d(?:\.\d{1,9})?)$")
+    parts = np.column_stack([days.fillna("0").to_numpy(dtype=float), hours.to_numpy(dtype=float)])
+    present = np.flatnonzero(~np.isnan(parts).any(axis=1))
+    since = parts - parts[present[0]] if present.size else parts
+    return np.round(since @ np.array([DAY, HOUR, 60.0, 1.0]), 9)
 
 
 def _since_first(moments: "np.ndarray[tuple[int], np.dtype[np.datetime64]]") -> FloatArray:
@@ -227,12 +240,12 @@ def _since_first(moments: "np.ndarray[tuple[int], np.dtype[np.datetime64]]") -> 
     return seconds
 
 
-def _across_midnight(seconds: FloatArray) -> FloatArray:
-    """Return times of the day that go on rising after midnight."""
+def _going_on(seconds: FloatArray, period: float) -> FloatArray:
+    """Return times of the day, or of the hour, that go on rising after its end; the fall is nearly the whole period."""
     present = np.flatnonzero(~np.isnan(seconds))
-    days = np.cumsum(np.diff(seconds[present]) < -MIDNIGHT)
+    falls = np.cumsum(np.diff(seconds[present]) < -period * 23 / 24)
     seconds = seconds.copy()
-    seconds[present[1:]] += DAY * days
+    seconds[present[1:]] += period * falls
     return seconds
 
 

@@ -5,23 +5,15 @@ import re
 from dataclasses import dataclass
 
 from sigdb.core import Note
+from sigdb.recording.files.formats.rate_names import INTERVALS, RATES, plain_name
 from sigdb.recording.files.formats.stated_rates import RATE_UNITS
 from sigdb.recording.files.formats.text.fields import CLOCKS, GROUPED, NUMBER, is_count, kind_of
 from sigdb.recording.files.formats.text.units import bare_unit, is_unit, name_and_unit
 from sigdb.recording.files.time_names import seconds_of
 
-_RATES = re.compile(
-    r"(fs|f_?s(a|amp|ample)?|sr|fsamp|(sam|scan|acq|acquisition|abtast|mess|daq|adc)[a-z]*(rate|freq(uency)?|frequenz|speed|"
-    r"clock)|(data|sample|sampling|scan|acquisition|logging|output)?rate|abtastung|sampling|freq(uency)?sampl(e|ing)|"
-    r"(rate|frequency)of(sampling|acquisition)|samplespersec(ond)?|fr[eé]quencede?[' ]?[eé]chantillonnage|"
-    r"frecuenciademuestreo|default(sample)?rate|digitizerrate|sps)(rate)?"
-)
-_INTERVALS = re.compile(
-    r"(dt|δt|ts|t_?s(ample|amp)?|delta_?[tx]|d_?t|(time|sample|sampling|scan|x|horizontal|abtast|zeit|data)[a-z]?_?"
-    r"(interval|increment|incr|step|period|spacing|delta|resolution|intervall|schritt|inkrement|abstand)|"
-    r"[tx](interval|increment|incr|inc|step)|increment|interval|stepsize|timepersample|timebetweensamples|"
-    r"xdelta|deltatime|hresolution)"
-)
+_RATES_WITH_UNIT = {"rate", "sampling", "abtastung"}
+_INTERVALS_WITH_UNIT = {"interval", "increment"}
+"""Names that state a sampling rate or an interval where a unit of one follows."""
 _SPEEDS = re.compile(r"(shaft|rotor|rotational|rotation|motor|input|nominal|mean)?(speed|rpm|drehzahl|speedrpm)")
 _NOT_OF_THE_DATA = re.compile(r"filter|cut-?off|high-?pass|low-?pass|line|carrier|signal|max|min|band|bit|baud|heart")
 _KEYWORDS = re.compile(
@@ -44,6 +36,7 @@ _PAIR = re.compile(r"\s*([^\W\d_][^:=\t]{0,79}?)\s*(?::(?!\\)|=)\s*(.*)")
 _VALUE = re.compile(
     r"(?:[A-Za-z]{2,12}:)?\s*([+-]?[0-9][0-9.,'\u2019]*(?:[eE][+-]?[0-9]+)?|[+-]?[.,][0-9]+)\s*(.{0,24})"
 )
+_UNIT_AT_END = re.compile(r"_(hz|khz|s|sec|ms|us)\s*$", re.IGNORECASE)
 _SAME = 1e-6
 
 
@@ -122,8 +115,7 @@ def _is_fact(key: str, values: list[str], decimal: str, *, same_width: bool) -> 
         return False
     value = values[0]
     number = kind_of(value, decimal) in NUMBER + GROUPED + CLOCKS or _VALUE.fullmatch(value) is not None
-    rate = _word(key) and (_RATES.fullmatch(_word(key)) or _INTERVALS.fullmatch(_word(key)))
-    if rate and number:
+    if number and (_word(key) in RATES | INTERVALS | _RATES_WITH_UNIT | _INTERVALS_WITH_UNIT):
         return True
     if same_width and number and values[1:] and all(map(is_unit, values[1:])):
         return True
@@ -144,8 +136,9 @@ def _may_be_name(value: str) -> bool:
 
 def _word(key: str) -> str:
     """Return a keyword in small letters without its unit, blanks and marks."""
-    key = re.sub(r"[\[(][^\])]*[\])]", "", name_and_unit(key)[0]).lower()
-    return re.sub(r"[^\w']|(?<=\w)[_ ](?=\w)", "", re.sub(r"_(hz|khz|s|sec|ms|us)$", "", key.strip()))
+    key = re.sub(r"[\[(][^\])]*[\])]", "", name_and_unit(key)[0]).strip()
+    whole = plain_name(key)
+    return whole if whole in RATES | INTERVALS else plain_name(_UNIT_AT_END.sub("", key))
 
 
 def stated_facts(facts: list[Fact], *, decimal: str) -> StatedFacts:
@@ -179,7 +172,7 @@ def stated_facts(facts: list[Fact], *, decimal: str) -> StatedFacts:
 
 def _names_a_rate(key: str) -> bool:
     word = _word(key)
-    return _RATES.fullmatch(word) is not None and _NOT_OF_THE_DATA.search(word) is None
+    return word in RATES | _RATES_WITH_UNIT and _NOT_OF_THE_DATA.search(word) is None
 
 
 def _rate(key: str, value: str, following: tuple[str, ...], decimal: str) -> float | None:
@@ -192,9 +185,9 @@ def _rate(key: str, value: str, following: tuple[str, ...], decimal: str) -> flo
     if number is None or not number > 0 or unit is None:
         return None
     seconds = seconds_of(unit)
-    if _INTERVALS.fullmatch(word) and seconds is not None and (unit or word not in ("interval", "increment")):
+    if seconds is not None and word in (INTERVALS | _INTERVALS_WITH_UNIT if unit else INTERVALS):
         return 1 / (number * seconds)
-    if _RATES.fullmatch(word) and (unit in RATE_UNITS or (not unit and word not in ("rate", "sampling"))):
+    if (word in RATES and not unit) or (word in RATES | _RATES_WITH_UNIT and unit in RATE_UNITS):
         return number * RATE_UNITS.get(unit, 1.0)
     return None
 
@@ -206,7 +199,7 @@ def _unit(key: str, behind: str, following: tuple[str, ...], word: str) -> str |
         return _known_unit(behind)
     if following and _known_unit(bare_unit(following[0])):
         return _known_unit(bare_unit(following[0]))
-    suffix = re.search(r"_(hz|khz|sec|ms|us)\s*$", key, re.IGNORECASE)
+    suffix = None if word == plain_name(key) else _UNIT_AT_END.search(key)
     inside = name_and_unit(key)[1] or (suffix[1] if suffix else "")
     if inside:
         return _known_unit(inside)

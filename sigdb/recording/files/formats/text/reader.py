@@ -1,5 +1,6 @@
 """Reader of tables of numbers in text: CSV, TXT and similar files, plain or gzipped."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -47,6 +48,10 @@ LONGEST_LINE = 2**16
 
 _WORDS = {"\t": "tab", ";": "semicolon", ",": "comma", " ": "blanks"}
 _HELD = {WORD: "words", FLAG: "true and false", DATE: "dates without clock times", NOON: "AM and PM"}
+
+
+_ALONE = re.compile(r"\s*[^\W\d_][\w ]{0,30}:\s*")
+_LABELLED_LINES = 100
 
 
 def read_text(path: Path, settings: RecordingSettings) -> Contents:
@@ -195,7 +200,17 @@ def _first_lines(data: bytes, most: int) -> list[str]:
                 joined = " ".join(part.strip() for part in texts[i : k + 1])
                 texts[i : k + 1] = [*[""] * (k - i), joined]
                 break
-    return texts
+    return _with_labels(texts)
+
+
+def _with_labels(lines: list[str]) -> list[str]:
+    """Return the lines; one between two labels that end with a colon, as "dt:", follows the first on its line."""
+    lines = list(lines)
+    labels = [_ALONE.fullmatch(line) is not None for line in lines[:_LABELLED_LINES]]
+    for i in range(len(labels) - 2):
+        if labels[i] and labels[i + 2] and not labels[i + 1]:
+            lines[i : i + 2] = "", f"{lines[i].strip()}\t{lines[i + 1].strip()}"
+    return lines
 
 
 def _names(header: TextHeader, layout: TextLayout) -> tuple[str, ...]:

@@ -56,6 +56,12 @@ FORMS = {
     "time, noon": _fraction("%I:%M:%S.FFF %p"),
     "time, UTC": _fraction("%H:%M:%S.FFF UTC"),
     "minutes": _fraction("%M:%S.FFF"),
+    "minutes, comma": _fraction("%M:%S,FFF"),
+    "date without marks": _fraction("%Y%m%d %H:%M:%S.FFF"),
+    "day of the year": _fraction("%j:%H:%M:%S.FFF"),
+    "year and day": _fraction("%Y:%j:%H:%M:%S.FFF"),
+    "pandas duration": _fraction("0 days %H:%M:%S.FFF"),
+    "duration of days": _fraction("12 days %H:%M:%S.FFF"),
 }
 
 
@@ -89,6 +95,13 @@ def test_dates_and_times_in_two_columns(tmp_path, day, hour, separator):
     read = contents(tmp_path / "run.csv", texts, separator, header="Date;Time;a1")
     assert [(column.name, column.unit) for column in read.columns] == [("Time", "s"), ("a1", "")]
     assert_allclose(read.columns[0].values, np.arange(N) / RATE, rtol=0, atol=1e-9)
+
+
+def test_the_end_of_an_hour_and_of_a_day_of_the_year_are_no_leaps(tmp_path):
+    end = datetime.datetime(2024, 3, 13, 23, 59, 59, 990_000, tzinfo=datetime.UTC)
+    for form in ("%M:%S.FFF", "%j:%H:%M:%S.FFF"):
+        read = contents(tmp_path / "run.csv", map(_fraction(form), moments(end)))
+        assert_allclose(read.columns[0].values, np.arange(N) / RATE, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("form", ["%H:%M:%S.FFF", "%d/%m/%Y %H:%M:%S.FFF", "%m/%d/%Y %I:%M:%S.FFF %p",

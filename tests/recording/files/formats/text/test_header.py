@@ -55,6 +55,17 @@ HEADERS = {
     "mark of data": ["Time,a1,tacho", "s,g,V", "[Data]"],
     "labels": ["Name:,a1,tacho", "Unit:,g,V"],
     "facts": ["Operator: M. Weber", "Date: 2024-03-01 10:00:00", "Points,60", "Time,a1,tacho", "s,g,V"],
+    "values below labels": [
+        "channel names:",
+        "Time\ta1\ttacho",
+        "units:",
+        "s\tg\tV",
+        "start times:",
+        "03/01/2024 10:00:00.0\t03/01/2024 10:00:00.0\t03/01/2024 10:00:00.0",
+        "dt:",
+        "0.0005\t0.0005\t0.0005",
+        "data:",
+    ],
     "facts between": ["Time,a1,tacho", "Sample rate: 2000 Hz", "s,g,V"],
 }
 
