@@ -6,9 +6,10 @@ from pathlib import Path
 
 from sigdb.core import InputError
 from sigdb.recording.files.assemble import assemble, named_columns
-from sigdb.recording.files.formats.contents import Contents
+from sigdb.recording.files.formats.contents import Contents, DataColumn
 from sigdb.recording.files.kinds import FileKind
 from sigdb.recording.files.read import foreign_errors, with_format
+from sigdb.recording.files.sampling_rates import without_slow
 from sigdb.recording.files.settings import RecordingSettings
 from sigdb.recording.recording import Recording
 
@@ -102,9 +103,7 @@ def contents_blocks(
 
 def _size(contents: Contents, settings: RecordingSettings) -> int:
     """Return the number of samples in the channels that the settings choose, which must be the same."""
-    columns = named_columns(contents, settings)[0]
-    wanted = None if settings.channels is None else {*settings.channels, settings.tacho, settings.time}
-    sizes = {column.name: column.values.size for column in columns if wanted is None or column.name in wanted}
+    sizes = {column.name: column.values.size for column in used_columns(contents, settings)}
     if len(set(sizes.values())) > 1:
         shortest, longest = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
         raise InputError(
@@ -112,6 +111,15 @@ def _size(contents: Contents, settings: RecordingSettings) -> int:
             "choose those of one length by channels"
         )
     return next(iter(sizes.values()), contents.columns[0].values.size)
+
+
+def used_columns(contents: Contents, settings: RecordingSettings) -> tuple[DataColumn, ...]:
+    """Return the columns that the settings choose, with the times; without a choice, all that are not too slow."""
+    columns = named_columns(contents, settings)[0]
+    if settings.channels is not None:
+        wanted = {*settings.channels, settings.tacho, settings.time}
+        return tuple(column for column in columns if column.name in wanted)
+    return without_slow(columns, (settings.tacho,))[0] if settings.sampling_rate is None else columns
 
 
 def _refuse_cut(recording: Recording, size: int, *, is_first: bool, is_last: bool) -> None:

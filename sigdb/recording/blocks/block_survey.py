@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from sigdb.core import InputError, Note
-from sigdb.recording.blocks.block_parts import BlockPart, block_parts, contents_blocks
+from sigdb.recording.blocks.block_parts import BlockPart, block_parts, contents_blocks, used_columns
 from sigdb.recording.blocks.block_times import BlockTime, BlockTimes
 from sigdb.recording.files.assemble import assemble, named_columns
 from sigdb.recording.files.formats.contents import Contents
@@ -65,10 +65,8 @@ def surveyed(
 
 def _refuse_several_rates(contents: Contents, settings: RecordingSettings) -> None:
     """Refuse different rates that a file states, before blocks of equal lengths seem to cover different times."""
-    wanted = None if settings.channels is None else {*settings.channels, settings.tacho}
-    columns = named_columns(contents, settings)[0] if settings.sampling_rate is None else ()
-    rates = {column.sampling_rate for column in columns if wanted is None or column.name in wanted} - {None}
-    if len(rates) > 1:
+    rates = {column.sampling_rate for column in used_columns(contents, settings)} - {None}
+    if len(rates) > 1 and settings.sampling_rate is None:
         raise InputError(_SEVERAL)
 
 

@@ -12,7 +12,7 @@ from sigdb.recording.files.formats.stated_rates import SPEED_TO_CONFIRM
 from sigdb.recording.files.formats.text.units import name_and_unit
 from sigdb.recording.files.missing_samples import fill_gaps
 from sigdb.recording.files.ramps import Ramp, ramp_kind, without_spectra
-from sigdb.recording.files.sampling_rates import SeriesTiming, series_timing
+from sigdb.recording.files.sampling_rates import SeriesTiming, series_timing, without_slow
 from sigdb.recording.files.settings import RecordingSettings
 from sigdb.recording.files.shared_time import share_time
 from sigdb.recording.files.time_columns import time_columns, times_of
@@ -69,6 +69,9 @@ def assemble(
         sure = {column.values.size for column in contents.columns if column.abscissa != "time"}
         columns, spectra = without_spectra(columns, settings.tacho, sure | {time.size for time in times})
         other_notes = [*other_notes, *spectra]
+    slow: list[Note] = []
+    if settings.channels is None and settings.sampling_rate is None and not times:
+        columns, slow = without_slow(columns, (settings.tacho,))
     columns, ramps = _without_ramps(columns, settings) if seek_ramps else (columns, [])
     pulses = tuple(column for column in columns if _holds_pulse_times(column, settings))
     columns = tuple(column for column in columns if not _holds_pulse_times(column, settings))
@@ -89,7 +92,7 @@ def assemble(
     origin = min(starts) if min(starts) > LATEST else 0.0
     channels, sample_notes = _channels(series, columns, timing, [start - origin for start in starts], settings)
     everything = (
-        *_reader_notes(contents, settings), *notes, *other_notes, *time_notes, *other_times, *ramps, *rate_notes,
+        *_reader_notes(contents, settings), *notes, *other_notes, *time_notes, *other_times, *slow, *ramps, *rate_notes,
         *cut_notes, *sample_notes,
         *((*fault_notes(channels, tacho=settings.tacho), *_same_channels(channels)) if seek_faults else ()),
     )  # fmt: skip

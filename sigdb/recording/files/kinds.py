@@ -191,6 +191,7 @@ KINDS = (
         begins=_marked(b"TDSm"),
         read=tdms.read_tdms,
         foreign=tdms.FOREIGN,
+        blocks=tdms.tdms_blocks,
     ),
 )
 """All formats. A file that begins like text is text only if it begins like no other format."""

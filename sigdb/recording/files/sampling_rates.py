@@ -1,6 +1,6 @@
 """Sampling rates: from an option, from a column of times, from each column, or from the file."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from sigdb.core import InputError, Note
@@ -122,6 +122,33 @@ def _rate_of(
         f"channel {column.name}: the file does not state the sampling rate; give sampling_rate, in Hz, or the "
         f"column of times by time{hint}"
     )
+
+
+def without_slow(
+    columns: tuple[DataColumn, ...], wanted: Collection[str | None]
+) -> tuple[tuple[DataColumn, ...], list[Note]]:
+    """Return the columns without those whose own rate no vibration is sampled at, and notes on these.
+
+    Parameters
+    ----------
+    columns
+        Columns with the rates that the file states for each.
+    wanted
+        Names of columns that are kept at any rate. If no column has a higher rate, all are kept.
+    """
+    rates = {column.name: column.sampling_rate for column in columns if column.sampling_rate is not None}
+    if not any(rate > LOWEST for rate in rates.values()):
+        return columns, []
+    slow = {name: rate for name, rate in rates.items() if not rate > LOWEST and name not in wanted}
+    notes = [
+        Note(
+            code="channel-left-out",
+            text=f"{name} was left out: it has {rate:.6g} Hz, at which no vibration is sampled",
+            values={"channel": name, "sampling_rate": rate},
+        )
+        for name, rate in slow.items()
+    ]
+    return tuple(column for column in columns if column.name not in slow), notes
 
 
 def refuse_times(time: TimeColumn) -> None:

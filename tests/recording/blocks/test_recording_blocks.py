@@ -213,7 +213,7 @@ def test_a_file_above_the_limit_is_read_in_blocks_and_its_refusal_says_so(tmp_pa
         read_recording(tmp_path / "tall.npy", **options)
     assert sum(part.channels[0].samples.size for part in read_in_blocks(tmp_path / "tall.npy", samples=1000, **options))
     np.savez(tmp_path / "run.npz", a=numbers)
-    with pytest.raises(InputError, match="write it as one of text, HDF5, WAV, Parquet, NPY"):
+    with pytest.raises(InputError, match="write it as one of text.*NPY, TDMS"):
         read_recording(tmp_path / "run.npz", **options)
 
 
@@ -221,7 +221,7 @@ def test_formats_that_are_not_read_in_blocks_name_those_that_are(tmp_path, numbe
     np.savez(tmp_path / "run.npz", a=numbers)
     (tmp_path / "run.csv.gz").write_bytes(gzip.compress(_table(numbers).to_csv(index=False).encode()))
     for name in ("run.npz", "run.csv.gz"):
-        with pytest.raises(InputError, match="not read in blocks; write it as one of text, HDF5, WAV, Parquet, NPY"):
+        with pytest.raises(InputError, match="not read in blocks; write it as one of text.*NPY, TDMS"):
             read_in_blocks(tmp_path / name, sampling_rate=FS)
     (tmp_path / "run.csv").write_text(_table(numbers).to_csv(index=False), encoding="utf-16")
     with pytest.raises(InputError, match="UTF-16, which is not read in blocks"):

@@ -1,8 +1,12 @@
 """TDMS files as LabVIEW, DIAdem and DAQmx write them: numeric channels with their scales, rates and start times."""
 
+from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import partial
 from itertools import pairwise
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +21,8 @@ from sigdb.recording.files.formats.contents import (
     check_values,
 )
 from sigdb.recording.files.formats.named_arrays import not_read, rate_of
-from sigdb.recording.files.formats.tdms_numbers import kind_in_words, raw_numbers
+from sigdb.recording.files.formats.sample_window import WHOLE, SampleWindow, window_blocks
+from sigdb.recording.files.formats.tdms_numbers import RawNumbers, kind_in_words, raw_numbers
 from sigdb.recording.files.formats.tdms_scales import UnreadScaleError, has_scales, scaled
 from sigdb.recording.files.formats.tdms_segments import Meta, Properties, TimeStamp, segments
 from sigdb.recording.files.settings import RecordingSettings
@@ -46,10 +51,38 @@ class _Block:
 
 
 @dataclass
-class _Series:
-    """Pieces of the raw numbers of a channel, by the scale that they belong to, and its blocks."""
+class _Pieces:
+    """Raw numbers that follow each other, and the number after the last of each piece."""
 
-    pieces: dict[int | None, list[StoredArray]] = field(default_factory=dict)
+    pieces: list[RawNumbers] = field(default_factory=list)
+    ends: list[int] = field(default_factory=list)
+
+    @property
+    def size(self) -> int:
+        return self.ends[-1] if self.ends else 0
+
+    def add(self, piece: RawNumbers) -> None:
+        self.pieces.append(piece)
+        self.ends.append(self.size + piece.size)
+
+    def part(self, window: SampleWindow) -> StoredArray:
+        """Return the numbers in a window."""
+        wanted = window.of(self.size)
+        parts = []
+        for i in range(bisect_right(self.ends, wanted.start), len(self.pieces)):
+            piece = self.pieces[i]
+            begin = self.ends[i] - piece.size
+            if begin >= wanted.stop:
+                break
+            parts.append(piece.part(max(wanted.start - begin, 0), min(wanted.stop - begin, piece.size)))
+        return parts[0] if len(parts) == 1 else np.concatenate(parts or [self.pieces[0].part(0, 0)])
+
+
+@dataclass
+class _Series:
+    """Raw numbers of a channel, by the scale that they belong to, and its blocks."""
+
+    pieces: dict[int | None, _Pieces] = field(default_factory=dict)
     blocks: list[_Block] = field(default_factory=list)
     count: int = 0
 
@@ -60,10 +93,9 @@ class _Series:
         if last is None or (last.start, last.offset, last.interval) != (block.start, block.offset, block.interval):
             self.blocks.append(block)
 
-    def raw(self) -> dict[int | None, StoredArray]:
-        return {
-            scale: pieces[0] if len(pieces) == 1 else np.concatenate(pieces) for scale, pieces in self.pieces.items()
-        }
+    def raw(self, window: SampleWindow) -> dict[int | None, StoredArray]:
+        """Return the raw numbers of each scale in a window."""
+        return {scale: pieces.part(window) for scale, pieces in self.pieces.items()}
 
 
 FIRST_OF_1970 = 2_082_844_800
@@ -76,8 +108,40 @@ def read_tdms(path: Path, settings: RecordingSettings) -> Contents:
     The sampling rate is one over the property ``wf_increment``, or a property such as ``Sample Rate``; the start is
     ``wf_start_time`` and ``wf_start_offset``; the abscissa is ``wf_xname``; the unit is ``unit_string``.
     """
-    meta = Meta()
-    series, kinds, notes = _series(memoryview(bounded_bytes(path)), meta)
+    channels = _channels(memoryview(bounded_bytes(path)))
+    check_values(sum(pieces.size for each in channels.series.values() for pieces in each.pieces.values()))
+    return _contents(channels, settings, WHOLE)
+
+
+def tdms_blocks(path: Path, settings: RecordingSettings, samples: int | None) -> Iterator[Contents]:
+    """Yield the channels of a TDMS file in blocks, whatever its segments.
+
+    Parameters
+    ----------
+    path
+        The file.
+    settings
+        Settings of reading; variable is a group.
+    samples
+        Samples of a block.
+    """
+    with path.open("rb") as file:
+        channels = _channels(memoryview(mmap(file.fileno(), 0, access=ACCESS_READ)))
+    return window_blocks(partial(_contents, channels, settings), samples)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Channels:
+    """Series of all channels by path, kinds of the objects that hold no numbers, all properties, and notes."""
+
+    series: dict[str, _Series]
+    kinds: dict[str, int]
+    meta: Meta
+    notes: tuple[Note, ...]
+
+
+def _contents(channels: _Channels, settings: RecordingSettings, window: SampleWindow) -> Contents:
+    series, kinds, notes = channels.series, channels.kinds, [*channels.notes]
     check_columns(len(series))
     names = _channel_names(series, settings.variable)
     notes += _others_left_out(_channel_names(kinds, settings.variable), kinds, names)
@@ -89,7 +153,7 @@ def read_tdms(path: Path, settings: RecordingSettings) -> Contents:
     columns = []
     for path_, name in names.items():
         try:
-            column, column_notes = _column(name, series[path_], _levels(meta, path_), origin, settings)
+            column, column_notes = _column(name, series[path_], _levels(channels.meta, path_), origin, settings, window)
         except UnreadScaleError as error:
             notes.append(Note(code="channel-left-out", text=f"{name} was left out: it has {error}"))
             continue
@@ -101,12 +165,12 @@ def read_tdms(path: Path, settings: RecordingSettings) -> Contents:
     return Contents(columns=tuple(columns), notes=tuple(notes), zero_time=zero_time)
 
 
-def _series(data: memoryview, meta: Meta) -> tuple[dict[str, _Series], dict[str, int], list[Note]]:
-    """Return the raw numbers of all channels, the kinds of the objects that hold other things, and notes."""
+def _channels(data: memoryview) -> _Channels:
+    """Return the raw numbers of all channels as views of the bytes of a file."""
+    meta = Meta()
     series: dict[str, _Series] = {}
     kinds: dict[str, int] = {}
     torn: set[str] = set()
-    total = 0
     for segment in segments(data, meta):
         pieces, rest = raw_numbers(segment)
         kinds.update({name: index.kind for name, index in segment.objects if not index.scalers})
@@ -116,16 +180,14 @@ def _series(data: memoryview, meta: Meta) -> tuple[dict[str, _Series], dict[str,
                 raise InputError(f"is damaged: {piece.name} goes on after a part that is not whole")
             if piece.scale not in of_name.pieces or len(of_name.pieces) == 1:
                 of_name.add(meta.properties.get(piece.name, {}))
-                of_name.count += piece.values.size
-            of_name.pieces.setdefault(piece.scale, []).append(piece.values)
-            total += piece.values.size
-            check_values(total)
+                of_name.count += piece.size
+            of_name.pieces.setdefault(piece.scale, _Pieces()).add(piece)
         if rest:
             torn.update(name for name, _ in segment.objects)
     for name, of_name in series.items():
         of_name.add(meta.properties.get(name, {}))
     note = Note(code="last-part-left-out", text="the last part is not whole and was left out")
-    return series, kinds, [note] if torn else []
+    return _Channels(series=series, kinds=kinds, meta=meta, notes=(note,) if torn else ())
 
 
 def _channel_names(paths: Iterable[str], group: str | None) -> dict[str, str]:
@@ -154,6 +216,7 @@ def _levels(meta: Meta, path: str) -> tuple[Properties, ...]:
 
 def _block(properties: Properties, first: int) -> _Block:
     start = properties.get("wf_start_time")
+    start = _of_text(start) if isinstance(start, str) else start
     is_stated = isinstance(start, TimeStamp) and start != TimeStamp(seconds=0, fraction=0)
     unit = seconds_of(str(properties.get("wf_xunit_string", ""))) or 1.0
     interval = _finite(properties.get("wf_increment"))
@@ -163,6 +226,17 @@ def _block(properties: Properties, first: int) -> _Block:
         offset=(_finite(properties.get("wf_start_offset")) or 0.0) * unit,
         interval=interval * unit if interval is not None and interval > 0 else None,
     )
+
+
+def _of_text(date: str) -> TimeStamp | None:
+    """Return a date and time as ISO 8601 writes it, without a time zone in UTC; None for other texts."""
+    try:
+        moment = datetime.fromisoformat(date.strip())
+    except ValueError:
+        return None
+    moment = moment if moment.tzinfo else moment.replace(tzinfo=UTC)
+    passed = moment - datetime(1904, 1, 1, tzinfo=UTC)
+    return TimeStamp(seconds=passed.days * 86_400 + passed.seconds, fraction=passed.microseconds * 2**64 // 10**6)
 
 
 def _finite(value: object) -> float | None:
@@ -184,18 +258,28 @@ def _first_block(series: _Series) -> _Block:
 
 
 def _column(
-    name: str, series: _Series, levels: tuple[Properties, ...], origin: TimeStamp | None, settings: RecordingSettings
+    name: str,
+    series: _Series,
+    levels: tuple[Properties, ...],
+    origin: TimeStamp | None,
+    settings: RecordingSettings,
+    window: SampleWindow,
 ) -> tuple[DataColumn, list[Note]]:
     properties = levels[0]
-    values = scaled(series.raw(), levels)
+    values = scaled(series.raw(window), levels)
     unit = next((str(value) for key, value in properties.items() if key.lower() in UNITS and value), "")
     if values.dtype.names:
-        return DataColumn(name=name, values=_seconds(values), unit="s"), []
+        first = next(iter(series.raw(SampleWindow(0, 1)).values()))[:1]
+        return DataColumn(name=name, values=_seconds(values, first), unit="s"), []
     notes = []
     if None not in series.pieces and not has_scales(levels):
         text = f"{name} holds raw numbers of the converter, without a scale to {unit or 'a unit'}"
         notes.append(Note(code="raw-numbers", text=text, values={"channel": name}))
         unit = ""
+    start_time = properties.get("wf_start_time")
+    if isinstance(start_time, str) and start_time.strip() and _of_text(start_time) is None:
+        text = f"{name} has the start {start_time[:40]!r} as text, which is no date of ISO 8601 and was not read"
+        notes.append(Note(code="start-not-read", text=text, values={"channel": name}))
     block = _first_block(series)
     rate, source, rate_notes = _rate(name, block.interval, levels)
     abscissa = _abscissa(properties)
@@ -211,12 +295,10 @@ def _column(
     return column, notes + rate_notes
 
 
-def _seconds(stamps: StoredArray) -> StoredArray:
+def _seconds(stamps: StoredArray, first: StoredArray) -> StoredArray:
     """Return time stamps in s since the first one."""
-    if not stamps.size:
-        return np.zeros(0)
-    seconds = (stamps["seconds"] - stamps["seconds"][0]).astype(float)
-    return seconds + stamps["fraction"].astype(float) / 2**64 - float(stamps["fraction"][0]) / 2**64
+    seconds = (stamps["seconds"] - first["seconds"]).astype(float)
+    return seconds + stamps["fraction"].astype(float) / 2**64 - first["fraction"].astype(float) / 2**64
 
 
 def _abscissa(properties: Properties) -> str:

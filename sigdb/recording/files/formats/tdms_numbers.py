@@ -5,29 +5,62 @@ from dataclasses import dataclass
 import numpy as np
 
 from sigdb.core import InputError
-from sigdb.recording.files.formats.contents import StoredArray, check_columns, check_values
+from sigdb.recording.files.formats.contents import StoredArray, check_columns
 from sigdb.recording.files.formats.tdms_segments import NUMBERS, OTHERS, TIMESTAMP, Index, TdmsSegment
 
 
 @dataclass(frozen=True, kw_only=True)
 class RawNumbers:
-    """Raw numbers of an object in a segment; those of DAQmx belong to a scale, others to None."""
+    """Raw numbers of an object in a segment, as a view of its bytes.
+
+    Attributes
+    ----------
+    name
+        Path of the object.
+    scale
+        Scale of DAQmx to which they belong; None for others.
+    chunks
+        (chunks, count) numbers in the order of time.
+    bit
+        Bit of each number that a digital line is; None for others.
+    """
 
     name: str
     scale: int | None
-    values: StoredArray
+    chunks: StoredArray
+    bit: int | None = None
+
+    @property
+    def size(self) -> int:
+        """Count of the numbers."""
+        return self.chunks.size
+
+    def part(self, start: int, stop: int) -> StoredArray:
+        """Return the numbers from ``start`` to ``stop``; no other chunks are touched."""
+        count = self.chunks.shape[1]
+        if stop <= start:
+            return np.zeros(0, self.chunks.dtype)
+        first, last = start // count, (stop - 1) // count
+        if first == last:
+            values = self.chunks[first, start - first * count : stop - first * count]
+        else:
+            inner = self.chunks[first + 1 : last].reshape(-1)
+            values = np.concatenate(
+                [self.chunks[first, start - first * count :], inner, self.chunks[last, : stop - last * count]]
+            )
+        return values if self.bit is None else values >> self.bit & 1
 
 
 def raw_numbers(segment: TdmsSegment) -> tuple[list[RawNumbers], int]:
     """Return the raw numbers of each object in a segment, and the bytes at its end that make no whole chunk.
 
-    A segment may repeat its chunk. Time stamps become records of ``seconds`` and ``fraction``. Objects of other kinds,
+    The numbers are views of the bytes. A segment may repeat its chunk. Time stamps become records of ``seconds`` and ``fraction``. Objects of other kinds,
     such as text, are skipped.
 
     Raises
     ------
     InputError
-        If the objects do not fit together, or there are too many numbers.
+        If the objects do not fit together.
     """
     if not segment.objects or not len(segment.raw):
         return [], 0
@@ -57,8 +90,7 @@ def _contiguous(segment: TdmsSegment) -> tuple[list[RawNumbers], int]:
     for name, index in segment.objects:
         kind = stored_type(index.kind, segment.order)
         if kind is not None and index.size:
-            part = np.ascontiguousarray(chunks[:, at : at + index.size])
-            numbers.append(RawNumbers(name=name, scale=None, values=part.reshape(-1).view(kind)))
+            numbers.append(RawNumbers(name=name, scale=None, chunks=chunks[:, at : at + index.size].view(kind)))
         at += index.size
     return numbers, rest
 
@@ -75,7 +107,7 @@ def _interleaved(segment: TdmsSegment) -> tuple[list[RawNumbers], int]:
     rest = len(segment.raw) % row.itemsize
     table = np.frombuffer(segment.raw, row, len(segment.raw) // row.itemsize)
     objects = enumerate(segment.objects)
-    return [RawNumbers(name=name, scale=None, values=table[f"f{i}"]) for i, (name, _) in objects], rest
+    return [RawNumbers(name=name, scale=None, chunks=table[f"f{i}"][None]) for i, (name, _) in objects], rest
 
 
 def _daqmx(segment: TdmsSegment) -> tuple[list[RawNumbers], int]:
@@ -97,24 +129,18 @@ def _daqmx(segment: TdmsSegment) -> tuple[list[RawNumbers], int]:
     if not chunks:
         return [], rest
     table = np.frombuffer(segment.raw, np.uint8, chunks * sum(sizes)).reshape(chunks, -1)
-    check_values(sum(chunks * _count(index, sizes) for index in indices))
     starts = np.cumsum([0, *sizes])
     buffers = [table[:, starts[i] : starts[i + 1]] for i in range(len(sizes))]
     numbers = []
     for name, index in segment.objects:
         for scaler in index.scalers:
-            bytes_of_rows = buffers[scaler.buffer].reshape(-1, widths[scaler.buffer])
-            part = np.ascontiguousarray(bytes_of_rows[:, scaler.byte : scaler.byte + int(scaler.kind[1])])
-            values: StoredArray = part.reshape(-1).view(segment.order + scaler.kind)
-            if scaler.bit is not None:
-                values = values >> scaler.bit & 1
-            numbers.append(RawNumbers(name=name, scale=scaler.scale, values=values))
+            rows_of_bytes = buffers[scaler.buffer].reshape(chunks, -1, widths[scaler.buffer])
+            part = rows_of_bytes[:, :, scaler.byte : scaler.byte + int(scaler.kind[1])]
+            view: StoredArray = part.view(segment.order + scaler.kind)[:, :, 0]
+            # Chunks of a row each are one chunk of all rows.
+            view = view.T if view.shape[1] == 1 else view
+            numbers.append(RawNumbers(name=name, scale=scaler.scale, chunks=view, bit=scaler.bit))
     return numbers, rest
-
-
-def _count(index: Index, sizes: list[int]) -> int:
-    """Return how many numbers the scalers of an object take from a chunk."""
-    return sum(sizes[scaler.buffer] // index.widths[scaler.buffer] for scaler in index.scalers)
 
 
 def _rows(indices: list[Index], buffer: int) -> int:

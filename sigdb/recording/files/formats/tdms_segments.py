@@ -102,7 +102,7 @@ def segments(data: memoryview, meta: Meta) -> Iterator[TdmsSegment]:
         if contents & META:
             _read_meta(_Cursor(data[start : start + raw_at], order), meta, new=bool(contents & NEW_LIST))
         work += 1 + len(meta.active)
-        check_parts(work // 100)  # a segment repeats all objects in a few bytes
+        check_parts((work - len(data) // 4000) // 100)  # a segment repeats all objects in a few bytes
         if contents & RAW:
             objects = tuple((name, meta.indices[name]) for name, with_data in meta.active.items() if with_data)
             yield TdmsSegment(

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from sigdb.core.errors import InputError
-from sigdb.recording import read_recording
+from sigdb.recording import read_in_blocks, read_recording
 from sigdb.recording.files.formats.tdms import read_tdms
 from sigdb.recording.files.settings import RecordingSettings
 
@@ -408,3 +408,60 @@ def test_one_byte_that_many_channels_share_is_not_multiplied_without_bound(tmp_p
     (tmp_path / "run.tdms").write_bytes(segment(objects, bytes(1000), extra=128))
     with pytest.raises(InputError, match="holds 100000 numbers, more than 10000"):
         read_recording(tmp_path / "run.tdms", sampling_rate=10)
+
+
+def test_chunks_that_repeat_and_lines_of_digital_inputs_in_blocks(tmp_path):
+    """Chunks of 7 numbers a channel that repeat in a segment; rows of DAQmx with a digital line."""
+    a, b = np.sin(np.arange(2100.0)), np.arange(2100) ** 2 % 31
+    parts = [
+        part.tobytes() for pair in zip(a.reshape(-1, 7), b.astype("<i2").reshape(-1, 7), strict=True) for part in pair
+    ]
+    about = {"wf_increment": 0.001}
+    indices = [plain_index(a[:7])[0], plain_index(b[:7].astype("<i2"))[0]]
+    objects = [("/'G'/'a'", indices[0], about), ("/'G'/'b'", indices[1], about)]
+    path = tmp_path / "run.tdms"
+    path.write_bytes(segment(objects, b"".join(parts)))
+    blocks = list(read_in_blocks(path, samples=300))
+    assert_array_equal(np.concatenate([part.channel("a").samples for part in blocks]), a)
+    assert_array_equal(np.concatenate([part.channel("b").samples for part in blocks]), b)
+    rows = np.zeros(2100, [("x", "<i2"), ("lines", "u1")])
+    rows["x"], rows["lines"] = np.round(1000 * a), b
+    scaler = daqmx_index([(3, 0, 0, 0)], [3], 100)
+    line = daqmx_index([(0, 0, 8 * 2 + 1, 0)], [3], 100, digital=True)
+    path.write_bytes(segment([("/'G'/'a'", scaler, about), ("/'G'/'d'", line, about)], rows.tobytes()))
+    blocks = list(read_in_blocks(path, samples=300))
+    assert_array_equal(np.concatenate([part.channel("a").samples for part in blocks]), rows["x"])
+    assert_array_equal(np.concatenate([part.channel("d").samples for part in blocks]), b >> 1 & 1)
+
+
+@pytest.mark.parametrize(
+    ("start", "seconds"),
+    [
+        ("2024-03-01T10:00:00.25", 1_709_287_200.25),
+        ("2024-03-01 11:00:00.25+01:00", 1_709_287_200.25),
+        (" 2024-03-01 10:00 ", 1_709_287_200.0),
+        ("yesterday", None),
+    ],
+)
+def test_a_start_as_text_is_read_or_noted(tmp_path, start, seconds):
+    x = np.sin(np.arange(64.0))
+    path = write(tmp_path / "run.tdms", {"a": (x, {"wf_increment": 0.001, "wf_start_time": start})})
+    recording = read_recording(path)
+    assert recording.zero_time == (None if seconds is None else pytest.approx(seconds, abs=1e-6))
+    notes = [note.text for note in recording.notes if note.code == "start-not-read"]
+    assert notes == (
+        [] if seconds else ["a has the start 'yesterday' as text, which is no date of ISO 8601 and was not read"]
+    )
+
+
+@pytest.mark.parametrize("interval", [1.0, 10.0])
+def test_a_channel_at_1_hz_or_less_is_left_out_with_a_note(tmp_path, interval):
+    x = np.sin(np.arange(2000.0))
+    channels = {"a": (x, {"wf_increment": 0.001}), "oil": (x[:20], {"wf_increment": interval})}
+    path = write(tmp_path / "run.tdms", channels)
+    for recording in (read_recording(path), read_in_blocks(path, samples=300).whole):
+        assert [channel.name for channel in recording.channels] == ["a"]
+        text = f"oil was left out: it has {1 / interval:g} Hz, at which no vibration is sampled"
+        assert text in [note.text for note in recording.notes]
+    with pytest.raises(InputError, match=r"channel oil: wf_increment of oil states a sampling rate of"):
+        read_recording(path, channels=["a", "oil"])
