@@ -90,6 +90,7 @@ GZIP = FileKind(
     begins=_marked(b"\x1f\x8b"),
     read=text.read_text,
     foreign=text.FOREIGN,
+    blocks=text_blocks,
 )
 KINDS = (
     TEXT,

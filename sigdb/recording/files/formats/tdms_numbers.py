@@ -54,8 +54,8 @@ class RawNumbers:
 def raw_numbers(segment: TdmsSegment) -> tuple[list[RawNumbers], int]:
     """Return the raw numbers of each object in a segment, and the bytes at its end that make no whole chunk.
 
-    The numbers are views of the bytes. A segment may repeat its chunk. Time stamps become records of ``seconds`` and ``fraction``. Objects of other kinds,
-    such as text, are skipped.
+    The numbers are views of the bytes. A segment may repeat its chunk. Time stamps become records of ``seconds`` and
+    ``fraction``. Objects of other kinds, such as text, are skipped.
 
     Raises
     ------

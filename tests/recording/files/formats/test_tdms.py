@@ -413,9 +413,8 @@ def test_one_byte_that_many_channels_share_is_not_multiplied_without_bound(tmp_p
 def test_chunks_that_repeat_and_lines_of_digital_inputs_in_blocks(tmp_path):
     """Chunks of 7 numbers a channel that repeat in a segment; rows of DAQmx with a digital line."""
     a, b = np.sin(np.arange(2100.0)), np.arange(2100) ** 2 % 31
-    parts = [
-        part.tobytes() for pair in zip(a.reshape(-1, 7), b.astype("<i2").reshape(-1, 7), strict=True) for part in pair
-    ]
+    pairs = zip(a.reshape(-1, 7), b.astype("<i2").reshape(-1, 7), strict=True)
+    parts = [part.tobytes() for pair in pairs for part in pair]
     about = {"wf_increment": 0.001}
     indices = [plain_index(a[:7])[0], plain_index(b[:7].astype("<i2"))[0]]
     objects = [("/'G'/'a'", indices[0], about), ("/'G'/'b'", indices[1], about)]
@@ -449,9 +448,8 @@ def test_a_start_as_text_is_read_or_noted(tmp_path, start, seconds):
     recording = read_recording(path)
     assert recording.zero_time == (None if seconds is None else pytest.approx(seconds, abs=1e-6))
     notes = [note.text for note in recording.notes if note.code == "start-not-read"]
-    assert notes == (
-        [] if seconds else ["a has the start 'yesterday' as text, which is no date of ISO 8601 and was not read"]
-    )
+    text = "a has the start 'yesterday' as text, which is no date of ISO 8601 and was not read"
+    assert notes == ([] if seconds else [text])
 
 
 @pytest.mark.parametrize("interval", [1.0, 10.0])

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from sigdb.recording.files.formats.text.body import (
     refuse_blank_line,
     without_blank_lines,
 )
-from sigdb.recording.files.formats.text.encoding import encoded_text
+from sigdb.recording.files.formats.text.encoding import TextStream, encoded_text
 from sigdb.recording.files.formats.text.fields import CLOCKS
 from sigdb.recording.files.formats.text.reader import FIRST_BYTES, TextTable, table_contents, text_table
 from sigdb.recording.files.formats.text.records import records
@@ -42,8 +41,9 @@ def text_blocks(path: Path, settings: RecordingSettings, samples: int | None) ->
     samples
         Rows of a block.
     """
-    with path.open("rb") as file:
-        begin = _first_lines(file)
+    with path.open("rb") as stored:
+        file = TextStream(stored)
+        begin, beyond = _first_lines(file)
         data, notes = encoded_text(begin)
         if settings.separator is None and records(data) is not None:
             raise InputError("holds several waves below each other, which are not read in blocks; cut it between them")
@@ -51,7 +51,7 @@ def text_blocks(path: Path, settings: RecordingSettings, samples: int | None) ->
         rest = begin
         for _ in range(table.layout.first):
             rest = rest[rest.index(b"\n") + 1 :]
-        blocks = _Rows(file, rest, block_length(table.layout.columns, samples))
+        blocks = _Rows(file, rest + beyond, block_length(table.layout.columns, samples))
         doubled = is_double_spaced(encoded_text(rest)[0])
         first = table.layout.first
         last_row: tuple[bytes, dict[str, float]] | None = None
@@ -70,17 +70,15 @@ def text_blocks(path: Path, settings: RecordingSettings, samples: int | None) ->
             yield contents
 
 
-def _first_lines(file: BinaryIO) -> bytes:
+def _first_lines(file: TextStream) -> tuple[bytes, bytes]:
+    """Return the first lines, and the bytes that were read of the line after them."""
     begin = file.read(FIRST_BYTES)
-    if begin[:2] in (b"\x1f\x8b", b"\xff\xfe", b"\xfe\xff"):
-        raise InputError("is compressed or UTF-16, which is not read in blocks; write it as plain text in UTF-8")
     if len(begin) < FIRST_BYTES:
-        return begin if b"\n" in begin else begin.replace(b"\r", b"\n")
+        return (begin if b"\n" in begin else begin.replace(b"\r", b"\n")), b""
     end = begin.rfind(b"\n") + 1
     if not end:
         raise InputError(f"has no line end in its first {FIRST_BYTES} bytes; it is no table of rows")
-    file.seek(end)
-    return begin[:end]
+    return begin[:end], begin[end:]
 
 
 def _at(table: TextTable, first: int) -> TextTable:
@@ -91,7 +89,7 @@ def _at(table: TextTable, first: int) -> TextTable:
 class _Rows:
     """Rows of a text in blocks, as bytes with whether they are the last; those may be more."""
 
-    file: BinaryIO
+    file: TextStream
     begin: bytes
     length: int
 
