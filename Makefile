@@ -25,11 +25,11 @@ help:
 
 # An environment for each extra: made once, and again when pyproject.toml changes.
 .venv/base: .venv/pip pyproject.toml
-	$(BIN)/python -m pip install --quiet --editable .
+	$(BIN)/python -m pip install --quiet --no-compile --editable .
 	@touch $@
 
 .venv/%: .venv/pip pyproject.toml
-	$(BIN)/python -m pip install --quiet --editable '.[$*]'
+	$(BIN)/python -m pip install --quiet --no-compile --editable '.[$*]'
 	@touch $@
 
 quickstart: .venv/base

@@ -26,7 +26,7 @@ def stored(folder, table):
 
 
 @pytest.mark.parametrize("table", TABLES)
-@pytest.mark.parametrize("rows", [1, 100, 10**6])
+@pytest.mark.parametrize("rows", [50, 300, 10**6])
 def test_batches_are_the_table(database, folder, table, rows):
     batches = list(database.batches(table=table, rows=rows))
     assert max(batch.num_rows for batch in batches) <= rows

@@ -13,7 +13,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sigdb.core import SigdbError
+from sigdb.core import FloatArray, SigdbError
 from sigdb.database import (
     ROW_GROUP,
     CaseValue,
@@ -26,9 +26,9 @@ from sigdb.database import (
     read_schema,
     write_part,
 )
-from sigdb.dynamics import Prepared, SteadyState
+from sigdb.dynamics import Prepared, Solver, SteadyState
 from sigdb.sweep.plan.plan import PART_TEMPLATES, Plan, RigPoint, TemplateCase
-from sigdb.transmission import Damage
+from sigdb.transmission import Damage, Transmission
 
 _CASES_AT_ONCE = 8
 """Cases solved together: their responses are in memory at once."""
@@ -55,6 +55,37 @@ def template_table(plan: Plan, schema: Schema, part: int, numbers: Container[int
     return pa.Table.from_pylist(rows, schema=schema.arrow("templates"))
 
 
+class _HealthyRig:
+    """A rig prepared by a solver for damage of a gear, with its stability and variances without damage."""
+
+    def __init__(self, solver: Solver, rig: Transmission, gear: str) -> None:
+        self._made_from = solver, rig, gear
+        self.prepared: Prepared = solver.prepare(rig, gear)
+        self.floquet_multiplier = self.prepared.floquet_multiplier([{}])
+        self.reference_variance: FloatArray = self.prepared.healthy_signals().var(axis=1)
+
+    def is_of(self, solver: Solver, rig: Transmission, gear: str) -> bool:
+        """Whether it was prepared from equal values."""
+        return self._made_from == (solver, rig, gear)
+
+
+class _HealthyRigs:
+    """The healthy rig that was prepared last: the next part, round or check often needs the same."""
+
+    def __init__(self) -> None:
+        self._last: _HealthyRig | None = None
+
+    def prepared(self, solver: Solver, rig: Transmission, gear: str) -> _HealthyRig:
+        """Return the healthy rig, prepared unless it is the last one."""
+        last = self._last
+        if last is None or not last.is_of(solver, rig, gear):
+            self._last = last = _HealthyRig(solver, rig, gear)
+        return last
+
+
+_healthy_rigs = _HealthyRigs()
+
+
 class _PreparedPoint:
     """A rig point ready for some templates: prepared by the solver, with its stability and reference variances.
 
@@ -63,11 +94,11 @@ class _PreparedPoint:
 
     def __init__(self, plan: Plan, number: int, damages: Sequence[Damage]) -> None:
         point: RigPoint = plan.rig_points[number]
-        self.prepared: Prepared = plan.solver.prepare(point.rig, plan.gear)
+        healthy = _healthy_rigs.prepared(plan.solver, point.rig, plan.gear)
         on_teeth = [damage.on_teeth(point.teeth) for damage in damages]
-        healthy = self.prepared.floquet_multiplier([{}])
-        self.floquet_multiplier = max(healthy, self.prepared.floquet_multiplier(on_teeth))
-        self.reference_variance = self.prepared.healthy_signals().var(axis=1)
+        self.prepared = healthy.prepared
+        self.floquet_multiplier = max(healthy.floquet_multiplier, self.prepared.floquet_multiplier(on_teeth))
+        self.reference_variance = healthy.reference_variance
 
 
 def _prepare(plan: Plan, number: int, damages: Sequence[Damage]) -> _PreparedPoint | str:

@@ -64,7 +64,7 @@ class Reader(threading.Thread):
         self._signals = whole.signals(self._cases["id"])
 
     def run(self) -> None:
-        while not self._ended.wait(0.1):
+        while not self._ended.wait(0.2):
             try:
                 with self._looking:
                     if self.folder is not None:
