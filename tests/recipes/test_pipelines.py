@@ -71,7 +71,7 @@ def test_reference_is_a_million_signatures_at_stratified_operating_points(tables
 
 
 def test_quick_keeps_contact_on_all_templates(plans):
-    """PHYSICS.md: the built-in rig keeps min(delta)/static above 0.1 on the quick grid."""
+    """The built-in rig keeps min(delta)/static above 0.1 on the quick grid."""
     plan = plans["quick"]
     assert plan.n_templates == 1 + 3 * 8
     rig = sigdb.load_transmission("nasa-spiral-bevel")

@@ -93,7 +93,7 @@ def test_paper_derived_speeds_and_angles(rig):
 
 
 def test_mean_cone_distance_and_module_are_those_of_the_diametral_pitch(rig):
-    """Diametral pitch 5.141 per inch; mean cone distance 81.043 mm (PHYSICS.md, section 3), from both radii."""
+    """Diametral pitch 5.141 per inch; mean cone distance 81.043 mm from both radii."""
     assert_allclose(rig.meshes["main"].module, 0.0254 / 5.141, rtol=1e-5)
     gammas = np.arctan([12 / 36, 36 / 12])
     assert_allclose(np.array(rig.geometries["main"].radii) / np.sin(gammas), 81.043e-3, rtol=2e-5)

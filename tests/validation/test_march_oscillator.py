@@ -1,6 +1,6 @@
 """Validation: published boundaries of contact loss and of parametric instability, by the march on one oscillator.
 
-Numbers of PHYSICS.md, section 4: the linear branch of the dead-zone oscillator (dead zone +/-1, 5 % damping, mean force
+Published numbers: the linear branch of the dead-zone oscillator (dead zone +/-1, 5 % damping, mean force
 0.1), Mathieu's characteristic values (NIST Digital Library of Mathematical Functions, chapter 28), Meissner's closed
 form and Hill's determinant; r is the frequency of the excitation over the natural one.
 """

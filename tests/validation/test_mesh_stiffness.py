@@ -1,4 +1,4 @@
-"""Validation: mesh stiffness by ISO 6336-1 and by the energy method (PHYSICS.md, section 4).
+"""Validation: mesh stiffness by ISO 6336-1 and by the energy method.
 
 ``data/reference/ross_mesh_stiffness.csv`` is written by ``benchmarks/ross_mesh_stiffness.py`` with the versions in its
 head.

@@ -1,4 +1,4 @@
-"""Validation: the published boundaries of parametric instability, on one oscillator (PHYSICS.md, section 4).
+"""Validation: the published boundaries of parametric instability, on one oscillator.
 
 Mathieu's characteristic values: NIST Digital Library of Mathematical Functions, chapter 28 (q = 0.5: b1 0.470654,
 a1 1.466767). Damped and square-wave boundaries: Hill's determinant and Meissner's closed form, with r the frequency of

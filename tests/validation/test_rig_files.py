@@ -1,4 +1,4 @@
-"""Validation: natural frequencies of the published rigs, loaded from their files (PHYSICS.md, section 4)."""
+"""Validation: natural frequencies of the published rigs, loaded from their files."""
 
 import numpy as np
 import pytest

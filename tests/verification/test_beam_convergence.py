@@ -50,7 +50,7 @@ def exact_simply_supported_hz(order, diameter=DIAMETER):
 
 
 def test_the_exact_frequencies_are_the_published_ones():
-    """PHYSICS.md, section 4: L 1 m, d 0.1 m, kappa 0.8863."""
+    """A beam of L 1 m, d 0.1 m, kappa 0.8863."""
     published = [201.6949, 780.1034, 1669.4688, 2793.0866, 4083.3581]
     assert_allclose([exact_simply_supported_hz(n) for n in range(1, 6)], published, rtol=2e-5)
 

@@ -121,7 +121,7 @@ def step(x):
 
 
 def pair_stiffness(u, teeth, shift_deg, loss, extent):
-    """(teeth, ...) stiffness of every pair at pass coordinates u; the damage as arrays (teeth, 1) (PHYSICS.md, 1)."""
+    """(teeth, ...) stiffness of every pair at pass coordinates u; the damage as arrays (teeth, 1)."""
     x = (u - np.arange(teeth)[:, None] + 2.0) % teeth - 2.0
     shift = shift_deg * teeth / 360
     edge = np.maximum(0.1, 1.6 * np.abs(shift))

@@ -2,7 +2,7 @@
 
 ``M q'' + (C + G) q' + K q = F(t) - sum over meshes h (sum_j k_j(t) (h' q - e_j(t)) + c h' q')``, not reduced to modes,
 from rest until it repeats. Mesh stiffness, damage, errors, unbalance, load and modal damping are built here from their
-stated laws (PHYSICS.md, section 1).
+stated laws.
 """
 
 import importlib

@@ -1,4 +1,4 @@
-"""Unit: the files of a database are those of DATABASE.md, and say themselves what they hold."""
+"""Unit: the files of a database are those of the documented layout, and say themselves what they hold."""
 
 import base64
 import hashlib
@@ -146,7 +146,7 @@ def test_a_column_without_any_value_keeps_its_type(make):
 
 
 def test_columns(database):
-    """The names of DESIGN.md; the first sensor's columns without suffix, the second's with its name."""
+    """The documented names; the first sensor's columns without suffix, the second's with its name."""
     schema = database.dataset("features").schema
     for name in ["id", "status", "template", "gear", "tooth", "damaged_teeth", "phase_shift_deg", "stiffness_loss"]:
         assert name in schema.names

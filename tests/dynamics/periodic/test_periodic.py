@@ -180,7 +180,7 @@ def test_the_response_is_proportional_to_torque_without_index_errors(rig, prepar
 
 @pytest.mark.parametrize("tooth", [2, 7, 12])
 def test_damage_at_another_tooth_turns_the_response(prepared, errors, tooth):
-    """PHYSICS.md, section 2: the row with damage at tooth t is roll(y_D + Y_D roll(e, -(t-1)), (t-1) n/teeth)."""
+    """The row with damage at tooth t is roll(y_D + Y_D roll(e, -(t-1)), (t-1) n/teeth)."""
     one = ToothDamage(phase_shift_deg=2.0, stiffness_loss=0.5, loss_extent=0.6)
     template, there = prepared.steady_state([{1: one}])[0], prepared.steady_state([{tooth: one}])[0]
     turned_errors = np.roll(errors, -(tooth - 1))

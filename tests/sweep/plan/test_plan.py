@@ -126,7 +126,7 @@ def test_healthy_alone_is_a_sweep(plan_of):
     ids=["same damage", "same operating point", "two names of one path", "extent of no loss"],
 )
 def test_templates_are_distinct_cases(plan_of, text):
-    """DATABASE.md: templates hold each distinct case once, so equal rigs with equal damage share one."""
+    """Templates hold each distinct case once, so equal rigs with equal damage share one."""
     plan = plan_of(text)
     cases = [
         (

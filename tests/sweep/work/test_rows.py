@@ -99,7 +99,7 @@ def some_of_each(rows):
 
 
 def test_a_row_is_the_simulation_at_its_tooth_with_its_specimen_and_noise(rows, signals, noise, reference_deviation):
-    """PHYSICS.md 2: ``roll(y_D + Y_D roll(e, -(t-1)), (t-1) n / teeth)``, against a simulation without turning."""
+    """Rows are ``roll(y_D + Y_D roll(e, -(t-1)), (t-1) n / teeth)``, against a simulation without turning."""
     chosen = some_of_each(rows)
     assert {(row.teeth, row.torque, bool(row.pattern)) for row in chosen} == {
         (12, 356.05, False),
@@ -221,7 +221,7 @@ def test_features_are_the_public_functions_of_the_stored_average(small, teeth, s
         for name, values in indicators(tsa, teeth=teeth).items():
             stored = rows[name + suffix(sensor)].to_numpy()
             assert np.array_equal(stored, values.astype(np.float32), equal_nan=True), name
-        # DATABASE.md: (tooth passes, bands a quarter mesh order wide), divided by n_bins n / teeth.
+        # (tooth passes, bands a quarter mesh order wide), divided by n_bins n / teeth.
         n_bins = 6 * STEP
         cells = pooled_wigner_ville(tsa, teeth=teeth, bands=mesh_bands(teeth), lag_window=2 * STEP, n_bins=n_bins)
         expected = cells.reshape(len(rows), -1) / (n_bins * STEP)

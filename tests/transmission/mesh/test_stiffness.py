@@ -1,4 +1,4 @@
-"""Unit: stiffness of each tooth pair, healthy and damaged, against its law written out here (PHYSICS.md, section 1)."""
+"""Unit: stiffness of each tooth pair, healthy and damaged, against its law written out here."""
 
 import numpy as np
 import pytest
