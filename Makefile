@@ -7,11 +7,12 @@ SECONDS ?= 300
 SEED ?= 1
 .DEFAULT_GOAL := help
 
-.PHONY: help quickstart test fuzz check docs peers wheel clean
+.PHONY: help quickstart test lowest fuzz check docs peers wheel clean
 
 help:
 	@echo "make quickstart   install, make the quick database, its models and reports, query, draw"
 	@echo "make test         run the test suite"
+	@echo "make lowest       run the test suite with the lowest versions of all dependencies that pyproject.toml allows"
 	@echo "make fuzz         read damaged and disguised recordings for SECONDS=300 with SEED=1; repeat one by CASE=number"
 	@echo "make check        lint, format, types, contracts of packages, names and prose"
 	@echo "make docs         build the documentation into docs/_build"
@@ -50,6 +51,16 @@ quickstart: .venv/base
 test: .venv/test
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
+# An environment of its own, with every dependency at its lower bound.
+.venv-lowest/test: pyproject.toml tests/checks/lowest.py
+	$(PYTHON) -m venv .venv-lowest
+	.venv-lowest/bin/python tests/checks/lowest.py > .venv-lowest/lowest.txt
+	.venv-lowest/bin/python -m pip install --quiet --constraint .venv-lowest/lowest.txt --editable '.[test]'
+	@touch $@
+
+lowest: .venv-lowest/test
+	.venv-lowest/bin/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+
 fuzz: .venv/test
 	$(BIN)/python tests/fuzz/recordings.py --seconds $(SECONDS) --seed $(SEED) $(if $(CASE),--case $(CASE))
 
@@ -77,4 +88,4 @@ wheel: .venv/check
 	$(BIN)/python tests/checks/wheel.py dist build/wheel
 
 clean:
-	rm -rf .venv build dist docs/_build docs/generated $(QUICK)
+	rm -rf .venv .venv-lowest build dist docs/_build docs/generated $(QUICK)

@@ -15,6 +15,8 @@ from .fields import validated as validated
 from .fields import without_defaults as without_defaults
 from .markdown import markdown_table as markdown_table
 from .notes import Note as Note
+from .plain_arrays import check_unmasked as check_unmasked
+from .plain_arrays import plain_array as plain_array
 from .plain_values import JsonValue as JsonValue
 from .plain_values import json_text as json_text
 from .plain_values import plain as plain

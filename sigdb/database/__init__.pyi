@@ -45,6 +45,7 @@ from .store.schema import suffixed as suffixed
 from .store.schema import write_schema as write_schema
 from .store.seal import sealed_json as sealed_json
 from .store.seal import unsealed as unsealed
+from .store.store import DamagedFileError as DamagedFileError
 from .store.store import Store as Store
 from .store.writer import ROW_GROUP as ROW_GROUP
 from .store.writer import write_part as write_part

@@ -10,7 +10,7 @@ import pandas as pd
 import pyarrow as pa
 from numpy.typing import ArrayLike
 
-from sigdb.core import DatabaseError, FloatArray, InputError, IntArray
+from sigdb.core import DatabaseError, FloatArray, InputError, IntArray, plain_array
 from sigdb.database.export.export import Export, export_database
 from sigdb.database.matching.match import Match, Matcher
 from sigdb.database.query import check_row_count
@@ -199,7 +199,7 @@ class Database(StoredTables):
         DatabaseError
             If a part is damaged.
         """
-        wanted = np.atleast_1d(np.asarray(ids))
+        wanted = np.atleast_1d(plain_array("signals", "ids", ids))
         if wanted.size and wanted.dtype.kind not in "iu":
             raise InputError(f"ids must be whole numbers, not {wanted.dtype} such as {wanted.flat[0]}")
         wanted = wanted.astype(np.int64)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigdb.core import BoolArray, ComplexArray, FloatArray, InputError, IntArray
+from sigdb.core import BoolArray, ComplexArray, FloatArray, InputError, IntArray, plain_array
 
 _ABOVE_NOISE = 10.0
 """Amplitude of a mesh harmonic, in standard deviations of the noise at an order, above which its gain is used."""
@@ -95,11 +95,12 @@ def transfer_path(measured: ArrayLike, simulated: ArrayLike, *, teeth: int, nois
     >>> path.harmonics.tolist(), bool(np.allclose(path.gain[path.covered], 3))
     ([1, 2], True)
     """
-    x, y = np.asarray(measured, float), np.asarray(simulated, float)
+    x = plain_array("transfer_path", "measured", measured, float)
+    y = plain_array("transfer_path", "simulated", simulated, float)
     n = len(x)
     X, Y = np.fft.rfft(x), np.fft.rfft(y)
     k = np.arange(1, (n // 2 - teeth // 2) // teeth + 1)
-    floor = np.broadcast_to(np.asarray(noise, float), X.shape) * np.sqrt(n / 2)
+    floor = np.broadcast_to(plain_array("transfer_path", "noise", noise, float), X.shape) * np.sqrt(n / 2)
     audible = np.abs(X[k * teeth]) > _ABOVE_NOISE * floor[k * teeth]
     excited = np.abs(Y[k * teeth]) > _OF_GREATEST * np.abs(Y[k * teeth]).max(initial=0.0)
     used = k[audible & excited]
@@ -128,7 +129,7 @@ def _continued(x: IntArray, xp: IntArray, fp: FloatArray) -> FloatArray:
 
 def apply_gain(x: ArrayLike, gain: ArrayLike, axis: int = -1) -> FloatArray:
     """Return averages (..., n) along an axis behind a gain (n / 2 + 1,)."""
-    x = np.asarray(x, float)
+    x = plain_array("apply_gain", "x", x, float)
     shape = [1] * x.ndim
     shape[axis] = -1
     return np.fft.irfft(np.asarray(gain).reshape(shape) * np.fft.rfft(x, axis=axis), x.shape[axis], axis)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigdb.core import ComplexArray, FloatArray, InputError
+from sigdb.core import ComplexArray, FloatArray, InputError, plain_array
 from sigdb.dynamics.period import Period
 from sigdb.transmission import Mesh, ModalSystem, Transmission, pair_stiffness, pairs_in_contact
 
@@ -106,7 +106,7 @@ def checked_index_errors(index_errors: ArrayLike | None, teeth: int) -> FloatArr
     InputError
         If they are not so many finite numbers.
     """
-    errors = np.zeros(teeth) if index_errors is None else np.asarray(index_errors, dtype=float)
+    errors = np.zeros(teeth) if index_errors is None else plain_array("rig", "index_errors", index_errors, float)
     if errors.shape != (teeth,) or not np.isfinite(errors).all():
         raise InputError(
             f"index_errors must be {teeth} finite numbers, one a tooth of the damaged gear, not an array of "

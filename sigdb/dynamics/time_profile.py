@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sigdb.core import FloatArray, InputError
+from sigdb.core import FloatArray, InputError, plain_array
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class TimeProfile:
     value: Sequence[float]
 
     def __post_init__(self) -> None:
-        time, value = np.asarray(self.time, float), np.asarray(self.value, float)
+        time, value = (plain_array("TimeProfile", name, getattr(self, name), float) for name in ("time", "value"))
         if time.ndim != 1 or time.shape != value.shape or not len(time):
             raise InputError("a time profile needs as many values as times, at least one")
         if not (np.isfinite(time).all() and np.isfinite(value).all() and (np.diff(time) > 0).all()):

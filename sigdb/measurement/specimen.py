@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from sigdb.core import FloatArray, IntArray
+from sigdb.core import FloatArray, IntArray, plain_array
 
 
 def tooth_cycle(teeth: int, mate_teeth: int) -> int:
@@ -111,7 +111,8 @@ def noise_deviation(reference_variance: FloatArray, snr_db: FloatArray) -> Float
     >>> noise_deviation(np.array([4.0]), np.array([20.0])).tolist()
     [0.2]
     """
-    return np.sqrt(reference_variance) * 10 ** (-np.asarray(snr_db) / 20)
+    variance = plain_array("noise_deviation", "reference_variance", reference_variance)
+    return np.asarray(np.sqrt(variance) * 10 ** (-plain_array("noise_deviation", "snr_db", snr_db) / 20))
 
 
 def revolution_scatter(
@@ -138,6 +139,8 @@ def revolution_scatter(
     (...) float64
         Measured deviations, in the unit of ``deviation``.
     """
-    freedom = np.broadcast_to(samples * (np.asarray(averages) - 1), np.shape(deviation))
+    deviation = plain_array("revolution_scatter", "deviation", deviation)
+    counts = plain_array("revolution_scatter", "averages", averages)
+    freedom = np.broadcast_to(samples * (counts - 1), np.shape(deviation))
     drawn = np.sqrt(stream.chisquare(np.maximum(freedom, 1)) / np.maximum(freedom, 1))
     return deviation * np.where(freedom > 0, drawn, np.nan)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from sigdb.core import FloatArray, InputError, Note, suggestion
+from sigdb.core import FloatArray, InputError, Note, check_unmasked, suggestion
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,6 +56,7 @@ class Channel:
     start: float = 0.0
 
     def __post_init__(self) -> None:
+        check_unmasked(f"channel {self.name}", "samples", self.samples)
         if self.samples.ndim != 1 or self.samples.size == 0 or self.samples.dtype != np.float64:
             raise InputError(
                 f"channel {self.name}: samples of shape {self.samples.shape} and type {self.samples.dtype}; "
@@ -158,6 +159,7 @@ class Recording:
         if len(set(names)) < len(names):
             raise InputError(f"{self.source}: channels must have different names, not {', '.join(names)}")
         if self.pulse_times is not None:
+            check_unmasked(self.source, "pulse_times", self.pulse_times)
             if self.pulse_times.ndim != 1 or not np.isfinite(self.pulse_times).all():
                 raise InputError(f"{self.source}: pulse_times must be a series of finite times, s")
         elif self.tacho is not None:

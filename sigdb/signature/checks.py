@@ -3,14 +3,14 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigdb.core import InputError
+from sigdb.core import InputError, plain_array
 
 Float64Array = NDArray[np.float64]
 
 
 def real_signal(owner: str, name: str, x: ArrayLike) -> tuple[Float64Array, float]:
     """The signal in float64, and the relative precision of the type that it came in."""
-    a = np.asarray(x)
+    a = plain_array(owner, name, x)
     if a.dtype.kind == "c":
         raise InputError(f"{owner}: {name} must be real, not {a.dtype}; pass its real part")
     _check_samples(owner, name, a)
@@ -19,7 +19,7 @@ def real_signal(owner: str, name: str, x: ArrayLike) -> tuple[Float64Array, floa
 
 def real_or_complex_signal(owner: str, name: str, x: ArrayLike) -> Float64Array | NDArray[np.complex128]:
     """The signal in float64 or complex128."""
-    a = np.asarray(x)
+    a = plain_array(owner, name, x)
     _check_samples(owner, name, a)
     return a.astype(np.complex128, copy=False) if a.dtype.kind == "c" else a.astype(np.float64, copy=False)
 
@@ -45,7 +45,7 @@ def _precision(dtype: np.dtype[np.generic]) -> float:
 
 def finite(owner: str, name: str, value: object) -> float:
     """A finite number."""
-    number = np.asarray(value)
+    number = plain_array(owner, name, value)
     if number.ndim or number.dtype.kind not in "iuf" or not np.isfinite(number):
         raise InputError(f"{owner}: {name} = {value!r} must be a finite number; pass one float")
     return float(number)
@@ -61,7 +61,7 @@ def positive(owner: str, name: str, value: object) -> float:
 
 def increasing_times(owner: str, name: str, times: ArrayLike, *, after: float) -> Float64Array:
     """Finite, increasing times, all later than ``after``; there may be none."""
-    t = np.asarray(times)
+    t = plain_array(owner, name, times)
     if t.ndim != 1 or (t.size and t.dtype.kind not in "iuf"):
         raise InputError(f"{owner}: {name} of shape {t.shape} must be a one-dimensional array of times, s")
     t = t.astype(np.float64)
@@ -111,7 +111,7 @@ def signal_scale(owner: str, scale: ArrayLike | None, default: Float64Array) -> 
     """The scale s of each signal, ``default`` where none is given."""
     if scale is None:
         return default
-    s = np.asarray(scale)
+    s = plain_array(owner, "scale", scale)
     if s.dtype.kind not in "iuf" or not np.all(np.isfinite(s)) or np.any(s < 0):
         raise InputError(f"{owner}: scale = {scale!r} must be finite and >= 0; pass max|average| or leave it out")
     try:
@@ -124,7 +124,7 @@ def signal_scale(owner: str, scale: ArrayLike | None, default: Float64Array) -> 
 
 def band_edges(owner: str, bands: ArrayLike, n: int) -> Float64Array:
     """Increasing edges of at least one band, in orders from 0 to n/2."""
-    edges = np.asarray(bands)
+    edges = plain_array(owner, "bands", bands)
     if edges.dtype.kind not in "iuf" or edges.ndim != 1 or edges.size < 2:
         raise InputError(f"{owner}: bands = {bands!r} must be a one-dimensional array of B + 1 >= 2 edges in orders")
     e = edges.astype(np.float64)

@@ -30,6 +30,7 @@ SMALL = {
     "core/errors.py": "the errors of all packages",
     "core/markdown.py": "one function that cards of three packages use",
     "core/notes.py": "a type of its own that all packages use",
+    "core/plain_arrays.py": "one check that all packages use",
     "core/plain_values.py": "one function that all packages use",
     "core/progress.py": "types that all packages use",
     "core/streams.py": "the random streams, apart from all that draws",

@@ -36,7 +36,8 @@ with _log_on_stderr():
 def run(code, folder):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(folder), "NUMBA_OPT": "0"}
     script = folder / "script.py"
-    script.write_text(code)
+    if not script.exists():  # some versions of numba compile anew for a file that was written again
+        script.write_text(code)
     return subprocess.run(
         [sys.executable, "-W", "error", script],
         capture_output=True,

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import ArrayLike, NDArray
 
-from sigdb.core import BoolArray, FloatArray, InputError, IntArray
+from sigdb.core import BoolArray, FloatArray, InputError, IntArray, check_unmasked, plain_array
 from sigdb.database.matching.index import RMS, MatchIndex
 from sigdb.database.matching.residuals import root_mean_square, unit_residuals
 
@@ -47,6 +47,7 @@ def checked_average(tsa: ArrayLike) -> FloatArray:
     InputError
         If it is not one row of finite numbers that vary.
     """
+    check_unmasked("match", "tsa", tsa)
     try:
         x = np.asarray(tsa, dtype=float)
     except (TypeError, ValueError):
@@ -70,7 +71,7 @@ def whole_shifts(turns: ArrayLike | None, samples_per_tooth: int, n: int) -> Int
     """
     if turns is None:
         return np.arange(n)
-    shifts = np.atleast_1d(np.asarray(turns, dtype=float)) * samples_per_tooth
+    shifts = np.atleast_1d(plain_array("match", "turns", turns, float)) * samples_per_tooth
     wrong = shifts[~(np.abs(shifts - np.round(shifts)) < 1e-6)]
     if wrong.size or not shifts.size:
         value = f"{wrong[0] / samples_per_tooth:g}" if wrong.size else "none"

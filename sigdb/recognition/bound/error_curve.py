@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import logit
 
-from sigdb.core import FloatArray
+from sigdb.core import FloatArray, plain_array
 
 INFORMATION_RANGE = (0.05, 0.95)
 """Range of the bound's log loss, as a share of the entropy, in which an efficiency has a meaning."""
@@ -83,7 +83,7 @@ class ErrorCurve:
         ndarray, dB
             NaN where the error is not between 0.02 and 0.8 of chance, or outside of the curve.
         """
-        error = np.asarray(error, float)
+        error = plain_array("loss_db", "error", error, float)
         low, high = (share * self.chance for share in ERROR_RANGE)
         level = self._level(error)
         return np.where((error >= low) & (error <= high) & np.isfinite(level), level, np.nan)
@@ -107,7 +107,7 @@ class ErrorCurve:
             Infinite beyond an end of the curve. NaN where the error at the noise of the rows is not between 0.02 and
             0.8 of chance: fewer errors are too few to count, and near chance the curve is flat.
         """
-        excess = np.asarray(excess, float)
+        excess = plain_array("excess_db", "excess", excess, float)
         if not in_range(self.origin, self.chance):
             return np.full(excess.shape, np.nan)
         return self._level(self.origin + excess)

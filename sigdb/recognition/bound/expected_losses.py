@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from sigdb.core import FloatArray
+from sigdb.core import FloatArray, plain_array
 from sigdb.recognition.bound.bayes_rule import RULES, apply_rule
 from sigdb.recognition.bound.error_curve import ErrorCurve, in_range
 from sigdb.recognition.bound.operating_points import OperatingPoint
@@ -85,7 +85,7 @@ def error_curve(
     ErrorCurve
         Error and standard error at each level.
     """
-    points, levels = list(points), np.asarray(decibels, float)
+    points, levels = list(points), plain_array("expected_losses", "decibels", decibels, float)
     errors = [expected_error(points, draws=draws, seed=seed, decibels=level) for level in levels]
     error, standard_error = np.array(errors).T
     return ErrorCurve(decibels=levels, error=error, standard_error=standard_error, chance=chance_error(points))

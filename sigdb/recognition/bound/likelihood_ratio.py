@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import log_softmax, logsumexp, ndtri
 
-from sigdb.core import FloatArray, InputError, IntArray
+from sigdb.core import FloatArray, InputError, IntArray, plain_array
 from sigdb.recognition.bound.operating_points import OperatingPoint
 from sigdb.recognition.metrics.detection import RATES
 from sigdb.recognition.severity_quantities import QUANTITIES
@@ -158,9 +158,10 @@ def smallest_detected_loss(
     >>> round(smallest_detected_loss(loss, p, draws=10**9), 4), round(float(ndtri(0.9) - ndtri(1e-3)) / 20, 4)
     (0.2186, 0.2186)
     """
-    order = np.argsort(stiffness_loss)
-    loss = np.concatenate([[0.0], np.asarray(stiffness_loss, float)[order]])
-    p = np.concatenate([[rate], np.asarray(p_detected, float)[order]])
+    losses = plain_array("smallest_detected_loss", "stiffness_loss", stiffness_loss, float)
+    detected = plain_array("smallest_detected_loss", "p_detected", p_detected, float)
+    order = np.argsort(losses)
+    loss, p = np.concatenate([[0.0], losses[order]]), np.concatenate([[rate], detected[order]])
     probit = np.maximum.accumulate(ndtri(np.clip(p, 0.5 / draws, 1 - 0.5 / draws)))
     above = np.flatnonzero(probit >= ndtri(DETECTED))
     if not above.size:

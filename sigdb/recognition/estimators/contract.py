@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 from sklearn.base import BaseEstimator
 
-from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError
+from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError, plain_array
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.rows.batch import TSA, Batch, Column, Reducer, Rows
 from sigdb.recognition.settings import RecognitionSettings
@@ -140,7 +140,7 @@ def tooth_and_severity(y: Labels) -> tuple[IntArray, FloatArray]:
     """Return tooth (rows,) and severities (rows, k) of labels; k is 0 unless they are a frame."""
     if isinstance(y, pd.DataFrame):
         return y["tooth"].to_numpy(int), y.drop(columns="tooth").to_numpy(float)
-    tooth = np.asarray(y, dtype=int)
+    tooth = plain_array("fit", "y", y, int)
     return tooth, np.empty((len(tooth), 0))
 
 
@@ -172,4 +172,4 @@ def required_bank(bank: TemplateBank | None) -> TemplateBank:
 
 def specimens_of(groups: ArrayLike | None, rows: int) -> IntArray:
     """Return the specimens of rows; each row its own if there are none."""
-    return np.arange(rows) if groups is None else np.asarray(groups)
+    return np.arange(rows) if groups is None else plain_array("fit", "groups", groups)

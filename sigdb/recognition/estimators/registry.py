@@ -73,6 +73,8 @@ REGISTRY: tuple[Entry, ...] = (
         classes=_POOLED,
         trusted=(
             "numpy.dtype",
+            "sklearn._loss._loss.CyHalfBinomialLoss",
+            "sklearn._loss._loss.CyHalfSquaredError",
             "sklearn._loss.link.Interval",
             "sklearn._loss.link.IdentityLink",
             "sklearn._loss.link.LogitLink",

@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.core import BoolArray, FloatArray, IntArray, plain_array
 
 RESAMPLES = 1000
 """Resamples of a bootstrap."""
@@ -81,7 +81,7 @@ class Specimens:
     weights: FloatArray
 
     def __init__(self, specimens: ArrayLike, *, seed: int = 0) -> None:
-        names, self.index = np.unique(np.asarray(specimens), return_inverse=True)
+        names, self.index = np.unique(plain_array("Specimens", "specimens", specimens), return_inverse=True)
         self.seed = seed
         self._resample(len(names))
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from sigdb.core import FloatArray, InputError
+from sigdb.core import FloatArray, InputError, plain_array
 from sigdb.recognition.metrics.estimate import Estimate
 from sigdb.recognition.metrics.metric import Metric
 
@@ -80,7 +80,8 @@ def above_bound(
     >>> round(honest.value, 3), honest.significant
     (-0.175, False)
     """
-    model, best, specimens = map(np.asarray, (model_losses, bound_losses, specimens))
+    columns = {"model_losses": model_losses, "bound_losses": bound_losses, "specimens": specimens}
+    model, best, specimens = (plain_array("above_bound", name, values) for name, values in columns.items())
     if not 0 < len(model) == len(best) == len(specimens):
         raise InputError(
             f"above_bound: {len(model)} losses of the model, {len(best)} of the bound, {len(specimens)} specimens; "

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from sigdb.core import FloatArray, InputError, IntArray
+from sigdb.core import FloatArray, InputError, IntArray, check_unmasked
 
 Column: TypeAlias = str
 """Name of a column of the table ``features``, or ``tsa``, the average."""
@@ -223,6 +223,7 @@ def _from_cells(X: pd.DataFrame, name: Column) -> dict[int, FloatArray]:
 
 
 def _stacked(arrays: list[FloatArray], name: Column, teeth: int) -> FloatArray:
+    check_unmasked("X", name, arrays)
     lengths = sorted({np.size(array) for array in arrays})
     if len(lengths) > 1:
         raise InputError(f"{name} of gears of {teeth} teeth has {lengths} values; give arrays of one length")

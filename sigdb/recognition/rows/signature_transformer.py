@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
-from sigdb.core import FloatArray, InputError, suggestion
+from sigdb.core import FloatArray, InputError, check_unmasked, suggestion
 from sigdb.signature import INDICATORS, features, mesh_bands
 
 FEATURES = ("indicators", "spectrum", "wigner_ville")
@@ -177,4 +177,5 @@ def _columns_of(kind: str) -> list[str]:
 
 def _checked(transformer: SignatureTransformer, X: ArrayLike, *, reset: bool) -> FloatArray:
     """Samples as a finite array, by scikit-learn's own rules."""
+    check_unmasked("SignatureTransformer", "X", X)
     return validate_data(transformer, X, dtype=[np.float64, np.float32], reset=reset)

@@ -10,7 +10,7 @@ import pandas as pd
 import scipy.fft
 from numpy.typing import ArrayLike
 
-from sigdb.core import BoolArray, FloatArray, InputError, IntArray, blocks
+from sigdb.core import BoolArray, FloatArray, InputError, IntArray, blocks, plain_array
 from sigdb.database import Database, Template, mate_teeth, stored_templates
 from sigdb.measurement import index_error_covariance
 
@@ -205,8 +205,8 @@ class Hypotheses:
         InputError
             If the averages are not of the templates' length, or the noise is not above 0.
         """
-        x = np.asarray(x, float)
-        self._check(x, np.asarray(noise, float))
+        x = plain_array("log_likelihood", "x", x, float)
+        self._check(x, plain_array("log_likelihood", "noise", noise, float))
         noise, index_error = (np.broadcast_to(np.asarray(value, float), len(x)) for value in (noise, index_error))
         likelihood = np.empty((len(x), len(self.signal), self.teeth))
         for some in blocks(len(x), _ROWS_AT_ONCE):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from sigdb.core import InputError, Note, validated
+from sigdb.core import InputError, Note, check_unmasked, validated
 from sigdb.recording.files.assemble import assemble, with_unit
 from sigdb.recording.files.formats.contents import Contents, DataColumn, StoredArray, check_columns, check_values
 from sigdb.recording.files.formats.named_arrays import contents_of_arrays, not_read
@@ -100,6 +100,8 @@ def _contents(data: object) -> tuple[Contents, str | None]:
 
 def _array(data: object, name: str) -> StoredArray:
     """Return an array of numbers that shares no memory with the data; masked numbers are nan."""
+    if not isinstance(data, np.ma.MaskedArray):
+        check_unmasked("", name, data)
     try:
         stored = np.ma.asarray(data) if isinstance(data, np.ma.MaskedArray) else np.asarray(data)
     except ValueError:

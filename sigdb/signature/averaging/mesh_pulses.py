@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigdb.core import InputError, NotApplicableError
+from sigdb.core import InputError, NotApplicableError, plain_array
 from sigdb.signature.checks import Float64Array, count, positive, real_signal
 
 _OWNER = "mesh_pulses"
@@ -107,7 +107,7 @@ def _crests(turns: Float64Array, t: Float64Array, every: int) -> Float64Array:
 
 
 def _frequency(mesh_frequency: ArrayLike, samples: int, fs: float, harmonic: int) -> Float64Array:
-    f = np.asarray(mesh_frequency)
+    f = plain_array(_OWNER, "mesh_frequency", mesh_frequency)
     if f.dtype.kind not in "iuf" or f.shape not in ((), (samples,)):
         raise InputError(f"{_OWNER}: mesh_frequency of shape {f.shape} must be one number or one for each sample, Hz")
     if not np.all((f > 0) & (2 * harmonic * f < fs)):

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 
-from sigdb.core import InputError
+from sigdb.core import InputError, plain_array
 from sigdb.signature.checks import Float64Array, real_or_complex_signal
 from sigdb.signature.wigner_ville.lag_window import LagWindow, analytic, half_window, lag_weights
 
@@ -99,7 +99,7 @@ def wigner_ville(
 
 
 def _record_weights(record_window: ArrayLike, n: int) -> Float64Array:
-    w = np.asarray(record_window)
+    w = plain_array("wigner_ville", "record_window", record_window)
     if w.shape != (n,) or w.dtype.kind not in "iuf" or not np.all(np.isfinite(w)):
         raise InputError(
             f"wigner_ville: record_window of shape {w.shape} must be real, finite and of shape ({n},);"

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigdb.core import InputError
+from sigdb.core import InputError, plain_array
 from sigdb.signature.checks import Float64Array, count
 
 LagWindow = int | str | ArrayLike
@@ -32,7 +32,7 @@ def lag_weights(
 
 def half_window(owner: str, name: str, window: ArrayLike, n: int) -> Float64Array:
     """Return the half h[0..L] of a symmetric window, from its weights, or as a Hamming window from a half-length."""
-    h = np.asarray(window)
+    h = plain_array(owner, name, window)
     h = hamming(count(owner, name, window, least=0)) if h.ndim == 0 else _checked_weights(owner, name, h)
     if h.size - 1 > n // 2:
         raise InputError(

@@ -6,7 +6,7 @@ import json
 import platform
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields
 from importlib import resources
 from pathlib import Path
@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import sklearn
-import skops.io
 
-from sigdb.core import DatabaseError, FloatArray, InputError, __version__, json_text
-from sigdb.database import Store
-from sigdb.recognition.estimators.registry import own_classes, trusted_types
+from sigdb.core import DatabaseError, FloatArray, InputError, __version__, plain
+from sigdb.database import DamagedFileError, Store, sealed_json, unsealed
 from sigdb.recognition.evaluation import Evaluation
 from sigdb.recognition.model import Model, few_rows
-from sigdb.recognition.model_card import model_card
 from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Rows
+from sigdb.recognition.storage.bounded_files import MOST_TEXT, archive_members, folder_file
+from sigdb.recognition.storage.model_card import model_card
+from sigdb.recognition.storage.skops_file import skops_bytes, skops_estimators
 
 
 def built_in_models() -> list[str]:
@@ -66,25 +66,28 @@ def model_folder(name_or_folder: str | Path) -> Path:
 
 def _built_in_folders() -> dict[str, Path]:
     packaged = Path(str(resources.files("sigdb"))) / "models"
-    folder = packaged if packaged.is_dir() else Path(__file__).parents[2] / "models"
+    folder = packaged if packaged.is_dir() else Path(__file__).parents[3] / "models"
     return {path.parent.name: path.parent for path in sorted(folder.glob("*/model.json"))}
 
 
+_SEALED = b'{"sha256": "'
+"""Begin of a description with a seal."""
+
 _UNREADABLE = (
     AttributeError,
+    DamagedFileError,
     EOFError,
     KeyError,
+    MemoryError,
     OSError,
+    OverflowError,
     RuntimeError,
     TypeError,
     ValueError,
     zipfile.BadZipFile,
     zlib.error,
 )
-"""Errors that the readers of JSON, ZIP, skops and NPZ raise on damaged or foreign files."""
-
-_PUBLIC = "sigdb.recognition"
-"""Module that files name for the classes of sigdb: a public name outlives a move of the module that defines it."""
+"""Errors that the seal and the readers of JSON, ZIP, skops and NPZ raise on damaged or foreign files."""
 
 
 def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, probe: Rows, command: str) -> None:
@@ -107,19 +110,16 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
     answers = io.BytesIO()
     arrays: dict[str, Any] = _arrays(model, rows)
     np.savez_compressed(answers, expected=_answers(model, rows), **arrays)
-    files = {
-        "model.skops": _with_modules(skops.io.dumps(model.estimators), lambda name: _PUBLIC),
-        "probe.npz": answers.getvalue(),
-    }
+    files = {"model.skops": skops_bytes(model.estimators), "probe.npz": answers.getvalue()}
     for name, content in files.items():
         store.put(name, content)
     described = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "estimators"}
     described |= {
         "evaluation": evaluation.as_json(),
         "versions": {"sigdb": __version__, "scikit-learn": sklearn.__version__, "python": platform.python_version()},
-        "sha256": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()},
+        "files": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()},
     }
-    store.put("model.json", json_text(described).encode())
+    store.put("model.json", sealed_json(_as_mapping(plain(described))))
     store.put("README.md", model_card(model, evaluation, command=command).encode())
 
 
@@ -152,11 +152,11 @@ def load_model(name_or_folder: str | Path) -> Model:
     """
     folder = model_folder(name_or_folder)
     try:
-        described = json.loads((folder / "model.json").read_text(encoding="utf-8"))
+        described = _description(folder)
         model = _rebuilt(described, _checked(folder, "model.skops", described))
-        with np.load(io.BytesIO(_checked(folder, "probe.npz", described)), allow_pickle=False) as probe:
-            expected = probe["expected"]
-            answers = _answers(model, _rows({name: probe[name] for name in probe.files if name != "expected"}))
+        probe = _probe(_checked(folder, "probe.npz", described))
+        expected = probe.pop("expected")
+        answers = _answers(model, _rows(probe))
     except FileNotFoundError as error:
         missing = Path(error.filename).name
         raise InputError(f"{folder} is not a model folder: {missing} is missing; make one with: sigdb train") from None
@@ -172,39 +172,34 @@ def load_model(name_or_folder: str | Path) -> Model:
     return model
 
 
-def _checked(folder: Path, name: str, described: dict[str, Any]) -> bytes:
+def _description(folder: Path) -> dict[str, Any]:
+    """Return the content of ``model.json``; hashes of the other files are its ``files``."""
+    content = folder_file(folder, "model.json", most=MOST_TEXT)
+    if content.startswith(_SEALED):
+        return unsealed(content, name="model.json")
+    described = _as_mapping(json.loads(content))  # of sigdb 0.1.0, without a seal
+    described["files"] = _as_mapping(described.pop("sha256"))
+    return described
+
+
+def _as_mapping(value: object) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ValueError("model.json holds no description of a model")
+    return value
+
+
+def _checked(folder: Path, name: str, described: Mapping[str, Any]) -> bytes:
     """Return the bytes of a file, if their hash is that in ``model.json``."""
-    content = (folder / name).read_bytes()
-    if hashlib.sha256(content).hexdigest() != described["sha256"][name]:
+    content = folder_file(folder, name)
+    if hashlib.sha256(content).hexdigest() != described["files"][name]:
         raise ValueError(f"{name} is not the file that was saved with model.json")
     return content
 
 
-def _with_modules(content: bytes, module_of: Callable[[str], str | None]) -> bytes:
-    """Return the same model, with another module for each class of sigdb.
-
-    Parameters
-    ----------
-    content
-        A file that skops wrote. It names the module in which each class is defined.
-    module_of
-        From the name of a class, its module; None to leave it as it is.
-    """
-
-    def renamed(node: dict[str, object]) -> dict[str, object]:
-        module, name = str(node.get("__module__", "")), str(node.get("__class__", ""))
-        if module == _PUBLIC or module.startswith(f"{_PUBLIC}."):
-            node["__module__"] = module_of(name) or module
-        return node
-
-    out = io.BytesIO()
-    with zipfile.ZipFile(io.BytesIO(content)) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
-        for entry in old.infolist():
-            data = old.read(entry)
-            if entry.filename == "schema.json":
-                data = json.dumps(json.loads(data, object_hook=renamed), indent=2).encode()
-            new.writestr(entry.filename, data)
-    return out.getvalue()
+def _probe(content: bytes) -> dict[str, np.ndarray]:
+    """Return the arrays of ``probe.npz`` by name."""
+    members = archive_members("probe.npz", content)
+    return {name.removesuffix(".npy"): np.load(io.BytesIO(data), allow_pickle=False) for name, data in members.items()}
 
 
 def _rebuilt(described: dict[str, Any], content: bytes) -> Model:
@@ -213,13 +208,8 @@ def _rebuilt(described: dict[str, Any], content: bytes) -> Model:
     lacking = [name for name in names if name not in described]
     if lacking:
         raise InputError(f"model.json lacks {', '.join(lacking)}: it is of another version of sigdb; train it again")
-    content, trusted = _with_modules(content, own_classes().get), trusted_types()
-    untrusted = set(skops.io.get_untrusted_types(data=content)) - set(trusted)
-    if untrusted:
-        raise InputError(f"the model holds types that are not trusted: {', '.join(sorted(untrusted))}")
-    estimators = skops.io.loads(content, trusted=trusted)
     kept = {name: described[name] for name in names} | {"trained_on": tuple(described["trained_on"])}
-    return Model(estimators=estimators, **kept)
+    return Model(estimators=skops_estimators(content), **kept)
 
 
 def _answers(model: Model, rows: Batch) -> FloatArray:
@@ -234,7 +224,8 @@ def _as_batch(model: Model, probe: Rows) -> Batch:
 
 def _arrays(model: Model, rows: Batch) -> dict[str, np.ndarray]:
     """Return the columns that a model reads of rows of one tooth count, as arrays."""
-    scalars = {name: rows.table[name].to_numpy() for name in model.estimator.reads & frozenset(rows.table.columns)}
+    read = sorted(model.estimator.reads & frozenset(rows.table.columns))
+    scalars = {name: rows.table[name].to_numpy() for name in read}
     arrays = {TSA: rows.tsa, CELLS: rows.features}
     return scalars | {name: matrix for name, by_teeth in arrays.items() if by_teeth for matrix in by_teeth.values()}
 

@@ -3,8 +3,10 @@
 import functools
 import hashlib
 import json
+import os
 import pickle
 import shutil
+import tracemalloc
 import zipfile
 from dataclasses import replace
 
@@ -16,8 +18,11 @@ from numpy.testing import assert_array_equal
 
 import sigdb
 from sigdb.core.errors import InputError, SigdbError
+from sigdb.database.store.seal import sealed_json, unsealed
 from sigdb.recognition import evaluate, load_model, save_model
+from sigdb.recognition.estimators.registry import trusted_types
 
+FILES = ["model.json", "model.skops", "probe.npz"]
 COMMAND = "sigdb train somewhere --target location --out model --learner lda"
 
 
@@ -58,12 +63,10 @@ def test_a_model_of_templates_carries_its_bank(saved_models, held_out, tmp_path,
 
 
 def resealed(folder):
-    """Make ``model.json`` tell of the files as they are now, as somebody who changes them on purpose would."""
-    described = json.loads((folder / "model.json").read_text())
-    described["sha256"] = {
-        name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in described["sha256"]
-    }
-    (folder / "model.json").write_text(json.dumps(described))
+    """Make ``model.json`` describe the files as they are now, as somebody who changes them on purpose would."""
+    described = unsealed((folder / "model.json").read_bytes(), name="model.json")
+    described["files"] = {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in described["files"]}
+    (folder / "model.json").write_bytes(sealed_json(described))
 
 
 @pytest.fixture
@@ -205,14 +208,14 @@ def test_a_type_that_is_not_trusted_is_refused(copied, value, named):
         load_model(copied)
 
 
-@pytest.mark.parametrize("name", ["model.skops", "model.json", "probe.npz"])
+@pytest.mark.parametrize("name", FILES)
 def test_a_missing_file_is_named(copied, name):
     (copied / name).unlink()
     with pytest.raises(InputError, match=rf"not a model folder: .*{name} is missing; make one with: sigdb train"):
         load_model(copied)
 
 
-@pytest.mark.parametrize("name", ["model.skops", "model.json", "probe.npz"])
+@pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize("kept", [0, 0.5], ids=["empty", "cut"])
 def test_a_cut_file_is_no_model(copied, name, kept):
     content = (copied / name).read_bytes()
@@ -228,7 +231,7 @@ def test_a_folder_without_a_model_is_named(tmp_path):
         load_model(tmp_path / "empty")
 
 
-@pytest.mark.parametrize("content", ["[]", "{}", '{"trained_on": 3}', "nonsense"])
+@pytest.mark.parametrize("content", ["[]", "{}", '{"trained_on": 3}', '{"sha256": "0"}', '{"sha256": []}', "nonsense"])
 def test_a_description_of_something_else_is_no_model(copied, content):
     (copied / "model.json").write_text(content)
     with pytest.raises(InputError, match="not a readable model"):
@@ -261,6 +264,90 @@ def test_names_in_the_file_are_public_and_old_ones_are_read(saved_models, held_o
     loaded = load_model(tmp_path).estimator
     assert loaded.reduced_chi2_threshold_ == model.estimator.reduced_chi2_threshold_
     assert loaded.assess(held_out[:5]).equals(model.estimator.assess(held_out[:5]))
+
+
+def digits_of(content):
+    return [place for place, byte in enumerate(content) if chr(byte).isdigit()]
+
+
+def test_a_flipped_digit_anywhere_in_the_description_is_refused(copied):
+    path = copied / "model.json"
+    content = path.read_bytes()
+    places = digits_of(content)
+    assert len(places) > 1000
+    for place in [*places[:70], *places[70::40]]:
+        changed = bytearray(content)
+        changed[place] = ord("7") if content[place] != ord("7") else ord("3")
+        path.write_bytes(changed)
+        with pytest.raises(InputError, match="not a readable model"):
+            load_model(copied)
+
+
+@pytest.mark.parametrize("change", [bytes.upper, lambda one: one.replace(b"\n", b"\r\n"), lambda one: one + b" "])
+def test_another_form_of_the_description_is_refused(copied, change):
+    path = copied / "model.json"
+    path.write_bytes(change(path.read_bytes()))
+    with pytest.raises(InputError, match="not a readable model"):
+        load_model(copied)
+
+
+def test_a_description_of_an_earlier_version_has_no_seal_and_is_read(copied, held_out):
+    sealed = load_model(copied)
+    described = unsealed((copied / "model.json").read_bytes(), name="model.json")
+    described["sha256"] = described.pop("files")
+    (copied / "model.json").write_text(json.dumps(described))
+    assert_array_equal(load_model(copied).predict(held_out[::7]), sealed.predict(held_out[::7]))
+    described["sha256"]["probe.npz"] = described["sha256"]["model.skops"]
+    (copied / "model.json").write_text(json.dumps(described))
+    with pytest.raises(InputError, match=r"probe\.npz is not the file that was saved"):
+        load_model(copied)
+
+
+def test_a_model_that_is_saved_twice_has_the_same_bytes(copied, saved_models, held_out):
+    model, evaluation, folder = saved_models["location"]
+    again = replace(model, estimators=skops.io.loads(skops.io.dumps(model.estimators), trusted=trusted_types()))
+    save_model(again, copied, evaluation=evaluation, probe=held_out, command=COMMAND)
+    names = sorted(path.name for path in folder.iterdir())
+    assert names == ["README.md", "model.json", "model.skops", "probe.npz"]
+    for name in names:
+        assert (copied / name).read_bytes() == (folder / name).read_bytes(), name
+
+
+@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("kind", ["pipe", "folder", "zeros", "elsewhere"])
+def test_only_regular_files_of_the_folder_are_read(copied, name, kind, tmp_path):
+    path = copied / name
+    path.rename(tmp_path / name)
+    if kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "folder":
+        path.mkdir()
+    else:
+        path.symlink_to("/dev/zero" if kind == "zeros" else tmp_path / name)
+    rule = "is a link to a file elsewhere" if kind in ("zeros", "elsewhere") else "is not a regular file"
+    with pytest.raises(InputError, match=rf"^{copied}: {name} {rule}"):
+        load_model(copied)
+
+
+def test_a_link_within_the_folder_is_followed(copied):
+    (copied / "probe.npz").rename(copied / "kept.npz")
+    (copied / "probe.npz").symlink_to("kept.npz")
+    assert load_model(copied).target == "location"
+
+
+@pytest.mark.parametrize(("name", "member"), [("model.skops", "schema.json"), ("probe.npz", "expected.npy")])
+def test_a_member_that_expands_beyond_all_models_is_refused_before_memory_is_spent(copied, name, member):
+    with zipfile.ZipFile(copied / name, "w", zipfile.ZIP_DEFLATED) as archive, archive.open(member, "w") as file:
+        for _ in range(40):
+            file.write(bytes(2**20))
+    resealed(copied)
+    tracemalloc.start()
+    try:
+        with pytest.raises(InputError, match=rf"^{copied}: {name} expands \d+ bytes to 41943040, which no model does"):
+            load_model(copied)
+        assert tracemalloc.get_traced_memory()[1] < 2**22
+    finally:
+        tracemalloc.stop()
 
 
 def test_saving_again_replaces_the_model(copied, saved_models, held_out):

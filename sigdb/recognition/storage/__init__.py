@@ -1,0 +1,1 @@
+"""The folder of a model: its files, limits, seal and card."""
