@@ -1,6 +1,6 @@
 """Training on a database: a model and its baselines, by a split that keeps specimens apart."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import pandas as pd
@@ -17,7 +17,9 @@ from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.splits.kinds import make_split, model_form
 from sigdb.recognition.splits.split import TRAINING
 from sigdb.recognition.targets.all_targets import TARGETS, target_named
+from sigdb.recognition.targets.target import Target
 from sigdb.recognition.templates.bank import TemplateBank
+from sigdb.transmission import SIZES
 
 CASE = (
     "teeth",
@@ -106,7 +108,8 @@ def train(
     ------
     InputError
         If the target or the split is not known or does not fit the database, or if its rows do not suffice. There must
-        be healthy and damaged rows, all classes in each fold, and enough healthy rows for the false-alarm rate.
+        be healthy and damaged rows, labels that vary, all classes in each fold, and enough healthy rows for the
+        false-alarm rate.
     DatabaseError
         If the sweep is not finished.
     """
@@ -114,9 +117,10 @@ def train(
     question = target_named(target)
     needs_bank = learner_class(settings.learner, target).needs_bank
     rows = usable_rows(database, target)
-    _check_both_kinds(database, rows)
+    _check_labels(database, question, rows)
     parts = make_split(split, rows, seed=database.manifest.seed, folds=settings.folds)
     rows = rows[parts.folds(rows) == TRAINING]
+    _check_labels(database, question, rows, "training ")
     unfitted = question.estimators(settings, _bank(database, rows, needs_bank, on_step))
     on_step("reading averages")
     drawn = _read(database, evenly_drawn(rows, DRAWN_ROWS), unfitted.values())
@@ -151,12 +155,47 @@ def train(
     )
 
 
-def _check_both_kinds(database: Database, rows: pd.DataFrame) -> None:
-    """Refuse rows that are all healthy, or all damaged."""
-    counts = np.bincount((rows["tooth"] > 0).to_numpy(int), minlength=2)
-    if not counts.all():
-        lacking = "healthy" if counts[0] == 0 else "damaged"
-        raise InputError(f"{database.store} has no {lacking} rows to learn from; set healthy in [sweep], or add a grid")
+def _check_labels(database: Database, target: Target, rows: pd.DataFrame, kind: str = "") -> None:
+    """Refuse rows from which the target cannot be learnt: all healthy or all damaged, or all with the same labels.
+
+    Parameters
+    ----------
+    database, target
+        Database of the rows, and target.
+    rows
+        Rows of :func:`usable_rows`, all or some.
+    kind
+        Kind of the rows, for messages; empty for all of the database.
+    """
+    of_them = f"{database.store} has no {{}} {kind}rows to learn from"
+    damaged = rows[rows["tooth"] > 0]
+    if len(damaged) == len(rows):
+        raise InputError(f"{of_them.format('healthy')}; set healthy in [sweep], or add a grid")
+    if damaged.empty:
+        only = f" for {target.name}, which is of rows with {target.row_condition}" if target.row_condition else ""
+        raise InputError(f"{of_them.format('damaged')}{only}; set healthy in [sweep], or add a grid")
+    if target.varying and all(damaged[name].nunique() < 2 for name in target.varying):
+        raise InputError(
+            f"{database.store}: {target.name} cannot be learnt, since {_listed(target.varying)} "
+            f"{'do' if len(target.varying) > 1 else 'does'} not vary over its damaged {kind}rows"
+            f"{_what_varies(database, target)}; sweep {'one of them' if len(target.varying) > 1 else 'it'}"
+        )
+
+
+def _what_varies(database: Database, target: Target) -> str:
+    """Return a part of a sentence on the parameters of damage that vary, which the target is not about."""
+    stored = set(database.dataset("features").schema.names)
+    known = {"tooth", "pattern", *SIZES, *(detail for details in SIZES.values() for detail in details)}
+    names = sorted((known & stored) - set(target.varying))
+    counts = database.sql(
+        f"select {', '.join(f'count(distinct {name}) as {name}' for name in names)} from features where tooth > 0"
+    ).iloc[0]
+    varying = [name for name in names if counts[name] > 1]
+    return f" (what varies is {_listed(varying)}, which {target.name} is not about)" if varying else ""
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
 
 
 def _bank(database: Database, rows: pd.DataFrame, needed: bool, on_step: OnStep) -> TemplateBank | None:

@@ -3,7 +3,7 @@
 import pytest
 
 from sigdb.core import InputError, NotApplicableError
-from sigdb.recognition import RecognitionSettings, TemplateBank, train
+from sigdb.recognition import RecognitionSettings, TemplateBank, train, training
 from sigdb.recognition.estimators.baselines.nearest_template import NearestTemplate
 from sigdb.recognition.estimators.baselines.threshold import Fm4Location
 from sigdb.recognition.rows.batch import Batch
@@ -52,3 +52,45 @@ def test_a_reducer_that_does_not_apply_is_left_out_and_a_wrong_input_is_not(data
         reduce_averages(database, rows, reducers, sensor=sensor, needed=["template_scores"])
     with pytest.raises(InputError, match="pinion-vertikal"):
         reduce_averages(database, rows, reducers, sensor="pinion-vertikal", needed=[])
+
+
+@pytest.fixture(scope="module")
+def one_severity(make_database):
+    """One loss at two teeth, over two extents of the contact."""
+    return make_database(
+        specimens=3, healthy=2, grid="tooth = [3, 5]\nstiffness_loss = [0.4]\nloss_extent = [0.5, 1.0]"
+    )
+
+
+def test_severities_that_do_not_vary_are_not_learnt(one_severity):
+    with pytest.raises(InputError) as caught:
+        train(one_severity, "severity", SETTINGS)
+    assert str(caught.value).endswith(
+        ": severity cannot be learnt, since stiffness_loss, phase_shift_deg and damaged_teeth do not vary over its "
+        "damaged rows (what varies is loss_extent and tooth, which severity is not about); sweep one of them"
+    )
+
+
+@pytest.fixture
+def only_rows(monkeypatch):
+    """Let training see some of the rows."""
+
+    def only(condition):
+        honest = usable_rows
+        monkeypatch.setattr(training, "usable_rows", lambda *arguments: honest(*arguments).query(condition))
+
+    return only
+
+
+def test_one_tooth_is_no_location(one_severity, only_rows):
+    only_rows("tooth != 3")
+    with pytest.raises(InputError, match="location cannot be learnt, since tooth does not vary over its damaged rows"):
+        train(one_severity, "location", SETTINGS)
+
+
+@pytest.mark.parametrize("target", ["location", "severity", "detection"])
+@pytest.mark.parametrize(("kind", "condition"), [("healthy", "tooth > 0"), ("damaged", "tooth == 0")])
+def test_rows_of_one_kind_do_not_suffice(one_severity, only_rows, target, kind, condition):
+    only_rows(condition)
+    with pytest.raises(InputError, match=f"has no {kind} rows to learn from"):
+        train(one_severity, target, SETTINGS)

@@ -34,6 +34,7 @@ class Detection:
     criteria: tuple[str, ...] = ("a90_ratio",)
     rule: BayesRule = LOCATION_RULE
     row_condition = ""
+    varying: tuple[str, ...] = ()
     damaged_only = False
     text = TargetText(
         purpose="Detects whether a gear has a damaged tooth, at a set rate of false alarms.",

@@ -48,6 +48,7 @@ class Location:
     criteria: tuple[str, ...] = ("loss_db", "a90_ratio", "ece", "undercovered_cells")
     rule: BayesRule = LOCATION_RULE
     row_condition = ""
+    varying: tuple[str, ...] = ("tooth",)
     damaged_only = False
     text = TargetText(
         purpose="""Names the tooth of the averaged gear at which the damage begins, or 'none'. Absolute tooth

@@ -44,6 +44,7 @@ class Severity:
     criteria: tuple[str, ...] = ("mae_ratio", "undercovered_cells")
     rule: BayesRule = SEVERITY_RULE
     row_condition = "pattern = ''"
+    varying: tuple[str, ...] = QUANTITIES
     damaged_only = True
     text = TargetText(
         purpose="""Estimates stiffness loss, phase shift and number of damaged teeth of a damaged gear, each with an

@@ -63,6 +63,8 @@ class Target(Protocol):
         The Bayes rule of the target.
     row_condition
         SQL condition on the rows that serve; empty for all.
+    varying
+        Labels of which at least one must vary over the damaged rows to learn from.
     damaged_only
         Whether models are evaluated on damaged rows only.
     text
@@ -78,6 +80,7 @@ class Target(Protocol):
     criteria: tuple[str, ...]
     rule: BayesRule
     row_condition: str
+    varying: tuple[str, ...]
     damaged_only: bool
     text: TargetText
 
