@@ -185,8 +185,8 @@ def _check_labels(database: Database, target: Target, rows: pd.DataFrame, kind: 
 def _what_varies(database: Database, target: Target) -> str:
     """Return a part of a sentence on the parameters of damage that vary, which the target is not about."""
     stored = set(database.dataset("features").schema.names)
-    known = {"tooth", "pattern", *SIZES, *(detail for details in SIZES.values() for detail in details)}
-    names = sorted((known & stored) - set(target.varying))
+    damage = {"tooth", "pattern", *SIZES, *(detail for details in SIZES.values() for detail in details)}
+    names = sorted((damage & stored) - set(target.varying))
     counts = database.sql(
         f"select {', '.join(f'count(distinct {name}) as {name}' for name in names)} from features where tooth > 0"
     ).iloc[0]
