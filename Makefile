@@ -41,6 +41,7 @@ quickstart: .venv/base
 	$(BIN)/sigdb show $(QUICK)/signatures 0 --out $(QUICK)/healthy.png
 	$(BIN)/sigdb show $(QUICK)/signatures 2925 --out $(QUICK)/damaged.png
 	@echo
+	@echo "For the command sigdb alone: source $(BIN)/activate"
 	@echo "Made:"
 	@echo "  $(QUICK)/signatures          the database; ask it: $(BIN)/sigdb query $(QUICK)/signatures \"select ...\""
 	@echo "  $(QUICK)/models/location     a model of location, and one of severity beside it; README.md is the card"

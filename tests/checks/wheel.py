@@ -3,6 +3,7 @@
 Usage: python tests/checks/wheel.py DIST ENVIRONMENT
 """
 
+import os
 import subprocess
 import sys
 import venv
@@ -23,7 +24,7 @@ assert "<h1>a &amp; b</h1>" in page("base.html", title="a & b")
 
 
 def main(dist: Path, environment: Path) -> None:
-    (wheel,) = dist.glob("sigdb-*.whl")
+    (wheel,) = dist.glob("gear_signatures-*.whl")
     names = set(zipfile.ZipFile(wheel).namelist())
     top = {name.split("/")[0] for name in names}
     expected = {"sigdb", wheel.name.split("-py3")[0] + ".dist-info"}
@@ -37,10 +38,11 @@ def main(dist: Path, environment: Path) -> None:
     assert len(beside_code) > 10, f"not the source: {source}"
     assert beside_code <= names, f"not in {wheel.name}: {sorted(beside_code - names)}"
     venv.create(environment, clear=True, with_pip=True)
-    python = environment / "bin" / "python"
+    programs = environment / ("Scripts" if os.name == "nt" else "bin")
+    python = programs / "python"
     subprocess.run([python, "-m", "pip", "install", "--quiet", "--no-compile", wheel], check=True)
     subprocess.run([python, "-W", "error", "-c", TRY], check=True, cwd=environment)
-    subprocess.run([environment / "bin" / "sigdb", "modes", "nasa-spiral-bevel", "--count", "3"], check=True)
+    subprocess.run([programs / "sigdb", "modes", "nasa-spiral-bevel", "--count", "3"], check=True)
     print(f"{wheel.name}: only sigdb, and it works away from the checkout")
 
 

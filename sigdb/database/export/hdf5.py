@@ -65,6 +65,6 @@ def _h5py() -> ModuleType:
     try:
         import h5py
     except ImportError:
-        raise InputError("HDF5 needs h5py, which is not installed: pip install 'sigdb[readers]'") from None
+        raise InputError("HDF5 needs h5py, which is not installed: pip install h5py") from None
     module: ModuleType = h5py
     return module

@@ -81,7 +81,7 @@ class Store:
             return location
         location = os.fspath(location)
         if "://" not in location:
-            return cls(location=location, filesystem=fs.LocalFileSystem(), root=os.path.abspath(location))  # noqa: PTH100 - a link stays
+            return cls(location=location, filesystem=fs.LocalFileSystem(), root=_absolute(location))
         try:
             filesystem, root = fs.FileSystem.from_uri(location)
         except (ValueError, pa.ArrowException) as error:
@@ -197,22 +197,31 @@ class Store:
             raise FileError(self.name_of(name), f"cannot be read ({_reason(error)})") from None
 
 
+def _absolute(location: str) -> str:
+    """Return the full path with ``/`` between folders, which Arrow's file systems have on Windows too; links stay."""
+    return Path(os.path.abspath(location)).as_posix()  # noqa: PTH100
+
+
 def publish(path: Path, write: Callable[[Path], None]) -> None:
     """Have a file written under a temporary name in the same folder, flush it to the disk, and rename it."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}{TEMPORARY}")
     try:
         write(temporary)
-        _sync(temporary)
+        with temporary.open("rb+") as file:  # Windows flushes only files that are open for writing
+            os.fsync(file.fileno())
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
-    if os.name == "posix":
-        _sync(path.parent)
+    _sync_folder(path.parent)
 
 
-def _sync(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
+def _sync_folder(folder: Path) -> None:
+    """Flush the names in a folder to the disk, where the system opens folders; Windows does not."""
+    try:
+        descriptor = os.open(folder, os.O_RDONLY)
+    except PermissionError:
+        return
     try:
         os.fsync(descriptor)
     finally:

@@ -120,5 +120,5 @@ def _distributed() -> Any:
     try:
         import distributed
     except ImportError:
-        raise InputError("--scheduler needs dask.distributed; install it with: pip install 'sigdb[dask]'") from None
+        raise InputError("--scheduler needs distributed, which is not installed: pip install distributed") from None
     return distributed

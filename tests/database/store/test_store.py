@@ -225,3 +225,26 @@ def test_blocks_that_are_read_are_checked_and_no_others(tmp_path, monkeypatch):
     assert file.seek(256) == 256
     assert file.seek(4, io.SEEK_CUR) == 260
     assert file.read(-1) == content[260:]
+
+
+def test_a_file_is_put_where_folders_cannot_be_opened_and_read_only_files_not_flushed(tmp_path, monkeypatch):
+    """As on Windows."""
+    opened, flushed, open_file, flush = [], [], os.open, os.fsync
+
+    def open_as_windows(path, flags, *options, **names):
+        if os.path.isdir(path):  # noqa: PTH112
+            opened.append(path)
+            raise PermissionError(13, "Permission denied", str(path))
+        return open_file(path, flags, *options, **names)
+
+    def flush_as_windows(descriptor):
+        os.write(descriptor, b"")  # fails on a descriptor that was opened for reading only
+        flushed.append(descriptor)
+        flush(descriptor)
+
+    monkeypatch.setattr(os, "open", open_as_windows)
+    monkeypatch.setattr(os, "fsync", flush_as_windows)
+    Store.at(tmp_path).put("a/file", b"content")
+    assert (tmp_path / "a" / "file").read_bytes() == b"content"
+    assert opened == [tmp_path / "a"]
+    assert len(flushed) == 1

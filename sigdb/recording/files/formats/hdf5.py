@@ -201,5 +201,5 @@ def _h5py() -> ModuleType:
     try:
         import h5py
     except ImportError:
-        raise InputError("is HDF5, which needs h5py, which is not installed: pip install 'sigdb[readers]'") from None
+        raise InputError("is HDF5, which needs h5py, which is not installed: pip install h5py") from None
     return h5py

@@ -20,7 +20,7 @@ def read_xls(path: Path, settings: RecordingSettings) -> Contents:
     try:
         import xlrd
     except ImportError:
-        raise InputError("is XLS, which needs xlrd, which is not installed: pip install 'sigdb[excel]'") from None
+        raise InputError("is XLS, which needs xlrd, which is not installed: pip install xlrd") from None
     data = bounded_bytes(path)
     try:
         book = xlrd.open_workbook(file_contents=data, logfile=io.StringIO(), ragged_rows=True, on_demand=True)

@@ -232,7 +232,7 @@ def test_cells_and_objects_of_mat_73(files, tmp_path):
 def test_hdf5_without_its_library(files, tmp_path, monkeypatch):
     files.hdf5(tmp_path / "run.h5", files.channels())
     monkeypatch.setitem(sys.modules, "h5py", None)
-    with pytest.raises(InputError, match=r"needs h5py, which is not installed: pip install 'sigdb\[readers\]'"):
+    with pytest.raises(InputError, match=r"needs h5py, which is not installed: pip install h5py"):
         read_recording(tmp_path / "run.h5")
 
 
