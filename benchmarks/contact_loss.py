@@ -1,6 +1,6 @@
 """How often teeth part: in the templates and rows of the recipes, and over a grid of damage on every built-in rig.
 
-A case counts where the least compression of a mesh, in the linear periodic solution, is below zero. Compressions are
+A case counts where the least force of a mesh, in the linear periodic solution, is below zero. Forces are
 fractions of the static one. Rows of a recipe have their specimen's index errors; a template has none. The grid has
 every stiffness loss with every phase shift, the latter in tooth passes so that it means the same on every gear.
 
@@ -61,29 +61,29 @@ def loaded() -> Iterator[Transmission]:
 
 
 def grid(rig: Transmission) -> Iterator[dict[str, Any]]:
-    """The healthy rig, then least compression by case."""
+    """The healthy rig, then least force by case."""
     prepared = prepare(rig, samples_per_tooth=SAMPLES_PER_TOOTH)
     for teeth in (0, *DAMAGED_TEETH):
         for loss in LOSSES if teeth else (0.0,):
             for shift in SHIFTS if teeth else (0.0,):
                 if bool(teeth) == bool(loss or shift):
-                    least = least_compression(prepared, teeth, loss, shift)
-                    yield {"damaged_teeth": teeth, "stiffness_loss": loss, "shift": shift, "min_compression": least}
+                    least = least_force(prepared, teeth, loss, shift)
+                    yield {"damaged_teeth": teeth, "stiffness_loss": loss, "shift": shift, "min_mesh_force": least}
 
 
-def least_compression(prepared: PeriodicRig, teeth: int, loss: float, shift: float) -> float:
+def least_force(prepared: PeriodicRig, teeth: int, loss: float, shift: float) -> float:
     """Of a case with damage from tooth 1 on."""
     one = ToothDamage(stiffness_loss=loss, phase_shift_deg=360 / prepared.teeth * shift)
-    return prepared.steady_state([dict.fromkeys(range(1, teeth + 1), one)], specimens=False)[0].min_compression
+    return prepared.steady_state([dict.fromkeys(range(1, teeth + 1), one)], specimens=False)[0].min_mesh_force
 
 
 def summaries(name: str, cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """A row for each number of damaged teeth."""
     rows = []
-    healthy = cases[0]["min_compression"]
+    healthy = cases[0]["min_mesh_force"]
     for teeth in DAMAGED_TEETH:
         found = [case for case in cases if case["damaged_teeth"] == teeth]
-        lost = [case for case in found if case["min_compression"] < 0]
+        lost = [case for case in found if case["min_mesh_force"] < 0]
         rows.append(
             {
                 "rig": name,
@@ -112,7 +112,7 @@ def of_recipe(plan: Plan, name: str) -> dict[str, Any]:
     cases = list(plan.cases())
     states = [prepared[case.rig_point].steady_state([case.damage.on_teeth(prepared[case.rig_point].teeth)])[0]
               for case in cases]  # fmt: skip
-    least = np.array([state.min_compression for state in states])
+    least = np.array([state.min_mesh_force for state in states])
     of_rows = least_of_rows(plan, states)
     healthy = [least[i] for i, case in enumerate(cases) if not case.damage.is_damage]
     return {
@@ -129,7 +129,7 @@ def of_recipe(plan: Plan, name: str) -> dict[str, Any]:
 
 
 def least_of_rows(plan: Plan, states: list[SteadyState]) -> Any:
-    """(rows,) least compression of each row with its specimen; noise draws of a case have the same."""
+    """(rows,) least force of each row with its specimen; noise draws of a case have the same."""
     rows = plan.table(0, plan.rows)
     same = rows.groupby(["template", "tooth", "specimen", "index_error"], sort=False)["id"]
     least = np.empty(plan.rows)
@@ -139,17 +139,16 @@ def least_of_rows(plan: Plan, states: list[SteadyState]) -> Any:
 
 
 def least_of_row(plan: Plan, state: SteadyState, template: int, tooth: int, specimen: int, index_error: float) -> float:
-    """Least compression of a template, turned to a tooth, with a specimen's index errors."""
-    if state.min_compression < 0:
-        return state.min_compression
+    """Least force of a template, turned to a tooth, with a specimen's index errors."""
+    if state.min_mesh_force < 0:
+        return state.min_mesh_force
     case = plan.case(template)
     point, turn = plan.rig_points[case.rig_point], tooth - case.damage.tooth
     angle = np.array(state.orders) * turn * 2 * np.pi / point.teeth
     phases = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     errors = np.roll(unit_errors(plan.seed, specimen, point.teeth, point.mate_teeth), -turn) * index_error
-    compression = state.compression + np.einsum("nop,op->n", state.compression_harmonic, phases)
-    compression = (compression + state.compression_response @ errors) / state.static_compression
-    return min(float(compression.min()), state.least_elsewhere)
+    force = state.mesh_force_at(errors, phases) / state.static_force
+    return min(float(force.min()), float(state.least_force_elsewhere))
 
 
 @cache

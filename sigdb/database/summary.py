@@ -48,11 +48,15 @@ class IndicatorFacts(TypedDict):
 
 
 class CheckFacts(TypedDict):
-    """The greatest error of the clean averages, the greatest Floquet multiplier, the least compression."""
+    """The greatest error of the clean averages, the greatest Floquet multiplier, the least compression and mesh force.
+
+    The mesh force is None in a database of an earlier version, which has no such column.
+    """
 
     error: float
     floquet_multiplier: float
     min_compression: float
+    min_mesh_force: float | None
 
 
 class DatabaseFacts(TypedDict):
@@ -93,7 +97,8 @@ from cases
 _PATTERNS = "select distinct pattern from cases where pattern <> '' order by 1"
 _STATUSES = "select status, count(*) as rows from cases where status <> 'ok' group by 1 order by 2 desc, 1"
 _CHECKS = """
-select max(error) as error, max(floquet_multiplier) as floquet_multiplier, min(min_compression) as min_compression
+select max(error) as error, max(floquet_multiplier) as floquet_multiplier, min(min_compression) as min_compression,
+    {force} as min_mesh_force
 from templates
 """
 
@@ -119,7 +124,8 @@ def database_card(database: Database) -> DatabaseFacts:
         - ``patterns`` and ``statuses``;
         - ``indicators`` that the database has of its first sensor: name, unit, 5 %, 50 % and 95 % quantiles of healthy
           and of damaged rows;
-        - ``checks``: greatest error of the clean averages, greatest Floquet multiplier, least compression;
+        - ``checks``: greatest error of the clean averages, greatest Floquet multiplier, least compression, least mesh
+          force;
         - ``coverage``: None where it was not studied;
         - ``hash``, ``seed``, ``extensions``, ``versions``, ``licence``, ``citation`` and ``recipe``.
 
@@ -133,6 +139,7 @@ def database_card(database: Database) -> DatabaseFacts:
     rig = validated(Transmission, manifest.resolved["rig"], owner=str(database.store))
     counts = database.arrow(_COUNTS).to_pylist()[0]
     record = read_coverage(database.store, manifest)
+    has_force = "min_mesh_force" in database.dataset("templates").schema.names
     versions = sorted({tuple(sorted(receipt.versions.items())) for receipt in receipts})
     return DatabaseFacts(
         rig=RigFacts(name=rig.name, title=rig.title, origins=origins(rig)),
@@ -151,7 +158,7 @@ def database_card(database: Database) -> DatabaseFacts:
         patterns=database.arrow(_PATTERNS)["pattern"].to_pylist(),
         statuses=database.arrow(_STATUSES).to_pylist(),
         indicators=_indicators(database),
-        checks=database.arrow(_CHECKS).to_pylist()[0],
+        checks=database.arrow(_CHECKS.format(force="min(min_mesh_force)" if has_force else "null")).to_pylist()[0],
         coverage=None if record is None else {"threshold": record.threshold, **record.details},
         hash=manifest.hash,
         seed=manifest.seed,

@@ -17,7 +17,16 @@ from sigdb.transmission import Transmission
 CaseValue: TypeAlias = str | float | int | bool | None
 """A value of a column without lists."""
 
-_RESULTS = ("floquet_multiplier", "static_compression", "min_compression", "least_elsewhere", "error")
+_RESULTS = (
+    "floquet_multiplier",
+    "static_compression",
+    "min_compression",
+    "least_elsewhere",
+    "static_force",
+    "min_mesh_force",
+    "least_force_elsewhere",
+    "error",
+)
 _ROWS_AT_ONCE = 64
 """Templates that are read together: the arrays of each are large."""
 
@@ -50,6 +59,11 @@ class Template:
     min_compression, least_elsewhere
         Least compression of the damaged gear's mesh and of the other meshes, as fractions of the static ones; nan where
         they were not computed.
+    static_force
+        Mesh force under the mean torque, N; nan where it was not computed, as in databases of earlier versions.
+    min_mesh_force, least_force_elsewhere
+        Least force of the damaged gear's mesh and of the other meshes, as fractions of the static ones; nan where they
+        were not computed. A mesh is closed while its force is positive.
     error
         Estimated error of the clean averages, as a fraction of their peak-to-peak; nan where it was not computed.
     compression, mesh_force
@@ -58,6 +72,8 @@ class Template:
         (N, teeth) compression per index error.
     compression_harmonic
         (N, orders, 2) compression under harmonic excitations, m.
+    mesh_force_response, mesh_force_harmonic
+        The same of the mesh force.
     orders
         (orders,) orders of the harmonic excitations, cycles per revolution.
     reference_variance
@@ -77,11 +93,16 @@ class Template:
     static_compression: float = nan
     min_compression: float = nan
     least_elsewhere: float = nan
+    static_force: float = nan
+    min_mesh_force: float = nan
+    least_force_elsewhere: float = nan
     error: float = nan
     compression: FloatArray = field(default_factory=_none)
     mesh_force: FloatArray = field(default_factory=_none)
     compression_response: FloatArray = field(default_factory=_none)
     compression_harmonic: FloatArray = field(default_factory=_none)
+    mesh_force_response: FloatArray = field(default_factory=_none)
+    mesh_force_harmonic: FloatArray = field(default_factory=_none)
     orders: FloatArray = field(default_factory=_none)
     reference_variance: FloatArray = field(default_factory=_none)
     signals: FloatArray = field(default_factory=_none)
@@ -108,6 +129,21 @@ class Template:
         """(N, orders, 2) compression under harmonic excitations, as a fraction of the static one."""
         return self.compression_harmonic / self.static_compression
 
+    @cached_property
+    def relative_mesh_force(self) -> FloatArray:
+        """(N,) mesh force as a fraction of the static one."""
+        return self.mesh_force / self.static_force
+
+    @cached_property
+    def relative_mesh_force_response(self) -> FloatArray:
+        """(N, teeth) mesh force per metre of index error, as a fraction of the static one."""
+        return self.mesh_force_response / self.static_force
+
+    @cached_property
+    def relative_mesh_force_harmonic(self) -> FloatArray:
+        """(N, orders, 2) mesh force under harmonic excitations, as a fraction of the static one."""
+        return self.mesh_force_harmonic / self.static_force
+
     def to_row(self, sensors: Sequence[str]) -> dict[str, CaseValue | FloatArray]:
         """Return the row of the table ``templates``; columns that it leaves out are null.
 
@@ -128,7 +164,7 @@ class Template:
             return row
         arrays, of_sensors = ["compression", "mesh_force"], {"tsa": self.signals}
         if not self.contact_loss:
-            arrays += ["compression_response", "compression_harmonic"]
+            arrays += ["compression_response", "compression_harmonic", "mesh_force_response", "mesh_force_harmonic"]
             of_sensors |= {"specimen_response": self.specimen_response, "harmonic_response": self.harmonic_response}
         row |= {"orders": np.asarray(self.orders, float)} | {name: _flat(getattr(self, name)) for name in arrays}
         for i, sensor in enumerate(sensors):
@@ -176,11 +212,16 @@ class Template:
             static_compression=number("static_compression"),
             min_compression=number("min_compression"),
             least_elsewhere=number("least_elsewhere"),
+            static_force=number("static_force"),
+            min_mesh_force=number("min_mesh_force"),
+            least_force_elsewhere=number("least_force_elsewhere"),
             error=number("error"),
             compression=compression,
             mesh_force=array("mesh_force"),
             compression_response=response(array("compression_response"), N, teeth),
             compression_harmonic=response(array("compression_harmonic"), N, len(orders), 2),
+            mesh_force_response=response(array("mesh_force_response"), N, teeth),
+            mesh_force_harmonic=response(array("mesh_force_harmonic"), N, len(orders), 2),
             orders=orders,
             reference_variance=np.array([number(suffixed("reference_variance", sensors, each)) for each in wanted]),
             signals=signals,

@@ -8,7 +8,7 @@ from sigdb.dynamics.period import damaged_gear as damaged_gear
 from sigdb.dynamics.periodic.periodic import PeriodicRig
 from sigdb.dynamics.periodic.prepare import prepare
 from sigdb.dynamics.periodic.steady_state import SteadyState, superpose
-from sigdb.dynamics.simulate import ContactLossWarning, Response, simulate
+from sigdb.dynamics.simulate import ContactLossWarning, MarchErrorWarning, Response, simulate
 from sigdb.dynamics.solver import DEFAULT_SOLVER as DEFAULT_SOLVER
 from sigdb.dynamics.solver import SOLVERS, Periodic, PeriodicOrTransient, Prepared, Solver, solver_named
 from sigdb.dynamics.stability import floquet_multiplier
@@ -17,6 +17,7 @@ from sigdb.dynamics.time_profile import TimeProfile
 __all__ = [
     "SOLVERS",
     "ContactLossWarning",
+    "MarchErrorWarning",
     "Orbit",
     "Periodic",
     "PeriodicOrTransient",

@@ -15,6 +15,10 @@ class ContactLossWarning(UserWarning):
     """Warning that the mesh loses contact, where a linear solution does not hold."""
 
 
+class MarchErrorWarning(UserWarning):
+    """Warning that a march in time states a greater error than its accuracy allows."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Response:
     """Response over one revolution of the damaged gear, sample 0 at the tacho mark.
@@ -29,13 +33,16 @@ class Response:
         (n,) by sensor, in the unit of ``units``.
     units
         Unit by sensor.
-    compression
-        (N,) of the damaged gear's mesh along its normal over the common period of all meshes, m.
+    compression, mesh_force
+        (N,) of the damaged gear's mesh along its normal over the common period of all meshes, m and N.
     min_compression
-        Least compression of any mesh as a fraction of its static one. A tooth's own index error, small against the
-        static compression, is not subtracted.
+        Least compression of any mesh as a fraction of its static one: that of nominal teeth, from which a tooth's own
+        index error is not subtracted.
+    min_mesh_force
+        Least force of any mesh as a fraction of its static one.
     contact_loss
-        Whether a mesh loses contact. The linear response does not hold then, but that of the march in time does.
+        Whether a mesh loses contact: it is closed while its force is positive. The linear response does not hold
+        without contact, but that of the march in time does.
     floquet_multiplier
         Largest Floquet multiplier of the linear rig over the common period of its meshes: it is stable below 1.
     error
@@ -47,7 +54,9 @@ class Response:
     signals: dict[str, FloatArray]
     units: dict[str, str]
     compression: FloatArray
+    mesh_force: FloatArray
     min_compression: float
+    min_mesh_force: float
     contact_loss: bool
     floquet_multiplier: float
     error: float
@@ -103,6 +112,8 @@ def simulate(
     -----
     ContactLossWarning
         If the mesh loses contact in the periodic solution, which is wrong by order one then.
+    MarchErrorWarning
+        If the march in time does not meet its accuracy with the most steps that it may take.
 
     Examples
     --------
@@ -128,16 +139,25 @@ def simulate(
         signals=dict(zip(rig.sensors, state.signals_at(errors), strict=True)),
         units={name: sensor.unit for name, sensor in rig.sensors.items()},
         compression=state.compression_at(errors),
+        mesh_force=state.mesh_force_at(errors),
         min_compression=float(state.least_compression_at(errors)),
+        min_mesh_force=float(state.least_mesh_force_at(errors)),
         contact_loss=bool(state.contact_loss_at(errors)),
         floquet_multiplier=multiplier,
         error=float(state.error),
     )
     if response.contact_loss and state.is_linear:
         warnings.warn(
-            f"the mesh loses contact (least compression {response.min_compression:.2f} of the static one), where the "
+            f"the mesh loses contact (least mesh force {response.min_mesh_force:.2f} of the static one), where the "
             "linear response does not hold; simulate with solver=sigdb.Transient(), which lets teeth part",
             ContactLossWarning,
+            stacklevel=2,
+        )
+    if not state.meets_accuracy:
+        warnings.warn(
+            f"the march does not meet its accuracy: its error is {response.error:.2g} of the peak-to-peak; give more "
+            "most_steps_per_tooth, or change the damage, the speed or the damping",
+            MarchErrorWarning,
             stacklevel=2,
         )
     return response

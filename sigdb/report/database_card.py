@@ -93,10 +93,9 @@ def _lines(facts: DatabaseFacts, title: str) -> Iterator[str]:
     checks = facts["checks"]
     yield f"- Estimated error of the clean averages: at most {checks['error']:.1e} of the peak-to-peak."
     yield f"- Largest Floquet multiplier of a case: {checks['floquet_multiplier']:.3f}; below 1 the rig is stable."
-    yield (
-        f"- Least compression of the mesh in a template: {checks['min_compression']:.2f} of the static one; below 0 "
-        "the teeth part."
-    )
+    yield f"- Least compression of the mesh in a template: {checks['min_compression']:.2f} of the static one."
+    if (force := checks["min_mesh_force"]) is not None:
+        yield f"- Least mesh force in a template: {force:.2f} of the static one; at 0 the teeth part."
     yield from _coverage(facts["coverage"])
     yield from _failures(facts["statuses"])
     yield ""

@@ -44,6 +44,7 @@ from .system.elements import NonlinearElement as NonlinearElement
 from .system.elements import elements_from as elements_from
 from .system.elements import meshes_among as meshes_among
 from .system.elements import nonlinear_among as nonlinear_among
+from .system.elements import static_forces as static_forces
 from .system.modal import CoupledModes as CoupledModes
 from .system.modal import ModalSystem as ModalSystem
 from .system.modal import coupled_modes as coupled_modes

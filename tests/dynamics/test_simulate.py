@@ -75,7 +75,7 @@ def test_loss_of_contact_is_warned_of_and_marked(rig):
     """A tooth that touches 0.2 mm late: some 2.4 times the static compression."""
     errors = np.zeros(12)
     errors[5] = 2e-4
-    with pytest.warns(ContactLossWarning, match=r"loses contact \(least compression -\d+\.\d\d of the static one\)"):
+    with pytest.warns(ContactLossWarning, match=r"loses contact \(least mesh force -\d+\.\d\d of the static one\)"):
         response = simulate(rig, index_errors=errors)
     assert response.contact_loss
     assert response.min_compression < 0

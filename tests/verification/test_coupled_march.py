@@ -177,9 +177,17 @@ def test_the_coupled_equations_settle_where_the_modal_system_says(second_order):
     inner_root = (vectors * np.sqrt(values.clip(min=0))) @ vectors.T
     damping = 2 * RATIO * root @ inner_root @ root.T
 
+    # It acts on motion relative to the statically followed casing: that of the rotors under its bearings' springs.
+    pulls = np.zeros((26, 2))
+    for i, node, seat, k, _ in BEARINGS:
+        at = 13 * i + 6 * node + np.arange(3)
+        pulls[at] += np.diag(k) @ ROTATION.T @ shapes[POINTS.index(seat)].T
+    follow = np.linalg.lstsq(held, pulls, rcond=1e-12)[0]
+
     def bearing_forces(w, w_rate, b, b_rate):
         """(26,) on the rotors and (2,) on the casing's modes, of bearings, gyroscopic moments and damping."""
-        on_rotors, on_casing = -damping @ w_rate, np.zeros(2)
+        on_rotors = -damping @ (w_rate - follow @ b_rate)
+        on_casing = -follow.T @ on_rotors
         for i, rotor in enumerate(rotors):
             span = slice(13 * i, 13 * i + 13)
             on_rotors[span] -= rotor.gyroscopic @ w_rate[span]

@@ -7,7 +7,7 @@ casing every mode of the rotors (with the mean mesh stiffness) has the rig's dam
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.linalg import cholesky, eigh, solve
+from scipy.linalg import cholesky, eigh, lstsq, solve
 
 from sigdb.transmission import Transmission, load_transmission, modal_system
 from sigdb.transmission.system.assembly import assemble
@@ -30,16 +30,20 @@ def with_many_sensors(rig):
 
 
 def rotor_damping(parts, stiffness, ratio):
-    """2 zeta M (M^-1 K)^(1/2) on the rotors, through the symmetric form L^-1 K L^-T of a Cholesky factor."""
+    """2 zeta M (M^-1 K)^(1/2) on the rotors, through the symmetric form L^-1 K L^-T of a Cholesky factor.
+
+    It acts on their motion less that with which they follow the casing statically.
+    """
     rotors = np.setdiff1d(np.arange(len(parts.mass)), parts.casing)
     take = np.ix_(rotors, rotors)
     factor = cholesky(parts.mass[take], lower=True)
     whitened = solve(factor, solve(factor, stiffness[take]).T)
     squares, vectors = eigh((whitened + whitened.T) / 2)
-    root = vectors @ np.diag(np.sqrt(squares.clip(min=0))) @ vectors.T
-    damping = np.zeros_like(stiffness)
-    damping[take] = 2 * ratio * factor @ root @ factor.T
-    return damping
+    squares[squares < 1e-12 * squares[-1]] = 0.0
+    root = vectors @ np.diag(np.sqrt(squares)) @ vectors.T
+    relative = np.eye(len(stiffness))[rotors]
+    relative[:, parts.casing] = lstsq(stiffness[take], stiffness[np.ix_(rotors, parts.casing)], cond=1e-12)[0]
+    return relative.T @ (2 * ratio * factor @ root @ factor.T) @ relative
 
 
 def direct_transfer(rig):

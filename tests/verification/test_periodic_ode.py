@@ -131,15 +131,17 @@ def pair_stiffness(u, teeth, shift_deg, loss, extent):
 
 
 def rotor_damping(parts, stiffness, ratio):
-    """2 zeta M (M^-1 K)^(1/2) on the rotors, the casing fixed."""
+    """2 zeta M (M^-1 K)^(1/2) on the rotors' motion, less that with which they follow the casing statically."""
     rotors = np.setdiff1d(np.arange(len(parts.mass)), parts.casing)
     take = np.ix_(rotors, rotors)
     factor = cholesky(parts.mass[take], lower=True)
     whitened = solve(factor, solve(factor, stiffness[take]).T)
     squares, vectors = eigh((whitened + whitened.T) / 2)
-    damping = np.zeros_like(stiffness)
-    damping[take] = 2 * ratio * factor @ (vectors * np.sqrt(squares.clip(min=0))) @ vectors.T @ factor.T
-    return damping
+    relative = np.eye(len(stiffness))[rotors]
+    followed = np.linalg.lstsq(stiffness[take], stiffness[np.ix_(rotors, parts.casing)], rcond=1e-12)[0]
+    relative[:, parts.casing] = followed
+    own = 2 * ratio * factor @ (vectors * np.sqrt(squares.clip(min=0))) @ vectors.T @ factor.T
+    return relative.T @ own @ relative
 
 
 class Marched:

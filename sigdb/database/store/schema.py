@@ -141,8 +141,14 @@ _STATUS = Column(name="status", type=pa.string(), help="'ok', or why there is no
 _MIN_COMPRESSION = Column(
     name="min_compression",
     type=_FLOAT,
-    help="Least mesh compression over the revolution; below 0 the mesh loses contact.",
+    help="Least mesh compression over the revolution, of nominal teeth: index errors are not subtracted.",
     formula="min(delta) / static delta",
+)
+_MIN_MESH_FORCE = Column(
+    name="min_mesh_force",
+    type=_FLOAT,
+    help="Least mesh force over the revolution; a mesh is closed while its force is positive.",
+    formula="min(sum k (delta - e)) / static force",
 )
 _CONTACT_LOSS = Column(
     name="contact_loss",
@@ -209,6 +215,13 @@ def database_schema(
             Column(
                 name="least_elsewhere", type=_FLOAT, help="The same of the other meshes; infinite where there are none."
             ),
+            Column(name="static_force", type=_FLOAT, unit="N", help="Mesh force under the mean torque."),
+            _MIN_MESH_FORCE,
+            Column(
+                name="least_force_elsewhere",
+                type=_FLOAT,
+                help="The same of the other meshes; infinite where there are none.",
+            ),
             _CONTACT_LOSS,
             Column(
                 name="error",
@@ -231,7 +244,23 @@ def database_schema(
                 help="Orders of harmonic excitations.",
             ),
             Column(
-                name="mesh_force", type=_LIST, unit="N", help="Nominal mesh force along the normal.", formula="k delta"
+                name="mesh_force",
+                type=_LIST,
+                unit="N",
+                help="Mesh force along the normal under torque and profile errors.",
+                formula="sum k (delta - e)",
+            ),
+            Column(
+                name="mesh_force_response",
+                type=_LIST,
+                unit="N/m",
+                help="Mesh force per index error, (n, teeth) row-major.",
+            ),
+            Column(
+                name="mesh_force_harmonic",
+                type=_LIST,
+                unit="N",
+                help="Mesh force under harmonic excitations, (n, orders, 2) row-major.",
             ),
             *each(
                 Column(
@@ -264,6 +293,7 @@ def database_schema(
             *cases,
             *rows,
             _MIN_COMPRESSION,
+            _MIN_MESH_FORCE,
             _CONTACT_LOSS,
             *each(
                 Column(

@@ -15,7 +15,7 @@ from sigdb.dynamics.period import common_period, damaged_gear
 from sigdb.dynamics.periodic.periodic import SAMPLES_PER_TOOTH, PeriodicRig
 from sigdb.dynamics.periodic.prepare import prepare
 from sigdb.dynamics.periodic.steady_state import SteadyState
-from sigdb.transmission import ModalSystem, ToothDamage, Transmission, modal_system
+from sigdb.transmission import ModalSystem, ToothDamage, Transmission, modal_system, static_forces
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,12 +25,16 @@ class Transient:
     Attributes
     ----------
     steps_per_tooth
-        Steps in a tooth pass of the damaged gear; the error falls with the square of their number.
+        Steps in a tooth pass of the damaged gear, of the first march; the error falls with the square of their number.
     samples_per_tooth
         Samples given out in a tooth pass of the damaged gear; a divisor of a quarter of ``steps_per_tooth``.
     tolerance
         Greatest difference between successive periods, as a fraction of an output's peak-to-peak, at which a motion
         repeats. The expected remaining change must not be greater either.
+    accuracy
+        Error of the signals, as a fraction of their peak-to-peak, down to which the steps are halved.
+    most_steps_per_tooth
+        Steps in a tooth pass beyond which they are not halved. A motion that does not meet the accuracy then is marked.
     most_revolutions
         Revolutions of the damaged gear after which a motion that does not repeat is given up.
     """
@@ -40,10 +44,12 @@ class Transient:
     steps_per_tooth: int = 256
     samples_per_tooth: int = SAMPLES_PER_TOOTH
     tolerance: float = 1e-4
+    accuracy: float = 2e-4
+    most_steps_per_tooth: int = 16384
     most_revolutions: int = 1000
 
     def __post_init__(self) -> None:
-        for name in ("steps_per_tooth", "samples_per_tooth", "most_revolutions"):
+        for name in ("steps_per_tooth", "samples_per_tooth", "most_steps_per_tooth", "most_revolutions"):
             value = getattr(self, name)
             if not isinstance(value, int | np.integer) or value < 1:
                 raise InputError(f"{name} = {value} must be a whole number of at least 1")
@@ -54,12 +60,15 @@ class Transient:
             )
         if not 0 < self.tolerance < 1:
             raise InputError(f"tolerance = {self.tolerance} must lie between 0 and 1; 1e-4 is usual")
+        if not self.accuracy > 0:
+            raise InputError(f"accuracy = {self.accuracy} must be above 0; 2e-4 is usual")
 
     def prepare(
         self, rig: Transmission, gear: str | None = None, *, system: ModalSystem | None = None
     ) -> "PreparedMarch":
         """Prepare a rig for a damaged gear; see :class:`~sigdb.dynamics.solver.Solver`."""
         system = system or modal_system(rig)
+        static_forces(rig, system.meshes, system.transfer(np.zeros(1))[0, : len(rig.meshes), len(rig.meshes)].real)
         try:
             linear = prepare(rig, gear=gear, samples_per_tooth=self.samples_per_tooth, system=system)
         except NotApplicableError:
@@ -78,10 +87,12 @@ class Orbit:
         (sensors, n) averaged over the period's revolutions, in the sensors' units.
     compression, mesh_force
         (meshes, N) over the period, m and N, the damaged gear's mesh first.
-    static_compression
-        (meshes,) under the mean torque and stiffness, m.
+    static_compression, static_force
+        (meshes,) under the mean torque and stiffness, m and N.
     revolutions
         Revolutions of the damaged gear until it repeated.
+    steps_per_tooth
+        Steps in a tooth pass of the finest march.
     error
         Estimated error of the signals by the step and by the motion that had not settled, as a fraction of their
         peak-to-peak; the greatest of all sensors.
@@ -91,13 +102,20 @@ class Orbit:
     compression: FloatArray
     mesh_force: FloatArray
     static_compression: FloatArray
+    static_force: FloatArray
     revolutions: int
+    steps_per_tooth: int
     error: float
 
     @property
     def min_compression(self) -> float:
         """Least compression of any mesh as a fraction of its static one."""
         return float((self.compression / self.static_compression[:, None]).min())
+
+    @property
+    def min_mesh_force(self) -> float:
+        """Least force of any mesh as a fraction of its static one; 0 while teeth are apart."""
+        return float((self.mesh_force / self.static_force[:, None]).min())
 
     @property
     def contact_loss(self) -> bool:
@@ -115,10 +133,11 @@ def settle(
     solver: Transient,
     system: ModalSystem | None = None,
 ) -> Orbit:
-    """March a rig at its operating point until one common period of its meshes repeats.
+    """March a rig at its operating point until one common period of its meshes repeats, to the solver's accuracy.
 
     It marches with a quarter, half and all of the steps. The error falls with the square of the step, so two marches
-    give signals without their leading error (Richardson), and the third gives an estimate of the rest. Excitations that
+    give signals without their leading error (Richardson), and the third gives an estimate of the rest. Where that is
+    above the accuracy it goes on with twice as many steps, up to the most. Excitations that
     do not repeat with the period are left out, as in the periodic solution.
 
     Parameters
@@ -163,23 +182,38 @@ def settle(
         tolerance=solver.tolerance,
         most_revolutions=solver.most_revolutions,
     )
-    signals, taken = [], 0
-    for steps_per_tooth in (solver.steps_per_tooth // 4, solver.steps_per_tooth // 2, solver.steps_per_tooth):
-        last = motion.repeated(state, steps_per_tooth)
+    signals: list[FloatArray] = []
+    taken, steps = 0, solver.steps_per_tooth // 4
+    while True:
+        last = motion.repeated(state, steps)
         state, taken = last.state, taken + last.periods * revolutions
-        signals.append(last.signals)
-    less, more = (fine + (fine - coarse) / 3 for coarse, fine in pairwise(signals))
-    size = np.ptp(more, axis=1)
-    every, m = solver.steps_per_tooth // solver.samples_per_tooth, len(motion.order)
+        signals = [*signals[-2:], last.signals]
+        if steps >= solver.steps_per_tooth:
+            more, by_step = _extrapolated(signals)
+            error = by_step + last.left
+            if error <= solver.accuracy or 2 * steps > solver.most_steps_per_tooth:
+                break
+        steps *= 2
+    names = meshes_from(rig, gear)
+    static_force = static_forces(rig, names, last.static_compression)
+    every, m = steps // solver.samples_per_tooth, len(motion.order)
     return Orbit(
         signals=more,
         compression=last.outputs[::every, :m].T,
         mesh_force=last.mesh_force[::every].T,
-        static_compression=last.static_compression,
+        static_compression=static_force / np.array([rig.meshes[name].stiffness for name in names]),
+        static_force=static_force,
         revolutions=taken,
-        error=last.left
-        + float((np.abs(more - less).max(axis=1) / 3 / np.where(size > 0, size, np.inf)).max(initial=0.0)),
+        steps_per_tooth=steps,
+        error=error,
     )
+
+
+def _extrapolated(signals: Sequence[FloatArray]) -> tuple[FloatArray, float]:
+    """Return the signals (sensors, n) without their leading error, from three halvings of the step, and their error."""
+    less, more = (fine + (fine - coarse) / 3 for coarse, fine in pairwise(signals))
+    size = np.ptp(more, axis=1)
+    return more, float((np.abs(more - less).max(axis=1) / 3 / np.where(size > 0, size, np.inf)).max(initial=0.0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -260,7 +294,9 @@ class PreparedMarch:
             compression=over_the_period,
             mesh_force=over_the_period,
             static_compression=np.full(len(passes), np.nan),
+            static_force=np.full(len(passes), np.nan),
             revolutions=0,
+            steps_per_tooth=0,
             error=np.nan,
         )
 
@@ -269,6 +305,7 @@ class PreparedMarch:
         revolutions, _ = common_period(self.rig, self.gear)
         excitations = harmonics(self.rig, self.system, self.rig.gears[self.gear].shaft, revolutions)
         elsewhere = orbit.compression[1:] / orbit.static_compression[1:, None]
+        forces = orbit.mesh_force[1:] / orbit.static_force[1:, None]
         signals, compression = orbit.signals, orbit.compression[0]
         return SteadyState(
             signals=signals,
@@ -279,9 +316,16 @@ class PreparedMarch:
             compression_response=np.zeros((*compression.shape, self.teeth)),
             compression_harmonic=np.zeros((*compression.shape, len(excitations), 2)),
             mesh_force=orbit.mesh_force[0],
+            mesh_force_response=np.zeros((*compression.shape, self.teeth)),
+            mesh_force_harmonic=np.zeros((*compression.shape, len(excitations), 2)),
             static_compression=float(orbit.static_compression[0]),
+            static_force=float(orbit.static_force[0]),
             least_elsewhere=np.asarray(elsewhere.min(initial=np.inf)),
+            force_elsewhere=forces,
+            force_elsewhere_response=np.zeros((*forces.shape, self.teeth)),
+            force_elsewhere_harmonic=np.zeros((*forces.shape, len(excitations), 2)),
             error=np.asarray(orbit.error),
+            meets_accuracy=np.asarray(orbit.error <= self.solver.accuracy),
             is_linear=np.asarray(False),
             parts_contact=np.asarray(orbit.contact_loss),
             failures=(failure,),

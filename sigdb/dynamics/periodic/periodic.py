@@ -27,6 +27,7 @@ from sigdb.dynamics.periodic.correction import (
     local_forces,
     resampled,
 )
+from sigdb.dynamics.periodic.error_forces import ErrorForces
 from sigdb.dynamics.periodic.hill import Hill
 from sigdb.dynamics.periodic.influences import Influences, sampled_rows
 from sigdb.dynamics.periodic.long_period import IteratedCorrection, LongPeriod
@@ -71,10 +72,13 @@ class PeriodicRig:
         n, samples given out in a revolution; N in the common period.
     harmonics
         Harmonic excitations, by order of that shaft.
-    static_compression
-        (meshes,) compression under the mean torque and stiffness, m.
+    static_compression, static_force
+        (meshes,) compression under the mean torque and stiffness, m, and force, N; of a mesh that carries no torque
+        those of :func:`~sigdb.transmission.system.elements.static_forces`.
     healthy
         (meshes, samples of the grid) mesh stiffness without damage, N/m.
+    error_forces
+        Mesh forces by the errors of healthy teeth.
     excitation
         Spectra of what excites the rig: outputs with the mean mesh stiffness, and forces of errors.
     solver
@@ -102,7 +106,9 @@ class PeriodicRig:
     samples: int
     harmonics: tuple[HarmonicExcitation, ...]
     static_compression: FloatArray
+    static_force: FloatArray
     healthy: FloatArray
+    error_forces: ErrorForces
     excitation: tuple[ComplexArray, ComplexArray]
     solver: Hill | LongPeriod
     truncation: Truncation
@@ -198,7 +204,7 @@ class PeriodicRig:
         if not specimens:
             columns = np.delete(np.arange(self.response.shape[1]), slice(1, 1 + self.teeth))
         if not any(tooth.is_damage for tooth in damage.values()):
-            return self._state(self.mesh_stiffness(damage), self.response[:, columns], self.error, specimens)
+            return self._state(self._change(damage), self.response[:, columns], self.error, specimens)
         fine = self._change(damage, GRID)
         change = fine.every(GRID)
         forces = self._forces(change, columns)
@@ -213,7 +219,7 @@ class PeriodicRig:
                 error = self._error(nominal, None, rows) + error / _FINE**2
             except SigdbError as reason:
                 failure = reason
-        return self._state(self._stiffness(change), rows, error, specimens, failure)
+        return self._state(change, rows, error, specimens, failure)
 
     def modal_state(self, damage: Mapping[int, ToothDamage], index_errors: FloatArray) -> ComplexArray:
         """(m,) modal coordinates at the mark, one of each conjugate pair, less those of the steady torque.
@@ -315,36 +321,57 @@ class PeriodicRig:
 
     def _state(
         self,
-        stiffness: FloatArray,
+        change: Change,
         rows: FloatArray,
         error: float,
         specimens: bool,
         failure: SigdbError | None = None,
     ) -> SteadyState:
-        """One case, without a leading axis, from the rows of its response."""
-        m, N, n, orders = len(self.meshes), self.period.samples, self.samples, len(self.harmonics)
+        """One case, without a leading axis, from the change of its damage and the rows of its response."""
+        m, N, n = len(self.meshes), self.period.samples, self.samples
         teeth, columns = self.teeth if specimens else 0, rows.shape[1]
         compressions = rows[: m * N].reshape(m, N, columns)[:, :: self.period.refinement]
         sensors = rows[m * N :].reshape(-1, n, columns)
-        main = compressions[0]
+        stiffness = self._stiffness(change)
+        forces = stiffness[:, :, None] * compressions
+        forces -= self.error_forces(change.every(self.period.refinement), stiffness, self.harmonics, specimens)
+        forces[1:] /= self.static_force[1:, None, None]
         nominal = compressions[1:, :, 0] + compressions[1:, :, 1 + teeth :: 2].sum(axis=2)
         least_elsewhere = (nominal / self.static_compression[1:, None]).min(initial=np.inf)
+        signals, by_error, by_order = _by_cause(sensors, teeth)
+        compression, compression_response, compression_harmonic = _by_cause(compressions[0], teeth)
+        mesh_force, mesh_force_response, mesh_force_harmonic = _by_cause(forces[0], teeth)
+        elsewhere, elsewhere_response, elsewhere_harmonic = _by_cause(forces[1:], teeth)
         return SteadyState(
-            signals=sensors[:, :, 0],
-            specimen_response=sensors[:, :, 1 : 1 + teeth],
-            harmonic_response=sensors[:, :, 1 + teeth :].reshape(len(sensors), n, orders, 2),
+            signals=signals,
+            specimen_response=by_error,
+            harmonic_response=by_order,
             orders=tuple(harmonic.order for harmonic in self.harmonics),
-            compression=main[:, 0],
-            compression_response=main[:, 1 : 1 + teeth],
-            compression_harmonic=main[:, 1 + teeth :].reshape(len(main), orders, 2),
-            mesh_force=stiffness[0] * main[:, 0],
+            compression=compression,
+            compression_response=compression_response,
+            compression_harmonic=compression_harmonic,
+            mesh_force=mesh_force,
+            mesh_force_response=mesh_force_response,
+            mesh_force_harmonic=mesh_force_harmonic,
             static_compression=float(self.static_compression[0]),
+            static_force=float(self.static_force[0]),
             least_elsewhere=np.asarray(least_elsewhere),
+            force_elsewhere=elsewhere,
+            force_elsewhere_response=elsewhere_response,
+            force_elsewhere_harmonic=elsewhere_harmonic,
             error=np.asarray(error),
+            meets_accuracy=np.asarray(True),
             is_linear=np.asarray(True),
             parts_contact=np.asarray(False),
             failures=(failure,),
         )
+
+
+def _by_cause(values: FloatArray, teeth: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Values (..., columns) by torque (...), by index errors (..., teeth) and by orders (..., orders, 2)."""
+    harmonic = values[..., 1 + teeth :]
+    by_order = harmonic.reshape(*values.shape[:-1], harmonic.shape[-1] // 2, 2)
+    return values[..., 0], values[..., 1 : 1 + teeth], by_order
 
 
 def _of_peak_to_peak(errors: FloatArray, signals: FloatArray) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from sigdb.core import ComplexArray, FloatArray, InputError, NotApplicableError
 from sigdb.dynamics.excitation import excitation, harmonics, over_a_pass
 from sigdb.dynamics.period import Period, common_period, damaged_gear
+from sigdb.dynamics.periodic.error_forces import ErrorForces
 from sigdb.dynamics.periodic.hill import Hill, entries, hill
 from sigdb.dynamics.periodic.influences import Influences, sampled_rows
 from sigdb.dynamics.periodic.long_period import LongPeriod, long_period
@@ -22,6 +23,7 @@ from sigdb.transmission import (
     nonlinear_among,
     pair_stiffness,
     pairs_in_contact,
+    static_forces,
 )
 
 _MOST_ENTRIES = 40_000_000
@@ -60,7 +62,8 @@ def prepare(
     NotApplicableError
         If the rig has an element whose law of force is not linear.
     InputError
-        If the rig has no such gear, no torque, or meshes that do not repeat within a reasonable time.
+        If the rig has no such gear, no torque, a mesh whose teeth the torque pulls apart, or meshes that do not repeat
+        within a reasonable time.
 
     Examples
     --------
@@ -98,8 +101,12 @@ def prepare(
     )
     passes_of = [over_a_pass(mesh) for mesh in meshes]
     varying = [(stiffness - mesh.stiffness, force) for mesh, (stiffness, force) in zip(meshes, passes_of, strict=True)]
+    means = np.array([mesh.stiffness for mesh in meshes])
+    errors = ErrorForces.of(meshes, period.passes, teeth, n, revolutions)
     while True:
         transfer = _transfer(system, order, period, speed)
+        loaded = transfer[0, :m, m].real
+        static = static_forces(rig, names, loaded)
         inputs = [*range(m), *meshes_among(system.elements)[order[0]].columns[1:]]
         solver = _solver(transfer[:, :, inputs], [kappa for kappa, _ in varying], period)
         free, force = excitation(period, meshes, teeth, excitations, transfer)
@@ -118,8 +125,10 @@ def prepare(
             period=period,
             samples=n,
             harmonics=excitations,
-            static_compression=transfer[0, :m, m].real,
+            static_compression=np.where(static == means * loaded, loaded, static / means),
+            static_force=static,
             healthy=_healthy_stiffness(meshes, period),
+            error_forces=errors,
             excitation=(free, force),
             solver=solver,
             truncation=beyond,

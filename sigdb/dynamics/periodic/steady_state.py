@@ -58,7 +58,7 @@ def _weighted_sum(response: FloatArray, weights: FloatArray, *, axes: int) -> Fl
     kept = response.shape[: response.ndim - axes]
     flat = weights.reshape(*weights.shape[: weights.ndim - axes], -1)
     if flat.ndim == 1:
-        return response.reshape(*kept, -1) @ flat
+        return response.reshape(*kept, flat.size) @ flat
     return (flat @ response.reshape(-1, flat.shape[1]).T).reshape(len(flat), *kept)
 
 
@@ -90,14 +90,27 @@ class SteadyState:
     compression_harmonic : ndarray, ([cases,] N, orders, 2)
         Change of the compression by the harmonic excitations.
     mesh_force : ndarray, ([cases,] N)
-        Force along the normal of the damaged gear's mesh, N; without the errors' own share where the case is linear.
-    static_compression : float
-        Compression of the damaged gear's mesh under the mean torque and stiffness, m.
+        Force along the normal of the damaged gear's mesh, ``sum k_p (delta - e_p)`` over its tooth pairs, N.
+    mesh_force_response : ndarray, ([cases,] N, teeth)
+        Change of the force per metre of index error.
+    mesh_force_harmonic : ndarray, ([cases,] N, orders, 2)
+        Change of the force by the harmonic excitations.
+    static_compression, static_force : float
+        Compression (m) and force (N) of the damaged gear's mesh under the mean torque and stiffness.
     least_elsewhere : ndarray, ([cases])
-        Least compression of the other meshes as a fraction of their static ones; infinite where there are none.
+        Least compression of the other meshes as a fraction of their static ones, without index errors; infinite where
+        there are none.
+    force_elsewhere : ndarray, ([cases,] meshes - 1, N)
+        Forces of the other meshes as fractions of their static ones.
+    force_elsewhere_response : ndarray, ([cases,] meshes - 1, N, teeth)
+        Change of these per metre of index error.
+    force_elsewhere_harmonic : ndarray, ([cases,] meshes - 1, N, orders, 2)
+        Change of these by the harmonic excitations.
     error : ndarray, ([cases])
         Estimated error of the signals by the grid or the step, as a fraction of their peak-to-peak, the greatest of all
         sensors.
+    meets_accuracy : ndarray of bool, ([cases])
+        Whether a marched case meets the accuracy of its solver; True where the case is linear.
     is_linear : ndarray of bool, ([cases])
         Whether the case is solved by the linear equations, which hold while the meshes stay in contact.
     parts_contact : ndarray of bool, ([cases])
@@ -114,9 +127,16 @@ class SteadyState:
     compression_response: FloatArray
     compression_harmonic: FloatArray
     mesh_force: FloatArray
+    mesh_force_response: FloatArray
+    mesh_force_harmonic: FloatArray
     static_compression: float
+    static_force: float
     least_elsewhere: FloatArray
+    force_elsewhere: FloatArray
+    force_elsewhere_response: FloatArray
+    force_elsewhere_harmonic: FloatArray
     error: FloatArray
+    meets_accuracy: BoolArray
     is_linear: BoolArray
     parts_contact: BoolArray
     failures: tuple[SigdbError | None, ...]
@@ -170,25 +190,56 @@ class SteadyState:
         """Return the compression of specimens, ([rows,] [cases,] N), m; arguments as of :meth:`signals_at`."""
         return superpose(self.compression, self.compression_response, self.compression_harmonic, index_errors, phases)
 
+    def mesh_force_at(self, index_errors: FloatArray | None = None, phases: FloatArray | None = None) -> FloatArray:
+        """Return the mesh force of specimens, ([rows,] [cases,] N), N; arguments as of :meth:`signals_at`."""
+        return superpose(self.mesh_force, self.mesh_force_response, self.mesh_force_harmonic, index_errors, phases)
+
     def least_compression_at(
         self, index_errors: FloatArray | None = None, phases: FloatArray | None = None
     ) -> FloatArray:
         """Return the least compression of any mesh as a fraction of its static one, ([rows,] [cases]).
 
-        Arguments are as of :meth:`signals_at`. In a linear case a mesh loses contact where this is below 0. A tooth's
-        own index error, small against the static compression, is not subtracted.
+        Arguments are as of :meth:`signals_at`. It is that of nominal teeth: a tooth's own index error is not
+        subtracted, so that :meth:`least_mesh_force_at` decides about contact.
         """
         least = self.compression_at(index_errors, phases).min(axis=-1) / self.static_compression
         return np.minimum(least, self.least_elsewhere)
 
+    def least_mesh_force_at(
+        self, index_errors: FloatArray | None = None, phases: FloatArray | None = None
+    ) -> FloatArray:
+        """Return the least force of any mesh as a fraction of its static one, ([rows,] [cases]).
+
+        Arguments are as of :meth:`signals_at`. A mesh is closed while its force is positive.
+        """
+        least = self.mesh_force_at(index_errors, phases).min(axis=-1) / self.static_force
+        others = superpose(
+            self.force_elsewhere, self.force_elsewhere_response, self.force_elsewhere_harmonic, index_errors, phases
+        )
+        return np.minimum(least, others.min(axis=(-2, -1), initial=np.inf))
+
     def contact_loss_at(self, index_errors: FloatArray | None = None, phases: FloatArray | None = None) -> BoolArray:
         """Return whether a mesh loses contact, ([rows,] [cases]); arguments as of :meth:`signals_at`."""
-        return np.where(self.is_linear, self.least_compression_at(index_errors, phases) < 0, self.parts_contact)
+        return np.where(self.is_linear, self.least_mesh_force_at(index_errors, phases) <= 0, self.parts_contact)
 
     @property
     def min_compression(self) -> FloatArray:
         """([cases]) least compression of any mesh as a fraction of its static one, without index errors."""
         return self.least_compression_at()
+
+    @property
+    def min_mesh_force(self) -> FloatArray:
+        """([cases]) least force of any mesh as a fraction of its static one, without index errors."""
+        return self.least_mesh_force_at()
+
+    @property
+    def least_force_elsewhere(self) -> FloatArray:
+        """([cases]) least force of the other meshes as a fraction of their static ones, without index errors.
+
+        Infinite where there are none.
+        """
+        nominal = superpose(self.force_elsewhere, self.force_elsewhere_response, self.force_elsewhere_harmonic)
+        return np.asarray(nominal.min(axis=(-2, -1), initial=np.inf))
 
     @property
     def contact_loss(self) -> NDArray[np.bool_]:
@@ -199,5 +250,5 @@ class SteadyState:
 _BY_CASE = tuple(
     attribute.name
     for attribute in fields(SteadyState)
-    if attribute.name not in ("orders", "static_compression", "failures")
+    if attribute.name not in ("orders", "static_compression", "static_force", "failures")
 )

@@ -13,7 +13,7 @@ from sigdb.database import Receipt
 from sigdb.signature import FEATURES
 from sigdb.sweep.plan.plan import Plan
 
-_WITHOUT_RESULT = ("min_compression", "contact_loss")
+_WITHOUT_RESULT = ("min_compression", "min_mesh_force", "contact_loss")
 """Columns that may have a value in a row without a result."""
 
 _NULL = -1
@@ -56,7 +56,9 @@ def check_template_contents(plan: Plan, receipt: Receipt, files: Mapping[str, pq
     parameters = {name: np.array([case[name] for case in cases], dtype=object) for name in cases[0]}
     yield from _each("templates", _wrong_count(receipt, _ok(table)))
     yield from _each("templates", _wrong_parameters(table, parameters, numbers))
-    yield from _each("templates", _wrong_numbers(table, [*parameters, "least_elsewhere"], numbers, None))
+    yield from _each(
+        "templates", _wrong_numbers(table, [*parameters, "least_elsewhere", "least_force_elsewhere"], numbers, None)
+    )
     yield from _each("templates", _wrong_lists(table, _template_lengths(plan, table, numbers), numbers))
 
 
@@ -155,6 +157,8 @@ def _template_lengths(plan: Plan, table: pa.Table, numbers: IntArray) -> dict[st
     responses = {
         "compression_response": period * teeth,
         "compression_harmonic": period * orders * 2,
+        "mesh_force_response": period * teeth,
+        "mesh_force_harmonic": period * orders * 2,
         "specimen_response": n * teeth,
         "harmonic_response": n * orders * 2,
     }

@@ -12,7 +12,7 @@ from sigdb.core import NOISE_BLOCK, DatabaseError
 from sigdb.database import ROW_GROUP, IntegrityFinding, PartKey, Receipt, Schema, Store, damaged_part, open_checked
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.rows import make_rows
-from sigdb.sweep.work.stored_schema import computable_columns
+from sigdb.sweep.work.stored_schema import computable_columns, holds_these_equations
 from sigdb.sweep.work.templates import template_table
 
 
@@ -32,14 +32,16 @@ def remake_sample(
     parts
         Parts whose files are as they were written.
     schema
-        Columns of the database. Those that this version does not compute are left out.
+        Columns of the database. Those that this version does not compute are left out. Templates of an earlier version
+        that obey other equations are not made again; rows are.
     sample
         Number of templates, and of blocks of 256 rows, to make again; they are spread evenly over the database.
     doubtful
         Rows, by part and id, whose blocks are made again too.
     """
     blocks = [(key, row - row % NOISE_BLOCK) for key, row in doubtful if key in parts]
-    chosen = [(place, _differing_template) for place in _spread(parts, "templates", 1, sample)] + [
+    templates = _spread(parts, "templates", 1, sample) if holds_these_equations(schema) else []
+    chosen = [(place, _differing_template) for place in templates] + [
         (place, _differing_block) for place in dict.fromkeys([*_spread(parts, "rows", NOISE_BLOCK, sample), *blocks])
     ]
     damaged: set[PartKey] = set()

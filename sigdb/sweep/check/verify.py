@@ -25,6 +25,7 @@ from sigdb.database import (
     read_all_receipts,
     read_file,
     read_manifest,
+    read_schema,
     receipt_name,
 )
 from sigdb.sweep.check.contents import check_row_contents, check_template_contents, doubtful_rows
@@ -36,7 +37,7 @@ from sigdb.sweep.work.describe_database import check_version
 from sigdb.sweep.work.engines import Processes
 from sigdb.sweep.work.ownership import ownership_of
 from sigdb.sweep.work.run import run_parts
-from sigdb.sweep.work.stored_schema import keep_schema
+from sigdb.sweep.work.stored_schema import check_equations, keep_schema
 
 
 def verify(
@@ -142,7 +143,8 @@ def repair(
     InputError
         If there is no database, or another version of sigdb made it.
     DatabaseError
-        If a sweep is running on it, or it cannot be written.
+        If a sweep is running on it, it cannot be written, or templates of an earlier version with other equations are
+        damaged.
     """
     store = Store.at(location)
     before = _verify(store, deep, sample, on_progress)
@@ -155,7 +157,10 @@ def repair(
         plans = [plan_from(record.resolved) for record in manifest.plans]
         if any(finding.file == SCHEMA_FILE for finding in before):
             keep_schema(plans[0], store)  # from the parts, before damaged ones lose their receipts
-        for key in {finding.key for finding in before if finding.key}:
+        damaged = {finding.key for finding in before if finding.key}
+        if any(stage == "templates" for stage, _ in damaged):
+            check_equations(read_schema(store), store)
+        for key in damaged:
             store.delete(receipt_name(*key))
         run_parts(plans, store, Processes(jobs), on_progress)
     return Repair(before=before, left=_verify(store, deep, sample, on_progress))

@@ -6,6 +6,7 @@ the index errors of the specimen. Harmonic excitations are fixed to the shaft: i
 """
 
 from collections.abc import Iterable, Mapping
+from math import isnan
 from typing import Any
 
 import numpy as np
@@ -75,6 +76,8 @@ class Averages:
         (rows,) ``ok``, or why there is no result.
     least
         (rows,) least compression of the mesh as a fraction of the static compression; nan where it is not known.
+    least_force
+        (rows,) least force of the mesh as a fraction of the static force; nan where it is not known.
     contact_loss
         (rows,) whether the mesh loses contact; None where it is not known.
     index_error
@@ -99,6 +102,7 @@ class Averages:
         n = self.teeth * plan.signature.samples_per_tooth
         self.status = np.full(rows, "ok", dtype=object)
         self.least = np.full(rows, np.nan)
+        self.least_force = np.full(rows, np.nan)
         self.contact_loss = np.full(rows, None, dtype=object)
         self.index_error = cases["index_error"].copy()
         self.tsa = np.empty((rows, sensors, n), dtype=np.float32)
@@ -119,6 +123,7 @@ class Averages:
     def _fill(self, template: Template, point: RigPoint, rows: IntArray) -> None:
         """Compute the averages of rows of the same template."""
         self.least[rows], self.contact_loss[rows] = template.min_compression, template.contact_loss
+        self.least_force[rows] = template.min_mesh_force
         turns = self._cases["tooth"][rows] - template.tooth
         if template.status != "ok":
             self.status[rows] = template.status
@@ -145,10 +150,22 @@ class Averages:
             errors,
             phases,
         )
-        least = np.minimum(compression.min(axis=1), template.least_elsewhere)
-        self.least[rows], self.contact_loss[rows] = least, least < 0
-        for row in rows[least < 0]:
-            self.status[row] = _contact_loss_status(self.least[row])
+        self.least[rows] = np.minimum(compression.min(axis=1), template.least_elsewhere)
+        if isnan(template.static_force):  # of an earlier version, which took the compression for the mesh force
+            self.least_force[rows] = self.least[rows]
+        else:
+            force = superpose(
+                template.relative_mesh_force,
+                template.relative_mesh_force_response,
+                template.relative_mesh_force_harmonic,
+                errors,
+                phases,
+            )
+            self.least_force[rows] = np.minimum(force.min(axis=1), template.least_force_elsewhere)
+        lost = self.least_force[rows] <= 0
+        self.contact_loss[rows] = lost
+        for row in rows[lost]:
+            self.status[row] = _contact_loss_status(self.least_force[row])
         return clean
 
     def _measure(self, template: Template, clean: FloatArray, rows: IntArray, turns: IntArray) -> None:
@@ -180,9 +197,9 @@ def _turn_back(rows: FloatArray, turns: IntArray) -> FloatArray:
     return np.take_along_axis(rows, (np.arange(n) + turns[:, None]) % n, axis=1)
 
 
-def _contact_loss_status(min_compression: float) -> str:
+def _contact_loss_status(min_mesh_force: float) -> str:
     """Return the status of a row whose specimen, unlike its template, opens a mesh."""
     return (
-        f"with this specimen the mesh loses contact (least compression {min_compression:.3f} of the static one), where "
+        f"with this specimen the mesh loses contact (least mesh force {min_mesh_force:.3f} of the static one), where "
         "the linear solution does not hold; reduce the damage or the index errors, or raise the torque"
     )

@@ -73,6 +73,7 @@ def _columns(plan: Plan, averages: Averages) -> pa.Table:
         "status": pa.array(averages.status, pa.string()),
         "index_error": pa.array(averages.index_error),
         "min_compression": _numbers(averages.least, np.full(len(done), True)),
+        "min_mesh_force": _numbers(averages.least_force, np.full(len(done), True)),
         "contact_loss": pa.array(averages.contact_loss, pa.bool_()),
     }
     tsa = averages.tsa[done]

@@ -12,7 +12,7 @@ from sigdb.sweep.work.describe_database import describe_database, plan_record
 from sigdb.sweep.work.engines import Cluster, Engine, Processes, WorkerDiedError
 from sigdb.sweep.work.ownership import ownership_of
 from sigdb.sweep.work.rows import make_row_part
-from sigdb.sweep.work.stored_schema import check_computable, keep_schema
+from sigdb.sweep.work.stored_schema import check_computable, check_equations, keep_schema
 from sigdb.sweep.work.templates import make_template_part
 
 _WORKER_DEATHS = 3
@@ -118,9 +118,12 @@ _MAKERS = {"templates": make_template_part, "rows": make_row_part}
 
 def run_parts(plans: Sequence[Plan], store: Store, engine: Engine, on_progress: OnProgress = ignore) -> SweepSummary:
     """Make the missing parts of a database's plans: all templates, then all rows. The caller owns the place."""
-    check_computable(plans[0], keep_schema(plans[0], store), store)
+    schema, hashes = keep_schema(plans[0], store), {plan.hash for plan in plans}
+    check_computable(plans[0], schema, store)
+    if sum(receipt.rows for receipt in read_receipts(store, "templates", hashes)) < sum(p.n_templates for p in plans):
+        check_equations(schema, store)
     new = {stage: _run_stage(stage, plans, store, engine, on_progress) for stage in KINDS}
-    receipts = {name: read_receipts(store, name, {plan.hash for plan in plans}) for name in KINDS}
+    receipts = {name: read_receipts(store, name, hashes) for name in KINDS}
     return SweepSummary(
         new_rows=new["rows"],
         rows=sum(plan.rows for plan in plans),

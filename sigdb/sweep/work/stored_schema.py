@@ -71,6 +71,30 @@ def check_computable(plan: Plan, schema: Schema, store: Store) -> None:
             )
 
 
+def holds_these_equations(schema: Schema) -> bool:
+    """Return whether a database's templates obey the equations of this version.
+
+    Templates of earlier versions have no static force. The damping of their rotors acts on absolute motion, and a mesh
+    of theirs is open where its compression is negative.
+    """
+    return any(column.name == "static_force" for column in schema.templates)
+
+
+def check_equations(schema: Schema, store: Store) -> None:
+    """Refuse to add templates to a database whose templates obey other equations.
+
+    Raises
+    ------
+    DatabaseError
+        If the templates are of an earlier version.
+    """
+    if not holds_these_equations(schema):
+        raise DatabaseError(
+            f"{store}: its templates are of an earlier version of sigdb, whose equations differ; go on with the "
+            "version that began the database, or make it again in another place"
+        )
+
+
 def computable_columns(schema: Schema, plan: Plan) -> Schema:
     """Return the columns of a schema that this version computes."""
     planned = _columns_by_table(plan_schema(plan))

@@ -134,15 +134,17 @@ def _template(
     plan: Plan, columns: Mapping[str, CaseValue], point: _PreparedPoint, states: SteadyState, i: int
 ) -> Template:
     """Return the template of case ``i`` of some steady states."""
-    least, lost = float(states.min_compression[i]), bool(states.contact_loss[i])
     template = Template(
         case=columns,
         status=_status(states, i),
-        contact_loss=lost,
+        contact_loss=bool(states.contact_loss[i]),
         floquet_multiplier=point.floquet_multiplier,
         static_compression=states.static_compression,
-        min_compression=least,
+        min_compression=float(states.min_compression[i]),
         least_elsewhere=float(states.least_elsewhere[i]),
+        static_force=states.static_force,
+        min_mesh_force=float(states.min_mesh_force[i]),
+        least_force_elsewhere=float(states.least_force_elsewhere[i]),
     )
     if template.status != "ok":
         return template
@@ -154,6 +156,8 @@ def _template(
         compression_response=state.compression_response,
         compression_harmonic=state.compression_harmonic,
         mesh_force=state.mesh_force,
+        mesh_force_response=state.mesh_force_response,
+        mesh_force_harmonic=state.mesh_force_harmonic,
         orders=np.array(state.orders, float),
         reference_variance=point.reference_variance[at],
         signals=state.signals[at],
@@ -168,8 +172,13 @@ def _status(states: SteadyState, i: int) -> str:
         return str(failure)
     if states.is_linear[i] and states.contact_loss[i]:
         return (
-            f"the mesh loses contact (least compression {states.min_compression[i]:.3f} of the static one), where the "
+            f"the mesh loses contact (least mesh force {states.min_mesh_force[i]:.3f} of the static one), where the "
             "linear solution does not hold; reduce the damage, raise the torque, or leave out sweep.solver"
+        )
+    if not states.meets_accuracy[i]:
+        return (
+            f"the march in time does not meet its accuracy (error {states.error[i]:.1e} of the peak-to-peak); change "
+            "the damage, the speed or the damping"
         )
     if not states.is_linear[i] and not states.parts_contact[i] and states.orders:
         return (

@@ -9,11 +9,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from sigdb.core import FloatArray
+import numpy as np
+
+from sigdb.core import FloatArray, InputError
 from sigdb.transmission.rig import Transmission
 
 if TYPE_CHECKING:
     from sigdb.transmission.system.modal import ModalSystem
+
+_UNLOADED = 1e-6
+"""Share of the greatest static force of a rig's meshes up to which a mesh carries no torque."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,3 +99,48 @@ def elements_from(rig: Transmission, gear: str, system: "ModalSystem") -> list[E
     """Return the elements of a rig's modal system, the mesh of a gear first."""
     first = rig.meshes_of(gear)[0]
     return sorted(system.elements, key=lambda element: element.name != first)
+
+
+def static_forces(rig: Transmission, names: Sequence[str], static_compression: FloatArray) -> FloatArray:
+    """Return the force (meshes,) of each mesh under the steady torque, N, as the scale of its varying force.
+
+    A mesh that carries no torque, such as that of a wheel that idles, has the greatest force of all meshes as its
+    scale.
+
+    Parameters
+    ----------
+    rig
+        The transmission.
+    names
+        Names of its meshes, in the order of the compressions.
+    static_compression
+        (meshes,) compressions under the mean torque and stiffness, m.
+
+    Raises
+    ------
+    InputError
+        If the torque pulls the teeth of a mesh apart.
+
+    Examples
+    --------
+    >>> import numpy as np, sigdb
+    >>> static_forces(sigdb.load_transmission("nasa-spiral-bevel"), ["main"], np.array([1e-5])).round(6)
+    array([2200.])
+    """
+    forces = np.array([rig.meshes[name].stiffness for name in names]) * static_compression
+    greatest = np.abs(forces).max(initial=0.0)
+    for sentence in pulled_apart(rig, names, static_compression):
+        raise InputError(f"rig {rig.name!r}: {sentence}")
+    return np.where(forces > _UNLOADED * greatest, forces, greatest)
+
+
+def pulled_apart(rig: Transmission, names: Sequence[str], static_compression: FloatArray) -> list[str]:
+    """Return a sentence for each mesh whose teeth the torque pulls apart; arguments as of :func:`static_forces`."""
+    forces = np.array([rig.meshes[name].stiffness for name in names]) * static_compression
+    greatest = np.abs(forces).max(initial=0.0)
+    return [
+        f"meshes.{name} has a static force of {force:.4g} N: the torque pulls its teeth apart, since {mesh.driven} "
+        f"drives {mesh.driving}; give driving = {mesh.driven!r} and driven = {mesh.driving!r}, or reverse the torque there"
+        for name, mesh, force in zip(names, (rig.meshes[name] for name in names), forces.tolist(), strict=True)
+        if force < -_UNLOADED * greatest
+    ]

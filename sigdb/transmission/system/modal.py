@@ -14,6 +14,9 @@ from sigdb.transmission.rig import Transmission
 from sigdb.transmission.system.assembly import Assembly, assemble
 from sigdb.transmission.system.elements import Element, mesh_elements, meshes_among
 
+_FREE = 1e-12
+"""Square of a mode's frequency, as a fraction of the greatest, below which the mode moves freely."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class ModalSystem:
@@ -257,7 +260,7 @@ def _component_basis(parts: Assembly, count: int | None) -> FloatArray:
 def _rotor_basis(mass: FloatArray, stiffness: FloatArray, forces: FloatArray, count: int) -> FloatArray:
     """Free rotation, the modes that take part most, and the static response to every interface force."""
     squares, modes = eigh((stiffness + stiffness.T) / 2, mass)
-    rigid = modes[:, squares < 1e-12 * squares[-1]]
+    rigid = modes[:, squares < _FREE * squares[-1]]
     squares, elastic = squares[rigid.shape[1] :], modes[:, rigid.shape[1] :]
     share = (elastic.T @ forces) ** 2 / squares[:, None]
     share /= share.sum(axis=0).clip(min=1e-300)
@@ -272,20 +275,23 @@ def _rotor_basis(mass: FloatArray, stiffness: FloatArray, forces: FloatArray, co
 def _rotor_damping(
     rig: Transmission, parts: Assembly, basis: FloatArray, mass: FloatArray, stiffness: FloatArray
 ) -> FloatArray:
-    """Damping matrix that gives every mode of the rotors, on a fixed casing, the rig's damping ratio."""
-    rotor = slice(0, basis.shape[1] - len(parts.casing))
-    m, k = mass[rotor, rotor], stiffness[rotor, rotor]
+    """Damping matrix that gives every mode of the rotors, on a fixed casing, the rig's damping ratio.
+
+    It acts on the motion relative to ``q_s = -K_rr^-1 K_rc q_c``, with which the rotors follow the casing statically. A
+    mode ``K_rr phi = w^2 M_rr phi`` takes part in that motion by ``phi' M_rr q_s = -phi' K_rc q_c / w^2``.
+    """
+    count = basis.shape[1] - len(parts.casing)
+    m, k = mass[:count, :count], stiffness[:count, :count]
     squares, modes = eigh(k, m)
-    weighted = m @ modes
-    damping = np.zeros_like(mass)
-    damping[rotor, rotor] = weighted * (2 * rig.damping_ratio * np.sqrt(squares.clip(min=0))) @ weighted.T
-    return damping
+    carried = stiffness[count:, :count] @ modes / np.where(squares > _FREE * squares[-1], squares, np.inf)
+    relative = np.vstack([m @ modes, carried])
+    return relative * (2 * rig.damping_ratio * np.sqrt(squares.clip(min=0))) @ relative.T
 
 
 def _check_supported(
     rig: Transmission, parts: Assembly, basis: FloatArray, squares: FloatArray, modes: FloatArray
 ) -> None:
-    if squares[0] < 1e-12 * squares[-1]:
+    if squares[0] < _FREE * squares[-1]:
         moving = next(iter(_energy_shares(parts, basis @ modes[:, 0])))
         raise InputError(
             f"rig {rig.name!r}: {moving} can move freely; hold it with a bearing that has stiffness in that direction"

@@ -59,7 +59,7 @@ def test_a_database_of_another_version_is_not_damaged(another_version, small_run
 
 def test_another_sentence_about_a_failed_row_is_no_damage(plan_of, tmp_path, monkeypatch):
     text = (
-        "seed = 1\nspecimens = 4\n[[sweep.grid]]\ntooth = 3\nstiffness_loss = 0.4\nindex_error = 2e-5\n"
+        "seed = 1\nspecimens = 4\n[[sweep.grid]]\ntooth = 3\nstiffness_loss = 0.4\nindex_error = 1e-4\n"
         "[signature]\nsamples_per_tooth = 32\n"
     )
     assert run(plan_of(text), tmp_path, jobs=1).failed > 0

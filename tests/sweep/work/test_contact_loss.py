@@ -115,3 +115,18 @@ def test_a_motion_that_does_not_repeat_is_a_failed_template_and_the_sweep_goes_o
     assert rows.loc[lost, "contact_loss"].all()
     assert (rows.loc[~lost, "status"] == "ok").all()
     assert summary.failed == lost.sum() == 1
+
+
+def test_a_template_whose_march_cannot_meet_its_accuracy_has_no_result(plan_of, tmp_path, monkeypatch):
+    class Crude(Transient):
+        """Takes no smaller steps."""
+
+        def __init__(self, **settings):
+            super().__init__(**settings, most_steps_per_tooth=1, accuracy=1e-9)
+
+    monkeypatch.setattr("sigdb.dynamics.solver.Transient", Crude)
+    assert run(plan_of(f"[[sweep.grid]]\ntooth = 2\n{STRONG}{SMALL}"), tmp_path, jobs=1).failed == 1
+    database = sigdb.open(tmp_path)
+    (status,) = database.templates().query("tooth > 0")["status"]
+    assert status.startswith("the march in time does not meet its accuracy (error ")
+    assert database.cases("status <> 'ok'")["status"].tolist() == [status]

