@@ -140,7 +140,7 @@ def pulled_apart(rig: Transmission, names: Sequence[str], static_compression: Fl
     greatest = np.abs(forces).max(initial=0.0)
     return [
         f"meshes.{name} has a static force of {force:.4g} N: the torque pulls its teeth apart, since {mesh.driven} "
-        f"drives {mesh.driving}; give driving = {mesh.driven!r} and driven = {mesh.driving!r}, or reverse the torque there"
+        f"drives {mesh.driving}; give driving = {mesh.driven!r} and driven = {mesh.driving!r}, or reverse the torque"
         for name, mesh, force in zip(names, (rig.meshes[name] for name in names), forces.tolist(), strict=True)
         if force < -_UNLOADED * greatest
     ]
