@@ -50,13 +50,15 @@ def surveyed(
         raise InputError(f"holds several columns of times, {names}; give time={times[0].name!r} or another")
     if len({(channel.sampling_rate, channel.start) for channel in begin.channels}) > 1:
         raise InputError(_SEVERAL)
+    begin_start = used_columns(contents, settings)[0].start
     chosen = tuple(channel.name for channel in begin.channels)
     settings = settings.model_copy(update={"channels": chosen, "time": times[0].name if times else False})
     survey = _Survey({name: _Extent() for name in chosen}, {note.code for note in begin.notes})
     for part in block_parts(path, kind, settings, samples=samples, seek_faults=True):
         survey.take(part, _block_time(part, settings))
     rate = survey.times.slope_rate()
-    if settings.sampling_rate is not None or not times:
+    has_times = times or (begin_start is not None and not contents.starts_of_file)
+    if settings.sampling_rate is not None or not has_times:
         rate = begin.channels[0].sampling_rate
     channels = tuple(survey.extents[channel.name].channel(channel, rate) for channel in begin.channels)
     notes = (*_notes_on_file(begin.notes, rate), *survey.notes(channels), _blocks_note(survey))

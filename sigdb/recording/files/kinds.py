@@ -185,6 +185,7 @@ KINDS = (
         begins=lambda begin: begin[:8] in (b"MDF     ", b"UnFinMF "),
         read=mdf4.read_mdf4,
         foreign=mdf4.FOREIGN,
+        blocks=mdf4.mdf4_blocks,
     ),
     FileKind(
         name="TDMS",

@@ -6,6 +6,7 @@ The format is described by ASAM e.V., *ASAM MDF, Measurement Data Format, Progra
 import re
 import struct
 import zlib
+from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from html import unescape
@@ -13,7 +14,7 @@ from html import unescape
 import numpy as np
 
 from sigdb.core import InputError
-from sigdb.recording.files.formats.contents import check_bytes, check_parts, check_ratio
+from sigdb.recording.files.formats.contents import check_bytes, check_expansion, check_parts, check_ratio
 
 HEAD = 24
 FIRST_BLOCK = 64
@@ -47,11 +48,14 @@ class Block:
 
 @dataclass
 class Blocks:
-    """All blocks of a file, by the byte at which they begin."""
+    """All blocks of a file, by the byte at which they begin.
+
+    ``record_bytes`` is the size of the records so far, of all groups, which may share their data.
+    """
 
     data: memoryview
+    record_bytes: int = field(default=0, init=False)
     _read: int = field(default=0, init=False)
-    _record_bytes: int = field(default=0, init=False)
 
     def at(self, start: int, *kinds: str) -> Block:
         """Return the block at a byte, which must be of one of these kinds."""
@@ -91,25 +95,23 @@ class Blocks:
             return unescape(inner[1]).strip() if inner else ""
         return text.strip()
 
-    def records(self, start: int) -> bytes:
+    def records(self, start: int) -> "RecordBytes":
         """Return the bytes of all records of a data group.
 
         Raises
         ------
         InputError
-            If they are too many, expand from too few, or are compressed by a method that is not known.
+            If they expand from too few, or are compressed by a method that is not known.
         """
-        pieces: list[bytes | memoryview] = []
+        records = RecordBytes()
         for blocks, block in enumerate(self._data_blocks(start)):
             if blocks > MOST_DATA_BLOCKS:
                 raise InputError("is damaged: a list of data has no end")
-            if block.kind == "DZ":
-                pieces.append(_expanded(block))
-            else:
-                pieces.append(block.body)
-            self._record_bytes += len(pieces[-1])  # of all groups, which may share their data
-            check_ratio(self._record_bytes, len(self.data))
-        return b"".join(pieces)
+            before = records.size
+            records.add(block)
+            self.record_bytes += records.size - before
+            check_expansion(self.record_bytes, len(self.data))
+        return records
 
     def _data_blocks(self, start: int) -> Iterator[Block]:
         """Yield the blocks with data, in their order, that a link leads to."""
@@ -133,14 +135,57 @@ class Blocks:
             start = block.link(0)
 
 
-def _expanded(block: Block) -> bytes:
-    """Return the bytes of a compressed block."""
+@dataclass
+class RecordBytes:
+    """Bytes of records in pieces, each a block with data, which is expanded when it is read."""
+
+    _pieces: list[Block] = field(default_factory=list)
+    _ends: list[int] = field(default_factory=list)
+    _expanded: tuple[int, bytes] = (-1, b"")
+
+    @property
+    def size(self) -> int:
+        """Count of the bytes."""
+        return self._ends[-1] if self._ends else 0
+
+    def add(self, block: Block) -> None:
+        """Add a block with data after the others."""
+        size = _compression(block)[2] if block.kind == "DZ" else len(block.body)
+        self._pieces.append(block)
+        self._ends.append(self.size + size)
+
+    def part(self, start: int, stop: int) -> bytes | memoryview:
+        """Return the bytes from ``start`` to ``stop``; no other blocks are touched."""
+        parts = []
+        for i in range(bisect_right(self._ends, start), len(self._pieces)):
+            begin = self._ends[i - 1] if i else 0
+            if begin >= stop:
+                break
+            parts.append(self._bytes(i)[max(start - begin, 0) : stop - begin])
+        return parts[0] if len(parts) == 1 else b"".join(parts)
+
+    def _bytes(self, i: int) -> bytes | memoryview:
+        if self._pieces[i].kind != "DZ":
+            return self._pieces[i].body
+        if self._expanded[0] != i:
+            self._expanded = i, _expanded(self._pieces[i])
+        return self._expanded[1]
+
+
+def _compression(block: Block) -> tuple[int, int, int, int]:
+    """Return the method of a compressed block, its parameter, and the sizes of its bytes, expanded and compressed."""
     original, method, parameter, size, compressed = struct.unpack_from(
         "<2sBxIQQ", bytes(block.body[:24]).ljust(24, b"\0")
     )
     if original not in (b"DT", b"DV") or method not in (DEFLATE, TRANSPOSED):
         raise InputError(f"is compressed by method {method}, which is not read; save it uncompressed")
     check_bytes(size)
+    return method, parameter, size, compressed
+
+
+def _expanded(block: Block) -> bytes:
+    """Return the bytes of a compressed block."""
+    method, parameter, size, compressed = _compression(block)
     packed = block.body[24 : 24 + compressed]
     check_ratio(size, len(packed))
     try:

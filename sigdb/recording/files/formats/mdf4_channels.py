@@ -56,7 +56,9 @@ def channel_block(blocks: Blocks, block: Block) -> ChannelBlock:
     )  # fmt: skip
 
 
-def values(channel: ChannelBlock, table: StoredArray, data_bytes: int, blocks: Blocks) -> StoredArray:
+def values(
+    channel: ChannelBlock, table: StoredArray, data_bytes: int, blocks: Blocks, *, first: int = 0
+) -> StoredArray:
     """Return the physical numbers of a channel, nan where they are invalid.
 
     Parameters
@@ -69,6 +71,8 @@ def values(channel: ChannelBlock, table: StoredArray, data_bytes: int, blocks: B
         Bytes of the data in a record.
     blocks
         Blocks of the file, for the conversion.
+    first
+        Number of the first of the records in the file.
 
     Raises
     ------
@@ -76,7 +80,7 @@ def values(channel: ChannelBlock, table: StoredArray, data_bytes: int, blocks: B
         If the channel holds no numbers, or has a conversion that is not read.
     """
     if channel.kind == VIRTUAL_MASTER:
-        return converted(np.arange(len(table), dtype=float), channel.conversion, blocks)
+        return converted(first + np.arange(len(table), dtype=float), channel.conversion, blocks)
     if channel.kind not in (FIXED, MASTER):
         raise UnreadChannelError("has no numbers of a fixed length")
     if channel.composed:

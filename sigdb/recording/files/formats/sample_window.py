@@ -57,15 +57,19 @@ WHOLE = SampleWindow(0, sys.maxsize)
 """The window of all samples."""
 
 
-def window_blocks(read: Callable[[SampleWindow], Contents], samples: int | None) -> Iterator[Contents]:
+def window_blocks(
+    read: Callable[[SampleWindow], Contents], samples: int | None, *, starts_of_file: bool = True
+) -> Iterator[Contents]:
     """Yield the contents of consecutive windows up to the end of the longest series.
 
     Parameters
     ----------
     read
-        Returns the contents of a window; starts of its columns are those of the file.
+        Returns the contents of a window.
     samples
         Samples of a window; by default so many that all columns fill a block.
+    starts_of_file
+        Whether the starts of its columns are those of the file.
     """
     columns = read(SampleWindow(0, 0)).columns
     window = SampleWindow(0, block_length(len(columns), samples))
@@ -73,5 +77,5 @@ def window_blocks(read: Callable[[SampleWindow], Contents], samples: int | None)
         contents = read(window)
         if window.first and not any(column.values.size for column in contents.columns):
             return
-        yield replace(contents, starts_of_file=True)
+        yield replace(contents, starts_of_file=starts_of_file)
         window = replace(window, first=window.first + window.length)

@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from sigdb.core.errors import InputError
-from sigdb.recording import read_recording
+from sigdb.recording import read_in_blocks, read_recording
 from sigdb.recording.files.formats.mdf4 import read_mdf4
 from sigdb.recording.files.settings import RecordingSettings
 
@@ -406,3 +406,77 @@ def test_groups_that_share_their_data_do_not_multiply_it(tmp_path):
         after = file.data_group(after, file.group(0, file.channel(0, "a"), 2**21, 8), data)
     with pytest.raises(InputError, match="which measured numbers do not do"):
         read_recording(file.write(tmp_path / "run.mf4", after), sampling_rate=10)
+
+
+LONG_T = 3 + np.arange(2003) / 2000
+LONG_X = np.sin(np.arange(2003) / 3)
+
+
+@pytest.mark.parametrize("data", ["DT", "DZ", "DL", "DL T HL"])
+@pytest.mark.parametrize("samples", [256, 700])
+def test_blocks_hold_what_the_whole_file_holds(tmp_path, data, samples):
+    numbers = np.where(np.arange(2003) == 900, np.nan, LONG_X)
+    path = plain(tmp_path / "run.mf4", data=data, times=LONG_T, numbers=numbers)
+    (whole,) = read_recording(path).channels
+    blocks = read_in_blocks(path, samples=samples)
+    (channel,) = blocks.channels
+    assert (channel.name, channel.unit, channel.start) == ("a", "g", pytest.approx(whole.start))
+    assert channel.sampling_rate == pytest.approx(whole.sampling_rate, rel=1e-9)
+    assert_array_equal(np.concatenate([part.channels[0].samples for part in blocks]), whole.samples)
+
+
+def test_the_rate_in_blocks_is_the_slope_of_all_times(tmp_path):
+    """Times in whole tens of microseconds at 2048 Hz."""
+    path = plain(tmp_path / "run.mf4", times=np.round(np.arange(2003) / 2048, 5), numbers=LONG_X)
+    rate = read_in_blocks(path, samples=400).channels[0].sampling_rate
+    assert rate == pytest.approx(2048, rel=3e-6)
+
+
+@pytest.mark.parametrize(
+    ("times", "message"),
+    [
+        (LONG_T + 0.1 * (np.arange(2003) >= 1000), r"leap by 0\.1 s .* at sample 1000"),
+        (
+            np.where(np.arange(2003) < 1000, LONG_T, 3.5 + np.arange(-1000, 1003) / 1900),
+            "rate changes from 2000 to 1900",
+        ),
+    ],
+)
+def test_times_of_blocks_that_do_not_go_on_are_refused(tmp_path, times, message):
+    with pytest.raises(InputError, match=message):
+        read_in_blocks(plain(tmp_path / "run.mf4", times=times, numbers=LONG_X), samples=500)
+
+
+def _groups(path, *, id_size=0):
+    """A group at 2 kHz, and one at 0.5 Hz with a channel of the same name; or both in one list of data."""
+    file = File()
+    fast = np.stack([LONG_T, LONG_X], 1).astype("<f8")
+    slow = np.stack([np.arange(20) / 0.5, np.cos(np.arange(20))], 1).astype("<f8")
+
+    def group(after, table, name, id_=0):
+        master = file.channel(file.channel(0, "a", byte=8), "t", kind=2, synchronised=1, unit="s")
+        return file.group(after, master, len(table), 16, name=name, id_=id_)
+
+    if id_size:
+        rows = [b"\1" + row.tobytes() for row in fast] + [b"\2" + row.tobytes() for row in slow]
+        groups = group(group(0, slow, "oil", 2), fast, "run", 1)
+        return file.write(path, file.data_group(0, groups, file.block("DT", (), b"".join(rows)), id_size=1))
+    after = 0
+    for table, name in ((slow, "oil"), (fast, "run")):
+        after = file.data_group(after, group(0, table, name), file.block("DT", (), table.tobytes()))
+    return file.write(path, after)
+
+
+def test_a_group_that_is_left_out_is_left_out_of_all_blocks(tmp_path):
+    path = _groups(tmp_path / "run.mf4")
+    blocks = read_in_blocks(path, samples=300)
+    assert [channel.name for channel in blocks.channels] == [read_recording(path).channels[0].name] == ["a"]
+    assert_array_equal(np.concatenate([part.channels[0].samples for part in blocks]), LONG_X)
+    assert "group-left-out" in [note.code for note in blocks.whole.notes]
+
+
+def test_records_that_are_not_sorted_are_not_read_in_blocks(tmp_path):
+    path = _groups(tmp_path / "run.mf4", id_size=1)
+    assert_array_equal(read_recording(path).channels[0].samples, LONG_X)
+    with pytest.raises(InputError, match="several groups in turn, which are not read in blocks; sort it"):
+        read_in_blocks(path, samples=300)

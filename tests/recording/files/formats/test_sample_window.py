@@ -98,6 +98,8 @@ def _write(path, data, files):
         case "segments.tdms" | "one segment.tdms" | "interleaved.tdms":
             segments = 1 if path.name == "one segment.tdms" else 37
             files.tdms(path, data, interleaved=path.name == "interleaved.tdms", segments=segments)
+        case "one list.mf4":
+            files.mdf4(path, data)
         case "matrix.mat":
             _mat_matrix(path, data, files)
         case _:
@@ -109,6 +111,7 @@ def _write(path, data, files):
 FILES = [
     "groups.h5", "wide.h5", "tall.h5", "dates.h5", "fields.h5", "columns.mat", "matrix.mat", "fixed counts.h5",
     "fixed dates.h5", "table counts.h5", "table dates.h5", "segments.tdms", "one segment.tdms", "interleaved.tdms",
+    "one list.mf4",
 ]  # fmt: skip
 
 
