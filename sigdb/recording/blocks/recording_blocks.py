@@ -122,8 +122,8 @@ def read_in_blocks(
     """Read a recording that may be larger than memory, in blocks.
 
     The whole file is read once: its blocks are checked as :func:`read_recording` checks a file, and that they go on
-    from each other, at one sampling rate. HDF5, MAT 7.3, NPY, Parquet, TDMS, text and WAV are
-    read so; all channels have one sampling rate.
+    from each other, at one sampling rate, which all channels have. Text, also gzipped, LVM, WAV, Parquet, NPY, HDF5,
+    MAT 7.3, TDMS and MDF are read so.
 
     Parameters
     ----------

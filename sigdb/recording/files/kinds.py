@@ -8,6 +8,7 @@ from pathlib import Path
 from sigdb.core import InputError, suggestion
 from sigdb.recording.files.formats import hdf5, lvm, mat4, mat5, mdf4, numpy_files, parquet, tdms, uff58, wav, xls, xlsx
 from sigdb.recording.files.formats.contents import Contents
+from sigdb.recording.files.formats.lvm_blocks import lvm_blocks
 from sigdb.recording.files.formats.text import reader as text
 from sigdb.recording.files.formats.text.text_blocks import text_blocks
 from sigdb.recording.files.settings import RecordingSettings
@@ -101,6 +102,7 @@ KINDS = (
         begins=lvm.begins_like_lvm,
         read=lvm.read_lvm,
         foreign=lvm.FOREIGN,
+        blocks=lvm_blocks,
     ),
     FileKind(
         name="MAT version 5",

@@ -225,13 +225,13 @@ def test_a_file_above_the_limit_is_read_in_blocks_and_its_refusal_says_so(tmp_pa
         read_recording(tmp_path / "tall.npy", **options)
     assert sum(part.channels[0].samples.size for part in read_in_blocks(tmp_path / "tall.npy", samples=1000, **options))
     np.savez(tmp_path / "run.npz", a=numbers)
-    with pytest.raises(InputError, match=r"write it as one of text.*NPY, MDF, TDMS"):
+    with pytest.raises(InputError, match=r"write it as one of text.*LVM.*NPY, MDF, TDMS"):
         read_recording(tmp_path / "run.npz", **options)
 
 
 def test_formats_that_are_not_read_in_blocks_name_those_that_are(tmp_path, numbers):
     np.savez(tmp_path / "run.npz", a=numbers)
-    with pytest.raises(InputError, match=r"not read in blocks; write it as one of text.*NPY, MDF, TDMS"):
+    with pytest.raises(InputError, match=r"not read in blocks; write it as one of text.*LVM.*NPY, MDF, TDMS"):
         read_in_blocks(tmp_path / "run.npz", sampling_rate=FS)
     with pytest.raises(InputError, match="no such file"):
         read_in_blocks(tmp_path / "none.csv")

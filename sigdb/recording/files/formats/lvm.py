@@ -21,14 +21,37 @@ from sigdb.recording.files.formats.text.layout import TextLayout
 from sigdb.recording.files.formats.text.values import table_values
 from sigdb.recording.files.settings import RecordingSettings
 
-__all__ = ["FOREIGN", "begins_like_lvm", "read_lvm"]
+__all__ = ["FOREIGN", "begins_like_lvm", "header_facts", "joined_segments", "lvm_head", "lvm_segment", "read_lvm"]
 
 END_OF_HEADER = "***End_of_Header***"
-_END = END_OF_HEADER.encode()
+END_MARK = END_OF_HEADER.encode()
 _SEPARATORS = {"tab": "\t", "comma": ",", "semicolon": ";", "\t": "\t", ",": ",", ";": ";"}
 _MOST_HEADER_LINES = 100
 _CONTINUES = 0.5
 """Distance of a segment from the end of the segment before it, in steps, up to which it continues it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LvmHead:
+    """Head of a file.
+
+    Attributes
+    ----------
+    separator, decimal
+        Sign between columns, and decimal sign.
+    columns_of_x
+        "no", "one" or "multi" columns of times.
+    start
+        Date and time of the file.
+    size
+        Bytes of the head.
+    """
+
+    separator: str
+    decimal: str
+    columns_of_x: str
+    start: datetime.datetime | None
+    size: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,21 +100,29 @@ def read_lvm(path: Path, settings: RecordingSettings) -> Contents:
     """
     del settings
     data, notes = encoded_text(bounded_bytes(path))
-    lines = data.split(b"\n", _MOST_HEADER_LINES)[:_MOST_HEADER_LINES]
-    ends = [i for i, line in enumerate(lines) if line.strip().startswith(_END)]
-    if not ends:
-        raise InputError(f"has no line {END_OF_HEADER} in its first {_MOST_HEADER_LINES} lines; it is damaged")
-    facts = _facts([decoded(line) for line in lines[: ends[0]]], None)
-    separator = _SEPARATORS.get(_first(facts, "separator", "tab").lower(), "\t")
-    decimal = "," if _first(facts, "decimal_separator", ".").strip() == "," else "."
-    at = sum(len(line) + 1 for line in lines[: ends[0] + 1])
-    segments = _segments(data, at, facts, separator=separator, decimal=decimal)
-    columns, joined = _joined(segments)
+    head = lvm_head(data)
+    columns, joined = joined_segments(_segments(data, head))
     check_columns(len(columns))
     return Contents(columns=columns, notes=(*notes, *joined))
 
 
-def _facts(lines: list[str], separator: str | None) -> dict[str, list[str]]:
+def lvm_head(data: bytes) -> LvmHead:
+    """Return the head of a file from its first bytes as UTF-8."""
+    lines = data.split(b"\n", _MOST_HEADER_LINES)[:_MOST_HEADER_LINES]
+    ends = [i for i, line in enumerate(lines) if line.strip().startswith(END_MARK)]
+    if not ends:
+        raise InputError(f"has no line {END_OF_HEADER} in its first {_MOST_HEADER_LINES} lines; it is damaged")
+    facts = header_facts([decoded(line) for line in lines[: ends[0]]], None)
+    separator = _SEPARATORS.get(_first(facts, "separator", "tab").lower(), "\t")
+    decimal = "," if _first(facts, "decimal_separator", ".").strip() == "," else "."
+    return LvmHead(
+        separator=separator, decimal=decimal, columns_of_x=_first(facts, "x_columns", "One").lower(),
+        start=_moment(_first(facts, "date", ""), _first(facts, "time", "")),
+        size=sum(len(line) + 1 for line in lines[: ends[0] + 1]),
+    )  # fmt: skip
+
+
+def header_facts(lines: list[str], separator: str | None) -> dict[str, list[str]]:
     """Return the values of a header by keyword in small letters."""
     facts: dict[str, list[str]] = {}
     for line in lines:
@@ -107,28 +138,25 @@ def _first(facts: dict[str, list[str]], key: str, default: str) -> str:
     return values[0] if values else default
 
 
-def _segments(data: bytes, at: int, facts: dict[str, list[str]], *, separator: str, decimal: str) -> list[LvmSegment]:
+def _segments(data: bytes, head: LvmHead) -> list[LvmSegment]:
     """Return the segments of a file; each begins with a header of its own, or with the heads of its columns."""
     segments: list[LvmSegment] = []
-    start = _moment(_first(facts, "date", ""), _first(facts, "time", ""))
-    columns_of_x = _first(facts, "x_columns", "One").lower()
+    at, separator = head.size, head.separator
     while data[at:].strip():
         if len(segments) >= MAX_PARTS:
             raise InputError(f"holds more than {MAX_PARTS} segments; cut it into shorter recordings")
-        end = data.find(_END, at)
+        end = data.find(END_MARK, at)
         if end < 0:
             raise InputError("has rows without the header of a segment; write the file again with its segment headers")
-        header = _facts([decoded(line) for line in data[at:end].split(b"\n")], separator)
+        facts = header_facts([decoded(line) for line in data[at:end].split(b"\n")], separator)
         heads_at = data.index(b"\n", end) + 1 if b"\n" in data[end:] else len(data)
         body_at = data.find(b"\n", heads_at) + 1 or len(data)
-        following = data.find(_END, body_at)
+        following = data.find(END_MARK, body_at)
         stop = _before_header(data, body_at, following) if following >= 0 else len(data)
         heads = [field.strip() for field in decoded(data[heads_at:body_at]).split(separator)]
         number = data.count(b"\n", 0, body_at)
         body = data[body_at:stop]
-        segments.append(
-            _segment(header, heads, body, start, columns_of_x, separator=separator, decimal=decimal, first=number)
-        )
+        segments.append(lvm_segment(head, facts, heads, body, first=number))
         at = stop
     if not segments:
         raise InputError("holds no segment with samples")
@@ -141,18 +169,21 @@ def _before_header(data: bytes, at: int, following: int) -> int:
     return start + 1 if start >= 0 else following
 
 
-def _segment(
-    facts: dict[str, list[str]],
-    heads: list[str],
-    body: bytes,
-    start: datetime.datetime | None,
-    columns_of_x: str,
-    *,
-    separator: str,
-    decimal: str,
-    first: int,
-) -> LvmSegment:
-    """Return the channels of a segment."""
+def lvm_segment(head: LvmHead, facts: dict[str, list[str]], heads: list[str], body: bytes, *, first: int) -> LvmSegment:
+    """Return the channels of a segment.
+
+    Parameters
+    ----------
+    head
+        Head of the file.
+    facts, heads
+        Facts of the segment's header by keyword, and the heads of its columns.
+    body
+        Its rows.
+    first
+        Number of lines before them.
+    """
+    heads, separator, decimal, columns_of_x = [*heads], head.separator, head.decimal, head.columns_of_x
     while heads and (not heads[-1] or heads[-1].lower() == "comment"):
         heads.pop()
     multi = columns_of_x == "multi"
@@ -180,7 +211,7 @@ def _segment(
         units=tuple(_field(facts, "y_unit_label", k) for k in channels),
         values=tuple(series),
         times=tuple(_times(t, y.size) for t, y in zip(x, series, strict=True)),
-        starts=tuple(_number(facts, "x0", k, decimal, default=0.0) + _offset(facts, k, start) for k in channels),
+        starts=tuple(_number(facts, "x0", k, decimal, default=0.0) + _offset(facts, k, head.start) for k in channels),
         steps=tuple(_number(facts, "delta_x", k, decimal, default=np.nan) for k in channels),
         abscissas=tuple(_abscissa(_field(facts, "x_dimension", k)) for k in channels),
     )
@@ -254,8 +285,10 @@ def _moment(date: str, time: str) -> datetime.datetime | None:
     return whole + datetime.timedelta(microseconds=micros)
 
 
-def _joined(segments: list[LvmSegment]) -> tuple[tuple[DataColumn, ...], list[Note]]:
-    """Return the channels of all segments as columns."""
+def joined_segments(
+    segments: list[LvmSegment], origin: float | None = None
+) -> tuple[tuple[DataColumn, ...], list[Note]]:
+    """Return the channels of segments that continue each other as columns; ``origin`` is the file's first start."""
     first = segments[0]
     for number, segment in enumerate(segments[1:], 2):
         if (segment.names, segment.steps, segment.units) != (first.names, first.steps, first.units):
@@ -264,7 +297,7 @@ def _joined(segments: list[LvmSegment]) -> tuple[tuple[DataColumn, ...], list[No
                 "one for each segment"
             )
     columns = []
-    origin = min(first.starts)
+    origin = min(first.starts) if origin is None else origin
     for k, name in enumerate(first.names):
         end, step = first.starts[k], first.steps[k]
         for number, segment in enumerate(segments, 1):

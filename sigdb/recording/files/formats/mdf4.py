@@ -119,7 +119,7 @@ def mdf4_blocks(path: Path, settings: RecordingSettings, samples: int | None) ->
     """
     with path.open("rb") as stored:
         file = _MdfFile(memoryview(mmap(stored.fileno(), 0, access=ACCESS_READ)), settings, is_whole=False)
-    return window_blocks(file.contents, samples, starts_of_file=False)
+    return window_blocks(file.contents, samples, starts_of_file=settings.sampling_rate is not None)
 
 
 class _MdfFile:
@@ -305,6 +305,7 @@ def _axis(
     if master.synchronised != TIME:
         what = SYNCHRONISED_WITH.get(master.synchronised, "an unknown quantity")
         return (_Axis() if what == "index" else _Axis(abscissa=f"{what} ({master.name})")), []
+    window = window if settings.sampling_rate is None else SampleWindow(0, 1)  # the start only
     try:
         first = window.of(records.count).start
         times = values(master, of_owner.table(window), owner.data_bytes, blocks, first=first).astype(float)

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from sigdb.core.errors import InputError
-from sigdb.recording import read_recording
+from sigdb.recording import read_in_blocks, read_recording
 
 N, DT = 200, 0.0005
 X = np.round(np.random.default_rng(8).normal(size=(2 * N, 2)), 6)
@@ -166,3 +166,71 @@ def test_no_bytes_give_a_traceback(tmp_path):
             read_recording(tmp_path / "run.lvm")
         except InputError:
             continue
+
+
+LONG = np.round(np.random.default_rng(9).normal(size=(2311, 2)), 6)
+
+
+def parts_of(x, size):
+    """Consecutive segments, each with the time of its first row."""
+    return [segment(x[i : i + size], (f"{i * DT:.6f}",) * 2) for i in range(0, len(x), size)]
+
+
+@pytest.mark.parametrize("samples", [256, 900])
+@pytest.mark.parametrize("size", [2311, 1000, 70])
+@pytest.mark.parametrize("columns", ["No", "One", "Multi"])
+def test_blocks_hold_what_the_whole_file_holds(tmp_path, columns, size, samples):
+    path = tmp_path / "run.lvm"
+    whole = read(path, lvm(parts_of(LONG, size), columns=columns, extra=("Description\tPr\xfcfstand",)))
+    blocks = read_in_blocks(path, samples=samples)
+    parts = list(blocks)
+    assert len(parts) > 1
+    for channel in whole.channels:
+        extent = blocks.whole.channel(channel.name)
+        assert (extent.unit, extent.start) == (channel.unit, pytest.approx(channel.start))
+        assert extent.sampling_rate == pytest.approx(channel.sampling_rate, rel=1e-9)
+        assert_array_equal(np.concatenate([part.channel(channel.name).samples for part in parts]), channel.samples)
+    codes = {note.code for note in whole.notes} - {"joined-segments"}
+    assert codes <= {note.code for note in blocks.whole.notes}
+
+
+def test_blocks_without_a_step_take_their_rate_from_the_times(tmp_path):
+    text = lvm([segment(LONG)])
+    text = "\n".join(line for line in text.split("\n") if not line.startswith("Delta_X"))
+    whole = read(tmp_path / "run.lvm", text)
+    blocks = read_in_blocks(tmp_path / "run.lvm", samples=500)
+    assert blocks.channels[0].sampling_rate == pytest.approx(whole.channels[0].sampling_rate, rel=1e-6)
+    given = read_in_blocks(tmp_path / "run.lvm", samples=500, sampling_rate=4000)
+    assert given.channels[0].sampling_rate == 4000
+    assert sum(part.channels[0].samples.size for part in given) == len(LONG)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda parts: [*parts[:2], parts_of(LONG, 500)[3]], "begins 0.25 s after the end|leap by 0.25 s"),
+        (lambda parts: [*parts[:2], segment(LONG[:500], ("1.0", "1.0"), ("10:00:05.123",) * 2)], "5 s"),
+    ],
+)
+def test_blocks_with_a_gap_between_segments_are_refused(tmp_path, change, message):
+    path = tmp_path / "run.lvm"
+    path.write_text(lvm(change(parts_of(LONG, 500))))
+    for samples in (300, 500):
+        with pytest.raises(InputError, match=message):
+            read_in_blocks(path, samples=samples)
+
+
+def test_times_of_later_blocks_that_contradict_the_step_are_refused(tmp_path):
+    lines = lvm([segment(LONG)]).split("\n")
+    late = [f"{float(line.split()[0]) + 0.5:.6f}\t" + line.split("\t", 1)[1] for line in lines[-1000:-1]]
+    (tmp_path / "run.lvm").write_text("\n".join([*lines[:-1000], *late, ""]))
+    with pytest.raises(InputError, match=r"Delta_X states 0\.0005 s, and its times"):
+        read_in_blocks(tmp_path / "run.lvm", samples=400)
+
+
+def test_rows_without_a_header_after_a_segment_are_refused_in_blocks(tmp_path):
+    text = lvm(parts_of(LONG, 1000))
+    for broken in (text.replace("Channels", "Kanaele"), text[: text.rindex("***End")], text.replace("X_Value", "Y")):
+        (tmp_path / "run.lvm").write_text(broken)
+        with pytest.raises(InputError):
+            read_in_blocks(tmp_path / "run.lvm", samples=400)
