@@ -102,7 +102,7 @@ def recorded_signature(
     """
     base = {} if settings is None else settings.model_dump(exclude_unset=True)
     settings = validated(AveragingSettings, base | dict(options), owner="recorded_signature")
-    source, recording = recording, recording.whole if isinstance(recording, RecordingBlocks) else recording
+    source, recording = recording, _needed(recording, settings)
     gear = averaged_gear(_teeth(recording, settings), rig, settings.gear)
     signal = _signal(recording, settings.channel)
     result = _record(source, recording, signal, gear, settings, rig)
@@ -158,6 +158,18 @@ def recorded_signature(
     )
 
 
+def _needed(recording: "Recording | RecordingBlocks", settings: AveragingSettings) -> "Recording":
+    """Return the recording with the samples that its angle needs at once; in blocks, the others are read later."""
+    if not isinstance(recording, RecordingBlocks):
+        return recording
+    whole = recording.whole
+    if settings.mesh_phase:
+        return recording.in_memory()
+    if whole.tacho is None or whole.pulse_times is not None or whole.tacho_kind == "waveform":
+        return whole
+    return recording.in_memory(whole.tacho)
+
+
 def _intervals(result: GearRecord, gear: AveragedGear) -> pd.DataFrame:
     """Return the intervals of the indicators; an empty table where the gear is not present, as it has no indicators."""
     if not result.presence.present:
@@ -211,11 +223,6 @@ def _record(
         angle = tacho_angle(recording, signal, waveform=waveform)
         angle = fit_to_rig(angle, recording, gear, rig=rig, stated_rpm=settings.speed_rpm)
         return gear_record(source, signal, angle, gear, mesh_phase=False, **average)
-    if isinstance(source, RecordingBlocks):
-        raise InputError(
-            f"{recording.source}: the phase of the mesh needs the whole recording, which is read in blocks; give a "
-            "tacho, or cut the recording"
-        )
     near = _range(recording, gear, settings)
 
     def by_phase(*, doubtful: bool) -> GearRecord:

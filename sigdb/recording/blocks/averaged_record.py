@@ -98,21 +98,10 @@ def averaged_record(
 
 
 def tacho_in_blocks(recording: RecordingBlocks) -> Waveform | None:
-    """Return the waveform of the tacho of a recording in blocks; None without a tacho.
-
-    Raises
-    ------
-    InputError
-        If the tacho is of a kind whose angle needs the whole recording.
-    """
+    """Return the waveform of the tacho of a recording in blocks; None if its tacho has none."""
     whole = recording.whole
-    if whole.tacho is None:
+    if whole.tacho is None or whole.tacho_kind != "waveform":
         return None
-    if whole.tacho_kind != "waveform":
-        raise InputError(
-            f"{recording.source}: a tacho of kind {whole.tacho_kind!r} is not read in blocks; cut the recording, or "
-            "give a tacho with the waveform of pulses"
-        )
     name = whole.tacho
     extent = next(channel for channel in recording.channels if channel.name == name)
     return Waveform(

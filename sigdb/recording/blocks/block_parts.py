@@ -113,9 +113,21 @@ def _size(contents: Contents, settings: RecordingSettings) -> int:
     return next(iter(sizes.values()), contents.columns[0].values.size)
 
 
+def of_channels(settings: RecordingSettings, names: tuple[str, ...], tacho: str | None) -> RecordingSettings:
+    """Return the settings for some of the channels."""
+    stated = {*names, settings.time}
+    by_channel = {
+        key: {name: value for name, value in table.items() if name in stated}
+        for key, table in (("units", settings.units), ("scale", settings.scale))
+        if isinstance(table, dict)
+    }
+    return settings.model_copy(update={"channels": names, "tacho": tacho, **by_channel})
+
+
 def used_columns(contents: Contents, settings: RecordingSettings) -> tuple[DataColumn, ...]:
-    """Return the columns that the settings choose, with the times; without a choice, all that are not too slow."""
-    columns = named_columns(contents, settings)[0]
+    """Return the columns of samples that the settings choose, with the times; else all that are not too slow."""
+    pulses = settings.tacho if settings.tacho_kind == "pulse-times" else None
+    columns = tuple(column for column in named_columns(contents, settings)[0] if column.name != pulses)
     if settings.channels is not None:
         wanted = {*settings.channels, settings.tacho, settings.time}
         return tuple(column for column in columns if column.name in wanted)

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sigdb.core import InputError, Note
-from sigdb.recording.blocks.block_parts import BlockPart, block_parts, contents_blocks, used_columns
+from sigdb.core import FloatArray, InputError, Note
+from sigdb.recording.blocks.block_parts import BlockPart, block_parts, contents_blocks, of_channels, used_columns
 from sigdb.recording.blocks.block_times import BlockTime, BlockTimes
-from sigdb.recording.files.assemble import assemble, named_columns
-from sigdb.recording.files.formats.contents import Contents
+from sigdb.recording.files.assemble import assemble, named_columns, pulse_times_of
+from sigdb.recording.files.formats.contents import Contents, DataColumn, check_values
 from sigdb.recording.files.kinds import FileKind
+from sigdb.recording.files.read import foreign_errors
 from sigdb.recording.files.settings import RecordingSettings
 from sigdb.recording.files.time_columns import TimeColumn, time_columns
 from sigdb.recording.recording import Channel, Recording, UnreadChannel
@@ -52,7 +53,12 @@ def surveyed(
         raise InputError(_SEVERAL)
     begin_start = used_columns(contents, settings)[0].start
     chosen = tuple(channel.name for channel in begin.channels)
-    settings = settings.model_copy(update={"channels": chosen, "time": times[0].name if times else False})
+    pulses = None
+    if begin.pulse_times is not None:
+        origin = (begin.zero_time or 0.0) if begin.zero_time != contents.zero_time else 0.0
+        pulses = _pulse_times(path, kind, settings, origin=origin, samples=samples)
+    settings = settings.model_copy(update={"time": times[0].name if times else False})
+    settings = of_channels(settings, chosen, settings.tacho if pulses is None else None)
     survey = _Survey({name: _Extent() for name in chosen}, {note.code for note in begin.notes})
     for part in block_parts(path, kind, settings, samples=samples, seek_faults=True):
         survey.take(part, _block_time(part, settings))
@@ -62,7 +68,29 @@ def surveyed(
         rate = begin.channels[0].sampling_rate
     channels = tuple(survey.extents[channel.name].channel(channel, rate) for channel in begin.channels)
     notes = (*_notes_on_file(begin.notes, rate), *survey.notes(channels), _blocks_note(survey))
-    return settings, replace(begin, channels=channels, notes=notes)
+    return settings, replace(begin, channels=channels, pulse_times=pulses, notes=notes)
+
+
+def _pulse_times(
+    path: Path, kind: FileKind, settings: RecordingSettings, *, origin: float, samples: int | None
+) -> FloatArray:
+    """Return the pulse times of all blocks, s; those that are missing at their end are padding."""
+    assert kind.blocks is not None
+    pulses: list[FloatArray] = []
+    column: DataColumn | None = None
+    padded = False
+    with foreign_errors(kind):
+        for contents in kind.blocks(path, settings, samples):
+            column = next(one for one in named_columns(contents, settings)[0] if one.name == settings.tacho)
+            stored = column.numbers.reshape(-1)
+            present = np.flatnonzero(np.isfinite(stored))
+            if present.size:
+                pulses += [np.array([np.nan])] if padded else []
+                pulses.append(stored[: present[-1] + 1].copy())
+                check_values(sum(part.size for part in pulses))
+            padded |= present.size == 0 or present[-1] + 1 < stored.size
+    assert column is not None
+    return pulse_times_of(replace(column, values=np.concatenate(pulses)), origin, settings)
 
 
 def _refuse_several_rates(contents: Contents, settings: RecordingSettings) -> None:

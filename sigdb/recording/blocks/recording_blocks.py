@@ -6,17 +6,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Unpack
 
+import numpy as np
 import pandas as pd
 
 from sigdb.core import InputError
-from sigdb.recording.blocks.block_parts import BlockPart, block_parts
+from sigdb.recording.blocks.block_parts import BlockPart, block_parts, of_channels
 from sigdb.recording.blocks.block_survey import surveyed
-from sigdb.recording.files.formats.contents import SHORTEST_BLOCK, TooLargeError
+from sigdb.recording.files.formats.contents import MAX_VALUES, SHORTEST_BLOCK, TooLargeError
 from sigdb.recording.files.kinds import KINDS, FileKind, file_kind
 from sigdb.recording.files.parts.members import is_archive
 from sigdb.recording.files.read import one_line_refusals, read_recording, recording_settings, refusals_of
 from sigdb.recording.files.settings import RecordingOptions, RecordingSettings
-from sigdb.recording.recording import Recording, UnreadChannel
+from sigdb.recording.recording import Channel, Recording, UnreadChannel
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -91,7 +92,7 @@ class RecordingBlocks:
         """
         channels = names or tuple(channel.name for channel in self.whole.channels)
         tacho = self.whole.tacho if self.whole.tacho in channels else None
-        settings = _of_channels(self.settings, channels, tacho)
+        settings = of_channels(self.settings, channels, tacho)
         first = 0
         with one_line_refusals(), refusals_of(self.path):
             for part in block_parts(self.path, _kind(self.path, settings), settings, samples=self.samples):
@@ -100,6 +101,46 @@ class RecordingBlocks:
                 first += size
             if first != self.whole.channels[0].samples.size:
                 raise InputError(f"now holds {first} samples; it has changed while it was read")
+
+    def in_memory(self, *names: str) -> Recording:
+        """Return the recording with all samples of some channels; the others stay without.
+
+        Parameters
+        ----------
+        *names : str
+            The channels; all if left out.
+
+        Returns
+        -------
+        Recording
+
+        Raises
+        ------
+        InputError
+            If they are more than a recording in memory may have, or the file cannot be read.
+        """
+        wanted = names or tuple(channel.name for channel in self.whole.channels)
+        size = self.whole.channels[0].samples.size
+        if size * len(wanted) > MAX_VALUES:
+            raise InputError(
+                f"{self.source}: all samples of {', '.join(wanted[:4])} are needed at once, for the phase of the mesh "
+                f"or a tacho of kind counts, angle or speed, and they are {size * len(wanted)} numbers, more than "
+                f"{MAX_VALUES}; cut the recording, choose fewer channels, or give a tacho with the waveform of pulses"
+            )
+        samples = {name: np.empty(size) for name in wanted}
+        first = 0
+        for part in self.parts(*wanted):
+            for channel in part.channels:
+                samples[channel.name][first : first + channel.samples.size] = channel.samples
+            first += part.channels[0].samples.size
+        channels = tuple(
+            Channel(
+                name=channel.name, samples=samples[channel.name], sampling_rate=channel.sampling_rate,
+                unit=channel.unit, rate_from=channel.rate_from, start=channel.start,
+            ) if channel.name in samples else channel
+            for channel in self.whole.channels
+        )  # fmt: skip
+        return replace(self.whole, channels=channels)
 
     def overview(self) -> pd.DataFrame:
         """Return the table of :meth:`Recording.overview`; clipped samples, spikes and drop-outs are missing in it."""
@@ -158,11 +199,6 @@ def read_in_blocks(
     with one_line_refusals():
         settings = recording_settings(path, options)
         with refusals_of(path):
-            if settings.tacho_kind == "pulse-times":
-                raise InputError(
-                    "tacho_kind = 'pulse-times' is not read in blocks, since pulses are no samples; cut the recording, "
-                    "or give a tacho with a waveform"
-                )
             kind = _kind(path, settings)
             chosen, whole = surveyed(path, kind, settings, samples=samples)
     return RecordingBlocks(whole=whole, path=path, settings=chosen, samples=samples)
@@ -199,17 +235,6 @@ def read_of_any_size(
         if not error.in_blocks:
             raise
     return read_in_blocks(path, **options)
-
-
-def _of_channels(settings: RecordingSettings, names: tuple[str, ...], tacho: str | None) -> RecordingSettings:
-    """Return the settings for some of the channels."""
-    stated = {*names, settings.time}
-    by_channel = {
-        key: {name: value for name, value in table.items() if name in stated}
-        for key, table in (("units", settings.units), ("scale", settings.scale))
-        if isinstance(table, dict)
-    }
-    return settings.model_copy(update={"channels": names, "tacho": tacho, **by_channel})
 
 
 def _kind(path: Path, settings: RecordingSettings) -> FileKind:

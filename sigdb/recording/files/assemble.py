@@ -98,7 +98,7 @@ def assemble(
     )  # fmt: skip
     return Recording(
         source=source, channels=channels, tacho=settings.tacho, pulses_per_rev=settings.pulses_per_rev,
-        pulse_times=_pulse_times(pulses[0], origin, settings) if pulses else None,
+        pulse_times=pulse_times_of(pulses[0], origin, settings) if pulses else None,
         tacho_kind=settings.tacho_kind, threshold=settings.threshold, hysteresis=settings.hysteresis,
         edge=settings.edge, ratio=settings.ratio, teeth=settings.teeth,
         speed_rpm=contents.speed_rpm if settings.speed_rpm is None else settings.speed_rpm, torque=settings.torque,
@@ -267,7 +267,7 @@ def _holds_pulse_times(column: DataColumn, settings: RecordingSettings) -> bool:
     return column.name == settings.tacho and settings.tacho_kind == "pulse-times"
 
 
-def _pulse_times(column: DataColumn, origin: float, settings: RecordingSettings) -> FloatArray:
+def pulse_times_of(column: DataColumn, origin: float, settings: RecordingSettings) -> FloatArray:
     """Return pulse times in s on the recording's time axis; nan at their end is padding."""
     t = column.numbers.reshape(-1)
     t = t[: t.size - int(np.argmax(np.isfinite(t[::-1])))] if np.isfinite(t).any() else t[:0]

@@ -2,7 +2,9 @@
 
 import tracemalloc
 
+import h5py
 import numpy as np
+import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
 
@@ -120,21 +122,81 @@ def test_memory_does_not_grow_with_the_file(tmp_path, monkeypatch):
     assert peak < path.stat().st_size / 2, peak
 
 
-def test_what_needs_the_whole_recording_is_refused_with_the_remedy(tmp_path):
+def _as_kind(kind):
+    """The recording with a tacho of another kind: the angle of the shaft as counts, as an angle or as a speed."""
+    t = np.arange(9000) / FS
+    rev = 20 * t + 0.3 * np.sin(2 * np.pi * 0.4 * t)
+    speed = 60 * (20 + 0.3 * 2 * np.pi * 0.4 * np.cos(2 * np.pi * 0.4 * t))
+    tacho = {"counts": np.floor(rev * 64), "angle": 360 * (rev % 1), "speed": speed}[kind]
+    unit = {"counts": "", "angle": "deg", "speed": "rpm"}[kind]
+    options = {"tacho_kind": kind, "units": {"a1": "g", "tacho": unit}, "pulses_per_rev": 64 if kind == "counts" else 1}
+    return np.column_stack([_signal(9000)[:, 0], tacho]), OPTIONS | options
+
+
+@pytest.mark.parametrize("kind", ["counts", "angle", "speed", "mesh phase"])
+def test_what_needs_all_samples_at_once_takes_those_channels_into_memory(tmp_path, monkeypatch, kind):
+    by_mesh = kind == "mesh phase"
+    x, options = (_signal(9000), OPTIONS) if by_mesh else _as_kind(kind)
+    averaging = {"teeth": TEETH, "mesh_phase": by_mesh} | ({"speed_rpm": 1200.0} if by_mesh else {})
+    np.save(tmp_path / "run.npy", x)
+    blocks = read_in_blocks(tmp_path / "run.npy", samples=1000, **options)
+    signature = recorded_signature(blocks, **averaging)
+    whole = recorded_signature(read_recording(tmp_path / "run.npy", **options), **averaging)
+    assert signature.averages == whole.averages
+    assert_allclose(signature.tsa, whole.tsa, atol=1e-9)
+    assert_allclose(list(signature.indicators.values()), list(whole.indicators.values()), rtol=1e-6)
+    assert "spoilt" not in {note.code for note in signature.notes}
+    monkeypatch.setattr("sigdb.recording.blocks.recording_blocks.MAX_VALUES", 8000)
+    names = "a1, tacho" if by_mesh else "tacho"
+    with pytest.raises(InputError, match=f"all samples of {names} are needed at once.*more than 8000; cut"):
+        recorded_signature(blocks, **averaging)
+
+
+@pytest.mark.parametrize("name", ["run.h5", "run.csv"])
+def test_pulse_times_are_read_with_the_blocks(tmp_path, name):
+    """Pulse times in ms: an array of their own, or a column of a table that ends before the others."""
+    x = np.round(_signal(9000)[:, 0], 9)
+    t = np.arange(9000) / FS
+    rev = 20 * t + 0.3 * np.sin(2 * np.pi * 0.4 * t)
+    pulses = 1000 * np.round(np.interp(np.arange(8 * int(rev[-1])) / 8, rev, t), 9)
+    if name == "run.h5":
+        with h5py.File(tmp_path / name, "w") as file:
+            file["a1"], file["pulses"] = x, pulses
+    else:
+        padded = np.append(pulses, np.full(9000 - len(pulses), np.nan))
+        pd.DataFrame({"a1": x, "pulses": padded}).to_csv(tmp_path / name, index=False)
+    options = {
+        "tacho": "pulses", "tacho_kind": "pulse-times", "pulses_per_rev": 8, "sampling_rate": FS,
+        "units": {"pulses": "ms", "a1": "g"},
+    }  # fmt: skip
+    for more in ({}, {"channels": ["a1"]}):
+        whole = read_recording(tmp_path / name, **options, **more)
+        blocks = read_in_blocks(tmp_path / name, samples=300, **options, **more)
+        assert [channel.name for channel in blocks.channels] == ["a1"]
+        assert_allclose(blocks.whole.pulse_times, whole.pulse_times, rtol=1e-12)
+    assert_allclose(blocks.whole.pulse_times, pulses / 1000, atol=1e-9)
+    signature = recorded_signature(blocks, teeth=TEETH)
+    assert_allclose(signature.tsa, recorded_signature(whole, teeth=TEETH).tsa, atol=1e-9)
+
+
+def test_pulse_times_that_are_missing_between_others_are_refused(tmp_path):
+    pulses = np.arange(9000) / 500
+    pulses[2000:4000] = np.nan
+    table = pd.DataFrame({"a1": _signal(9000)[:, 0], "pulses": pulses})
+    table.to_csv(tmp_path / "run.csv", index=False)
+    options = {"tacho": "pulses", "tacho_kind": "pulse-times", "sampling_rate": FS, "units": {"pulses": "s"}}
+    with pytest.raises(InputError, match=r"pulse times or more that rise, none of them missing"):
+        read_in_blocks(tmp_path / "run.csv", samples=500, **options)
+
+
+def test_signatures_in_blocks_that_cannot_be_are_refused_with_the_remedy(tmp_path):
     np.save(tmp_path / "run.npy", _signal(5000))
     blocks = read_in_blocks(tmp_path / "run.npy", samples=1000, **OPTIONS)
-    with pytest.raises(InputError, match=r"phase of the mesh needs the whole recording.*tacho, or cut"):
-        recorded_signature(blocks, teeth=TEETH, mesh_phase=True)
-    counts = read_in_blocks(tmp_path / "run.npy", samples=1000, tacho_kind="counts", **OPTIONS)
-    with pytest.raises(InputError, match=r"kind 'counts' is not read in blocks; cut"):
-        recorded_signature(counts, teeth=TEETH)
     with pytest.raises(InputError, match=r"revolutions = 99 must be at most 2\d"):
         recorded_signature(blocks, teeth=TEETH, revolutions=99)
     no_tacho = read_in_blocks(tmp_path / "run.npy", samples=1000, **OPTIONS | {"tacho": None})
     with pytest.raises(InputError, match="no channel is known as its tacho"):
         recorded_signature(no_tacho, teeth=TEETH)
-    with pytest.raises(InputError, match="pulse-times' is not read in blocks"):
-        read_in_blocks(tmp_path / "run.npy", tacho_kind="pulse-times", **OPTIONS)
 
 
 def test_a_recording_in_memory_keeps_its_deviation():
