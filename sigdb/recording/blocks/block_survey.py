@@ -81,7 +81,7 @@ def _pulse_times(
     padded = False
     with foreign_errors(kind):
         for contents in kind.blocks(path, settings, samples):
-            column = next(one for one in named_columns(contents, settings)[0] if one.name == settings.tacho)
+            column = next(each for each in named_columns(contents, settings)[0] if each.name == settings.tacho)
             stored = column.numbers.reshape(-1)
             present = np.flatnonzero(np.isfinite(stored))
             if present.size:
