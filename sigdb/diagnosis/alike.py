@@ -6,10 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sigdb.core import FloatArray, InputError, Note
-from sigdb.recording import RecordedSignature, in_unit_of
+from sigdb.recording import PULSE_SHARE, RecordedSignature, in_unit_of
 
 MARKS_DISAGREE = "marks-disagree"
 """Code of the note that the tacho marks of the two recordings do not stand for the same angle."""
+
+MARKS_UNVERIFIED = "marks-unverified"
+"""Code of the note that the recordings do not show whether their marks stand for the same angle."""
 
 _ABOVE_NOISE = 4.0
 """Amplitude of an order, in standard deviations of its noise, above which its phase counts."""
@@ -17,6 +20,10 @@ _LEAST_ALIKE, _LESS_ALIKE = 0.6, 0.5
 """Least share of the orders that agree after the turn, and the share of that number that may agree without it."""
 _BEYOND_CHANCE = 1.5
 """Ratio of the agreement after a turn to the greatest agreement of random phases."""
+_NO_CHANCE = 3.0
+"""Agreement without a turn that shows the marks to agree, in standard deviations of that of random phases."""
+_MIRRORED = 0.1
+"""Difference from one, and from each other, of the shares of two pulses from which on one is the other inverted."""
 _SAME_BAND = 0.02
 """Relative difference of the highest orders below which they are one band."""
 _USED = 0.9
@@ -51,18 +58,44 @@ def make_alike(signature: RecordedSignature, healthy: RecordedSignature) -> Pair
     _check_pair(signature, healthy)
     healthy, units = in_unit_of(healthy, signature)
     (signature, healthy), band = _one_band(signature, healthy)
-    turn = turn_between(signature, healthy) if signature.absolute and healthy.absolute else 0.0
-    marks: tuple[Note, ...] = ()
-    if turn:
+    marks = _marks_note(signature, healthy) if signature.absolute and healthy.absolute else ()
+    if any(note.code == MARKS_DISAGREE for note in marks):
         signature, healthy = (replace(each, absolute=False) for each in (signature, healthy))
+    return Pair(signature=signature, healthy=healthy, notes=(*units, *_channel_note(signature, healthy), *band, *marks))
+
+
+def _marks_note(signature: RecordedSignature, healthy: RecordedSignature) -> tuple[Note, ...]:
+    """Return a note if the tacho marks of two recordings do not agree, or if nothing shows that they do."""
+    phases = _Phases(signature, healthy)
+    turn = phases.turn()
+    relative = "The tacho's polarity, edge or position differs, so tooth numbers are relative."
+    if turn:
         teeth = turn * signature.teeth
         text = (
             f"The tacho marks of the two recordings do not agree: they fit best when the healthy average is turned by "
-            f"{360 * turn:.1f} deg, {teeth:.1f} teeth. The tacho's polarity, edge or position differs, so tooth "
-            "numbers are relative."
+            f"{360 * turn:.1f} deg, {teeth:.1f} teeth. {relative}"
         )
-        marks = (Note(code=MARKS_DISAGREE, text=text, values={"turn_deg": 360 * turn, "teeth": teeth}),)
-    return Pair(signature=signature, healthy=healthy, notes=(*units, *_channel_note(signature, healthy), *band, *marks))
+        return (Note(code=MARKS_DISAGREE, text=text, values={"turn_deg": 360 * turn, "teeth": teeth}),)
+    if phases.agree():
+        return ()
+    share, other = _pulse_share(signature), _pulse_share(healthy)
+    if share is not None and other is not None and abs(share + other - 1) < _MIRRORED < abs(share - other):
+        text = (
+            f"The tacho marks of the two recordings do not agree: a pulse takes {share:.0%} of the time in the "
+            f"recording and {other:.0%} in the healthy one, as if one of them were inverted. {relative}"
+        )
+        return (Note(code=MARKS_DISAGREE, text=text, values={"recording": share, "healthy": other}),)
+    text = (
+        "The recordings do not show whether their tacho marks stand for the same angle, since hardly anything but mesh "
+        "harmonics stands out of both: the tooth number holds if polarity, edge and position of the tacho are the same."
+    )
+    return (Note(code=MARKS_UNVERIFIED, text=text),)
+
+
+def _pulse_share(signature: RecordedSignature) -> float | None:
+    """Return the share of the time that the pulses of the tacho take; None if it is unknown."""
+    shares = [note.values[PULSE_SHARE] for note in signature.notes if PULSE_SHARE in note.values]
+    return float(shares[0]) if shares else None
 
 
 def _check_pair(signature: RecordedSignature, healthy: RecordedSignature) -> None:
@@ -112,33 +145,51 @@ def _below(signature: RecordedSignature, highest: float) -> RecordedSignature:
     return replace(signature, tsa=np.fft.irfft(X, len(signature.tsa)), highest_order=highest)
 
 
-def turn_between(signature: RecordedSignature, healthy: RecordedSignature) -> float:
-    """Return the turn of the healthy average that makes it agree with the other, in revolutions; 0 if it agrees.
+class _Phases:
+    """Agreement of the phases of two averages, by the turn of the second.
 
     Let X and Y be the spectra of the averages at the K orders that stand out of the noise in both. The agreement after
     a turn by u revolutions is ``c(u) = Re sum_k X_k Y_k^* exp(2 pi j k u) / |X_k Y_k|``, the generalised cross
     correlation with phase transform of Knapp and Carter, IEEE Transactions on Acoustics, Speech, and Signal Processing
-    24(4), 1976, doi:10.1109/TASSP.1976.1162830. It is at most K, and for random phases at n angles hardly above
-    ``sqrt(K ln n)``. A turn is returned where c reaches 0.6 K and 1.5 times that value, and stays below half of its
-    maximum within half a tooth of 0.
+    24(4), 1976, doi:10.1109/TASSP.1976.1162830. It is at most K. For random phases its standard deviation at one angle
+    is ``sqrt(K / 2)``, and its maximum over n angles is hardly above ``sqrt(K ln n)``.
     """
-    n = len(signature.tsa)
-    X, Y = np.fft.rfft(signature.tsa), np.fft.rfft(healthy.tsa)
-    used = _audible(X, signature.noise, n) & _audible(Y, healthy.noise, n)
-    used[0] = False
-    K = int(used.sum())
-    if K < 2:
-        return 0.0
-    cross = np.where(used, X * np.conj(Y), 0)
-    cross = np.divide(cross, np.abs(cross), out=np.zeros_like(cross), where=used)
-    agreement = np.fft.irfft(cross, n) * n / 2
-    turns = (np.arange(n) / n + 0.5) % 1 - 0.5
-    best = int(np.argmax(agreement))
-    unturned = agreement[np.abs(turns) <= 0.5 / signature.teeth].max()
-    least = max(_LEAST_ALIKE * K, _BEYOND_CHANCE * np.sqrt(K * np.log(n)))
-    if agreement[best] < least or unturned > _LESS_ALIKE * agreement[best]:
-        return 0.0
-    return float(turns[best])
+
+    def __init__(self, signature: RecordedSignature, healthy: RecordedSignature) -> None:
+        n, Z = len(signature.tsa), signature.teeth
+        X, Y = np.fft.rfft(signature.tsa), np.fft.rfft(healthy.tsa)
+        orders = np.arange(len(X))
+        held = orders <= _USED * min(signature.highest_order, healthy.highest_order)
+        used = held & (orders > 0) & _audible(X, signature.noise, n) & _audible(Y, healthy.noise, n)
+        cross = np.where(used, X * np.conj(Y), 0)
+        self._cross = np.divide(cross, np.abs(cross), out=np.zeros_like(cross), where=used)
+        self._orders, self._n, self._teeth = orders, n, Z
+        self._turns = (np.arange(n) / n + 0.5) % 1 - 0.5
+
+    def turn(self) -> float:
+        """Return the turn of the healthy average that makes it agree with the other, in revolutions; 0 if none does.
+
+        A turn is returned where c reaches 0.6 K and 1.5 times the maximum for random phases, and stays below half of
+        its maximum within half a tooth of 0.
+        """
+        K = np.count_nonzero(self._cross)
+        agreement = self._agreement(self._cross)
+        best = int(np.argmax(agreement))
+        unturned = agreement[np.abs(self._turns) <= 0.5 / self._teeth].max()
+        least = max(_LEAST_ALIKE * K, _BEYOND_CHANCE * np.sqrt(K * np.log(self._n)))
+        if K < 2 or agreement[best] < least or unturned > _LESS_ALIKE * agreement[best]:
+            return 0.0
+        return float(self._turns[best])
+
+    def agree(self) -> bool:
+        """Return whether the orders that are no mesh harmonics agree without a turn; mesh harmonics do at any tooth."""
+        cross = np.where(self._orders % self._teeth > 0, self._cross, 0)
+        near = np.abs(self._turns) <= 0.25 / self._teeth
+        K = np.count_nonzero(cross)
+        return bool(K and self._agreement(cross)[near].max() >= _NO_CHANCE * np.sqrt(K / 2))
+
+    def _agreement(self, cross: np.ndarray) -> FloatArray:
+        return np.asarray(np.fft.irfft(cross, self._n) * self._n / 2)
 
 
 def _audible(X: np.ndarray, noise: FloatArray, n: int) -> np.ndarray:

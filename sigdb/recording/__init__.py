@@ -8,6 +8,8 @@ __all__ = [
     "AveragingSettings",
     "Channel",
     "EnvelopeSpectrum",
+    "MeshPresence",
+    "NoMeshError",
     "OrderMap",
     "RecordedSignature",
     "Recording",

@@ -18,6 +18,7 @@ from .recording import Recording as Recording
 from .settings import AngleOptions as AngleOptions
 from .settings import AveragingOptions as AveragingOptions
 from .settings import AveragingSettings as AveragingSettings
+from .shaft_angle import PULSE_SHARE as PULSE_SHARE
 from .shaft_angle import SPEED_DOUBT as SPEED_DOUBT
 from .signature import RecordedSignature as RecordedSignature
 from .signature import in_unit as in_unit

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 SPEED_DOUBT = "speed-doubt"
 """Code of the note that another speed explains the spectrum nearly as well."""
 
+PULSE_SHARE = "pulse_share"
+"""Value of the note on a tacho: the share of the time in the state that begins at the edge that counts."""
+
 RELATIVE_TEETH = "relative-teeth"
 """Code of the note that tooth numbers are relative."""
 

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sigdb.core import InputError
+from sigdb.core import InputError, Note
 from sigdb.diagnosis.alike import make_alike
 from sigdb.recording import MeshPresence, RecordedSignature
 
@@ -98,14 +98,55 @@ def test_marks_that_do_not_agree_make_teeth_relative(teeth):
     assert not pair.healthy.absolute
 
 
-@pytest.mark.parametrize("change", ["nothing", "a tooth", "the gain", "no errors"])
+@pytest.mark.parametrize("change", ["nothing", "a tooth", "the gain"])
 def test_marks_that_agree_stay_absolute(change):
-    x = average(change != "no errors")
+    x = average()
     run = {
         "nothing": x,
         "a tooth": x + 3 * np.exp(-(((THETA - 3) * 4) ** 2)) * np.cos(30 * THETA),
         "the gain": 2 * x,
-        "no errors": x,
     }[change]
     pair = make_alike(signature(run), signature(x, **HEALTHY))
     assert (codes(pair), pair.signature.absolute) == ([], True)
+
+
+@pytest.mark.parametrize("turn", [0, 3, 1.5])
+def test_marks_that_nothing_shows_to_agree_are_a_doubt(turn):
+    """Without errors of the teeth all teeth look alike, whichever passes at the mark: the numbers rest on the tacho."""
+    x = average(teeth_errors=False)
+    pair = make_alike(signature(np.roll(x, int(turn * N / TEETH))), signature(x, **HEALTHY))
+    assert (codes(pair), pair.signature.absolute) == (["marks-unverified"], True)
+
+
+@pytest.mark.parametrize(
+    ("share", "other", "code"),
+    [
+        (0.6, 0.4, "marks-disagree"),
+        (0.75, 0.25, "marks-disagree"),
+        (0.25, 0.25, "marks-unverified"),
+        (0.52, 0.48, "marks-unverified"),
+        (0.1, 0.3, "marks-unverified"),
+    ],
+)
+def test_pulses_of_opposite_polarity_make_teeth_relative_where_nothing_else_shows_it(share, other, code):
+    x = average(teeth_errors=False)
+    run, new = (
+        signature(x, notes=(Note(code="tacho", text="", values={"pulse_share": each}),), **changes)
+        for each, changes in ((share, {}), (other, HEALTHY))
+    )
+    assert codes(make_alike(run, new)) == [code]
+    assert make_alike(run, new).signature.absolute == (code == "marks-unverified")
+
+
+def test_what_is_left_above_the_range_is_no_agreement():
+    """Above their range averages hold remains of the resampling alone, which do not turn with the mark."""
+    remains = np.zeros(N // 2 + 1, complex)
+    remains[210:] = 10.0
+    x = average()
+    noise = np.where(np.arange(N // 2 + 1) < 200, 0.01, 1e-9)
+    turned = np.roll(x, 3 * N // TEETH)
+    run, new = (
+        signature(each + np.fft.irfft(remains, N), noise=noise, highest_order=200.0, **changes)
+        for each, changes in ((turned, {}), (x, HEALTHY))
+    )
+    assert codes(make_alike(run, new)) == ["marks-disagree"]

@@ -14,6 +14,8 @@ _LIKE_NEIGHBOURS = 0.5
 """Probability above which the mesh orders are no higher than the orders about them."""
 _RIVAL = 1.25, 15.0
 """Evidence of another comb of orders, as a multiple of that of the mesh and a sum, above which it is another gear."""
+_PART = 2.0, 5.0
+"""The same for the orders of a half or a third of the teeth, as where a tacho has two or three pulses, not one."""
 _LINE = 1e-6
 """Probability below which a single order is a line."""
 _OTHERS = 0.01
@@ -113,10 +115,10 @@ def mesh_presence(
 
     The gear is present where ``p_value`` is at most 0.001 and all of these hold: ``p_neighbours`` is at most 0.5, no
     comb ``h Z + s``, ``|s| > 2``, and no mesh of another tooth count has 1.25 E + 15 of evidence, where E, a sum of
-    -ln p like p_neighbours', is the evidence of this one. The
-    lines have no common spacing of another gear. Harmonics that are no multiples of 2, or 3, stand out as well, with a
-    combined p of at most 0.01; else the gear has twice or three times as many teeth. A single line is a gear's only
-    where no line between the whole orders is stronger.
+    -ln p like p_neighbours', is the evidence of this one. Orders of a half or a third of the teeth have at most
+    2 E + 5. The lines have no common spacing of another gear. Harmonics that are no multiples of 2, or 3, stand out as
+    well, with a combined p of at most 0.01; else the gear has twice or three times as many teeth. A single line is a
+    gear's only where no line between the whole orders is stronger.
 
     Parameters
     ----------
@@ -182,7 +184,7 @@ def mesh_presence(
         "mesh_lines": float(np.count_nonzero(lines % Z == 0)),
         "multiple": _multiple(line, mesh, Z),
     }
-    rival = rival if evidence > _RIVAL[0] * combs.evidence(mesh) + _RIVAL[1] else ""
+    rival = rival if evidence > _RIVAL[0] * combs.evidence(mesh) + _RIVAL[1] else combs.part_of_teeth(mesh, others)
     strongest = int(mesh[np.argmin(line[mesh])]) if mesh.size else 0
     if _combined(np.sort(line[np.concatenate([side, mesh])])[1:]) > ALARM and spectrum.stronger_between(strongest, top):
         rival = rival or "tones between the orders of the shaft"
@@ -207,11 +209,13 @@ def _p(p: float) -> str:
 def _doubt(values: dict[str, float], Z: int, rival: str, *, any_mesh: bool, mesh_phase: bool) -> str:
     """Return why the gear is not present; empty if it is."""
     none = f"no mesh of {Z} teeth stands out of this recording"
+    pulses = "" if mesh_phase else ", pulses_per_rev and ratio"
     p, spacing, multiple = values["p_value"], int(values["spacing"]), int(values["multiple"])
     if not any_mesh:
         return f"{none}: its mesh lies above the record's range"
     if rival:
-        return f"{none}: {rival} stand out more; check the tooth count, or give the rig if the shaft has other gears"
+        check = f"check the tooth count{pulses}, or give the rig if the shaft has other gears"
+        return f"{none}: {rival} stand out more; {check}"
     if not p <= ALARM:
         tones = mesh_phase and values["p_mesh"] <= ALARM and spacing > 0 and spacing % Z == 0
         what = (
@@ -314,6 +318,15 @@ class _Combs:
         }
         evidence = {name: self.evidence(comb[:_HARMONICS]) for name, comb in combs.items()}
         return max(evidence.items(), key=lambda item: item[1], default=("", 0.0))
+
+    def part_of_teeth(self, mesh: IntArray, others: Collection[int]) -> str:
+        """Return the half or third of the teeth whose orders have more evidence than the mesh, in words; "" if none."""
+        Z, orders = self._teeth, self._orders
+        for part in (Z // d for d in (2, 3) if Z % d == 0 and Z // d > 2):
+            comb = orders[(orders % part == 0) & np.all([orders % z > 0 for z in (Z, *others)], axis=0)]
+            if self.evidence(comb[:_HARMONICS]) > _PART[0] * self.evidence(mesh) + _PART[1]:
+                return f"mesh orders of {part} teeth"
+        return ""
 
     def _log_p_at(self, order: int) -> float:
         reach = max(self._teeth, 8)

@@ -108,7 +108,7 @@ def angle_pulses(channel: "Channel", name: str) -> EvenPulses:
             f" {channel.unit!r} and its rate"
         )
     sign = 1.0 if steps.sum() > 0 else -1.0
-    _check_forwards(sign * steps, "angle")
+    _check_forwards(sign * steps, "angles")
     angle = sign * turns[0] + np.append(0.0, np.cumsum(sign * steps))
     rising = np.append(True, angle[1:] > np.maximum.accumulate(angle)[:-1])
     even = _even(np.flatnonzero(rising) / channel.sampling_rate, angle[rising], _MOST_PULSES, wrapped)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sigdb.core import FloatArray, InputError, Note
-from sigdb.recording.shaft_angle import RELATIVE_TEETH, ShaftAngle
+from sigdb.recording.shaft_angle import PULSE_SHARE, RELATIVE_TEETH, ShaftAngle
 from sigdb.recording.tacho.encoder_angle import angle_pulses, counted_pulses, speed_pulses
 from sigdb.recording.tacho.pulse_train import PulseTrain, pulse_train
 from sigdb.recording.tacho.uneven_marks import EvenPulses, even_pulses
@@ -97,6 +97,7 @@ def _pulses(
     largest = float(np.max(np.abs(extremes)))
     if largest > _LARGEST:
         raise InputError(f"it holds values up to {largest:g}; check that it is the tacho")
+    _check_level(recording, float(np.min(extremes)), float(np.max(extremes)))
     shift = tacho.start - signal.start
     match recording.tacho_kind:
         case "waveform":
@@ -109,7 +110,7 @@ def _pulses(
                 edge=recording.edge,
             )
             notes = list(_waveform_notes(name, waveform, recording))
-            return _of_train(recording, waveform.times + shift, name, notes)
+            return _of_train(recording, waveform.times + shift, name, notes, share=waveform.pulse_share)
         case "pulse-times":
             times = tacho.samples * _seconds(tacho.unit) - signal.start
             return _of_train(recording, times, name, [])
@@ -129,6 +130,19 @@ def _pulses(
     return even, train, []
 
 
+def _check_level(recording: "Recording", least: float, greatest: float) -> None:
+    """Refuse a threshold and a hysteresis that no pulse of a waveform reaches."""
+    threshold, hysteresis = recording.threshold, recording.hysteresis
+    if recording.tacho_kind != "waveform":
+        return
+    if threshold is not None and np.isfinite(threshold) and not least < threshold < greatest:
+        raise InputError(
+            f"threshold = {threshold:g} is not between its least and greatest values, {least:.4g} and {greatest:.4g}"
+        )
+    if hysteresis is not None and hysteresis >= greatest - least:
+        raise InputError(f"hysteresis = {hysteresis:g} is not below its range, {least:.4g} to {greatest:.4g}")
+
+
 def _too_few(pulses: int, each: int) -> str:
     return (
         f"it has {pulses} pulses, which bound no revolution of {each:g}; check that it is the tacho, its threshold and"
@@ -143,7 +157,7 @@ def _seconds(unit: str) -> float:
 
 
 def _of_train(
-    recording: "Recording", times: FloatArray, name: str, notes: list[Note]
+    recording: "Recording", times: FloatArray, name: str, notes: list[Note], *, share: float | None = None
 ) -> tuple[EvenPulses, PulseTrain, list[Note]]:
     each = int(recording.pulses_per_rev)
     longest = max(channel.duration for channel in recording.channels)
@@ -162,6 +176,8 @@ def _of_train(
     even = even_pulses(train, pulses_per_rev=each, name=name)
     text = f"tacho {name}: {len(times)} pulses, {each:g} a revolution of its shaft"
     values: dict[str, str | int | float] = {"channel": name, "pulses": len(times), "pulses_per_rev": each}
+    if share is not None:
+        values[PULSE_SHARE] = share
     return even, train, [Note(code="tacho", text=text, values=values), *notes, *_mended(name, train)]
 
 

@@ -53,6 +53,11 @@ class WaveformPulses:
     spikes: FloatArray = field(default_factory=lambda: np.empty(0))
     spike_height: float = 0.0
 
+    @property
+    def pulse_share(self) -> float:
+        """Share of the time in the state that begins at the edge that counts."""
+        return self.high_share if self.edge == "rising" else 1 - self.high_share
+
 
 def waveform_pulses(
     x: FloatArray | Waveform,

@@ -21,7 +21,7 @@ def test_they_cover_the_mean_over_repetitions():
     rng = np.random.default_rng(7)
     averages = np.array([gear(96, 0.5, rng).reshape(96, N).mean(axis=0) for _ in range(600)])
     truth = {name: values.mean() for name, values in indicators(averages, teeth=TEETH).items()}
-    inside = dict.fromkeys(("rms", "fm4", "kurtosis"), 0)
+    inside = dict.fromkeys(INDICATORS, 0)
     for _ in range(150):
         table = indicator_intervals(gear(96, 0.5, rng), samples_per_rev=N, teeth=TEETH, averages=96)
         table = table.set_index("indicator")
