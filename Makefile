@@ -38,16 +38,14 @@ quickstart: .venv/base
 	$(BIN)/sigdb run pipelines/quick.toml
 	$(BIN)/sigdb query $(QUICK)/signatures "select tooth, count(*) as rows, avg(fm4) as fm4 from features group by tooth order by tooth"
 	$(BIN)/sigdb query $(QUICK)/signatures "select damaged_teeth, stiffness_loss, phase_shift_deg, min(min_compression) as min_compression from features where tooth > 0 group by all order by all"
-	$(BIN)/sigdb show $(QUICK)/signatures 0 --out $(QUICK)/healthy.png
-	$(BIN)/sigdb show $(QUICK)/signatures 2925 --out $(QUICK)/damaged.png
+	$(BIN)/sigdb show $(QUICK)/signatures 0 2925 --out $(QUICK)/pictures
 	@echo
 	@echo "For the command sigdb alone: source $(BIN)/activate"
 	@echo "Made:"
 	@echo "  $(QUICK)/signatures          the database; ask it: $(BIN)/sigdb query $(QUICK)/signatures \"select ...\""
 	@echo "  $(QUICK)/models/location     a model of location, and one of severity beside it; README.md is the card"
 	@echo "  $(QUICK)/reports/location    what that model is worth; index.html is the page"
-	@echo "  $(QUICK)/healthy.png         a healthy signature"
-	@echo "  $(QUICK)/damaged.png         tooth 6 with 40 % less stiffness"
+	@echo "  $(QUICK)/pictures            a healthy signature, and one of tooth 6 with 40 % less stiffness, on one scale"
 
 test: .venv/test
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder

@@ -1,6 +1,7 @@
 """The command ``sigdb``: its sub-commands, and the one place where errors become exit codes."""
 
 import importlib
+import io
 import logging
 import os
 import pkgutil
@@ -69,6 +70,9 @@ def main(command: click.Command = cli, name: str = "sigdb") -> None:
         Name of the program in messages.
     """
     stdout = sys.stdout
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # not every terminal and pipe has every letter
     try:
         with _log_on_stderr():
             code = _run(command, name)

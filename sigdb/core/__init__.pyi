@@ -3,6 +3,7 @@ from .errors import CorruptionError as CorruptionError
 from .errors import DatabaseError as DatabaseError
 from .errors import InputError as InputError
 from .errors import NotApplicableError as NotApplicableError
+from .errors import Problems as Problems
 from .errors import SigdbError as SigdbError
 from .errors import UnstableRigError as UnstableRigError
 from .errors import suggestion as suggestion

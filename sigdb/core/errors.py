@@ -4,7 +4,8 @@ Each message names the owner (a file, a table, a function), the field, the rule,
 """
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 
 def suggestion(word: str, words: Iterable[str]) -> str:
@@ -58,3 +59,49 @@ class DatabaseError(SigdbError):
 
 class CorruptionError(DatabaseError):
     """A file of a database is missing, or is not as it was written."""
+
+
+class Problems:
+    """Errors of input from independent checks, which are raised together.
+
+    Examples
+    --------
+    >>> problems = Problems()
+    >>> for teeth in (12, 0, -1):
+    ...     with problems.collect():
+    ...         if teeth < 1:
+    ...             raise InputError(f"teeth = {teeth} must be 1 or more")
+    >>> problems.raise_any()
+    Traceback (most recent call last):
+        ...
+    sigdb.core.errors.InputError: teeth = 0 must be 1 or more
+    teeth = -1 must be 1 or more
+    """
+
+    def __init__(self) -> None:
+        self._lines: list[str] = []
+
+    @contextmanager
+    def collect(self, *, needed: bool = False) -> Iterator[None]:
+        """Keep the error of a check for later, or raise it with those before, where the next checks need its result."""
+        try:
+            yield
+        except InputError as error:
+            self.add(str(error))
+            if needed:
+                self.raise_any()
+
+    def add(self, text: str) -> None:
+        """Keep a message, whose lines are a problem each; a repeated one counts once."""
+        self._lines += [line for line in text.splitlines() if line not in self._lines]
+
+    def raise_any(self) -> None:
+        """Raise one error with a line for each problem, if there are any.
+
+        Raises
+        ------
+        InputError
+            If there is a problem.
+        """
+        if self._lines:
+            raise InputError("\n".join(self._lines))

@@ -3,6 +3,7 @@
 Validation, error messages, docs, command-line help and the metadata of database columns read them from there.
 """
 
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -38,6 +39,22 @@ class Section(BaseModel):
             super().__init__(**data)
         except ValidationError as error:
             raise _input_error(type(self), error, type(self).__name__) from None
+
+    def __setattr__(self, name: str, value: object) -> None:
+        """Refuse an assignment.
+
+        Raises
+        ------
+        InputError
+            Names the field and the remedy.
+        """
+        try:
+            super().__setattr__(name, value)
+        except ValidationError:
+            raise InputError(
+                f"{type(self).__name__}.{name} cannot be assigned: its fields do not change; make a new one with other "
+                "values, of a rig with rig.replace({'operating.speed_rpm': 3000.0})"
+            ) from None
 
     # With this mark pydantic builds nested sections itself, so that one error names the whole path of a key.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
@@ -77,8 +94,19 @@ def without_defaults(section: BaseModel, dumped: dict[str, Any], names: Iterable
 S = TypeVar("S", bound=BaseModel)
 
 
-def validated(model: type[S], data: Mapping[str, object], *, owner: str) -> S:
+def validated(model: type[S], data: Mapping[str, object], *, owner: str, first: int = 0) -> S:
     """Return the section that data describe, or raise one error that lists everything wrong with them.
+
+    Parameters
+    ----------
+    model
+        The section.
+    data
+        Its fields.
+    owner
+        Origin of the data for messages, usually a file.
+    first
+        Number of the first item of a list in messages; 0, as in the dotted paths of a rig, or 1.
 
     Raises
     ------
@@ -88,13 +116,15 @@ def validated(model: type[S], data: Mapping[str, object], *, owner: str) -> S:
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise _input_error(model, error, owner) from None
+        raise _input_error(model, error, owner, first) from None
 
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file as a dictionary; a missing or malformed file is an :class:`InputError`."""
+    text = ""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        return tomllib.loads(text)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except OSError as error:
@@ -102,23 +132,47 @@ def read_toml(path: Path) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not UTF-8 text (byte {error.start}); TOML files are UTF-8") from None
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
+        raise InputError(f"{path}: not valid TOML: {error}{_toml_remedy(str(error), text)}") from None
     except ValueError:
         raise InputError(f"{path}: not valid TOML: a number has more than 4300 digits") from None
 
 
-def _input_error(model: type[BaseModel], error: ValidationError, owner: str) -> InputError:
+def _toml_remedy(problem: str, text: str) -> str:
+    """Return the end of a message about text that is not TOML: the remedy of a usual mistake, or nothing."""
+    place = re.search(r"at line (\d+), column (\d+)", problem)
+    lines = text.replace("\r\n", "\n").split("\n")
+    if place is None or int(place[1]) > len(lines):
+        return ""
+    line = lines[int(place[1]) - 1]
+    key, equals, _ = line.partition("=")
+    rest = line[int(place[2]) - 1 :]
+    word = re.match(r"[^\W\d][\w./:-]*", rest)
+    if problem.startswith("Invalid value") and word:
+        if word[0].lower() in ("true", "false"):
+            return f"; write {word[0].lower()}"
+        alone = equals and line[len(key) + 1 : int(place[2]) - 1].strip() == ""
+        return f'; text needs quotes: {key.strip() + " = " if alone else ""}"{word[0]}"'
+    comma = re.search(r"=\s*(-?\d+),(\d+)\s*(#.*)?$", line)
+    if comma:
+        return f"; numbers have a decimal point: {key.strip()} = {comma[1]}.{comma[2]}"
+    if "\\" in line and not problem.startswith("Invalid value"):
+        return "; write the folders of a path with /, or put it in single quotes"
+    return ""
+
+
+def _input_error(model: type[BaseModel], error: ValidationError, owner: str, first: int = 0) -> InputError:
     problems = error.errors()
     # A list whose item is wrong is also reported as too short; only the item helps.
     inner = [problem["loc"][:depth] for problem in problems for depth in range(len(problem["loc"]))]
     reported = [problem for problem in problems if problem["type"] != "too_short" or problem["loc"] not in inner]
-    lines = [line for problem in reported for line in _sentence(model, problem).splitlines()]
+    lines = [line for problem in reported for line in _sentence(model, problem, first).splitlines()]
     return InputError("\n".join(f"{owner}: {line}" for line in lines))
 
 
-def _sentence(model: type[BaseModel], problem: ErrorDetails) -> str:
-    """Return a sentence about a problem, in the words of the file."""
-    location = _as_written(model, problem["loc"])
+def _sentence(model: type[BaseModel], problem: ErrorDetails, first: int) -> str:
+    """Return sentences about a problem, one a line, in the words of the file."""
+    written = _as_written(model, problem["loc"])
+    location = [part + first if isinstance(part, int) else part for part in written]
     key = ".".join(str(part) for part in location) or "(top level)"
     if problem["type"] == "extra_forbidden":
         return f"unknown key {key}{_closest(model, problem['loc'])}"
@@ -134,7 +188,7 @@ def _sentence(model: type[BaseModel], problem: ErrorDetails) -> str:
         return f"{key} is empty; give at least {problem['ctx']['min_length']}"
     message = problem["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     if problem["type"] == "value_error":
-        return message if key == "(top level)" else f"{key}: {message}"
+        return message if key == "(top level)" else "\n".join(f"{key}: {line}" for line in message.splitlines())
     return f"{key} = {problem['input']!r} must be {message}"
 
 

@@ -67,7 +67,14 @@ def rig_bank(
     plan = make_plan(design, measured, SignatureSettings(samples_per_tooth=samples_per_tooth, sensors=(sensor,)), at)
     with TemporaryDirectory() as folder:
         run(plan, Path(folder), jobs=1)
-        return TemplateBank.of(open_database(folder), index_error=index_error)
+        database = open_database(folder)
+        if database.sql("select 1 from templates where tooth = 0 and status = 'ok' and not contact_loss").empty:
+            raise InputError(
+                f"rig {rig.name} has no templates at {speed_rpm:.4g} rpm and {torque:.4g} N m, where the teeth of its "
+                f"healthy gears part; its operating point is {rig.operating.speed_rpm:.4g} rpm and "
+                f"{rig.operating.torque:.4g} N m: check the sampling rate, the tacho and the torque"
+            )
+        return TemplateBank.of(database, index_error=index_error)
 
 
 def at_operating_point(bank: TemplateBank, *, speed_rpm: float, torque: float, teeth: int) -> TemplateBank:

@@ -1,12 +1,12 @@
 """Pictures of a row of a database, of a study of its grid coverage, and of a rig."""
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from sigdb.core import InputError
+from sigdb.core import FloatArray, InputError
 from sigdb.database import Database
 from sigdb.pipeline.recipe import recipe_section
 from sigdb.report import (
@@ -21,7 +21,9 @@ from sigdb.sweep import Coverage
 from sigdb.transmission import Transmission
 
 
-def draw_signature(database: Database, id: int, path: str | Path, *, sensor: str | None = None) -> Path:
+def draw_signature(
+    database: Database, id: int, path: str | Path, *, sensor: str | None = None, others: Sequence[int] = ()
+) -> Path:
     """Draw the signature of a row into a file.
 
     Parameters
@@ -34,6 +36,8 @@ def draw_signature(database: Database, id: int, path: str | Path, *, sensor: str
         Picture file; its suffix is the format.
     sensor : str, optional
         Sensor; the first stored sensor if left out.
+    others : sequence of int
+        Ids of rows whose pictures are to be compared with this one: axes and colours hold them all.
 
     Returns
     -------
@@ -43,12 +47,10 @@ def draw_signature(database: Database, id: int, path: str | Path, *, sensor: str
     Raises
     ------
     InputError
-        If there is no such row, sensor or format, or the row has no result.
+        If there is no such row, sensor or format, or a row has no result.
     """
-    tsa = database.signals([id], sensor=sensor)["tsa"][0]
+    tsa, *compared = (_average(database, row, sensor) for row in (id, *others))
     (case,) = database.cases(f"id = {id}").to_dict("records")
-    if not np.isfinite(tsa).all() or not len(tsa):
-        raise InputError(f"row {id} of {database.store} has no signal: {case['status']}")
     sensor = sensor or database.sensors[0]
     teeth, tooth = int(case["teeth"]), int(case["tooth"])
     settings = recipe_section(database, ReportSettings, "report")
@@ -60,9 +62,19 @@ def draw_signature(database: Database, id: int, path: str | Path, *, sensor: str
         title=f"Row {id}: {_sentence(case)}",
         damaged=tuple((tooth - 1 + i) % teeth + 1 for i in range(int(case["damaged_teeth"]))),
         settings=settings,
+        others=compared,
     )
     save_figure(figure, Path(path), settings)
     return Path(path)
+
+
+def _average(database: Database, id: int, sensor: str | None) -> FloatArray:
+    """Return the average of a row, which must have a result."""
+    tsa: FloatArray = database.signals([id], sensor=sensor)["tsa"][0]
+    if not np.isfinite(tsa).all() or not len(tsa):
+        (status,) = database.cases(f"id = {id}")["status"]
+        raise InputError(f"row {id} of {database.store} has no signal: {status}")
+    return tsa
 
 
 def draw_coverage(coverage: Coverage, path: str | Path, name: str) -> Path:
@@ -107,7 +119,7 @@ def _sentence(case: Mapping[Hashable, Any]) -> str:
     return f"{case['gear']} tooth {case['tooth']}, {case['damaged_teeth']} damaged, {damage}; {noise}"
 
 
-def draw_rig(rig: Transmission, folder: str | Path) -> list[Path]:
+def draw_rig(rig: Transmission, folder: str | Path, *, max_hz: float | None = None) -> list[Path]:
     """Write ``rig.png`` and, for a rig that turns, ``campbell.png`` into a folder.
 
     Parameters
@@ -116,6 +128,8 @@ def draw_rig(rig: Transmission, folder: str | Path) -> list[Path]:
         The rig.
     folder : str or path-like
         Folder of the pictures.
+    max_hz : float, optional
+        Highest frequency of the Campbell diagram, Hz; by default beyond the third harmonic of the fastest mesh.
 
     Returns
     -------
@@ -129,7 +143,7 @@ def draw_rig(rig: Transmission, folder: str | Path) -> list[Path]:
     """
     figures = {"rig.png": rig_figure(rig)}
     if rig.operating.speed_rpm:
-        figures["campbell.png"] = campbell_figure(rig)
+        figures["campbell.png"] = campbell_figure(rig, max_hz=max_hz)
     for name, figure in figures.items():
         save_figure(figure, Path(folder) / name)
     return [Path(folder) / name for name in figures]

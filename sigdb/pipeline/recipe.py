@@ -1,13 +1,14 @@
 """A recipe: a TOML file whose sections are typed objects, each declared by its package."""
 
 import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import Field
 
-from sigdb.core import InputError, Section, read_toml, validated
+from sigdb.core import InputError, Problems, Section, read_toml, validated
 from sigdb.database import Database
 from sigdb.measurement import MeasurementSettings
 from sigdb.recognition import RecognitionSettings
@@ -106,23 +107,43 @@ def load_recipe(path: str | Path) -> Recipe:
     Raises
     ------
     InputError
-        If a key of the file breaks a rule. The message names file, key, value and remedy.
+        If keys of the file break rules, or its rig does. The message has a line for each: file, key, value and remedy.
     """
-    path = Path(path)
-    sections = validated(RecipeSections, _with_tables(read_toml(path), path.parent), owner=str(path))
-    return Recipe(
-        path=path, text=path.read_text(encoding="utf-8"), sections=sections, rig=_rig(sections.sweep.rig, path)
-    )
+    path, problems = Path(path), Problems()
+    content = _with_tables(read_toml(path), path.parent)
+    for line in _several_measurements(content):
+        problems.add(f"{path}: {line}")
+    sections = rig = None
+    with problems.collect():
+        sections = validated(RecipeSections, content, owner=str(path), first=1)
+    sweep = content.get("sweep")
+    if isinstance(sweep, dict) and isinstance(sweep.get("rig"), str):
+        with problems.collect():
+            rig = _rig(sweep["rig"], path)
+    problems.raise_any()
+    assert sections is not None
+    assert rig is not None
+    return Recipe(path=path, text=path.read_text(encoding="utf-8"), sections=sections, rig=rig)
 
 
 def _rig(name: str, recipe: Path) -> Transmission:
     """Return the rig that a recipe names; the path of a rig file starts at the recipe's folder."""
-    if name.endswith(".toml"):
-        return load_transmission(recipe.parent / name)
     try:
-        return load_transmission(name)
+        return load_transmission(recipe.parent / name if name.endswith(".toml") else name)
     except InputError as error:
-        raise InputError(f"{recipe}: sweep.rig: {error}") from None
+        raise InputError("\n".join(f"{recipe}: sweep.rig: {line}" for line in str(error).splitlines())) from None
+
+
+def _several_measurements(content: dict[str, Any]) -> Iterator[str]:
+    """Take lists and ranges out of ``[measurement]``, whose fields have one value, and yield a message about each."""
+    measurement = content.get("measurement")
+    if not isinstance(measurement, dict):
+        return
+    for name, value in list(measurement.items()):
+        if name in MeasurementSettings.model_fields and isinstance(value, dict | list):
+            kind = "a range" if isinstance(value, dict) else "a list"
+            yield f"measurement.{name} is {kind}, and must be one number; {kind} of {name} goes into [[sweep.grid]]"
+            del measurement[name]
 
 
 def _with_tables(content: dict[str, Any], folder: Path) -> dict[str, Any]:

@@ -86,7 +86,8 @@ def averaged_gear(teeth: int | None, rig: Transmission | None = None, gear: str 
     rig
         The rig.
     gear
-        Name of its gear; it may be left out where a single gear has that many teeth.
+        Name of its gear. It may be left out where a single gear has that many teeth; without a tooth count too, the
+        driving gear of a rig with one mesh is taken.
 
     Raises
     ------
@@ -130,6 +131,8 @@ def _without_rig(teeth: int) -> AveragedGear:
 
 def _only_gear(rig: Transmission, teeth: int | None) -> str:
     fitting = [name for name, gear in rig.gears.items() if teeth in (None, gear.teeth)]
+    if teeth is None and len(rig.meshes) == 1:
+        fitting = [mesh.driving for mesh in rig.meshes.values()]
     if len(fitting) != 1:
         listed = ", ".join(f"{name} ({gear.teeth} teeth)" for name, gear in rig.gears.items()) or "none"
         condition = "" if teeth is None else f" with {teeth} teeth"

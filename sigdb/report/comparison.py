@@ -93,7 +93,7 @@ def comparison_figure(
             for axes in row[1:] if panel != "distribution" else ():
                 axes.sharey(row[0])
                 axes.tick_params(labelleft=False)
-            _DRAWN[panel](list(row), cases, settings)
+            _DRAWN[panel](list(row), cases, settings, unit)
             row[0].set_ylabel(_LABELS[panel].format(sensor=sensor, unit=unit))
         for axes, case in zip(grid[0], cases, strict=True):
             axes.set_title(case.title)
@@ -113,7 +113,7 @@ def _highest(case: Case, settings: ReportSettings) -> float:
     return min(settings.mesh_orders * case.teeth, len(case.tsa) / 2)
 
 
-def _stiffnesses(row: list[Axes], cases: Sequence[Case], settings: ReportSettings) -> None:
+def _stiffnesses(row: list[Axes], cases: Sequence[Case], settings: ReportSettings, unit: str) -> None:
     for axes, case in zip(row, cases, strict=True):
         assert case.stiffness is not None
         draw_signal(axes, case.stiffness, case.teeth, case.damaged, case.healthy_stiffness)
@@ -121,19 +121,19 @@ def _stiffnesses(row: list[Axes], cases: Sequence[Case], settings: ReportSetting
         axes.set_ylim(0, 1.2 * max(float(np.max(case.stiffness)) for case in cases if case.stiffness is not None))
 
 
-def _signals(row: list[Axes], cases: Sequence[Case], settings: ReportSettings) -> None:
+def _signals(row: list[Axes], cases: Sequence[Case], settings: ReportSettings, unit: str) -> None:
     for axes, case in zip(row, cases, strict=True):
         draw_signal(axes, case.tsa, case.teeth, case.damaged, case.healthy)
         axes.set(xlabel=_ANGLE)
 
 
-def _spectra(row: list[Axes], cases: Sequence[Case], settings: ReportSettings) -> None:
+def _spectra(row: list[Axes], cases: Sequence[Case], settings: ReportSettings, unit: str) -> None:
     for axes, case in zip(row, cases, strict=True):
         draw_spectrum(axes, case.tsa, case.teeth, _highest(case, settings), case.healthy)
         axes.set(xlabel="order, 1/rev (ticks at mesh harmonics)")
 
 
-def _distributions(row: list[Axes], cases: Sequence[Case], settings: ReportSettings) -> None:
+def _distributions(row: list[Axes], cases: Sequence[Case], settings: ReportSettings, unit: str) -> None:
     """Draw distributions on one scale of colours, with one bar for it."""
     distributions = [wigner_ville(case.tsa - np.mean(case.tsa)) for case in cases]
     limit = max(colour_limit(w, _highest(case, settings)) for w, case in zip(distributions, cases, strict=True))
@@ -142,7 +142,7 @@ def _distributions(row: list[Axes], cases: Sequence[Case], settings: ReportSetti
         image = draw_distribution(axes, w, case.teeth, _highest(case, settings), case.damaged, limit)
         axes.set(xlabel=_ANGLE)
     figure: Any = row[0].figure
-    figure.colorbar(image, ax=row, extend="both", pad=0.01, format="%.1e", label="unit$^2$ per bin")
+    figure.colorbar(image, ax=row, extend="both", pad=0.01, label=f"({unit})$^2$ per bin")
 
 
 _DRAWN = {"stiffness": _stiffnesses, "signal": _signals, "spectrum": _spectra, "distribution": _distributions}

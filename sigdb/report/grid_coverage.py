@@ -132,8 +132,10 @@ def _labelled(values: FloatArray) -> FloatArray:
 
 
 def _label(axis: str) -> str:
+    """Return the name of an axis with its unit, which some names end in, once."""
     for section in (ToothDamage, Damage, Operating, Gear):
         if axis in section.model_fields:
             unit = unit_of(section.model_fields[axis])
-            return axis if unit == "-" else f"{axis}, {unit}"
+            name = axis.removesuffix(f"_{ {'rev/min': 'rpm'}.get(unit, unit.lower()) }")
+            return axis if unit == "-" else f"{name}, {unit}"
     return axis

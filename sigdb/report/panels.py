@@ -9,6 +9,8 @@ from sigdb.core import FloatArray
 from sigdb.signature import order_spectrum
 
 INK, DAMAGE, GRID, HEALTHY = "#1f3a5f", "#c8553d", "#d9d9d9", "#a9bcd3"
+MARGIN = 0.12
+"""Free room above and below a signal, as a share of its range, for the numbers of the tooth passes."""
 _RANGE = 0.2
 """Share of the greatest magnitude at which the colours of the distribution saturate: cross-terms stay visible."""
 
@@ -21,7 +23,7 @@ def draw_signal(
         if values is not None:
             angle = np.arange(len(values) + 1) * 360 / len(values)
             axes.plot(angle, np.append(values, values[0]), color=colour, linewidth=width)
-    axes.margins(y=0.12)  # room for the numbers of the tooth passes
+    axes.margins(y=MARGIN)
     mark_passes(axes, teeth, damaged)
     _lay_grid(axes)
 

@@ -1,15 +1,18 @@
 """The picture of a signature: averaged signal, order spectrum, Wigner-Ville distribution, as in the paper's figures."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from sigdb.core import FloatArray, InputError
-from sigdb.report.panels import draw_distribution, draw_signal, draw_spectrum
+from sigdb.report.panels import MARGIN, colour_limit, draw_distribution, draw_signal, draw_spectrum
 from sigdb.report.settings import ReportSettings
-from sigdb.signature import wigner_ville
+from sigdb.signature import order_spectrum, wigner_ville
 
 
 def signature_figure(
@@ -21,6 +24,7 @@ def signature_figure(
     title: str,
     damaged: tuple[int, ...] = (),
     settings: ReportSettings | None = None,
+    others: Sequence[FloatArray] = (),
 ) -> Figure:
     """Draw three panels: signal against angle with the tooth passes, order spectrum, Wigner-Ville distribution.
 
@@ -38,6 +42,8 @@ def signature_figure(
         Damaged teeth, marked in the panels over angle.
     settings
         Highest order shown.
+    others
+        Averages whose pictures are to be compared with this one: axes and colours hold them all.
 
     Returns
     -------
@@ -56,14 +62,29 @@ def signature_figure(
         spectrum.set(
             title="Order spectrum (peak amplitude)", xlabel="order, 1/rev (ticks at mesh harmonics)", ylabel=unit
         )
-        image = draw_distribution(distribution, wigner_ville(tsa - tsa.mean()), teeth, highest, damaged)
+        w = wigner_ville(tsa - tsa.mean())
+        limit = colour_limit(w, highest)
+        for other in others:
+            _hold(signal, spectrum, other, highest)
+            limit = max(limit, colour_limit(wigner_ville(other - other.mean()), highest))
+        image = draw_distribution(distribution, w, teeth, highest, damaged, limit)
         distribution.set(
             title="Wigner-Ville distribution (half-window 60 deg of rotation)",
             xlabel="angle, deg (tooth passes numbered)",
             ylabel="order, 1/rev",
         )
-        figure.colorbar(image, ax=distribution, extend="both", pad=0.01, format="%.1e", label="unit$^2$ per bin")
+        figure.colorbar(image, ax=distribution, extend="both", pad=0.01, label=f"({unit})$^2$ per bin")
     return figure
+
+
+def _hold(signal: Axes, spectrum: Axes, other: FloatArray, highest: float) -> None:
+    """Widen the axes of a signal and of its spectrum until they would hold another average."""
+    low, high = signal.get_ylim()
+    room = MARGIN * float(np.ptp(other))
+    signal.set_ylim(min(low, float(other.min()) - room), max(high, float(other.max()) + room))
+    order, c = order_spectrum(other)
+    amplitude = float(np.abs(c[(order > 0) & (order <= highest)]).max())
+    spectrum.set_ylim(top=max(spectrum.get_ylim()[1], 1.05 * amplitude))
 
 
 def save_figure(figure: Figure, path: Path, settings: ReportSettings | None = None) -> None:

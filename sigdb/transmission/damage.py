@@ -284,9 +284,13 @@ class Damage(ToothDamage):
         InputError
             If the gear has fewer teeth than the damage names, or a shift is more than half a tooth pass.
         """
-        if max(self.tooth, self.damaged_teeth) > teeth:
+        if self.tooth > teeth:
             raise InputError(
-                f"damage at tooth {self.tooth} of {self.damaged_teeth} teeth does not fit a gear of {teeth} teeth"
+                f"tooth {self.tooth} does not exist: the gear has {teeth} teeth; name one from 1 to {teeth}"
+            )
+        if self.damaged_teeth > teeth:
+            raise InputError(
+                f"damaged_teeth = {self.damaged_teeth}, but the gear has {teeth} teeth; give {teeth} or fewer"
             )
         alike = ToothDamage(**self.model_dump(include=set(ToothDamage.model_fields), exclude_unset=True))
         each = self.each or (alike,) * self.damaged_teeth

@@ -345,6 +345,8 @@ class Transmission(Described):
                     f"{dotted!r} cannot be changed: the body of gear {path[1]!r} is given by its mass and would not "
                     "follow; give body_length and material instead"
                 )
+            if isinstance(value, bool | str):
+                raise InputError(f"rig {self.name!r}: {dotted} = {value!r} must be a number")
             here: Any = data
             for part in path[:-1]:
                 here = here[int(part)] if isinstance(here, tuple | list) else here[part]
@@ -352,8 +354,12 @@ class Transmission(Described):
                 raise InputError(
                     f"{dotted!r} is one component of a vector and cannot be set alone; set it in the rig file"
                 )
-            whole = isinstance(self._value(path, dotted), int) and float(value).is_integer()
-            here[path[-1]] = int(value) if whole else float(value)
+            try:
+                number = float(value)
+            except (TypeError, ValueError):
+                raise InputError(f"rig {self.name!r}: {dotted} = {value!r} must be a number") from None
+            whole = isinstance(self._value(path, dotted), int) and number.is_integer()
+            here[path[-1]] = int(value) if whole else number
         return validated(Transmission, data, owner=f"rig {self.name!r} with {dict(values)}")
 
 

@@ -24,10 +24,10 @@ MOST_LINES, LEAST_LINES, LEAST_CODE_LINES = 400, 80, 40
 
 SMALL = {
     "cli/options/format.py": "one option that most commands share",
+    "cli/options/places.py": "types of arguments that most commands share",
     "cli/options/workers.py": "the options of all commands that start workers",
     "core/row_blocks.py": "one function and one size that several packages use",
     "core/compiled.py": "importing it imports numba",
-    "core/errors.py": "the errors of all packages",
     "core/markdown.py": "one function that cards of three packages use",
     "core/notes.py": "a type of its own that all packages use",
     "core/plain_arrays.py": "one check that all packages use",

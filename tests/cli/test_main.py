@@ -12,6 +12,7 @@ from click.testing import CliRunner
 import sigdb
 from sigdb.cli import commands
 from sigdb.cli.main import ExitCode, cli
+from sigdb.cli.options import places
 
 COMMANDS = (
     *("new-rig", "describe", "modes", "run", "sweep", "verify", "coverage", "refine", "card"),
@@ -115,6 +116,14 @@ def test_the_package_names_every_exit_code():
     assert [int(part.split()[0]) for part in text.rstrip(".").split(", ")] == sorted(ExitCode)
 
 
+def test_missing_places_are_refused_before_slow_imports(shell):
+    text = "import sys\nfrom sigdb.cli import main\ntry: main()\nexcept SystemExit: pass\nprint(sorted(sys.modules))"
+    done = shell("-c", text, "show", "nowhere", "0", command=[sys.executable])
+    assert done.stderr.startswith("sigdb: error: nowhere is not a sigdb database (it has no sigdb.toml); make one with")
+    for heavy in ("numpy", "pandas", "pyarrow", "matplotlib"):
+        assert f"'{heavy}'" not in done.stdout
+
+
 def test_exit_codes_are_those_of_the_process(shell, tmp_path):
     for arguments in (["modes", "nothing"], ["query", tmp_path / "missing", "select 1"]):
         done = shell(*arguments)
@@ -140,7 +149,9 @@ def test_exit_codes_are_those_of_the_process(shell, tmp_path):
         (["run", "recipe.toml", "--jobs", "0"], "0; give 1 or more, or -1"),
     ],
 )
-def test_bad_usage_is_exit_code_2(leave, arguments, says):
+def test_bad_usage_is_exit_code_2(leave, monkeypatch, arguments, says):
+    for check in ("check_exists", "check_database"):
+        monkeypatch.setattr(places, check, lambda path: None)
     code, out, err = leave(*arguments)
     assert (code, out) == (2, "")
     assert says in err

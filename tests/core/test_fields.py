@@ -1,7 +1,9 @@
 """Unit: what a wrong file is told - the owner, the key, the rule, the value and the remedy."""
 
+import re
+
 import pytest
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from sigdb.core.errors import DatabaseError, InputError, SigdbError, UnstableRigError
 from sigdb.core.fields import Section, Vector, quantity, read_toml, unit_of, validated
@@ -76,7 +78,9 @@ def test_a_section_behind_an_optional_field_is_searched_for_near_keys():
 
 
 def test_sections_are_frozen():
-    with pytest.raises(ValidationError, match="frozen"):
+    with pytest.raises(
+        InputError, match=r"^Wheel\.diameter cannot be assigned: its fields do not change; make a new one"
+    ):
         Wheel(diameter=1.0).diameter = 2.0
 
 
@@ -119,6 +123,31 @@ def test_read_toml_of_malformed_text_names_the_place(tmp_path):
     path.write_text("a = 1\nb = = 2\n")
     with pytest.raises(InputError, match=r"bad\.toml: not valid TOML: .*line 2"):
         read_toml(path)
+
+
+@pytest.mark.parametrize(
+    ("line", "remedy"),
+    [
+        ("drive = motor", 'text needs quotes: drive = "motor"'),
+        ("path=rigs/my-rig.toml # mine", 'text needs quotes: path = "rigs/my-rig.toml"'),
+        ("names = [left, right]", 'text needs quotes: "left"'),
+        ("spare = True", "write true"),
+        ("diameter = 0,7", "numbers have a decimal point: diameter = 0.7"),
+        ('path = "C:\\Users\\rig.toml"', "write the folders of a path with /, or put it in single quotes"),
+    ],
+)
+def test_read_toml_of_a_usual_mistake_names_the_remedy(tmp_path, line, remedy):
+    path = tmp_path / "bad.toml"
+    path.write_text(f"a = 1\n{line}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=rf"^{re.escape(str(path))}: not valid TOML: .*; {re.escape(remedy)}$"):
+        read_toml(path)
+
+
+def test_items_of_lists_count_from_the_number_that_is_given():
+    data = {"wheels": {"left": {"diameter": 1.0, "centre": [0.0, "x", 0.0]}}}
+    for first, named in ((0, "centre.1"), (1, "centre.2")):
+        with pytest.raises(InputError, match=rf"^cart: wheels\.left\.{named} = 'x' must be"):
+            validated(Cart, data, owner="cart", first=first)
 
 
 def test_read_toml_of_an_endless_number_is_one_line(tmp_path):

@@ -94,7 +94,7 @@ def test_index_errors_must_be_one_finite_number_a_tooth(rig, errors):
 
 
 def test_damage_must_fit_the_rig(rig):
-    with pytest.raises(InputError, match=r"does not fit a gear of 12 teeth"):
+    with pytest.raises(InputError, match=r"tooth 13 does not exist: the gear has 12 teeth"):
         simulate(rig, Damage(tooth=13, stiffness_loss=0.5))
     with pytest.raises(InputError, match=r"gear = 'wheel' does not exist"):
         simulate(rig, Damage(gear="wheel", tooth=1, stiffness_loss=0.5))

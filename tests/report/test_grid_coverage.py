@@ -32,7 +32,7 @@ def test_each_axis_has_a_panel_with_its_cases_and_the_grid_as_ticks():
     grid = {"stiffness_loss": np.array([0.1, 0.11, 0.2, 0.4]), "phase_shift_deg": np.array([-2.0, 2.0])}
     figure = figure_of(np.linspace(0.9, 1, 30), **grid)
     _, *panels = figure.axes
-    assert [axes.get_xlabel() for axes in panels] == ["stiffness_loss", "phase_shift_deg, deg"]
+    assert [axes.get_xlabel() for axes in panels] == ["stiffness_loss", "phase_shift, deg"]
     for axes, values in zip(panels, grid.values(), strict=True):
         assert_allclose(np.unique([*axes.get_xticks(), *axes.get_xticks(minor=True)]), values)
         assert_allclose(np.sort(axes.collections[0].get_offsets()[:, 1]), np.linspace(0.9, 1, 30))

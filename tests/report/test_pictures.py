@@ -125,3 +125,18 @@ def test_an_unknown_sensor_is_refused(database, tmp_path):
 def test_another_format_is_refused(database, tmp_path):
     with pytest.raises(InputError, match="not a picture's name"):
         draw_signature(database, 0, tmp_path / "row.txt")
+
+
+def test_pictures_that_are_compared_have_one_scale(database, tmp_path, monkeypatch):
+    figures = []
+    monkeypatch.setattr(pictures, "save_figure", lambda figure, path, settings: figures.append(figure))
+    for id, others in ((0, [2]), (2, [0]), (2, [])):
+        draw_signature(database, id, tmp_path / "row.png", others=others)
+    healthy, damaged, _ = ([axes.get_ylim() for axes in figure.axes[:2]] for figure in figures)
+    colours = [figure.axes[2].images[0].get_clim() for figure in figures]
+    assert np.allclose(healthy, damaged)
+    assert colours[0] == pytest.approx(colours[1])
+    assert colours[2][1] <= colours[1][1]
+    for figure in figures[:2]:
+        signal = figure.axes[0].lines[0].get_ydata()
+        assert healthy[0][0] < signal.min() <= signal.max() < healthy[0][1]

@@ -45,7 +45,7 @@ def test_three_panels_say_what_they_show_and_in_which_unit():
     assert spectrum.get_xlabel().startswith("order, 1/rev")
     assert distribution.get_ylabel() == "order, 1/rev"
     assert distribution.get_xlabel().startswith("angle, deg")
-    assert figure.axes[3].get_ylabel() == "unit$^2$ per bin"
+    assert figure.axes[3].get_ylabel() == "(m/s^2)$^2$ per bin"
 
 
 def test_the_signal_is_drawn_against_angle_and_closes():

@@ -1,5 +1,7 @@
 """Unit: parameters of a rig by dotted path, and rigs with other values."""
 
+import re
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -138,3 +140,9 @@ def test_equal_rigs_are_equal_and_hash_alike():
 def test_a_count_can_be_replaced_by_a_whole_number():
     rig = load_transmission("nasa-spiral-bevel").replace({"pinion-shaft.segments.0.elements": 16.0})
     assert rig.shafts["pinion-shaft"].nodes == 17
+
+
+@pytest.mark.parametrize("value", ["fast", "3000", True, [3000.0], None])
+def test_a_replaced_value_that_is_no_number(rig, value):
+    with pytest.raises(InputError, match=rf"operating\.speed_rpm = {re.escape(repr(value))} must be a number"):
+        rig.replace({"operating.speed_rpm": value})

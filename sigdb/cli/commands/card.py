@@ -5,15 +5,21 @@ from pathlib import Path
 import click
 
 from sigdb.cli.options.format import format_option
+from sigdb.cli.options.places import DATABASE
 
 
 @click.command()
-@click.argument("database", metavar="DB")
+@click.argument("database", metavar="DB", type=DATABASE)
 @click.option("--out", type=click.Path(path_type=Path), help="Write to this file instead of the terminal.")
 @click.option("--title", help="Title of the page; by default the place of the database.")
 @format_option("markdown", "json", of="the card")
 def card(database: str, out: Path | None, title: str | None, form: str) -> None:
-    """Describe a finished database: its size, its cases, how far to trust it, its recipe."""
+    """Describe a finished database: its size, its cases, how far to trust it, its recipe.
+
+    \b
+    Example:
+      sigdb card data/quick/signatures --out card.md
+    """
     from sigdb.core import json_text
     from sigdb.database import database_card
     from sigdb.database import open as open_database

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from sigdb.cli.options.format import echo_json, format_option
+from sigdb.cli.options.places import DATABASE
 from sigdb.cli.options.workers import jobs_option
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("database", metavar="DB")
+@click.argument("database", metavar="DB", type=DATABASE)
 @click.option("--cases", type=click.IntRange(1), default=200, show_default=True, help="Approximate number of cases.")
 @click.option("--sensor", help="Sensor; by default the first stored one.")
 @click.option("--seed", type=click.IntRange(0), help="Seed of the cases; by default a fresh one.")
@@ -28,6 +29,10 @@ def coverage(
 
     Random cases between those of the database are simulated and compared with its templates. The threshold of 'outside
     the database', which sigdb match uses, is stored.
+
+    \b
+    Example:
+      sigdb coverage data/quick/signatures --out match.png
     """
     from sigdb.cli.progress import show_progress
     from sigdb.report import Terminal, check_picture, coverage_text

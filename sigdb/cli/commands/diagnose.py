@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from sigdb.cli.options.format import echo_json, format_option
+from sigdb.cli.options.places import DATABASE, RECORDING, RIG
 from sigdb.cli.options.recordings import recording_options
 
 if TYPE_CHECKING:
@@ -14,16 +15,19 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("recording", type=click.Path(path_type=Path))
-@click.option("--rig", required=True, help="Built-in rig or TOML file, with one mesh.")
+@click.argument("recording", type=RECORDING)
+@click.option("--rig", type=RIG, required=True, help="Built-in rig or TOML file, with one mesh.")
 @click.option(
     "--healthy",
-    type=click.Path(path_type=Path),
+    type=RECORDING,
     help="Healthy recording of the same rig by the same channel; it shows the path from mesh to sensor.",
 )
 @click.option("--model", help="Folder or name of a trained model whose templates are used.")
 @click.option(
-    "--db", "database", help="Database whose templates are used; without --model and --db they are simulated now."
+    "--db",
+    "database",
+    type=DATABASE,
+    help="Database whose templates are used; without --model and --db they are simulated now.",
 )
 @click.option("--gear", help="Gear on the averaged shaft; by default the mesh's driving gear.")
 @click.option("--sensor", help="The rig's sensor; by default that of the channel's name, or the first one.")
@@ -47,7 +51,9 @@ def diagnose(
 ) -> None:
     """Diagnose a recording: damage or none, the tooth, the severity, or why there is no answer.
 
-    Example: sigdb diagnose run.csv --rig rig.toml --healthy new.csv --tacho tacho --out diagnosis
+    \b
+    Example:
+      sigdb diagnose run.csv --rig rig.toml --healthy new.csv --tacho tacho --out diagnosis
     """
     from sigdb.diagnosis import diagnose as diagnose_recording
     from sigdb.recording import read_of_any_size

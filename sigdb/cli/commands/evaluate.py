@@ -8,6 +8,7 @@ import click
 
 from sigdb.cli.main import ExitCode
 from sigdb.cli.options.format import echo_json, format_option
+from sigdb.cli.options.places import DATABASE
 
 if TYPE_CHECKING:
     from sigdb.recognition import Evaluation
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("model")
-@click.argument("database", metavar="DB")
+@click.argument("database", metavar="DB", type=DATABASE)
 @click.option(
     "--report",
     metavar="DIR",
@@ -30,6 +31,10 @@ def evaluate(model: str, database: str, report: str | None, form: str) -> int:
     specimens. The result has the baselines that were trained on the same rows, the best possible answer, and the
     criteria of the database's recipe. The exit code is 1 if the model is better than the best possible answer, which no
     honest model is.
+
+    \b
+    Example:
+      sigdb evaluate data/quick/location data/quick/signatures
     """
     from sigdb.database import open as open_database
     from sigdb.pipeline import evaluate_model

@@ -4,9 +4,11 @@ from pathlib import Path
 
 import click
 
+from sigdb.cli.options.places import DATABASE
+
 
 @click.command()
-@click.argument("database", metavar="DB")
+@click.argument("database", metavar="DB", type=DATABASE)
 @click.argument("out", type=click.Path(path_type=Path))
 @click.option("--where", help="Only rows that meet this SQL condition, for example 'tooth = 6'.")
 @click.option("--signals/--no-signals", default=True, show_default=True, help="Write averages and spectra too.")
@@ -19,7 +21,9 @@ def export(database: str, out: Path, where: str | None, signals: bool, sensor: s
     along: structs in a MAT-file, attributes in HDF5. In MATLAB, h5read gives an HDF5 matrix transposed, one column a
     signature. HDF5 is written in batches; a MAT-file is made in memory and holds 2 GB in a variable.
 
-    Example: sigdb export DB tooth6.mat --where "tooth = 6"
+    \b
+    Example:
+      sigdb export DB tooth6.mat --where "tooth = 6"
     """
     from sigdb.database import open as open_database
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from sigdb.cli.options.format import format_option
+from sigdb.cli.options.places import DATABASE
 from sigdb.cli.rows import write_rows
 from sigdb.core import InputError
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("database", metavar="DB")
+@click.argument("database", metavar="DB", type=DATABASE)
 @click.argument("recording", type=click.Path(path_type=Path), required=False)
 @click.option("--id", type=int, help="Compare this row of the database instead of a recording.")
 @click.option("--k", type=click.IntRange(1), default=10, show_default=True, help="Number of templates to show.")
@@ -42,7 +43,9 @@ def match(
 
     A raw recording goes to `sigdb diagnose RECORDING --rig RIG --db DB`, which averages it first.
 
-    Example: sigdb match DB average.txt
+    \b
+    Example:
+      sigdb match DB average.txt
     """
     import numpy as np
     import pyarrow as pa

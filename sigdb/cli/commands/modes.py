@@ -5,16 +5,21 @@ import sys
 import click
 
 from sigdb.cli.options.format import echo_json, format_option
+from sigdb.cli.options.places import RIG
 
 
 @click.command()
-@click.argument("rig")
+@click.argument("rig", type=RIG)
 @format_option("table", "json")
 @click.option("--count", type=click.IntRange(1), help="Show only that many modes, the lowest.")
 def modes(rig: str, form: str, count: int | None) -> None:
     """List natural frequencies, damping ratios, and the parts that move in each mode.
 
     RIG is the name of a built-in rig or a TOML file.
+
+    \b
+    Example:
+      sigdb modes nasa-spiral-bevel --count 10
     """
     from sigdb.report import Terminal, modes_text
     from sigdb.transmission import coupled_modes, load_transmission

@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from sigdb.cli.options.format import format_option
+from sigdb.cli.options.places import DATABASE
 from sigdb.cli.rows import FORMATS, write_rows
 
 _ROWS_AT_ONCE = 8192
@@ -13,7 +14,7 @@ _ROWS_AT_ONCE = 8192
 
 
 @click.command()
-@click.argument("database", metavar="DB")
+@click.argument("database", metavar="DB", type=DATABASE)
 @click.argument("sql")
 @format_option(*FORMATS, of="the rows")
 @click.option("--out", type=click.Path(path_type=Path), help="Write to this file instead of the terminal.")
@@ -23,7 +24,9 @@ def query(database: str, sql: str, form: str, out: Path | None) -> None:
     The views are features (all columns of a row), cases (the same without lists), signals and templates. Rows are
     written as they come, so a result may be larger than memory.
 
-    Example: sigdb query DB "select tooth, avg(fm4) from features group by tooth"
+    \b
+    Example:
+      sigdb query DB "select tooth, avg(fm4) from features group by tooth"
     """
     from sigdb.database import open as open_database
 

@@ -7,11 +7,12 @@ import click
 from sigdb.cli.commands.coverage import coverage_facts
 from sigdb.cli.main import ExitCode
 from sigdb.cli.options.format import echo_json, format_option
+from sigdb.cli.options.places import DATABASE
 from sigdb.cli.options.workers import jobs_option, scheduler_option
 
 
 @click.command()
-@click.argument("database", metavar="DB")
+@click.argument("database", metavar="DB", type=DATABASE)
 @click.option("--match", type=float, default=0.97, show_default=True, help="Required match.")
 @click.option(
     "--cases",
@@ -39,6 +40,10 @@ def refine(
 
     Rows that exist stay as they are. The command may be stopped at any instant; repeated, it goes on. The exit code is
     1 if the match was not reached within the rounds.
+
+    \b
+    Example:
+      sigdb refine data/quick/signatures --match 0.97
     """
     from sigdb.cli.progress import show_progress
     from sigdb.report import Terminal, coverage_text

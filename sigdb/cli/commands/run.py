@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from sigdb.cli.main import ExitCode
+from sigdb.cli.options.places import RECIPE
 from sigdb.cli.options.workers import jobs_option
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("recipe", type=click.Path(path_type=Path))
+@click.argument("recipe", type=RECIPE)
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for all results; by default data/RECIPE.")
 @jobs_option
 def run(recipe: Path, out: Path | None, jobs: int) -> int:
@@ -25,6 +26,10 @@ def run(recipe: Path, out: Path | None, jobs: int) -> int:
 
     The command may be stopped at any instant; repeated, it goes on. Results of the same inputs are kept. The exit code
     is 1 if a model is better than the best possible answer, which no honest model is.
+
+    \b
+    Example:
+      sigdb run pipelines/quick.toml
     """
     from sigdb.cli.progress import show_progress
     from sigdb.pipeline import load_recipe, run_recipe

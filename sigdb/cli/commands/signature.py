@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from sigdb.cli.options.format import echo_json, format_option
+from sigdb.cli.options.places import RECORDING, RIG
 from sigdb.cli.options.recordings import recording_options
 
 if TYPE_CHECKING:
@@ -17,10 +18,12 @@ _LARGE = ("record_spectrum", "envelope_spectrum")
 
 
 @click.command()
-@click.argument("recordings", metavar="RECORDING...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("recordings", metavar="RECORDING...", nargs=-1, required=True, type=RECORDING)
 @click.option("--teeth", type=click.IntRange(1), help="Tooth count of the gear on the averaged shaft.")
-@click.option("--rig", help="Built-in rig or TOML file: it names orders and sidebands, and has the tooth cycle.")
-@click.option("--gear", help="The rig's gear on the averaged shaft.")
+@click.option("--rig", type=RIG, help="Built-in rig or TOML file; it gives orders, sidebands and tooth cycle.")
+@click.option(
+    "--gear", help="The rig's gear on the averaged shaft; by default the driving gear of a rig with one mesh."
+)
 @recording_options
 @click.option(
     "--samples-per-tooth",
@@ -56,7 +59,9 @@ def signature(
 
     Several recordings are a history of one machine, oldest first: NA4 and NB4 compare them.
 
-    Example: sigdb signature run.csv --sampling-rate 12800 --teeth 32 --mesh-phase --out signature
+    \b
+    Example:
+      sigdb signature run.csv --sampling-rate 12800 --teeth 32 --mesh-phase --out signature
     """
     from sigdb.recording import AveragingSettings, read_of_any_size, recorded_history, recorded_signature
     from sigdb.report import Terminal, history_text, overview_text, recorded_text, write_recorded_report

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from sigdb.cli.options.format import echo_json, format_option
+from sigdb.cli.options.places import RECIPE
 from sigdb.cli.options.workers import jobs_option, scheduler_option
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
-@click.argument("recipe", type=click.Path(path_type=Path))
+@click.argument("recipe", type=RECIPE)
 @click.option("--out", help="Directory of the database, or s3://BUCKET/PREFIX; by default data/RECIPE/signatures.")
 @jobs_option
 @scheduler_option
@@ -29,6 +30,10 @@ def sweep(
     """Make the database of a recipe, or go on making it.
 
     The command may be stopped at any instant; repeated, it goes on. Rows are the same for any number of jobs.
+
+    \b
+    Example:
+      sigdb sweep pipelines/quick.toml --dry-run
     """
     from sigdb.cli.progress import show_progress
     from sigdb.pipeline import load_recipe

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from sigdb.cli.main import ExitCode
+from sigdb.cli.options.places import DATABASE
 
 if TYPE_CHECKING:
     from sigdb.recognition import Evaluation
@@ -27,7 +28,7 @@ class NameChoice(click.Choice[str]):
 
 
 @click.command()
-@click.argument("database", metavar="DB")
+@click.argument("database", metavar="DB", type=DATABASE)
 @click.option("--target", type=NameChoice("TARGET_NAMES"), required=True, help="Question to answer.")
 @click.option("--out", required=True, type=click.Path(), help="Folder for the model.")
 @click.option(
@@ -52,6 +53,10 @@ def train(database: str, target: str, out: str, learner: str | None, false_alarm
     """Train a model on a database, one fold of specimens held out, and write its folder with a card.
 
     The exit code is 1 if the model is better than the best possible answer, which no honest model is.
+
+    \b
+    Example:
+      sigdb train data/quick/signatures --target location --out location
     """
     from sigdb.database import open as open_database
     from sigdb.pipeline import train_model

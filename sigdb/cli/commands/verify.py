@@ -7,6 +7,7 @@ import click
 
 from sigdb.cli.main import ExitCode
 from sigdb.cli.options.format import echo_json, format_option
+from sigdb.cli.options.places import DATABASE
 from sigdb.cli.options.workers import jobs_option
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("database", metavar="DB")
+@click.argument("database", metavar="DB", type=DATABASE)
 @click.option("--deep", is_flag=True, help="Also decode all values, and compute a sample again from the recipe.")
 @click.option(
     "--sample",
@@ -32,6 +33,10 @@ def verify(database: str, deep: bool, sample: int, mend: bool, jobs: int, form: 
     Every file is read and compared with its checksums, with its receipt and with the recipe. Findings are damage (with
     the part to make again), parts that do not exist yet, and foreign files. The exit code is 1 if there are findings,
     after --repair if findings are left.
+
+    \b
+    Example:
+      sigdb verify data/quick/signatures
     """
     from sigdb.cli.progress import show_progress
     from sigdb.sweep import repair

@@ -1,10 +1,13 @@
 """Options of reading recordings and of their averages."""
 
+import re
 from collections.abc import Callable
 from functools import wraps
 from typing import Any
 
 import click
+
+from sigdb.core import InputError
 
 _ABOVE_ZERO = click.FloatRange(0, min_open=True)
 
@@ -74,6 +77,28 @@ _ANGLE = {
 """Options of :func:`sigdb.recording.recorded_signature`."""
 
 
+_SPELT = {name: f"--{name.replace('_', '-')}" for name in (*_FILE, *_ANGLE)} | {
+    "units": "--unit",
+    "speed_range_rpm": "--speed-range",
+    "samples_per_tooth": "--samples-per-tooth",
+}
+_WORDS = "|".join(name for name in _SPELT if "_" in name)
+_ADVICE = re.compile(rf"\b(give|set|or|by|check|and) ({_WORDS}) = ")
+_NAMED = re.compile(rf"(?<![\w.'\"-])(?:({_WORDS})\b(?! =|['\"])|\(({'|'.join(_SPELT)})\))")
+
+
+def in_options(message: str) -> str:
+    """Return a message of the library about reading and averaging in the words of the command line.
+
+    Examples
+    --------
+    >>> in_options("give sampling_rate, in Hz, or pulses_per_rev = 4")
+    'give --sampling-rate, in Hz, or --pulses-per-rev 4'
+    """
+    message = _ADVICE.sub(lambda match: f"{match[1]} {_SPELT[match[2]]} ", message)
+    return _NAMED.sub(lambda match: _SPELT[match[1]] if match[1] else f"({_SPELT[match[2]]})", message)
+
+
 def recording_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options of a recording and of its average to a command.
 
@@ -86,7 +111,10 @@ def recording_options(command: Callable[..., None]) -> Callable[..., None]:
         averaging = {name: options.pop(name) for name in _ANGLE}
         if reading["tacho"] is not None and averaging["mesh_phase"]:
             raise click.UsageError("Give either --tacho or --mesh-phase.")
-        command(reading=reading, averaging=averaging, **options)
+        try:
+            command(reading=reading, averaging=averaging, **options)
+        except InputError as error:
+            raise InputError(in_options(str(error))) from None
 
     for option in reversed((*_FILE.values(), *_ANGLE.values())):
         call = option(call)

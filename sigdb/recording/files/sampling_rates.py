@@ -120,7 +120,7 @@ def _rate_of(
         return rate, source, [_rate_note(rate, source)]
     raise InputError(
         f"channel {column.name}: the file does not state the sampling rate; give sampling_rate, in Hz, or the "
-        f"column of times by time{hint}"
+        f"column of times (time){hint}"
     )
 
 
@@ -200,7 +200,7 @@ def _checked(column: DataColumn, rate: float, source: str) -> float:
     if rate == LOWEST:
         raise InputError(
             f"channel {column.name}: {source} states a sampling rate of 1 Hz, which is the default of many programs "
-            "and stands for none; give sampling_rate, in Hz, or the column of times by time"
+            "and stands for none; give sampling_rate, in Hz, or the column of times (time)"
         )
     if not LOWEST < rate <= HIGHEST:
         raise InputError(

@@ -159,7 +159,11 @@ def _unlike(angle: ShaftAngle, speed: float, expected: float, ratios: dict[str, 
         if off < _FITS and abs(angle.ratio / float(exact) - 1) > _NEAR_RATIO:
             fits.append(f"ratio = {exact}, the tacho on {shaft}")
     values["fits"] = "; ".join(fits)
-    hint = f"{' or '.join(fits)} would fit" if fits else "check pulses_per_rev, ratio and the tacho"
+    hint = (
+        f"{' or '.join(fits)} would fit, or the sampling rate is wrong"
+        if fits
+        else "check the sampling rate, pulses_per_rev, ratio and the tacho"
+    )
     whose = "the rig's operating point" if rated else "the stated speed"
     return Note(
         code=SPEED_UNLIKE_RIG,

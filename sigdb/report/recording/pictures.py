@@ -169,9 +169,7 @@ def _distribution(signature: RecordedSignature) -> CaptionedFigure:
         axes = figure.subplots()
         image = draw_distribution(axes, wigner_ville(x - x.mean()), teeth, _HIGHEST * teeth, ())
         axes.set(xlabel="angle, deg (tooth passes numbered)", ylabel="order, 1/rev")
-        figure.colorbar(
-            image, ax=axes, extend="both", pad=0.01, format="%.1e", label=f"({_unit(signature)})$^2$ per bin"
-        )
+        figure.colorbar(image, ax=axes, extend="both", pad=0.01, label=f"({_unit(signature)})$^2$ per bin")
     caption = f"Orders of the average up to {2 * _HIGHEST} mesh orders; half-window 60 deg of rotation."
     return CaptionedFigure("Wigner-Ville distribution", caption, figure)
 

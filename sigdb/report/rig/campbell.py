@@ -18,9 +18,9 @@ from sigdb.transmission import Transmission, coupled_modes
 _SPEEDS = 25
 _LOWEST, _HIGHEST = 0.02, 1.25
 """Range of speeds, as fractions of the operating one."""
-_SHAFT_ROOM, _MESH_ROOM = 3.0, 1.15
-"""Highest frequency shown, as a multiple of the fastest shaft's or mesh's at the highest speed."""
 _MESH_ORDERS = (1, 2, 3)
+_SHAFT_ROOM, _MESH_ROOM = 3.0 * _HIGHEST, 1.1 * _MESH_ORDERS[-1]
+"""Highest frequency shown, as a multiple of the fastest shaft's or mesh's at the operating speed."""
 _DAMPING = LogNorm(0.003, 0.3, clip=True)
 _ORDER, _OPERATING = "#8a8a8a", "#c8553d"
 
@@ -28,16 +28,20 @@ Order = tuple[str, float]
 """A label, and a frequency at the operating speed, Hz."""
 
 
-def campbell_figure(rig: Transmission) -> Figure:
+def campbell_figure(rig: Transmission, *, max_hz: float | None = None) -> Figure:
     """Draw the natural frequencies of the coupled rig at 25 speeds, from near rest to 1.25 times the operating speed.
 
     Each mark is a mode at a speed, coloured by its damping ratio. Lines are the speeds of the shafts and, in a panel of
-    its own with a wider range of frequencies, the first harmonics of the meshes.
+    its own with a wider range of frequencies, the first three harmonics of the meshes, each to beyond the operating
+    speed.
 
     Parameters
     ----------
     rig : Transmission
         The rig.
+    max_hz : float, optional
+        Highest frequency shown, Hz; by default three times the fastest shaft's at the highest speed, and 1.1 times the
+        third harmonic of the fastest mesh at the operating speed.
 
     Returns
     -------
@@ -73,7 +77,7 @@ def campbell_figure(rig: Transmission) -> Figure:
         for panel, (title, orders, highest) in zip(axes, panels, strict=True):
             panel.set_title(title)
             panel.set_xlabel(f"speed of {rig.drive_shaft}, rpm")
-            _draw(panel, (x, y, damping), orders, operating, highest * _HIGHEST)
+            _draw(panel, (x, y, damping), orders, operating, max_hz or highest)
         figure.colorbar(
             ScalarMappable(_DAMPING, "viridis"), ax=list(axes), label="damping ratio", extend="both", pad=0.01
         )

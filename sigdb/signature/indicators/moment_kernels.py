@@ -12,7 +12,7 @@ from sigdb.signature.checks import Float64Array
 
 def peak(x: Float64Array) -> Float64Array:
     """Largest modulus, ``(..., n) -> (...)``."""
-    return np.maximum(np.max(x, axis=-1), -np.min(x, axis=-1))
+    return np.maximum(np.max(x, axis=-1), -np.min(x, axis=-1)) + 0.0  # never -0
 
 
 def nonzero(p: Float64Array) -> Float64Array:

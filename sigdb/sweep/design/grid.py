@@ -1,6 +1,6 @@
 """Grids of cases, as a recipe declares them: products of axes, samples of ranges, and tables."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
 from pydantic import (
@@ -113,52 +113,57 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
         return keys
 
     @model_validator(mode="after")
-    def _check_sample(self) -> "Grid":
+    def _consistent(self) -> "Grid":
+        rules = (self._sample_problems, self._twice, self._pattern_problems, self._tooth_problems, self._out_of_bounds)
+        problems = [problem for rule in rules for problem in rule()]
+        if problems:
+            raise ValueError("\n".join(problems))
+        return self
+
+    def _sample_problems(self) -> Iterator[str]:
+        """Yield problems with the sample and the table."""
         named = ", ".join(self.ranges)
         if self.table is not None and (self.ranges or self.points is not None):
             sample = f"the range of {named}" if self.ranges else "points"
-            raise ValueError(f"table and {sample} are given together; a grid has a table or a sample, not both")
-        if self.ranges and self.points is None:
-            raise ValueError(f"points is missing; say how many joint points the range of {named} has")
-        if not self.ranges and self.points is not None:
-            raise ValueError(f"points = {self.points} but no axis is a range; give one as {{ min = ..., max = ... }}")
+            yield f"table and {sample} are given together; a grid has a table or a sample, not both"
+        elif self.ranges and self.points is None:
+            yield f"points is missing; say how many joint points the range of {named} has"
+        elif not self.ranges and self.points is not None:
+            yield f"points = {self.points} but no axis is a range; give one as {{ min = ..., max = ... }}"
         if not self.ranges and self.method is not None:
-            raise ValueError(f"method = {self.method!r} but no axis is a range; give one as {{ min = ..., max = ... }}")
+            yield f"method = {self.method!r} but no axis is a range; give one as {{ min = ..., max = ... }}"
         if "pattern" in self.ranges:
-            raise ValueError("pattern is a name and has no range; list names")
-        return self
+            yield "pattern is a name and has no range; list names"
 
-    @model_validator(mode="after")
-    def _check_named_once(self) -> "Grid":
+    def _twice(self) -> Iterator[str]:
+        """Yield axes that are given twice."""
         listed = (self.model_fields_set & set(AXIS_NAMES)) | set(self.rig)
         for axis in (axis for axis in self.joint_axes if axis in listed):
-            raise ValueError(f"{axis} is listed and also in the {'table' if self.table else 'sample'}; give it once")
-        return self
+            yield f"{axis} is listed and also in the {'table' if self.table else 'sample'}; give it once"
 
-    @model_validator(mode="after")
-    def _check_pattern(self) -> "Grid":
-        """Refuse a pattern with other damage: it has all damage of its teeth."""
+    def _pattern_problems(self) -> Iterator[str]:
+        """Yield axes of damage that are given with a pattern, which has all damage of its teeth."""
         if self.pattern or "pattern" in self.joint_axes:
             for axis in DAMAGE_AXES:
                 if self._is_set(axis) or axis in self.joint_axes:
-                    raise ValueError(f"pattern and {axis} are given together; a pattern has all damage of its teeth")
-        return self
+                    yield f"pattern and {axis} are given together; a pattern has all damage of its teeth"
 
-    @model_validator(mode="after")
-    def _check_teeth(self) -> "Grid":
+    def _tooth_problems(self) -> Iterator[str]:
+        """Yield an empty list of teeth."""
         if not self.tooth:
-            raise ValueError("tooth = [] names no tooth; name some, or 'all'")
-        return self
+            yield "tooth = [] names no tooth; name some, or 'all'"
 
-    @model_validator(mode="after")
-    def _check_bounds(self) -> "Grid":
+    def _out_of_bounds(self) -> Iterator[str]:
+        """Yield values that their axes do not take, and empty axes."""
         for axis in (*DAMAGE_AXES, *MEASUREMENT_AXES):
             for value in getattr(self, axis):
-                check_bounds(axis, value)
+                try:
+                    check_bounds(axis, value)
+                except ValueError as error:
+                    yield str(error)
         for axis, values in self.rig.items():
             if not values:
-                raise ValueError(f"{axis} is empty; give at least 1")
-        return self
+                yield f"{axis} is empty; give at least 1"
 
     @model_serializer(mode="wrap")
     def _as_used(self, handler: SerializerFunctionWrapHandler) -> dict[str, object]:

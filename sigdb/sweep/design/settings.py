@@ -43,15 +43,18 @@ class SweepSettings(Section):
 
     @model_validator(mode="after")
     def _check_patterns(self) -> "SweepSettings":
-        for name in self.named_patterns:
-            if name not in {*self.patterns, *PRESETS}:
-                defined = ", ".join(dict.fromkeys((*self.patterns, *PRESETS)))
-                raise ValueError(
-                    f"pattern {name!r} is not defined; define it under [sweep.patterns] (known: {defined})"
-                )
-        for name, teeth in self.patterns.items():
-            if not any(tooth.is_damage for tooth in teeth):
-                raise ValueError(f"patterns.{name} damages no tooth; give at least one tooth a loss or a shift")
+        defined = ", ".join(dict.fromkeys((*self.patterns, *PRESETS)))
+        problems = [
+            f"pattern {name!r} is not defined; define it under [sweep.patterns] (known: {defined})"
+            for name in self.named_patterns
+            if name not in {*self.patterns, *PRESETS}
+        ] + [
+            f"patterns.{name} damages no tooth; give at least one tooth a loss or a shift"
+            for name, teeth in self.patterns.items()
+            if not any(tooth.is_damage for tooth in teeth)
+        ]
+        if problems:
+            raise ValueError("\n".join(problems))
         return self
 
     @property

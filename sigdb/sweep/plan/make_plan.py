@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sigdb.core import BoolArray, DatabaseError, FloatArray, InputError, IntArray, validated
+from sigdb.core import BoolArray, DatabaseError, FloatArray, InputError, IntArray, Problems, validated
 from sigdb.dynamics import damaged_gear, solver_named
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import SignatureSettings
@@ -61,26 +61,40 @@ def make_plan(
     Raises
     ------
     InputError
-        If the design does not fit the rig: the message names the key, the value and what to do.
+        If the design does not fit the rig: the message has a line for each problem, with the key, the value and what to
+        do. Grids count from 1.
     """
     gear = damaged_gear(rig, design.gear)
     sensors = signature.sensors or tuple(rig.sensors)
+    problems = Problems()
     for sensor in sensors:
         if sensor not in rig.sensors:
-            raise InputError(f"signature.sensors: rig {rig.name!r} has no {sensor!r}; known: {', '.join(rig.sensors)}")
-    crossings = [_crossing(design, number, rig) for number in range(len(design.grid))]
-    points, numbers = rig_points(
-        rig, gear, [(crossing.owner, crossing.rig_values, crossing.places) for crossing in crossings]
-    )
+            problems.add(f"signature.sensors: rig {rig.name!r} has no {sensor!r}; known: {', '.join(rig.sensors)}")
+    crossings = []
+    for number in range(len(design.grid)):
+        with problems.collect():
+            crossings.append(_crossing(design, number, rig))
+    if len(crossings) < len(design.grid):
+        problems.raise_any()
+    with problems.collect(needed=True):
+        points, numbers = rig_points(
+            rig, gear, [(crossing.owner, crossing.rig_values, crossing.places) for crossing in crossings]
+        )
     gathered = _GridCases(design, measurement, points, gear)
     for crossing, rigs in zip(crossings, numbers, strict=True):
-        gathered.add(crossing, rigs)
+        with problems.collect():
+            gathered.add(crossing, rigs)
+    if len(gathered.pieces) < len(crossings):
+        problems.raise_any()
     blocks, damages, teeth = gathered.blocks()
-    _check_damages(damages, blocks, points, gear)
+    _check_damages(damages, blocks, points, gear, problems)
     measurements, measured = gathered.measurements()
-    _check_specimens(design, signature, measurements["index_error"])
+    with problems.collect():
+        _check_specimens(design, signature, measurements["index_error"])
     rig_measured = _rig_measured(gathered, measured)
-    _check_whole_cycles(measurements["averages"].astype(np.int64), rig_measured, points)
+    with problems.collect():
+        _check_whole_cycles(measurements["averages"].astype(np.int64), rig_measured, points)
+    problems.raise_any()
     layout = lay_out(
         blocks,
         teeth,
@@ -125,7 +139,7 @@ def _check_specimens(design: SweepSettings, signature: SignatureSettings, index_
 
 
 def _crossing(design: SweepSettings, number: int, rig: Transmission) -> Crossing:
-    owner, grid = f"sweep.grid.{number}", design.grid[number]
+    owner, grid = grid_name(number), design.grid[number]
     joint = joint_points(grid, rig, owner=owner, number=number, seed=design.seed)
     crossing = Crossing(owner=owner, grid=grid, joint=joint)
     if crossing.cases > _MOST_CASES:
@@ -257,8 +271,12 @@ def _check_whole_cycles(averages: IntArray, rig_measured: tuple[IntArray, IntArr
         )
 
 
-def _check_damages(damages: Damages, blocks: Blocks, points: RigPoints, gear: str) -> None:
-    """Refuse damage that does not fit its gear; each kind of damage is checked once for each tooth count."""
+def _check_damages(damages: Damages, blocks: Blocks, points: RigPoints, gear: str, problems: Problems) -> None:
+    """Collect the first damage of each grid that does not fit its gear.
+
+    Each kind of damage is checked once for each tooth count.
+    """
+    wrong: set[int] = set()
     teeth = points.teeth[blocks.rig]
     _, first = distinct(blocks.damage, teeth)
     damage, count = blocks.damage[first], teeth[first]
@@ -266,13 +284,15 @@ def _check_damages(damages: Damages, blocks: Blocks, points: RigPoints, gear: st
     # A shift at the limit is checked too.
     wide = shift[damage] * count > 180 * (1 - 1e-9)
     for at in np.flatnonzero((damages.damaged_teeth[damage] > count) | wide | (damages.pattern[damage] > 0)):
-        with _naming_grid(blocks.grid[first[at]]):
+        with _naming_grid(int(blocks.grid[first[at]]), wrong, problems):
             damages.damage(int(damage[at]), gear, 1).on_teeth(int(count[at]))
     if damages.has_geometry.any():
-        _check_geometry(damages, blocks.at(damages.has_geometry[blocks.damage]), points, gear)
+        _check_geometry(damages, blocks.at(damages.has_geometry[blocks.damage]), points, gear, wrong, problems)
 
 
-def _check_geometry(damages: Damages, blocks: Blocks, points: RigPoints, gear: str) -> None:
+def _check_geometry(
+    damages: Damages, blocks: Blocks, points: RigPoints, gear: str, wrong: set[int], problems: Problems
+) -> None:
     build = points.builds[blocks.rig]
     _, first = distinct(blocks.damage, build)
     profiles: dict[int, tuple[AnyProfile, bool]] = {}
@@ -282,18 +302,25 @@ def _check_geometry(damages: Damages, blocks: Blocks, points: RigPoints, gear: s
             mesh = point.rig.meshes[point.rig.meshes_of(gear)[0]]
             profiles[build[at]] = mesh.profile, gear == mesh.driving
         profile, driving = profiles[build[at]]
-        with _naming_grid(blocks.grid[at]):
+        with _naming_grid(int(blocks.grid[at]), wrong, problems):
             for of_tooth in damages.teeth(int(blocks.damage[at])):
                 damaged_profile(profile, of_tooth, point.teeth, driving=driving)
 
 
 @contextmanager
-def _naming_grid(number: int) -> Iterator[None]:
-    """Name the grid in messages about its damage."""
+def _naming_grid(number: int, wrong: set[int], problems: Problems) -> Iterator[None]:
+    """Collect a problem with the damage of a grid, named, if it is the grid's first."""
     try:
         yield
     except InputError as error:
-        raise InputError(f"sweep.grid.{number}: {error}") from None
+        if number not in wrong:
+            problems.add(f"{grid_name(number)}: {error}")
+        wrong.add(number)
+
+
+def grid_name(number: int) -> str:
+    """Return the name of a grid in messages, where grids count from 1."""
+    return f"sweep.grid.{number + 1}"
 
 
 _OTHER_VERSION = "it was made by another version of sigdb; use that version, or make the database again"

@@ -103,7 +103,10 @@ def _check_orphans(plan: Plan, store: Store) -> None:
 
 
 def _first_difference(old: object, new: object, path: str = "") -> str:
-    """Return the first key whose values differ, with both values; empty where none do."""
+    """Return the first key whose values differ, with both values; empty where none do.
+
+    Items of lists count from 1, but for those of the rig, whose dotted paths count from 0.
+    """
     if isinstance(old, dict) and isinstance(new, dict):
         # A key that holds None is not in TOML.
         for key in sorted({*old, *new}):
@@ -113,8 +116,6 @@ def _first_difference(old: object, new: object, path: str = "") -> str:
                     return difference
         return ""
     if isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
-        return next(
-            (_first_difference(a, b, f"{path}.{i}") for i, (a, b) in enumerate(zip(old, new, strict=True)) if a != b),
-            "",
-        )
+        pairs = enumerate(zip(old, new, strict=True), 0 if path.startswith("rig") else 1)
+        return next((_first_difference(a, b, f"{path}.{i}") for i, (a, b) in pairs if a != b), "")
     return f"{path} was {old!r} and is now {new!r}"

@@ -9,6 +9,7 @@ from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from sigdb.core import InputError, unit_of
+from sigdb.transmission.mesh.geometry_profiles import EnergyMethod
 from sigdb.transmission.parts.bodies import Disk
 from sigdb.transmission.parts.gears import Gear, Mesh, Operating, ProfileError, Trapezoid
 from sigdb.transmission.parts.sensors import Sensor
@@ -20,7 +21,10 @@ _BEARING: dict[str, Any] = {"stiffness": [1.0e8, 1.0e8, 5.0e7]}
 _SEGMENT: dict[str, Any] = {"length": 0.2, "outer_diameter": 0.03, "elements": 5}
 _GEAR: dict[str, Any] = {"node": 2, "body_length": 0.02, "bore": 0.03, "material": "steel"}
 
-_TABLES: tuple[tuple[str, type[BaseModel], dict[str, Any]], ...] = (
+Table = tuple[str, type[BaseModel], dict[str, Any]]
+"""Name of a table of the file, its section, and its values."""
+
+_TABLES: tuple[Table, ...] = (
     ("operating", Operating, {"drive": "motor", "load": "brake", "speed_rpm": 1500.0, "torque": 60.0}),
     ("materials.steel", Material, {"density": 7850.0, "young_modulus": 2.07e11, "shear_modulus": 7.96e10}),
     ("shafts.pinion-shaft", Shaft, {"axis": [0.0, 0.0, 1.0], "material": "steel"}),
@@ -63,7 +67,7 @@ _MORE: tuple[tuple[str, type[BaseModel]], ...] = (
 """Tables that a spur pair does not need; the file shows them as comments."""
 
 
-def write_new_rig(path: str | Path, *, overwrite: bool = False) -> Path:
+def write_new_rig(path: str | Path, *, overwrite: bool = False, energy_method: bool = False) -> Path:
     """Write a rig file that can be loaded and simulated as it is, to be changed field by field.
 
     Parameters
@@ -72,6 +76,9 @@ def write_new_rig(path: str | Path, *, overwrite: bool = False) -> Path:
         File that ends in ``.toml``; the rig is named after it.
     overwrite
         Whether a file that exists is replaced.
+    energy_method
+        Whether the mesh stiffness follows from the shape of the teeth by the energy method, so that damage may be given
+        by its geometry (``crack_depth``, ``pit_diameter``, ...); otherwise it is a trapezoid of a given stiffness.
 
     Returns
     -------
@@ -88,14 +95,14 @@ def write_new_rig(path: str | Path, *, overwrite: bool = False) -> Path:
         raise InputError(f"{path}: a rig file's name ends in .toml")
     try:
         with path.open("w" if overwrite else "x", encoding="utf-8") as file:
-            file.write(new_rig_text(path.stem))
+            file.write(new_rig_text(path.stem, energy_method=energy_method))
     except FileExistsError:
         raise InputError(f"{path}: exists already; choose another name, or give --force to overwrite it") from None
     return path
 
 
-def new_rig_text(name: str) -> str:
-    """The text of a rig file to start from.
+def new_rig_text(name: str, *, energy_method: bool = False) -> str:
+    """Return the text of a rig file to start from, whose mesh stiffness is a trapezoid or by the energy method.
 
     Examples
     --------
@@ -113,13 +120,21 @@ def new_rig_text(name: str) -> str:
         *_fields(Transmission, top, explained=True),
     ]
     seen: set[type[BaseModel]] = set()
-    for table, section, values in _TABLES:
+    for table, section, values in map(_by_energy_method, _TABLES) if energy_method else _TABLES:
         lines += ["", f"[{table}]", *_fields(section, values, explained=section not in seen)]
         seen.add(section)
     lines += ["", "# Further tables, where the rig has such parts."]
     for table, section in _MORE:
         lines += ["", f"# [{table}]", *_fields(section, {}, explained=True)]
     return "\n".join(lines) + "\n"
+
+
+def _by_energy_method(table: Table) -> Table:
+    """Return a table of the file as it is where the shape of the teeth gives the mesh stiffness."""
+    name, section, values = table
+    if section is Mesh:
+        return name, section, {key: value for key, value in values.items() if key != "stiffness"}
+    return (name, EnergyMethod, {"kind": "energy-method", "flank": 0.15}) if section is Trapezoid else table
 
 
 def _fields(section: type[BaseModel], values: dict[str, Any], *, explained: bool) -> Iterator[str]:

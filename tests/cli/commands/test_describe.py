@@ -4,6 +4,7 @@ import json
 import tomllib
 from math import cos, gcd, pi, radians, sin, sqrt, tan
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -135,6 +136,16 @@ def test_a_new_rig_is_what_its_file_says(tmp_path):
     data = tomllib.loads(text)
     assert rig.value("meshes.main.module") == data["meshes"]["main"]["module"]
     assert rig.value("wheel.teeth") == data["gears"]["wheel"]["teeth"]
+
+
+def test_a_new_rig_by_the_energy_method_takes_damage_by_its_geometry(tmp_path):
+    text = new_rig_text("pair", energy_method=True)
+    (tmp_path / "pair.toml").write_text(text, encoding="utf-8")
+    rig = sigdb.load_transmission(tmp_path / "pair.toml")
+    whole, cracked = (sigdb.simulate(rig, damage) for damage in (None, sigdb.Damage(tooth=3, crack_depth=0.002)))
+    assert rig.meshes["main"].profile.kind == "energy-method"
+    assert not np.array_equal(whole.signal("pinion-vertical"), cracked.signal("pinion-vertical"))
+    assert set(tomllib.loads(text)) == set(tomllib.loads(new_rig_text("pair")))
 
 
 @pytest.mark.parametrize("section", [Operating, Material, Shaft, Segment, Gear, Mesh, Coupling, Bearing, Disk])

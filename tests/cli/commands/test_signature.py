@@ -121,3 +121,17 @@ def test_a_recording_that_is_too_large_and_not_read_in_blocks_is_refused(tmp_pat
         CliRunner().invoke(
             cli, ["signature", str(tmp_path / "run.npz"), "--teeth", "12", "--mesh-phase"], catch_exceptions=False
         )
+
+
+def test_the_default_gear_is_that_of_diagnose(folder):
+    options = ("--sampling-rate", FS, "--rig", "nasa-spiral-bevel", "--tacho", "tacho", "--format", "json")
+    result = call(folder / "one.csv", *options)
+    assert result.exit_code == 0, result.stderr
+    (found,) = json.loads(result.stdout)
+    assert (found["gear"], found["teeth"]) == ("pinion", 12)
+
+
+def test_a_missing_fact_is_named_by_its_option(folder):
+    error = call(folder / "one.csv", "--teeth", 12, "--tacho", "tacho").exception
+    assert isinstance(error, InputError)
+    assert "give --sampling-rate, in Hz, or the column of times (--time)" in str(error)

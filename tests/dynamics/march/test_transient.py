@@ -36,7 +36,7 @@ def rig():
         ({"index_errors": [np.nan] * 12}, r"index_errors must be 12 finite numbers"),
         ({"state": np.zeros(3)}, r"state has the shape \(3,\); this rig's modal system has \d+ coordinates: give the"),
         ({"damage": Damage(gear="wheel", tooth=1, stiffness_loss=0.1)}, r"gear = 'wheel' does not exist"),
-        ({"damage": Damage(tooth=13, stiffness_loss=0.1)}, r"does not fit a gear of 12 teeth"),
+        ({"damage": Damage(tooth=13, stiffness_loss=0.1)}, r"tooth 13 does not exist: the gear has 12 teeth"),
         ({"damage": Damage(tooth=1, phase_shift_deg=16.0)}, r"more than half a tooth pass"),
     ],
 )

@@ -93,7 +93,7 @@ def test_a_named_column_of_times(tmp_path):
     read = read_recording(path, sampling_rate=12_800)
     assert [one.name for one in read.channels] == ["x"]
     assert "clock only rises, as times, counts and angles do, and was left out" in texts(read)
-    with pytest.raises(InputError, match=r"give sampling_rate, in Hz, .* by time \(clock only rises"):
+    with pytest.raises(InputError, match=r"give sampling_rate, in Hz, .* \(time\) \(clock only rises"):
         read_recording(path)
 
 

@@ -101,6 +101,8 @@ def test_the_campbell_diagram_has_the_orders_of_shafts_and_meshes():
         slopes = {round(line.get_ydata()[1] / line.get_xdata()[1] * 1500, 6) for line in axes.lines[: len(frequencies)]}
         assert slopes == {round(one, 6) for one in frequencies}
         assert axes.lines[len(frequencies)].get_xdata()[0] == 1500
+    assert meshes.get_ylim()[1] == pytest.approx(1.1 * 1200)
+    assert campbell_figure(one, max_hz=500.0).axes[0].get_ylim()[1] == 500
     told = [text.get_text() for text in meshes.texts]
     assert {"main 1x", "main 2x", "main 3x", "operating"} <= set(told)
     assert set(shafts.get_xlim()) == {0.0, 1875.0}

@@ -108,4 +108,4 @@ def test_a_declaration_in_one_place_is_enough(tmp_path):
     design = SweepSettings(rig="nasa-spiral-bevel", grid=[{"tooth": 1, "stiffness_loss": 0.4}])
     plan = make_plan(design, MeasurementSettings(), SignatureSettings(), sigdb.load_transmission(design.rig))
     assert run.stdout.split() == [plan.hash, "burn"]
-    assert "sweep.grid.0: spall_length = 0.001 needs the geometry of the teeth" in run.stderr, run.stderr
+    assert "sweep.grid.1: spall_length = 0.001 needs the geometry of the teeth" in run.stderr, run.stderr

@@ -16,7 +16,7 @@ GRID = "[[sweep.grid]]\nstiffness_loss = 0.2\n"
     [
         (
             "[[sweep.grid]]\nstifness_loss = 0.4\n",
-            r"unknown key sweep\.grid\.0\.stifness_loss; did you mean 'stiffness",
+            r"unknown key sweep\.grid\.1\.stifness_loss; did you mean 'stiffness",
         ),
         ("helthy = 3\n" + GRID, r"unknown key sweep\.helthy; did you mean 'healthy'\?"),
         (GRID + "[measurment]\nsnr_db = 1.0\n", r"unknown key measurment; did you mean 'measurement'\?"),
@@ -30,12 +30,12 @@ GRID = "[[sweep.grid]]\nstiffness_loss = 0.2\n"
         (GRID + "tooth = [6, 0]\n", r"tooth = 0 is not on a gear of 12 teeth"),
         (GRID + "tooth = 13\naverages = 108\npinion.teeth = [13, 12]\n", r"tooth = 13 is not on a gear of 12 teeth"),
         (GRID + 'tooth = "six"\n', r"tooth.* = 'six' must be"),
-        (GRID + "damaged_teeth = 13\n", r"of 13 teeth does not fit a gear of 12 teeth"),
+        (GRID + "damaged_teeth = 13\n", r"damaged_teeth = 13, but the gear has 12 teeth"),
         (GRID + "damaged_teeth = 0\n", r"damaged_teeth = 0 must be 1 or more; undamaged rows come from healthy"),
-        ("[[sweep.grid]]\nstiffness_loss = []\n", r"sweep\.grid\.0\.stiffness_loss is empty; give at least 1"),
+        ("[[sweep.grid]]\nstiffness_loss = []\n", r"sweep\.grid\.1\.stiffness_loss is empty; give at least 1"),
         ("[[sweep.grid]]\nstiffness_loss = 1.5\n", r"stiffness_loss = 1\.5 must be less than or equal to 1"),
-        ("[[sweep.grid]]\nstiffness_loss = nan\n", r"stiffness_loss\.0 = nan must be a finite number"),
-        ('[[sweep.grid]]\nstiffness_loss = "half"\n', r"stiffness_loss\.0 = 'half' must be a valid number"),
+        ("[[sweep.grid]]\nstiffness_loss = nan\n", r"stiffness_loss\.1 = nan must be a finite number"),
+        ('[[sweep.grid]]\nstiffness_loss = "half"\n', r"stiffness_loss\.1 = 'half' must be a valid number"),
         (GRID + "averages = 0\n", r"averages = 0 must be greater than or equal to 1"),
         (GRID + "index_error = -1.0\n", r"index_error = -1\.0 must be greater than or equal to 0"),
         (GRID + "averages = 4\n", r"averages = 4 is not a whole number .* every 3 revolutions; use for example 3"),
@@ -43,12 +43,12 @@ GRID = "[[sweep.grid]]\nstiffness_loss = 0.2\n"
         ('[[sweep.grid]]\npattern = "x"\n', r"pattern 'x' is not defined; define it under \[sweep\.patterns\]"),
         (
             '[[sweep.grid]]\npattern = "x"\nstiffness_loss = 0.2\n[sweep.patterns]\nx = [{ stiffness_loss = 0.2 }]\n',
-            r"sweep\.grid\.0: pattern and stiffness_loss are given together",
+            r"sweep\.grid\.1: pattern and stiffness_loss are given together",
         ),
         (GRID + "[sweep.patterns]\nx = [{}]\n", r"patterns\.x damages no tooth; give at least one tooth a loss"),
         (
             '[[sweep.grid]]\npattern = "x"\n[sweep.patterns]\nx = [{ stiffness_loss = 2.0 }]\n',
-            r"sweep\.patterns\.x\.0\.stiffness_loss = 2\.0 must be less than or equal to 1",
+            r"sweep\.patterns\.x\.1\.stiffness_loss = 2\.0 must be less than or equal to 1",
         ),
         (GRID + '[signature]\nsensors = ["pinion"]\n', r"has no 'pinion'; known: pinion-vertical, pinion-housing"),
         (GRID + "[signature]\nsamples_per_tooth = 16\n", r"samples_per_tooth = 16 must be greater than or equal to 32"),
@@ -96,7 +96,7 @@ RANGE = "stiffness_loss = { min = 0.1, max = 0.4 }\n"
         (RANGE + "tooth = { min = 1, max = 13 }\npoints = 50\n", r"tooth = 13 is not on a gear of 12 teeth"),
         (
             RANGE + "damaged_teeth = { min = 1, max = 13 }\npoints = 50\n",
-            r"of 13 teeth does not fit a gear of 12 teeth",
+            r"damaged_teeth = 13, but the gear has 12 teeth",
         ),
         ("phase_shift_deg = { min = 15, max = 30 }\npoints = 2\n", r"is more than half a tooth pass of a gear of 12"),
         (
@@ -163,7 +163,7 @@ def test_a_file_of_cases_is_refused_by_file_row_and_column(tmp_path, content, sa
     (tmp_path / "cases.csv").write_text(content, encoding="utf-8")
     recipe = tmp_path / "recipe.toml"
     recipe.write_text('[sweep]\nrig = "nasa-spiral-bevel"\n[[sweep.grid]]\ntable = "cases.csv"\n', encoding="utf-8")
-    with pytest.raises(InputError, match=r"recipe\.toml: sweep\.grid\.0: .*cases\.csv.*" + says):
+    with pytest.raises(InputError, match=r"recipe\.toml: sweep\.grid\.1: .*cases\.csv.*" + says):
         load_recipe(recipe)
 
 
@@ -196,7 +196,7 @@ def test_the_remedy_for_broken_tooth_cycles_works(plan_of):
             "nasa-spiral-bevell",
             r"recipe\.toml: sweep\.rig: no built-in rig 'nasa-spiral-bevell'; did you mean 'nasa-spiral-bevel'",
         ),
-        ("rigs/none.toml", r"none\.toml: no such file"),
+        ("rigs/none.toml", r"recipe\.toml: sweep\.rig: .*none\.toml: no such file"),
     ],
 )
 def test_a_rig_that_does_not_exist(recipe_of, rig, says):
@@ -217,6 +217,64 @@ def test_a_file_that_is_no_recipe(tmp_path, content, says):
     (tmp_path / "recipe.toml").write_bytes(content)
     with pytest.raises(InputError, match=says):
         load_recipe(tmp_path / "recipe.toml")
+
+
+def test_all_problems_of_a_recipe_are_named_at_once(recipe_of):
+    text = """
+[sweep]
+rig = "none.toml"
+specimens = 0
+[[sweep.grid]]
+stiffness_loss = [0.5, 1.5]
+averages = 0
+[[sweep.grid]]
+stifness_loss = 0.5
+[measurement]
+averages = { min = 100, max = 200 }
+snr_db = [1.0, 2.0]
+"""
+    with pytest.raises(InputError) as caught:
+        recipe_of(text)
+    lines = [line.split("recipe.toml: ", 1)[1] for line in str(caught.value).splitlines()]
+    assert lines[:6] == [
+        "measurement.averages is a range, and must be one number; a range of averages goes into [[sweep.grid]]",
+        "measurement.snr_db is a list, and must be one number; a list of snr_db goes into [[sweep.grid]]",
+        "sweep.specimens = 0 must be greater than or equal to 1",
+        "sweep.grid.1: stiffness_loss = 1.5 must be less than or equal to 1",
+        "sweep.grid.1: averages = 0 must be greater than or equal to 1",
+        "unknown key sweep.grid.2.stifness_loss; did you mean 'stiffness_loss'?",
+    ]
+    assert lines[6].startswith("sweep.rig: ")
+    assert len(lines) == 7
+
+
+def test_all_problems_of_a_plan_are_named_at_once(recipe_of):
+    text = """
+[sweep]
+rig = "nasa-spiral-bevel"
+[[sweep.grid]]
+stiffness_loss = 0.2
+[[sweep.grid]]
+damaged_teeth = [13, 14]
+stiffness_loss = 0.2
+[[sweep.grid]]
+crack_depth = [0.001, 0.002]
+[signature]
+sensors = ["left", "right"]
+[measurement]
+averages = 7
+"""
+    with pytest.raises(InputError) as caught:
+        recipe_of(text).plan()
+    found = [line.split("recipe.toml: ", 1)[1] for line in str(caught.value).splitlines()]
+    begins = [
+        "signature.sensors: rig 'nasa-spiral-bevel' has no 'left'",
+        "signature.sensors: rig 'nasa-spiral-bevel' has no 'right'",
+        "sweep.grid.2: damaged_teeth = 13, but the gear has 12 teeth",
+        "sweep.grid.3: crack_depth = 0.001 needs the geometry",
+        "measurement.averages = 7 is not a whole number of tooth cycles",
+    ]
+    assert [line.startswith(begin) for line, begin in zip(found, begins, strict=True)] == [True] * 5
 
 
 def test_a_recipe_that_does_not_exist(tmp_path):

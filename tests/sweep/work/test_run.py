@@ -130,9 +130,9 @@ def test_the_owner_that_died_does_not_block(parts_plan, parts_text, copy):
     [
         ("seed = 7", "seed = 8", r"sweep\.seed was 7 and is now 8"),
         ("specimens = 115", "specimens = 116", r"sweep\.specimens was 115 and is now 116"),
-        ("[0.1, 0.2]", "[0.1, 0.3]", r"sweep\.grid\.0\.stiffness_loss\.1 was 0\.2 and is now 0\.3"),
-        ("[0.1, 0.2]", "[0.1]", r"sweep\.grid\.0\.stiffness_loss was \[0\.1, 0\.2\] and is now \[0\.1\]"),
-        ("averages = 36", "averages = 72", r"sweep\.grid\.0\.averages\.0 was 36 and is now 72"),
+        ("[0.1, 0.2]", "[0.1, 0.3]", r"sweep\.grid\.1\.stiffness_loss\.2 was 0\.2 and is now 0\.3"),
+        ("[0.1, 0.2]", "[0.1]", r"sweep\.grid\.1\.stiffness_loss was \[0\.1, 0\.2\] and is now \[0\.1\]"),
+        ("averages = 36", "averages = 72", r"sweep\.grid\.1\.averages\.1 was 36 and is now 72"),
         ("[signature]", "[measurement]\nsnr_db = 3.0\n[signature]", r"measurement\.snr_db was 0\.0 and is now 3\.0"),
         ("samples_per_tooth = 32", "samples_per_tooth = 64", r"signature\.samples_per_tooth was 32 and is now 64"),
     ],
