@@ -14,7 +14,7 @@ _LIKE_NEIGHBOURS = 0.5
 """Probability above which the mesh orders are no higher than the orders about them."""
 _RIVAL = 1.25, 15.0
 """Evidence of another comb of orders, as a multiple of that of the mesh and a sum, above which it is another gear."""
-_PART = 2.0, 5.0
+_PART = 1.0, 10.0
 """The same for the orders of a half or a third of the teeth, as where a tacho has two or three pulses, not one."""
 _LINE = 1e-6
 """Probability below which a single order is a line."""
@@ -116,7 +116,7 @@ def mesh_presence(
     The gear is present where ``p_value`` is at most 0.001 and all of these hold: ``p_neighbours`` is at most 0.5, no
     comb ``h Z + s``, ``|s| > 2``, and no mesh of another tooth count has 1.25 E + 15 of evidence, where E, a sum of
     -ln p like p_neighbours', is the evidence of this one. Orders of a half or a third of the teeth have at most
-    2 E + 5. The lines have no common spacing of another gear. Harmonics that are no multiples of 2, or 3, stand out as
+    E + 10. The lines have no common spacing of another gear. Harmonics that are no multiples of 2, or 3, stand out as
     well, with a combined p of at most 0.01; else the gear has twice or three times as many teeth. A single line is a
     gear's only where no line between the whole orders is stronger.
 
@@ -184,11 +184,13 @@ def mesh_presence(
         "mesh_lines": float(np.count_nonzero(lines % Z == 0)),
         "multiple": _multiple(line, mesh, Z),
     }
-    rival = rival if evidence > _RIVAL[0] * combs.evidence(mesh) + _RIVAL[1] else combs.part_of_teeth(mesh, others)
+    rival = rival if evidence > _RIVAL[0] * combs.evidence(mesh) + _RIVAL[1] else ""
     strongest = int(mesh[np.argmin(line[mesh])]) if mesh.size else 0
     if _combined(np.sort(line[np.concatenate([side, mesh])])[1:]) > ALARM and spectrum.stronger_between(strongest, top):
         rival = rival or "tones between the orders of the shaft"
     doubt = _doubt(values, Z, rival, any_mesh=bool(mesh.size), mesh_phase=mesh_phase)
+    if not doubt and (part := combs.part_of_teeth(mesh, others)):
+        doubt = _doubt(values, Z, part, any_mesh=True, mesh_phase=mesh_phase)
     others_fit = not rival and values["multiple"] == 1 and values["spacing"] == Z
     unverified = bool(doubt) and mesh_phase and others_fit and _combined(np.sort(line[mesh])[1:]) <= ALARM
     kept = {name: values[name] for name in ("p_value", "p_mesh", "p_revolution", "p_neighbours")}
@@ -322,9 +324,9 @@ class _Combs:
     def part_of_teeth(self, mesh: IntArray, others: Collection[int]) -> str:
         """Return the half or third of the teeth whose orders have more evidence than the mesh, in words; "" if none."""
         Z, orders = self._teeth, self._orders
-        for part in (Z // d for d in (2, 3) if Z % d == 0 and Z // d > 2):
+        for d, part in ((d, Z // d) for d in (2, 3) if Z % d == 0 and Z // d > 2):
             comb = orders[(orders % part == 0) & np.all([orders % z > 0 for z in (Z, *others)], axis=0)]
-            if self.evidence(comb[:_HARMONICS]) > _PART[0] * self.evidence(mesh) + _PART[1]:
+            if self.evidence(comb[: (d - 1) * _HARMONICS]) > _PART[0] * self.evidence(mesh) + _PART[1]:
                 return f"mesh orders of {part} teeth"
         return ""
 

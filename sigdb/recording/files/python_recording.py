@@ -105,7 +105,7 @@ def _array(data: object, name: str) -> StoredArray:
     try:
         stored = np.ma.asarray(data) if isinstance(data, np.ma.MaskedArray) else np.asarray(data)
     except ValueError:
-        raise InputError(f"{name} is no array; give rows of one length") from None
+        raise InputError(f"{name} has rows of different lengths; give rows of one length") from None
     if stored.dtype.kind in "Mm":
         return seconds_of_times(np.asarray(stored))
     if stored.dtype.kind not in "biuf":

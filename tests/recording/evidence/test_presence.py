@@ -86,6 +86,21 @@ def test_what_is_no_such_gear_is_refused_with_its_reason(x, teeth, reason):
     assert reason in found.reason
 
 
+@pytest.mark.parametrize("twist", [0.03, 0.06])
+@pytest.mark.parametrize("part", [2, 3])
+def test_a_tacho_that_counts_parts_of_a_revolution_is_noticed(part, twist):
+    """12 teeth by a tacho with two or three pulses read as one: a revolution of it holds a part of the teeth.
+
+    The shaft twists twice a revolution, so that sidebands lie about the mesh as for a gear that is there.
+    """
+    theta = THETA / part
+    x = gear(theta + twist * np.sin(2 * theta)) + 0.3 * np.random.default_rng(5).standard_normal(M * N)
+    found = presence(x)
+    assert not found.present
+    assert "stand out more" in found.reason
+    assert "pulses_per_rev and ratio" in found.reason
+
+
 def test_orders_of_another_gear_on_the_shaft_are_no_rival():
     """A line of noise level at the mesh of 12 teeth, and the whole mesh of 29 teeth: refused unless 29 is known."""
     x = 0.01 * np.cos(12 * THETA) + gear(THETA, 29) + 0.05 * np.random.default_rng(3).standard_normal(M * N)

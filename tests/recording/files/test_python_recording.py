@@ -172,7 +172,7 @@ def test_sep005_that_start_at_different_times(first, second):
     ("data", "told"),
     [
         ("run.csv", "data: is a text or a path; give read_recording a file"),
-        ([[1.0, 2.0], [3.0]], "the array is no array; give rows of one length"),
+        ([[1.0, 2.0], [3.0]], "the array has rows of different lengths; give rows of one length"),
         (np.array([object()] * 20), "the array holds object, not real numbers"),
         (X[:, 0] * 1j, "holds complex128, not real numbers"),
         (T, "holds no channel besides the times in column"),

@@ -45,7 +45,7 @@ def encoded_text(data: bytes) -> tuple[bytes, tuple[Note, ...]]:
     notes: tuple[Note, ...] = ()
     if not coding and not _is_utf8(data):
         data = data.decode("latin-1").translate(_WESTERN).encode()
-        text = "the text is not UTF-8 and was read as cp1252 (Western European)"
+        text = "the text is not UTF-8 and was read as cp1252 (Western European); save it as UTF-8 if names look wrong"
         notes = (Note(code="text-encoding", text=text, values={"encoding": "cp1252"}),)
     if not data.isascii():
         data = data.replace("\N{MINUS SIGN}".encode(), b"-")
