@@ -14,7 +14,7 @@ from .matching.outside_threshold import CoverageRecord as CoverageRecord
 from .matching.outside_threshold import write_coverage as write_coverage
 from .matching.residuals import root_mean_square as root_mean_square
 from .matching.residuals import unit_residuals as unit_residuals
-from .store.checked import open_checked as open_checked
+from .store.checked import CheckedParquet as CheckedParquet
 from .store.integrity import IntegrityFinding as IntegrityFinding
 from .store.integrity import PartKey as PartKey
 from .store.integrity import damaged_part as damaged_part

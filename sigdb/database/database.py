@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 import pandas as pd
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from sigdb.core import DatabaseError, FloatArray, InputError, IntArray, plain_array
 from sigdb.database.export.export import Export, export_database
+from sigdb.database.limits import LimitOptions, QueryLimits
 from sigdb.database.matching.match import Match, Matcher
 from sigdb.database.query import check_row_count
 from sigdb.database.signals import row_matrices
@@ -23,7 +25,8 @@ class Database(StoredTables):
     """A database that is read; :func:`sigdb.open` opens it.
 
     Readers follow receipts, so that a sweep may go on writing: a reader sees the parts that were finished when it
-    opened the database.
+    opened the database. Several threads may use one object at the same time. Used with ``with``, or closed by
+    :meth:`close`, it ends queries whose batches are read in part only; else the end of the process does.
 
     Parameters
     ----------
@@ -34,7 +37,7 @@ class Database(StoredTables):
     def __repr__(self) -> str:
         return f"Database({str(self.store)!r}, {len(self)} of {self.manifest.rows} rows)"
 
-    def sql(self, query: str) -> pd.DataFrame:
+    def sql(self, query: str, **limits: Unpack[LimitOptions]) -> pd.DataFrame:
         """Run one SELECT statement.
 
         The views are ``features`` (all columns of a row), ``cases`` (the same without lists), ``signals`` (``id``,
@@ -43,7 +46,10 @@ class Database(StoredTables):
         Parameters
         ----------
         query : str
-            One SELECT statement in DuckDB's SQL.
+            One SELECT statement in DuckDB's SQL. It reads no file and changes nothing.
+        **limits
+            ``max_seconds`` (600), ``max_memory_gb`` (4) and ``max_rows`` (10 000 000): a query that reaches one of them
+            is refused. Nothing is written to a disk in place of memory, which all queries of a database share.
 
         Returns
         -------
@@ -53,19 +59,21 @@ class Database(StoredTables):
         Raises
         ------
         InputError
-            If the text is not one SELECT statement, or names a thing that does not exist.
+            If the text is not one SELECT statement, names a thing that does not exist, or reaches a limit.
         DatabaseError
             If a part that it reads is damaged.
         """
-        result: pd.DataFrame = self.arrow(query).to_pandas()
+        result: pd.DataFrame = self.arrow(query, **limits).to_pandas()
         return result
 
-    def arrow(self, query: str) -> pa.Table:
+    def arrow(self, query: str, **limits: Unpack[LimitOptions]) -> pa.Table:
         """Run one SELECT statement and return the result as an Arrow table.
 
         Parameters
         ----------
         query : str
+            As in :meth:`sql`.
+        **limits
             As in :meth:`sql`.
 
         Returns
@@ -78,10 +86,10 @@ class Database(StoredTables):
         InputError, DatabaseError
             As :meth:`sql`.
         """
-        with self._reading():
-            return self._connection.select(query)
+        with self._reading(), self.connect(limits=QueryLimits(**limits)) as connection:
+            return connection.select(query)
 
-    def stream(self, query: str, *, rows: int = 2048) -> pa.RecordBatchReader:
+    def stream(self, query: str, *, rows: int = 2048, **limits: Unpack[LimitOptions]) -> pa.RecordBatchReader:
         """Run one SELECT statement and return the result in batches, as DuckDB computes them.
 
         A statement that needs all rows before the first one, such as one that sorts, holds its result in memory.
@@ -92,6 +100,9 @@ class Database(StoredTables):
             As in :meth:`sql`.
         rows : int
             Greatest number of rows in a batch.
+        **limits
+            As in :meth:`sql`. The time is that in which batches are computed, not that between them. Memory is that of
+            the computation.
 
         Returns
         -------
@@ -105,9 +116,9 @@ class Database(StoredTables):
         """
         check_row_count(rows)
         with self._reading():
-            return self._connect().stream(query, rows)
+            return self.connect(limits=QueryLimits(**limits)).stream(query, rows)
 
-    def cases(self, where: str | None = None) -> pd.DataFrame:
+    def cases(self, where: str | None = None, **limits: Unpack[LimitOptions]) -> pd.DataFrame:
         """Return rows without their lists: parameters, labels and indicators, in the order of their ids.
 
         Parameters
@@ -116,6 +127,8 @@ class Database(StoredTables):
             One SQL expression, for example ``"tooth = 6 and stiffness_loss >= 0.25"``; all rows if left out. It is
             parsed as an expression, so that no second statement can stand behind it. It may hold subqueries over the
             views.
+        **limits
+            ``max_seconds`` and ``max_memory_gb``, as in :meth:`sql`.
 
         Returns
         -------
@@ -125,18 +138,20 @@ class Database(StoredTables):
         Raises
         ------
         InputError
-            If ``where`` is not one expression, or names a thing that does not exist.
+            If ``where`` is not one expression, names a thing that does not exist, or reaches a limit.
         DatabaseError
             If a part is damaged.
         """
-        return self._rows("cases", where)
+        return self._rows("cases", where, QueryLimits(**limits))
 
-    def features(self, where: str | None = None) -> pd.DataFrame:
+    def features(self, where: str | None = None, **limits: Unpack[LimitOptions]) -> pd.DataFrame:
         """Return rows with their pooled Wigner-Ville features, in the order of their ids.
 
         Parameters
         ----------
         where : str, optional
+            As in :meth:`cases`.
+        **limits
             As in :meth:`cases`.
 
         Returns
@@ -149,11 +164,11 @@ class Database(StoredTables):
         InputError, DatabaseError
             As :meth:`cases`.
         """
-        return self._rows("features", where)
+        return self._rows("features", where, QueryLimits(**limits))
 
-    def _rows(self, view: str, where: str | None) -> pd.DataFrame:
-        with self._reading():
-            rows: pd.DataFrame = self._connection.choose(view, where, order="id").to_pandas()
+    def _rows(self, view: str, where: str | None, limits: QueryLimits) -> pd.DataFrame:
+        with self._reading(), self.connect(limits=limits) as connection:
+            rows: pd.DataFrame = connection.choose(view, where).to_pandas()
         return rows
 
     def templates(self) -> pd.DataFrame:
@@ -251,6 +266,7 @@ class Database(StoredTables):
         sensor: str | None = None,
         turns: ArrayLike | None = None,
         where: str | None = None,
+        **limits: Unpack[LimitOptions],
     ) -> Match:
         """Return the templates nearest to an average, over all turns.
 
@@ -276,6 +292,8 @@ class Database(StoredTables):
             certain, and 0 where it is certain and the rig does not turn exactly.
         where : str, optional
             A condition that templates must meet: one SQL expression on their columns, for example ``"torque > 100"``.
+        **limits
+            Limits of that condition, as in :meth:`cases`.
 
         Returns
         -------
@@ -302,7 +320,7 @@ class Database(StoredTables):
         -----
         Spectra of the templates are kept in the user's cache directory, or in that which ``SIGDB_CACHE`` names.
         """
-        return self._matcher.match(tsa, k=k, sensor=sensor, turns=turns, where=where)
+        return self._matcher.match(tsa, k=k, sensor=sensor, turns=turns, where=where, limits=QueryLimits(**limits))
 
     def export(
         self, path: str | Path, *, where: str | None = None, signals: bool = True, sensor: str | None = None

@@ -1,19 +1,24 @@
 """The finished parts of a database: tables as Arrow datasets, rows by id or in batches, connections for SQL."""
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+import threading
+import weakref
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
-from functools import cached_property
+from functools import cached_property, partial
 from os import PathLike
+from types import TracebackType
+from typing import Self, Unpack
 
 import pyarrow as pa
 import pyarrow.dataset as ds
-import pyarrow.parquet as pq
 
 from sigdb.core import DatabaseError, InputError, IntArray, __version__
+from sigdb.database.limits import DEFAULT_LIMITS, LimitOptions, QueryLimits
 from sigdb.database.query import (
     Connection,
+    Engine,
     check_columns,
     check_row_count,
     check_table,
@@ -21,14 +26,14 @@ from sigdb.database.query import (
     signal_batches,
 )
 from sigdb.database.signals import AbsentRowError, row_blocks
-from sigdb.database.store.checked import open_checked
+from sigdb.database.store.checked import CheckedParquet
+from sigdb.database.store.checked_dataset import CheckedDataset
 from sigdb.database.store.manifest import Manifest, read_manifest
 from sigdb.database.store.receipts import KINDS, Receipt, read_receipts
 from sigdb.database.store.schema import TABLES, suffixed
 from sigdb.database.store.store import Store
 from sigdb.signature import FEATURES
 
-_PARQUET = ds.ParquetFileFormat()
 _PART_KIND = {"templates": "templates", "features": "rows", "signals": "rows"}
 
 
@@ -45,6 +50,10 @@ class StoredTables:
         self._receipts: dict[str, dict[int, Receipt]] = {
             name: {receipt.part: receipt for receipt in read_receipts(self.store, name, hashes)} for name in KINDS
         }
+        self._tables: dict[str, tuple[CheckedParquet, ...]] = {}
+        self._lock, self._closed = threading.Lock(), False
+        self._shared: Engine | None = None
+        self._engines: weakref.WeakSet[Engine] = weakref.WeakSet()
 
     def __len__(self) -> int:
         """Number of finished rows."""
@@ -85,7 +94,7 @@ class StoredTables:
             If no part is finished, or a part is damaged.
         """
         with self._reading():
-            return self._dataset(table)
+            return CheckedDataset(self._files(table))
 
     def scan(self, table: str, columns: Sequence[str]) -> Iterator[pa.RecordBatch]:
         """Yield some columns of a table, batch by batch, without SQL."""
@@ -99,6 +108,7 @@ class StoredTables:
         table: str = "features",
         columns: Sequence[str] | None = None,
         rows: int = 2048,
+        **limits: Unpack[LimitOptions],
     ) -> pa.RecordBatchReader:
         """Return rows of a table in Arrow batches, in the order of their ids.
 
@@ -115,6 +125,8 @@ class StoredTables:
             Columns by name; all columns of the table if left out.
         rows : int
             Greatest number of rows in a batch.
+        **limits
+            ``max_seconds`` and ``max_memory_gb`` of finding the rows, as in :meth:`sql`.
 
         Returns
         -------
@@ -140,10 +152,11 @@ class StoredTables:
         check_row_count(rows)
         schema = self.dataset(table).schema
         names = check_columns(schema, table, columns, self.why_absent)
+        connect = partial(self.connect, limits=QueryLimits(**limits))
         with self._reading():
             if table != "signals":
-                return describe_columns(self._connect().choose_batches(table, where, names, rows), schema)
-            ids = self._connect().choose_batches("features", where, ["id"], rows)
+                return describe_columns(connect().choose_batches(table, where, names, rows), schema)
+            ids = connect().choose_batches("features", where, ["id"], rows)
             return signal_batches(ids, lambda some: self._signal_rows(some, names), names, schema)
 
     def signal_rows(self, ids: IntArray, columns: Sequence[str]) -> pa.Table:
@@ -179,13 +192,15 @@ class StoredTables:
         names = [suffixed(name, self.sensors, sensor) for sensor in self.sensors for name in FEATURES]
         return [name for name in names if name not in present]
 
-    def _dataset(self, table: str, errors: list[DatabaseError] | None = None) -> ds.Dataset:
-        receipts = self._receipts[_PART_KIND[table]].values()
-        if not receipts:
-            raise DatabaseError(f"{self.store}: no {table} are finished yet; run the sweep that makes this database")
-        files = [open_checked(self.store, receipt.file(table), errors) for receipt in receipts]
-        parts = [_PARQUET.make_fragment(file) for file in files]
-        return ds.FileSystemDataset(parts, parts[0].physical_schema, _PARQUET)
+    def _files(self, table: str) -> tuple[CheckedParquet, ...]:
+        if table not in self._tables:
+            receipts = self._receipts[_PART_KIND[table]].values()
+            if not receipts:
+                raise DatabaseError(
+                    f"{self.store}: no {table} are finished yet; run the sweep that makes this database"
+                )
+            self._tables[table] = tuple(CheckedParquet(self.store, receipt.file(table)) for receipt in receipts)
+        return self._tables[table]
 
     def _signal_rows(self, ids: IntArray, columns: Iterable[str]) -> Iterator[tuple[IntArray, pa.Table]]:
         """Rows of ``signals``, a few row groups at a time; see :func:`row_blocks`."""
@@ -200,9 +215,9 @@ class StoredTables:
         if part not in self._receipts["rows"]:
             return pa.table({"id": pa.array([], pa.int64())})
         with self._reading():
-            file = pq.ParquetFile(open_checked(self.store, self._receipts["rows"][part].file("signals")))
-            present = [group for group in groups if group < file.num_row_groups]
-            return file.read_row_groups(present, columns=list(columns))
+            file = CheckedParquet(self.store, self._receipts["rows"][part].file("signals"))
+            present = [group for group in groups if group < len(file.group_rows)]
+            return file.read(present, columns)
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
@@ -216,15 +231,49 @@ class StoredTables:
             error.__traceback__ = None
             raise copy(error) from None
 
-    @cached_property
-    def _connection(self) -> Connection:
-        return self._connect()
+    def close(self) -> None:
+        """End all queries, also those whose batches are read in part only; the database may not be queried again."""
+        with self._lock:
+            self._closed = True
+            for engine in self._engines:
+                engine.close()
 
-    def _connect(self) -> Connection:
-        """A new connection: a stream keeps its connection busy until its end."""
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def connect(self, tables: Mapping[str, pa.Table] | None = None, limits: QueryLimits = DEFAULT_LIMITS) -> Connection:
+        """Return a new connection for one query, to some tables or to those of the database."""
+        if tables is not None:
+            return Connection(self._engine(limits), tables, limits=limits)
         errors: list[DatabaseError] = []
         with self._reading():
-            tables = {table: self._dataset(table, errors) for table in TABLES}
-        scalars = [f'"{field.name}"' for field in tables["features"].schema if not pa.types.is_list(field.type)]
+            datasets = {table: CheckedDataset(self._files(table), errors) for table in TABLES}
+        scalars = [f'"{field.name}"' for field in datasets["features"].schema if not pa.types.is_list(field.type)]
         cases = f"select {', '.join(scalars)} from features"
-        return Connection(tables, {"cases": cases}, errors=errors, why_absent=self.why_absent)
+        return Connection(
+            self._engine(limits),
+            datasets,
+            {"cases": cases},
+            errors=errors,
+            why_absent=self.why_absent,
+            limits=limits,
+        )
+
+    def _engine(self, limits: QueryLimits) -> Engine:
+        """The instance of DuckDB that all queries share; one for this query where its limit of memory is another."""
+        with self._lock:
+            if self._closed:
+                raise DatabaseError(f"{self.store}: this database was closed; open it again with sigdb.open")
+            usual = limits.max_memory_gb == DEFAULT_LIMITS.max_memory_gb
+            if usual and self._shared is not None:
+                return self._shared
+            engine = Engine(limits.max_memory_gb)
+            self._engines.add(engine)
+            if usual:
+                self._shared = engine
+            return engine

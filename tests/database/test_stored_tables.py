@@ -10,7 +10,7 @@ import pytest
 
 import sigdb
 from sigdb.core.errors import DatabaseError, InputError
-from sigdb.database.query import Connection
+from sigdb.database.query import Connection, Engine
 
 TABLES = ("features", "signals", "templates")
 
@@ -119,7 +119,7 @@ class Source:
 
     def connection(self):
         reader = pa.RecordBatchReader.from_batches(self.schema, self.batches())
-        return Connection({"features": reader}, errors=self.errors)
+        return Connection(Engine(1.0), {"features": reader}, errors=self.errors)
 
 
 def rows_until_error(read):

@@ -1,6 +1,7 @@
 """Match: the templates nearest to a measured average, over all turns."""
 
 import hashlib
+import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -10,10 +11,10 @@ import pyarrow as pa
 from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, InputError
+from sigdb.database.limits import DEFAULT_LIMITS, QueryLimits
 from sigdb.database.matching.index import RMS, MatchIndex, cached_index, index_batches
 from sigdb.database.matching.nearest import Nearest, checked_average, nearest, whole_shifts
 from sigdb.database.matching.outside_threshold import read_coverage
-from sigdb.database.query import Connection
 from sigdb.database.store.schema import suffixed
 from sigdb.database.stored_tables import StoredTables
 
@@ -76,6 +77,7 @@ class Matcher:
         self._tables = tables
         self._step = int(tables.manifest.resolved["signature"]["samples_per_tooth"])
         self._indices: dict[tuple[str, int], MatchIndex] = {}
+        self._lock = threading.Lock()
 
     def index(self, sensor: str, n: int) -> MatchIndex:
         """Return the templates of a sensor and of n samples, from the user's cache or the database.
@@ -85,6 +87,10 @@ class Matcher:
         InputError
             If no template has that length.
         """
+        with self._lock:
+            return self._index(sensor, n)
+
+    def _index(self, sensor: str, n: int) -> MatchIndex:
         if (sensor, n) not in self._indices:
             tables, column = self._tables, suffixed("tsa", self._tables.sensors, sensor)
             digests = (file.sha256 for receipt in tables.receipts("templates") for file in receipt.files)
@@ -93,7 +99,16 @@ class Matcher:
             self._indices[sensor, n] = cached_index(key, lambda: self._batches(column, n))
         return self._indices[sensor, n]
 
-    def match(self, tsa: ArrayLike, *, k: int, sensor: str | None, turns: ArrayLike | None, where: str | None) -> Match:
+    def match(
+        self,
+        tsa: ArrayLike,
+        *,
+        k: int,
+        sensor: str | None,
+        turns: ArrayLike | None,
+        where: str | None,
+        limits: QueryLimits = DEFAULT_LIMITS,
+    ) -> Match:
         """Return the nearest templates; see :meth:`Database.match`."""
         x = checked_average(tsa)
         if k < 1:
@@ -101,13 +116,26 @@ class Matcher:
         sensor = self._tables.stored_sensor(sensor)
         shifts = whole_shifts(turns, self._step, x.size)
         index = self.index(sensor, x.size)
-        near = nearest(index, x, teeth=x.size // self._step, k=k, shifts=shifts, among=_among(index, where))
+        near = nearest(
+            index, x, teeth=x.size // self._step, k=k, shifts=shifts, among=self._among(index, where, limits)
+        )
         record = read_coverage(self._tables.store, self._tables.manifest)
         threshold = record.threshold if record is not None and record.sensor == sensor else None
         shared = {*self._tables.dataset("features").schema.names, "tooth"} - {"status"}
         names = [name for name in index.cases.column_names if name in shared]
         cases = index.cases.select(names).take(pa.array(near.place)).to_pandas()
         return Match(table=_table(near, cases, self._step, threshold), threshold=threshold)
+
+    def _among(self, index: MatchIndex, where: str | None, limits: QueryLimits) -> BoolArray:
+        """Which templates of an index meet a condition."""
+        if where is None:
+            return np.ones(index.cases.num_rows, dtype=bool)
+        with self._tables.connect({"templates": index.cases.drop_columns([RMS])}, limits) as connection:
+            chosen = connection.choose("templates", where)["template"].to_numpy()
+        among = np.isin(index.cases["template"].to_numpy(), chosen)
+        if not among.any():
+            raise InputError(f"no template of this length meets where = {where!r}")
+        return among
 
     def _batches(self, column: str, n: int) -> Iterator[pa.RecordBatch]:
         """Batches of the index, or an error that names the lengths of the templates.
@@ -140,18 +168,6 @@ class Matcher:
             )
         yield first
         yield from batches
-
-
-def _among(index: MatchIndex, where: str | None) -> BoolArray:
-    """Which templates of an index meet a condition."""
-    if where is None:
-        return np.ones(index.cases.num_rows, dtype=bool)
-    with Connection({"templates": index.cases.drop_columns([RMS])}) as connection:
-        chosen = connection.choose("templates", where)["template"].to_numpy()
-    among = np.isin(index.cases["template"].to_numpy(), chosen)
-    if not among.any():
-        raise InputError(f"no template of this length meets where = {where!r}")
-    return among
 
 
 def _table(near: Nearest, cases: pd.DataFrame, samples_per_tooth: int, threshold: float | None) -> pd.DataFrame:

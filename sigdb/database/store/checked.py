@@ -8,12 +8,15 @@ files, and every read compares it.
 import base64
 import io
 import zlib
-from copy import copy
+from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.dataset as ds
+import pyarrow.parquet as pq
 
-from sigdb.core import DatabaseError
 from sigdb.database.store.receipts import FileRecord, repair
 from sigdb.database.store.store import DamagedFileError, Store
 
@@ -27,8 +30,11 @@ def block_checksums(content: memoryview) -> str:
     return base64.b64encode(np.array(sums, dtype="<u4").tobytes()).decode()
 
 
-def open_checked(store: Store, record: FileRecord, errors: list[DatabaseError] | None = None) -> pa.NativeFile:
-    """Open a file of a part for Arrow. It is opened for each read, so it may be kept for long.
+class CheckedParquet:
+    """A Parquet file of a part, whose reads are compared with its checksums.
+
+    Each read opens the file, reads it in the calling thread and closes it. A thread of Arrow's pool that still read it
+    while Python ends would abort the process.
 
     Parameters
     ----------
@@ -36,22 +42,59 @@ def open_checked(store: Store, record: FileRecord, errors: list[DatabaseError] |
         Where the database lies.
     record
         The file, as its receipt describes it.
-    errors
-        A list to which errors of reading are added, since DuckDB passes them on as text.
-
-    Raises
-    ------
-    DamagedFileError
-        While reading, if a block that is read is not as it was written.
-    FileError
-        While reading, if the file cannot be read.
     """
-    return pa.PythonFile(_CheckedFile(store, record, [] if errors is None else errors), mode="r")
+
+    def __init__(self, store: Store, record: FileRecord) -> None:
+        self._store, self._record = store, record
+
+    @property
+    def schema(self) -> pa.Schema:
+        """Columns of the file."""
+        return self._footer[1]
+
+    @property
+    def group_rows(self) -> list[int]:
+        """Number of rows of each row group."""
+        metadata, _ = self._footer
+        return [metadata.row_group(group).num_rows for group in range(metadata.num_row_groups)]
+
+    @cached_property
+    def _footer(self) -> tuple[pq.FileMetaData, pa.Schema]:
+        with self._file() as source, pq.ParquetFile(source, pre_buffer=False) as file:
+            return file.metadata, file.schema_arrow
+
+    def read(self, groups: Sequence[int] | None = None, columns: Sequence[str] | None = None) -> pa.Table:
+        """Return some row groups and columns; all of them if None.
+
+        Raises
+        ------
+        DamagedFileError
+            If a block that is read is not as it was written.
+        FileError
+            If the file cannot be read.
+        """
+        metadata, _ = self._footer
+        wanted = None if columns is None else list(columns)
+        some = range(metadata.num_row_groups) if groups is None else groups
+        with self._file() as source, pq.ParquetFile(source, metadata=metadata, pre_buffer=False) as file:
+            return file.read_row_groups(list(some), columns=wanted, use_threads=False)
+
+    def groups_that_may_meet(self, condition: pc.Expression) -> list[int]:
+        """Return the row groups whose statistics do not rule out a condition."""
+        with self._file() as file:
+            fragment = PARQUET.make_fragment(file).subset(filter=condition, schema=self.schema)
+            return [group.id for group in fragment.row_groups]
+
+    def _file(self) -> pa.NativeFile:
+        return pa.PythonFile(_CheckedFile(self._store, self._record), mode="r")
+
+
+PARQUET = ds.ParquetFileFormat()
 
 
 class _CheckedFile(io.RawIOBase):
-    def __init__(self, store: Store, record: FileRecord, errors: list[DatabaseError]) -> None:
-        self._store, self._record, self._errors = store, record, errors
+    def __init__(self, store: Store, record: FileRecord) -> None:
+        self._store, self._record = store, record
         self._sums = np.frombuffer(base64.b64decode(record.blocks), dtype="<u4")
         self._position = 0
 
@@ -70,13 +113,6 @@ class _CheckedFile(io.RawIOBase):
         return self._position
 
     def read(self, size: int = -1) -> bytes:
-        try:
-            return self._read(size)
-        except DatabaseError as error:
-            self._errors.append(copy(error))  # without the traceback, which holds all that is in use
-            raise
-
-    def _read(self, size: int) -> bytes:
         stop = self._record.bytes if size < 0 else min(self._position + size, self._record.bytes)
         start, self._position = self._position, stop
         if start >= stop:

@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
 from sigdb.core import NOISE_BLOCK, DatabaseError
-from sigdb.database import ROW_GROUP, IntegrityFinding, PartKey, Receipt, Schema, Store, damaged_part, open_checked
+from sigdb.database import ROW_GROUP, CheckedParquet, IntegrityFinding, PartKey, Receipt, Schema, Store, damaged_part
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.rows import make_rows
 from sigdb.sweep.work.stored_schema import computable_columns, holds_these_equations
@@ -74,7 +74,7 @@ def _differing_template(store: Store, plan: Plan, schema: Schema, receipt: Recei
     group, row = divmod(number - receipt.first, ROW_GROUP["templates"])
     with threadpool_limits(1):
         again = template_table(plan, schema, receipt.part, [number])
-    stored = pq.ParquetFile(open_checked(store, receipt.file("templates"))).read_row_group(group).slice(row, 1)
+    stored = CheckedParquet(store, receipt.file("templates")).read([group]).slice(row, 1)
     return _difference(receipt, "templates", stored, again, f"template {number}")
 
 
@@ -87,8 +87,7 @@ def _differing_block(store: Store, plan: Plan, schema: Schema, receipt: Receipt,
         return None  # its templates are damaged, which is a finding already
     for table, content in again.items():
         group, row = divmod(first - receipt.first, ROW_GROUP[table])
-        file = pq.ParquetFile(open_checked(store, receipt.file(table)))
-        stored = file.read_row_group(group).slice(row, stop - first)
+        stored = CheckedParquet(store, receipt.file(table)).read([group]).slice(row, stop - first)
         if what := _difference(receipt, table, stored, content, f"rows {first} to {stop - 1}"):
             return what
     return None

@@ -5,17 +5,16 @@ begun with.
 """
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from sigdb.core import CorruptionError, DatabaseError
 from sigdb.database import (
     SCHEMA_FILE,
     TABLES_OF,
+    CheckedParquet,
     Column,
     Schema,
     Store,
     finished_parts,
-    open_checked,
     read_receipt,
     read_schema,
     write_schema,
@@ -48,7 +47,7 @@ def _columns_of_parts(store: Store, stage: str, table: str) -> tuple[Column, ...
     for part in finished_parts(store, stage):
         try:
             record = read_receipt(store, stage, part).file(table)
-            fields = pq.ParquetFile(open_checked(store, record)).schema_arrow
+            fields = CheckedParquet(store, record).schema
         except (DatabaseError, OSError, pa.ArrowInvalid):
             continue
         return tuple(map(Column.from_field, fields))

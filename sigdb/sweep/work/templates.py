@@ -11,17 +11,16 @@ from itertools import groupby, islice
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from sigdb.core import FloatArray, SigdbError
 from sigdb.database import (
     ROW_GROUP,
     CaseValue,
+    CheckedParquet,
     Receipt,
     Schema,
     Store,
     Template,
-    open_checked,
     read_receipt,
     read_schema,
     write_part,
@@ -200,12 +199,12 @@ class TemplateReader:
     def __getitem__(self, number: int) -> Template:
         return self._template(number)
 
-    def _open(self, part: int) -> pq.ParquetFile:
+    def _open(self, part: int) -> CheckedParquet:
         record = read_receipt(self._store, "templates", part).file("templates")
-        return pq.ParquetFile(open_checked(self._store, record))
+        return CheckedParquet(self._store, record)
 
     def _read(self, part: int, group: int) -> pa.Table:
-        return self._file(part).read_row_group(group)
+        return self._file(part).read([group])
 
     def _decode(self, number: int) -> Template:
         part, within = divmod(number, PART_TEMPLATES)

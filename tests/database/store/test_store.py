@@ -14,7 +14,7 @@ from pyarrow import fs
 
 from sigdb.core.errors import CorruptionError, DatabaseError, InputError
 from sigdb.database.store import checked
-from sigdb.database.store.checked import block_checksums, open_checked
+from sigdb.database.store.checked import CheckedParquet, block_checksums
 from sigdb.database.store.receipts import FileRecord
 from sigdb.database.store.seal import sealed_json, sealed_toml, unsealed
 from sigdb.database.store.store import Store
@@ -184,7 +184,7 @@ def parquet(tmp_path):
 def test_every_flipped_byte_of_a_parquet_file_is_an_error_when_it_is_read(tmp_path, parquet):
     table, content, record = parquet
     store, rng = Store.at(tmp_path), np.random.default_rng(1)
-    assert pq.read_table(open_checked(store, record)).equals(table)
+    assert CheckedParquet(store, record).read().equals(table)
     for offset in range(len(content)):
         flipped = bytearray(content)
         flipped[offset] ^= 1 << int(rng.integers(8))
@@ -192,7 +192,7 @@ def test_every_flipped_byte_of_a_parquet_file_is_an_error_when_it_is_read(tmp_pa
         with pytest.raises(
             CorruptionError, match=r"file is damaged: bytes 0 to \d+ are not as they were written; make it"
         ):
-            pq.read_table(open_checked(store, record))
+            CheckedParquet(store, record).read()
 
 
 @pytest.mark.parametrize("cut", [0, 1, 100, -1, None])
@@ -200,7 +200,7 @@ def test_a_file_of_another_length_is_an_error_when_it_is_read(tmp_path, parquet,
     _, content, record = parquet
     (tmp_path / "file").write_bytes(content + b"\0" if cut is None else content[:cut])
     with pytest.raises(CorruptionError, match=r"file is damaged"):
-        pq.read_table(open_checked(Store.at(tmp_path), record))
+        CheckedParquet(Store.at(tmp_path), record).read()
 
 
 def test_blocks_that_are_read_are_checked_and_no_others(tmp_path, monkeypatch):
@@ -210,7 +210,7 @@ def test_blocks_that_are_read_are_checked_and_no_others(tmp_path, monkeypatch):
     damaged = bytearray(content)
     damaged[200] ^= 1  # in the block of bytes 192 to 255
     (tmp_path / "file").write_bytes(damaged)
-    file = checked._CheckedFile(Store.at(tmp_path), record, [])
+    file = checked._CheckedFile(Store.at(tmp_path), record)
     for start, stop in ((0, 192), (256, 1000), (300, 301), (990, 1000), (5, 5)):
         file.seek(start)
         assert file.read(stop - start) == content[start:stop]
