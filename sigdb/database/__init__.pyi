@@ -1,7 +1,8 @@
 from .database import Database as Database
-from .database import check_complete as check_complete
 from .database import open as open
 from .export.export import Export as Export
+from .limits import LimitOptions as LimitOptions
+from .limits import QueryLimits as QueryLimits
 from .matching.match import Match as Match
 from .matching.match import Matcher as Matcher
 from .matching.nearest import Distance as Distance
@@ -49,6 +50,7 @@ from .store.store import DamagedFileError as DamagedFileError
 from .store.store import Store as Store
 from .store.writer import ROW_GROUP as ROW_GROUP
 from .store.writer import write_part as write_part
+from .stored_tables import check_complete as check_complete
 from .summary import DatabaseFacts as DatabaseFacts
 from .summary import StatusFacts as StatusFacts
 from .summary import database_card as database_card

@@ -1,6 +1,5 @@
 """A database that is read: SQL, cases, features, signals, templates, match, export."""
 
-from collections.abc import Sequence
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -11,7 +10,7 @@ import pandas as pd
 import pyarrow as pa
 from numpy.typing import ArrayLike
 
-from sigdb.core import DatabaseError, FloatArray, InputError, IntArray, plain_array
+from sigdb.core import FloatArray, InputError, IntArray, plain_array
 from sigdb.database.export.export import Export, export_database
 from sigdb.database.limits import LimitOptions, QueryLimits
 from sigdb.database.matching.match import Match, Matcher
@@ -384,21 +383,3 @@ def open(location: str | PathLike[str]) -> Database:
         If its receipts and files do not agree.
     """
     return Database(location)
-
-
-def check_complete(database: StoredTables, columns: Sequence[str] = ()) -> None:
-    """Refuse a database whose sweep is not finished, or that lacks columns of ``features``.
-
-    Raises
-    ------
-    DatabaseError
-        If rows or columns are lacking, with what to do.
-    """
-    if len(database) < database.manifest.rows:
-        raise DatabaseError(
-            f"{database.store} has {len(database)} of {database.manifest.rows} rows; finish the sweep first, "
-            "with the same command that began it"
-        )
-    for name in sorted(set(columns) - set(database.dataset("features").schema.names)):
-        why = f"{database.store} lacks the column {name}; give a database that has it"
-        raise DatabaseError(database.why_absent(name) or why)

@@ -171,11 +171,11 @@ def _catalogue() -> tuple[frozenset[str], frozenset[str]]:
     """Return DuckDB's own views, and its functions that do more than compute a value."""
     with duckdb.connect(":memory:") as plain:
         views = plain.execute("select view_name from duckdb_views() where schema_name <> 'information_schema'")
-        own = frozenset(name.lower() for (name,) in views.fetchall())
+        system = frozenset(name.lower() for (name,) in views.fetchall())
         functions = plain.execute(
             "select function_name, coalesce(has_side_effects, false), macro_definition from duckdb_functions() "
             "where function_type in ('scalar', 'aggregate', 'window', 'macro')"
         ).fetchall()
     refused = {name for name, effects, _ in functions if effects} - _ANY_VALUE | _SETTINGS
     calls = re.compile(rf"\b({'|'.join(map(re.escape, refused))})\(")
-    return own, frozenset(refused | {name for name, _, body in functions if body and calls.search(body)})
+    return system, frozenset(refused | {name for name, _, body in functions if body and calls.search(body)})

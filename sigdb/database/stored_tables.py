@@ -277,3 +277,21 @@ class StoredTables:
             if usual:
                 self._shared = engine
             return engine
+
+
+def check_complete(database: StoredTables, columns: Sequence[str] = ()) -> None:
+    """Refuse a database whose sweep is not finished, or that lacks columns of ``features``.
+
+    Raises
+    ------
+    DatabaseError
+        If rows or columns are lacking, with what to do.
+    """
+    if len(database) < database.manifest.rows:
+        raise DatabaseError(
+            f"{database.store} has {len(database)} of {database.manifest.rows} rows; finish the sweep first, "
+            "with the same command that began it"
+        )
+    for name in sorted(set(columns) - set(database.dataset("features").schema.names)):
+        why = f"{database.store} lacks the column {name}; give a database that has it"
+        raise DatabaseError(database.why_absent(name) or why)

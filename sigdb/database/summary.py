@@ -5,8 +5,9 @@ from typing import TypedDict, cast
 import pyarrow as pa
 
 from sigdb.core import validated
-from sigdb.database.database import Database, check_complete
+from sigdb.database.database import Database
 from sigdb.database.matching.outside_threshold import read_coverage
+from sigdb.database.stored_tables import check_complete
 from sigdb.transmission import Transmission, origins
 
 _NOT_AXES = ("id", "status", "template", "gear", "shaft", "pattern", "min_compression", "contact_loss")

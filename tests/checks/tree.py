@@ -25,6 +25,7 @@ MOST_LINES, LEAST_LINES, LEAST_CODE_LINES = 400, 80, 40
 SMALL = {
     "cli/options/format.py": "one option that most commands share",
     "cli/options/places.py": "types of arguments that most commands share",
+    "cli/options/limits.py": "the options of all commands that query",
     "cli/options/workers.py": "the options of all commands that start workers",
     "core/row_blocks.py": "one function and one size that several packages use",
     "core/compiled.py": "importing it imports numba",

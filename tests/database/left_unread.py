@@ -14,7 +14,7 @@ import time
 from sigdb.database import open as open_database
 from sigdb.database.store.store import Store
 
-SECONDS = 50
+SECONDS = 300
 
 
 def limit(database):

@@ -10,7 +10,7 @@ import pytest
 
 import sigdb
 from sigdb.core.errors import DatabaseError, InputError
-from sigdb.database.database import check_complete
+from sigdb.database import check_complete
 from sigdb.database.store.seal import sealed_toml
 
 SECOND = "pinion-housing-vertical"

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 import click
 
 from sigdb.cli.options.format import format_option
+from sigdb.cli.options.limits import limit_options
 from sigdb.cli.options.places import DATABASE
 from sigdb.cli.rows import write_rows
 from sigdb.core import InputError
 
 if TYPE_CHECKING:
     from sigdb.core import FloatArray
+    from sigdb.database import LimitOptions
 
 
 @click.command()
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 @click.option("--where", help="Only templates that meet this SQL condition, for example 'torque > 100'.")
 @click.option("--whole-teeth", is_flag=True, help="Turn by whole teeth only: sample 0 is at the tacho mark.")
 @format_option("table", "csv", "json", of="the rows")
+@limit_options("max_seconds", "max_memory_gb")
 def match(
     database: str,
     recording: Path | None,
@@ -33,6 +36,7 @@ def match(
     where: str | None,
     whole_teeth: bool,
     form: str,
+    limits: "LimitOptions",
 ) -> None:
     """Find the templates nearest to a measured average of one revolution, over all turns.
 
@@ -58,7 +62,7 @@ def match(
     tsa = _revolution(recording) if recording is not None else opened.signals(np.array([id]), sensor=sensor)["tsa"][0]
     step = opened.manifest.resolved["signature"]["samples_per_tooth"]
     turns = range(len(tsa) // step) if whole_teeth else None
-    nearest = opened.match(tsa, k=k, sensor=sensor, where=where, turns=turns)
+    nearest = opened.match(tsa, k=k, sensor=sensor, where=where, turns=turns, **limits)
     write_rows(pa.Table.from_pandas(nearest.table, preserve_index=False).to_reader(), form, sys.stdout.buffer)
     click.echo(nearest.verdict, err=form != "table")
 

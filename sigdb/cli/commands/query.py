@@ -2,12 +2,17 @@
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from sigdb.cli.options.format import format_option
+from sigdb.cli.options.limits import limit_options
 from sigdb.cli.options.places import DATABASE
 from sigdb.cli.rows import FORMATS, write_rows
+
+if TYPE_CHECKING:
+    from sigdb.database import LimitOptions
 
 _ROWS_AT_ONCE = 8192
 """Rows that are read before they are written."""
@@ -18,11 +23,12 @@ _ROWS_AT_ONCE = 8192
 @click.argument("sql")
 @format_option(*FORMATS, of="the rows")
 @click.option("--out", type=click.Path(path_type=Path), help="Write to this file instead of the terminal.")
-def query(database: str, sql: str, form: str, out: Path | None) -> None:
+@limit_options("max_seconds", "max_memory_gb", "max_rows")
+def query(database: str, sql: str, form: str, out: Path | None, limits: "LimitOptions") -> None:
     """Query a database with one SELECT statement.
 
     The views are features (all columns of a row), cases (the same without lists), signals and templates. Rows are
-    written as they come, so a result may be larger than memory.
+    written as they come, so a result may be larger than memory. A query reads no file, and ends at its limits.
 
     \b
     Example:
@@ -30,11 +36,12 @@ def query(database: str, sql: str, form: str, out: Path | None) -> None:
     """
     from sigdb.database import open as open_database
 
-    rows = open_database(database).stream(sql, rows=_ROWS_AT_ONCE)
-    if out is not None:
+    if out is None and form == "parquet" and sys.stdout.isatty():
+        raise click.UsageError("Parquet is binary; give --out FILE or send the output to a file.")
+    with open_database(database) as opened:
+        rows = opened.stream(sql, rows=_ROWS_AT_ONCE, **limits)
+        if out is None:
+            write_rows(rows, form, sys.stdout.buffer)
+            return
         with out.open("wb") as file:
             write_rows(rows, form, file)
-    elif form == "parquet" and sys.stdout.isatty():
-        raise click.UsageError("Parquet is binary; give --out FILE or send the output to a file.")
-    else:
-        write_rows(rows, form, sys.stdout.buffer)

@@ -16,7 +16,7 @@ _ROWS_AT_ONCE = 8192
 """Rows that are read together, or a row group if that has more."""
 
 
-class CheckedDataset(ds.FileSystemDataset):  # type: ignore[misc] - Arrow has no types
+class CheckedDataset(ds.FileSystemDataset):  # type: ignore[misc]
     """The files of a table as an Arrow dataset.
 
     Arrow's own scanner reads ahead in threads, which go on when a reader has had enough. A thread that reads by Python
