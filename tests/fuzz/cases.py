@@ -13,6 +13,7 @@ import outcomes
 import part_files
 import text_files
 import waveform_files
+import workbook_files
 from damages import damaged
 from known_recordings import drawn, known_recording
 from options import AVERAGING, arguments, drawn_options, side_file
@@ -35,14 +36,16 @@ FORMATS = {
     "uff": (waveform_files.UFF, waveform_files.uff_file, ".uff"),
     "parts": (part_files.CHOICES, part_files.part_files, ".zip"),
     "wav": (waveform_files.WAV, waveform_files.wav_file, ".wav"),
+    "xlsx": (workbook_files.XLSX, workbook_files.xlsx_file, ".xlsx"),
+    "mdf": (workbook_files.MDF, workbook_files.mdf_file, ".mf4"),
 }
 """Choices, writer and suffix by format."""
 
 MAKERS = {**recording_files.MAKERS, **matlab_files.MAKERS}
 """Writers of plain files by name, in every format that is read."""
 
-ORDER = ("text", "instrument", "mat", "text", "hdf5", "damage", "npz", "text", "npy", "damage", "parquet", "text",
-         "tdms", "options", "uff", "damage", "text", "wav", "parts", "instrument")  # fmt: skip
+ORDER = ("text", "instrument", "mat", "text", "hdf5", "damage", "npz", "xlsx", "npy", "damage", "parquet", "text",
+         "tdms", "options", "uff", "damage", "mdf", "wav", "parts", "instrument")  # fmt: skip
 """Kinds of cases, in turn."""
 
 

@@ -234,3 +234,13 @@ def test_rows_without_a_header_after_a_segment_are_refused_in_blocks(tmp_path):
         (tmp_path / "run.lvm").write_text(broken)
         with pytest.raises(InputError):
             read_in_blocks(tmp_path / "run.lvm", samples=400)
+
+
+def test_rows_after_the_stated_samples_are_left_out_of_blocks_too(tmp_path):
+    text = lvm([segment(LONG)]).replace("Samples\t2311\t2311", "Samples\t2000\t2000")
+    whole = read(tmp_path / "run.lvm", text)
+    blocks = read_in_blocks(tmp_path / "run.lvm", samples=600)
+    for k, channel in enumerate(whole.channels):
+        read_parts = np.concatenate([part.channel(channel.name).samples for part in blocks])
+        assert_array_equal(read_parts, channel.samples)
+        assert_array_equal(read_parts, LONG[:2000, k])

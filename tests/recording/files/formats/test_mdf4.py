@@ -480,3 +480,15 @@ def test_records_that_are_not_sorted_are_not_read_in_blocks(tmp_path):
     assert_array_equal(read_recording(path).channels[0].samples, LONG_X)
     with pytest.raises(InputError, match="several groups in turn, which are not read in blocks; sort it"):
         read_in_blocks(path, samples=300)
+
+
+def test_times_that_count_records_go_on_in_blocks(tmp_path):
+    file = File()
+    conversion = file.conversion(1, [3.0, 1 / 2000])
+    channel = file.channel(0, "a", unit="g")
+    master = file.channel(channel, "t", kind=3, synchronised=1, bits=0, conversion=conversion, unit="s")
+    group = file.group(0, master, len(LONG_X), 8, name="run")
+    path = file.write(tmp_path / "run.mf4", file.data_group(0, group, file.block("DT", (), LONG_X.tobytes())))
+    blocks = read_in_blocks(path, samples=300)
+    assert blocks.channels[0].sampling_rate == pytest.approx(2000, rel=1e-9)
+    assert_array_equal(np.concatenate([part.channels[0].samples for part in blocks]), LONG_X)
