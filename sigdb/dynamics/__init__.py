@@ -3,6 +3,7 @@
 from sigdb.dynamics.excitation import checked_index_errors as checked_index_errors
 from sigdb.dynamics.march.history import TimeHistory, march
 from sigdb.dynamics.march.transient import Orbit, Transient, settle
+from sigdb.dynamics.period import check_in_one_mesh as check_in_one_mesh
 from sigdb.dynamics.period import common_period as common_period
 from sigdb.dynamics.period import damaged_gear as damaged_gear
 from sigdb.dynamics.periodic.periodic import PeriodicRig

@@ -101,6 +101,21 @@ def common_period(rig: Transmission, gear: str) -> tuple[int, tuple[int, ...]]:
     )
 
 
+def check_in_one_mesh(rig: Transmission, gear: str) -> None:
+    """Refuse damage and index errors of a gear that takes part in several meshes.
+
+    Raises
+    ------
+    InputError
+        If it does.
+    """
+    if len(meshes := rig.meshes_of(gear)) > 1:
+        raise InputError(
+            f"gear {gear!r} of rig {rig.name!r} takes part in {len(meshes)} meshes; damage is simulated in one, and so "
+            "are index errors: leave them out, or name a gear of one mesh"
+        )
+
+
 def damaged_gear(rig: Transmission, gear: str | None) -> str:
     """The gear that damage refers to: the one named, or the driving gear of the first mesh.
 

@@ -1,14 +1,18 @@
 """One rig, one damage, one specimen: the response over a revolution of the damaged gear."""
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
+from os import PathLike
+from typing import Any
 
 from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, InputError, SigdbError, UnstableRigError
 from sigdb.dynamics.excitation import checked_index_errors
+from sigdb.dynamics.period import check_in_one_mesh
 from sigdb.dynamics.solver import Periodic, Solver
-from sigdb.transmission import Damage, Transmission
+from sigdb.transmission import Damage, Transmission, as_damage, as_transmission
 
 
 class ContactLossWarning(UserWarning):
@@ -75,8 +79,8 @@ class Response:
 
 
 def simulate(
-    rig: Transmission,
-    damage: Damage | None = None,
+    rig: Transmission | str | PathLike[str],
+    damage: Damage | Mapping[str, Any] | None = None,
     *,
     index_errors: ArrayLike | None = None,
     solver: Solver | None = None,
@@ -86,9 +90,9 @@ def simulate(
     Parameters
     ----------
     rig
-        The transmission.
+        The transmission, the name of a built-in one, or a rig file.
     damage
-        Tooth damage; None for an undamaged gear.
+        Tooth damage, or its fields as a dictionary; None for an undamaged gear.
     index_errors
         (teeth,) index error of each tooth of the damaged gear along the mesh normal, m, positive where the tooth
         touches late: the mesh force is ``sum k_p (delta - e_p)``; none if left out.
@@ -101,8 +105,10 @@ def simulate(
 
     Raises
     ------
+    TypeError
+        If the rig or the damage is of another type.
     InputError
-        If damage or index errors do not fit the rig.
+        If damage or index errors do not fit the rig, or the torque pulls the teeth of a mesh apart.
     UnstableRigError
         If the varying mesh stiffness makes the rig unstable.
     SigdbError
@@ -123,11 +129,13 @@ def simulate(
     >>> response.signal("pinion-vertical").shape
     (768,)
     """
-    damage, solver = damage or Damage(), solver or Periodic()
+    rig, damage, solver = as_transmission(rig), as_damage(damage), solver or Periodic()
     if not isinstance(solver, Solver):
         raise InputError(f"solver = {solver!r} is no solver; give sigdb.Periodic() or sigdb.Transient()")
     prepared = solver.prepare(rig, damage.gear)
     errors = checked_index_errors(index_errors, prepared.teeth)
+    if damage.is_damage or errors.any():
+        check_in_one_mesh(rig, prepared.gear)
     teeth = damage.on_teeth(prepared.teeth)
     multiplier = prepared.floquet_multiplier([teeth])
     states = prepared.steady_state([teeth], errors)

@@ -6,7 +6,9 @@ from .damage import PRESETS as PRESETS
 from .damage import SIZES as SIZES
 from .damage import Damage as Damage
 from .damage import ToothDamage as ToothDamage
+from .damage import as_damage as as_damage
 from .damage import preset_teeth as preset_teeth
+from .library import as_transmission as as_transmission
 from .library import built_in_transmissions as built_in_transmissions
 from .library import load_transmission as load_transmission
 from .mesh.stiffness import damaged_pair_stiffness as damaged_pair_stiffness

@@ -1,12 +1,13 @@
 """Tooth damage: what it does to the stiffness of the tooth pair, for one tooth and for several."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer, model_validator
 
-from sigdb.core import InputError, Section, quantity, suggestion, without_defaults
+from sigdb.core import InputError, Section, quantity, suggestion, validated, without_defaults
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -185,6 +186,24 @@ def preset_teeth(name: str, teeth: int) -> tuple[ToothDamage, ...]:
     if name == "worn":
         return (ToothDamage(phase_shift_deg=_WEAR_PASSES * 360 / teeth, stiffness_loss=0.1),) * teeth
     raise InputError(f"no preset {name!r}{suggestion(name, PRESETS)}")
+
+
+def as_damage(damage: "Damage | Mapping[str, Any] | None") -> "Damage":
+    """Return damage as it is, of its fields by name, or none.
+
+    Raises
+    ------
+    TypeError
+        If it is of another type.
+    """
+    if isinstance(damage, Damage):
+        return damage
+    if damage is None or isinstance(damage, Mapping):
+        return validated(Damage, dict(damage or {}), owner="damage")
+    raise TypeError(
+        f"damage is of type {type(damage).__name__}; give sigdb.Damage(tooth=3, stiffness_loss=0.3), or such fields as "
+        "a dictionary"
+    )
 
 
 class Damage(ToothDamage):

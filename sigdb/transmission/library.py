@@ -2,11 +2,12 @@
 
 from importlib import resources
 from importlib.resources.abc import Traversable
+from os import PathLike
 from pathlib import Path
 
 from sigdb.core import InputError, read_toml, suggestion, validated
 from sigdb.transmission.parts.casing_matrices import CasingMatrices
-from sigdb.transmission.rig import Transmission
+from sigdb.transmission.rig import Transmission, transmission_of
 
 
 def load_transmission(name_or_path: str | Path) -> Transmission:
@@ -42,6 +43,23 @@ def load_transmission(name_or_path: str | Path) -> Transmission:
         return _read(path, owner=path.name)
 
 
+def as_transmission(rig: Transmission | str | PathLike[str]) -> Transmission:
+    """Return a transmission as it is, or load the one of that name or file.
+
+    Raises
+    ------
+    TypeError
+        If it is neither.
+    """
+    if isinstance(rig, Transmission):
+        return rig
+    if isinstance(rig, str | PathLike):
+        return load_transmission(Path(rig) if isinstance(rig, PathLike) else rig)
+    raise TypeError(
+        f"rig is of type {type(rig).__name__}; give a Transmission, as of sigdb.load_transmission, or a name or file"
+    )
+
+
 def _read(path: Path, *, owner: str) -> Transmission:
     """A rig file, with a casing that is given by matrices turned into modes."""
     data = read_toml(path)
@@ -54,7 +72,7 @@ def _read(path: Path, *, owner: str) -> Transmission:
             data["casing"]["modes"] = [mode.model_dump() for mode in described.casing_modes(path.parent)]
         except InputError as error:
             raise InputError(f"{owner}: {error}") from None
-    return validated(Transmission, data, owner=owner)
+    return transmission_of(data, owner=owner)
 
 
 def built_in_transmissions() -> list[str]:

@@ -16,6 +16,7 @@ from sigdb.transmission.parts.gears import Gear, Mesh, Operating
 from sigdb.transmission.parts.sensors import Sensor
 from sigdb.transmission.parts.shafts import Material, Shaft
 from sigdb.transmission.parts.supports import Bearing, Casing, Coupling
+from sigdb.transmission.parts.usual_ranges import unusual_numbers
 
 __all__ = ["Transmission"]
 
@@ -360,7 +361,21 @@ class Transmission(Described):
                 raise InputError(f"rig {self.name!r}: {dotted} = {value!r} must be a number") from None
             whole = isinstance(self._value(path, dotted), int) and number.is_integer()
             here[path[-1]] = int(value) if whole else number
-        return validated(Transmission, data, owner=f"rig {self.name!r} with {dict(values)}")
+        return transmission_of(data, owner=f"rig {self.name!r} with {dict(values)}")
+
+
+def transmission_of(data: Mapping[str, Any], *, owner: str) -> Transmission:
+    """Return the rig of the fields of a rig file.
+
+    Raises
+    ------
+    InputError
+        If they break a rule; numbers outside their usual range are named too.
+    """
+    try:
+        return validated(Transmission, data, owner=owner)
+    except InputError as error:
+        raise InputError("\n".join([str(error), *(f"{owner}: {text}" for text in unusual_numbers(data))])) from None
 
 
 def _missing(key: str, name: str | None, names: Any) -> Iterator[str]:

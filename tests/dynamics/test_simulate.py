@@ -1,13 +1,14 @@
 """Unit: one call from rig, damage and specimen to a response, and what it warns of and refuses."""
 
 import warnings
+from functools import partial
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from sigdb.core.errors import InputError, UnstableRigError
-from sigdb.dynamics import ContactLossWarning, Periodic, prepare, simulate
+from sigdb.dynamics import ContactLossWarning, Periodic, march, prepare, simulate
 from sigdb.transmission import Damage, load_transmission
 
 
@@ -42,6 +43,29 @@ def test_it_is_affine_in_the_index_errors(rig, healthy):
         assert_allclose(both - zero, (first - zero) + 2 * (second - zero), rtol=0, atol=1e-9 * np.ptp(zero))
     zero, first, second, both = (response.compression for response in at)
     assert_allclose(both - zero, (first - zero) + 2 * (second - zero), rtol=0, atol=1e-9 * np.ptp(zero))
+
+
+def test_a_rig_may_be_named_and_damage_given_by_its_fields(rig, tmp_path):
+    fields = {"tooth": 6, "stiffness_loss": 0.5}
+    expected = simulate(rig, Damage(**fields)).signal("pinion-vertical")
+    for named, damage in (("nasa-spiral-bevel", fields), (rig, fields), ("nasa-spiral-bevel", Damage(**fields))):
+        assert_allclose(simulate(named, damage).signal("pinion-vertical"), expected, rtol=0, atol=0)
+    with pytest.raises(InputError, match=r"missing\.toml: no such file"):
+        simulate(tmp_path / "missing.toml")
+    with pytest.raises(InputError, match=r"damage: unknown key stiffnes_loss; did you mean 'stiffness_loss'"):
+        march("nasa-spiral-bevel", {"tooth": 6, "stiffnes_loss": 0.5}, duration=0.01, sampling_rate=1e4)
+
+
+@pytest.mark.parametrize(
+    "call", [simulate, partial(march, duration=0.01, sampling_rate=1e4)], ids=["simulate", "march"]
+)
+def test_other_types_are_refused_with_what_to_give(rig, call):
+    with pytest.raises(
+        TypeError, match=r"rig is of type dict; give a Transmission, as of sigdb\.load_transmission, or"
+    ):
+        call({"name": "mine"})
+    with pytest.raises(TypeError, match=r"damage is of type float; give sigdb\.Damage\(tooth=3, stiffness_loss=0\.3\)"):
+        call(rig, 0.5)
 
 
 def test_no_index_errors_are_zero_index_errors(rig, healthy):

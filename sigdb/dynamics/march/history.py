@@ -1,7 +1,10 @@
 """Raw signals over many revolutions: run-ups, load changes, contact loss, with the track of a tacho."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from os import PathLike
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,9 +12,17 @@ from numpy.typing import ArrayLike
 from sigdb.core import ComplexArray, FloatArray, InputError
 from sigdb.dynamics.excitation import checked_index_errors, turning
 from sigdb.dynamics.march.marcher import Marcher, mesh_tables, meshes_from
-from sigdb.dynamics.period import damaged_gear
+from sigdb.dynamics.period import check_in_one_mesh, damaged_gear
 from sigdb.dynamics.time_profile import TimeProfile
-from sigdb.transmission import Damage, ModalSystem, Transmission, elements_from, modal_system
+from sigdb.transmission import (
+    Damage,
+    ModalSystem,
+    Transmission,
+    as_damage,
+    as_transmission,
+    elements_from,
+    modal_system,
+)
 
 STEPS_PER_TOOTH = 256
 _CHUNK = 1 << 16
@@ -65,8 +76,8 @@ class TimeHistory:
 
 
 def march(
-    rig: Transmission,
-    damage: Damage | None = None,
+    rig: Transmission | str | PathLike[str],
+    damage: Damage | Mapping[str, Any] | None = None,
     *,
     duration: float,
     sampling_rate: float,
@@ -88,9 +99,9 @@ def march(
     Parameters
     ----------
     rig
-        A transmission with torque through its meshes.
+        A transmission with torque through its meshes, the name of a built-in one, or a rig file.
     damage
-        Tooth damage; None for an undamaged gear.
+        Tooth damage, or its fields as a dictionary; None for an undamaged gear.
     duration
         In s.
     sampling_rate
@@ -120,6 +131,8 @@ def march(
 
     Raises
     ------
+    TypeError
+        If the rig or the damage is of another type.
     InputError
         If something does not fit the rig, or a speed is not above zero.
 
@@ -133,7 +146,7 @@ def march(
     >>> history.signals["pinion-vertical"].shape, len(history.pulse_times)
     ((2500,), 11)
     """
-    damage = damage or Damage()
+    rig, damage = as_transmission(rig), as_damage(damage)
     gear = damaged_gear(rig, damage.gear)
     if rig.operating.drive is None or not rig.operating.torque or not rig.operating.speed_rpm:
         raise InputError(
@@ -141,6 +154,8 @@ def march(
         )
     teeth, shaft = rig.gears[gear].teeth, rig.gears[gear].shaft
     errors = checked_index_errors(index_errors, teeth)
+    if damage.is_damage or errors.any():
+        check_in_one_mesh(rig, gear)
     for name, value in (("duration", duration), ("sampling_rate", sampling_rate)):
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{name} = {value} must be above zero")

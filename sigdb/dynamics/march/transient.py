@@ -11,7 +11,7 @@ from sigdb.core import ComplexArray, FloatArray, InputError, NotApplicableError,
 from sigdb.dynamics.excitation import harmonics
 from sigdb.dynamics.march.marcher import mesh_tables, meshes_from
 from sigdb.dynamics.march.periodic_motion import PeriodicMotion
-from sigdb.dynamics.period import common_period, damaged_gear
+from sigdb.dynamics.period import check_in_one_mesh, common_period, damaged_gear
 from sigdb.dynamics.periodic.periodic import SAMPLES_PER_TOOTH, PeriodicRig
 from sigdb.dynamics.periodic.prepare import prepare
 from sigdb.dynamics.periodic.steady_state import SteadyState
@@ -263,8 +263,15 @@ class PreparedMarch:
         -------
         SteadyState
             A case has failed where its motion does not repeat.
+
+        Raises
+        ------
+        InputError
+            If the gear has damage or index errors, and takes part in several meshes.
         """
         errors = np.zeros(self.teeth) if index_errors is None else index_errors
+        if errors.any() or any(tooth.is_damage for damage in damages for tooth in damage.values()):
+            check_in_one_mesh(self.rig, self.gear)
         return SteadyState.stack([self._case(damage, errors) for damage in damages])
 
     def _case(self, damage: Mapping[int, ToothDamage], errors: FloatArray) -> SteadyState:

@@ -17,7 +17,7 @@ import numpy as np
 from sigdb.core import ComplexArray, FloatArray, SigdbError, UnstableRigError
 from sigdb.dynamics.damage_forces import Change, damage_change
 from sigdb.dynamics.excitation import HarmonicExcitation
-from sigdb.dynamics.period import Period
+from sigdb.dynamics.period import Period, check_in_one_mesh
 from sigdb.dynamics.periodic.correction import (
     Columns,
     Correction,
@@ -188,8 +188,16 @@ class PeriodicRig:
         Returns
         -------
         SteadyState
-            With a leading axis for the cases. A case has failed where the grid is far too coarse for its damage.
+            With a leading axis for the cases. A case has failed where the grid is far too coarse for its damage. Index
+            errors of a gear in several meshes act in the first alone.
+
+        Raises
+        ------
+        InputError
+            If the gear is damaged and takes part in several meshes.
         """
+        if any(tooth.is_damage for damage in damages for tooth in damage.values()):
+            check_in_one_mesh(self.rig, self.gear)
         return SteadyState.stack([self._case(damage, specimens) for damage in damages])
 
     def _stiffness(self, change: Change) -> FloatArray:

@@ -78,10 +78,6 @@ def prepare(
             f"rig {rig.name!r} has no torque through its meshes; give operating.drive, load, speed and torque"
         )
     main = rig.meshes_of(gear)
-    if len(main) > 1:
-        raise InputError(
-            f"gear {gear!r} of rig {rig.name!r} takes part in {len(main)} meshes; damage is simulated in one"
-        )
     names = sorted(rig.meshes, key=lambda name: name != main[0])
     order = [list(rig.meshes).index(name) for name in names]
     meshes, m = tuple(rig.meshes[name] for name in names), len(names)

@@ -36,11 +36,12 @@ def rig_text(facts: RigFacts, *, terminal: Terminal = PLAIN) -> str:
     Returns
     -------
     str
-        Title, operating point, a table for each kind of part that the rig has, frequencies, resonances, and the
-        origins of the numbers.
+        Title, operating point, a table for each kind of part that the rig has, frequencies, resonances, the origins of
+        the numbers, and remarks on what is unusual.
     """
     parts = [f"{title}\n{table.text(terminal, indent=2)}" for title, table in _part_tables(facts).items() if table.rows]
-    blocks = [_head(facts), *parts, *_frequencies(facts, terminal), _origins(facts["origins"])]
+    remarks = ["\n".join(["remarks", *(f"  {text}" for text in facts["remarks"])])] if facts["remarks"] else []
+    blocks = [_head(facts), *parts, *_frequencies(facts, terminal), _origins(facts["origins"]), *remarks]
     return "\n\n".join(blocks) + "\n"
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sigdb.core import BoolArray, DatabaseError, FloatArray, InputError, IntArray, Problems, validated
-from sigdb.dynamics import damaged_gear, solver_named
+from sigdb.dynamics import check_in_one_mesh, damaged_gear, solver_named
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import SignatureSettings
 from sigdb.sweep.design.settings import SweepSettings
@@ -65,6 +65,7 @@ def make_plan(
         do. Grids count from 1.
     """
     gear = damaged_gear(rig, design.gear)
+    check_in_one_mesh(rig, gear)
     sensors = signature.sensors or tuple(rig.sensors)
     problems = Problems()
     for sensor in sensors:

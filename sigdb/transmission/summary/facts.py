@@ -168,3 +168,4 @@ class RigFacts(TypedDict):
     overdamped: int
     resonances: list[ResonanceFacts]
     origins: dict[str, int]
+    remarks: list[str]

@@ -16,6 +16,7 @@ from sigdb.transmission.summary.facts import (
     ShaftFacts,
     ToothForceFacts,
 )
+from sigdb.transmission.system.elements import UNLOADED, pulled_apart
 from sigdb.transmission.system.modal import coupled_modes, modal_system
 
 MESH_ORDERS = (1, 2, 3)
@@ -132,6 +133,23 @@ def mesh_facts(rig: Transmission) -> tuple[list[MeshFacts], list[ToothForceFacts
     return meshes, forces
 
 
+def mesh_remarks(rig: Transmission, meshes: list[MeshFacts]) -> Iterator[str]:
+    """Yield a sentence on each mesh that the torque pulls apart, does not press, or presses more than teeth bear."""
+    names, compressions = [mesh["name"] for mesh in meshes], np.array([mesh["static_compression"] for mesh in meshes])
+    yield from pulled_apart(rig, names, compressions)
+    greatest = max((abs(mesh["normal_force"]) for mesh in meshes), default=0.0)
+    for mesh in meshes:
+        if greatest and abs(mesh["normal_force"]) <= UNLOADED * greatest:
+            yield f"meshes.{mesh['name']} carries no torque, so that its teeth are not pressed together"
+        if abs(mesh["static_compression"]) > _MOST_COMPRESSION:
+            yield (
+                f"meshes.{mesh['name']} has a static compression of {mesh['static_compression'] * 1e6:.4g} um, above "
+                f"the usual {_MOST_COMPRESSION * 1e6:g} um; check operating.torque = {rig.operating.torque:g} N m and "
+                f"stiffness = {mesh['stiffness']:.4g} N/m"
+            )
+
+
+_MOST_COMPRESSION = 1e-4
 _SHAFT_ORDERS = 10
 _NEAR = 0.05
 _NO_PEAK = 0.7

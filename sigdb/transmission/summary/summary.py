@@ -6,6 +6,7 @@ from typing import cast
 from pydantic import BaseModel
 
 from sigdb.transmission.parts.described import ORIGINS, Described
+from sigdb.transmission.parts.usual_ranges import unusual_numbers
 from sigdb.transmission.rig import Transmission
 from sigdb.transmission.summary.facts import (
     CasingModeFacts,
@@ -20,6 +21,7 @@ from sigdb.transmission.summary.parts import (
     disk_facts,
     gear_facts,
     mesh_facts,
+    mesh_remarks,
     mode_facts,
     resonances,
     shaft_facts,
@@ -43,7 +45,9 @@ def describe_rig(rig: Transmission) -> RigFacts:
         - lists of dictionaries: ``shafts``, ``gears``, ``disks``, ``meshes``, ``tooth_forces``, ``bearings``,
           ``couplings``, ``casing``, ``sensors``, ``excitations``, ``modes`` and ``resonances``;
         - ``overdamped``, the number of modes that do not vibrate;
-        - ``origins``, counts of fields by origin.
+        - ``origins``, counts of fields by origin;
+        - ``remarks``, a sentence on each number outside the usual range of its kind, and on each mesh that the torque
+          does not press together as it should.
 
         Modes go to three times the highest mesh frequency, or to ten times the highest shaft speed of a rig without
         meshes, and are the lowest six at least. Resonances are modes with a damping ratio below 0.7 within 5 % of a
@@ -88,6 +92,7 @@ def describe_rig(rig: Transmission) -> RigFacts:
         "overdamped": overdamped,
         "resonances": list(resonances(rig, modes)),
         "origins": origins(rig),
+        "remarks": [*unusual_numbers(rig.model_dump()), *mesh_remarks(rig, meshes)],
     }
 
 

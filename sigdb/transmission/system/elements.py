@@ -17,7 +17,7 @@ from sigdb.transmission.rig import Transmission
 if TYPE_CHECKING:
     from sigdb.transmission.system.modal import ModalSystem
 
-_UNLOADED = 1e-6
+UNLOADED = 1e-6
 """Share of the greatest static force of a rig's meshes up to which a mesh carries no torque."""
 
 
@@ -131,7 +131,7 @@ def static_forces(rig: Transmission, names: Sequence[str], static_compression: F
     greatest = np.abs(forces).max(initial=0.0)
     for sentence in pulled_apart(rig, names, static_compression):
         raise InputError(f"rig {rig.name!r}: {sentence}")
-    return np.where(forces > _UNLOADED * greatest, forces, greatest)
+    return np.where(forces > UNLOADED * greatest, forces, greatest)
 
 
 def pulled_apart(rig: Transmission, names: Sequence[str], static_compression: FloatArray) -> list[str]:
@@ -142,5 +142,5 @@ def pulled_apart(rig: Transmission, names: Sequence[str], static_compression: Fl
         f"meshes.{name} has a static force of {force:.4g} N: the torque pulls its teeth apart, since {mesh.driven} "
         f"drives {mesh.driving}; give driving = {mesh.driven!r} and driven = {mesh.driving!r}, or reverse the torque"
         for name, mesh, force in zip(names, (rig.meshes[name] for name in names), forces.tolist(), strict=True)
-        if force < -_UNLOADED * greatest
+        if force < -UNLOADED * greatest
     ]

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.linalg import block_diag, eigh, null_space
 
 from sigdb.core import ComplexArray, FloatArray, InputError
+from sigdb.transmission.parts.usual_ranges import unusual_numbers
 from sigdb.transmission.rig import Transmission
 from sigdb.transmission.system.assembly import Assembly, assemble
 from sigdb.transmission.system.elements import Element, mesh_elements, meshes_among
@@ -293,6 +294,8 @@ def _check_supported(
 ) -> None:
     if squares[0] < _FREE * squares[-1]:
         moving = next(iter(_energy_shares(parts, basis @ modes[:, 0])))
+        if unusual := unusual_numbers(rig.model_dump()):
+            raise InputError(f"rig {rig.name!r}: {moving} can move freely by these numbers: {'; '.join(unusual)}")
         raise InputError(
             f"rig {rig.name!r}: {moving} can move freely; hold it with a bearing that has stiffness in that direction"
         )
