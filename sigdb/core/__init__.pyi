@@ -10,12 +10,15 @@ from .errors import suggestion as suggestion
 from .fields import Section as Section
 from .fields import Vector as Vector
 from .fields import quantity as quantity
-from .fields import read_toml as read_toml
 from .fields import unit_of as unit_of
 from .fields import validated as validated
 from .fields import without_defaults as without_defaults
 from .markdown import markdown_table as markdown_table
 from .notes import Note as Note
+from .plain_arrays import BoolArray as BoolArray
+from .plain_arrays import ComplexArray as ComplexArray
+from .plain_arrays import FloatArray as FloatArray
+from .plain_arrays import IntArray as IntArray
 from .plain_arrays import check_unmasked as check_unmasked
 from .plain_arrays import plain_array as plain_array
 from .plain_values import JsonValue as JsonValue
@@ -31,8 +34,6 @@ from .streams import NOISE_BLOCK as NOISE_BLOCK
 from .streams import noise_stream as noise_stream
 from .streams import sample_stream as sample_stream
 from .streams import specimen_stream as specimen_stream
-from .typing import BoolArray as BoolArray
-from .typing import ComplexArray as ComplexArray
-from .typing import FloatArray as FloatArray
-from .typing import IntArray as IntArray
+from .toml_files import check_file as check_file
+from .toml_files import read_toml as read_toml
 from .version import __version__ as __version__

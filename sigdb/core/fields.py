@@ -3,10 +3,7 @@
 Validation, error messages, docs, command-line help and the metadata of database columns read them from there.
 """
 
-import re
-import tomllib
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError
@@ -17,6 +14,11 @@ from sigdb.core.errors import InputError, suggestion
 
 Vector = Annotated[tuple[float, float, float], Strict(False)]
 """Three components in the casing's frame (X, Y, Z)."""
+
+_MOST_PROBLEMS = 20
+"""Problems that one error lists."""
+_LONGEST_VALUE = 120
+"""Characters of a value in an error."""
 
 KeyPath = tuple[int | str, ...]
 """Keys and indices that lead to a field."""
@@ -119,53 +121,14 @@ def validated(model: type[S], data: Mapping[str, object], *, owner: str, first: 
         raise _input_error(model, error, owner, first) from None
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file as a dictionary; a missing or malformed file is an :class:`InputError`."""
-    text = ""
-    try:
-        text = path.read_text(encoding="utf-8")
-        return tomllib.loads(text)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not UTF-8 text (byte {error.start}); TOML files are UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}{_toml_remedy(str(error), text)}") from None
-    except ValueError:
-        raise InputError(f"{path}: not valid TOML: a number has more than 4300 digits") from None
-
-
-def _toml_remedy(problem: str, text: str) -> str:
-    """Return the end of a message about text that is not TOML: the remedy of a usual mistake, or nothing."""
-    place = re.search(r"at line (\d+), column (\d+)", problem)
-    lines = text.replace("\r\n", "\n").split("\n")
-    if place is None or int(place[1]) > len(lines):
-        return ""
-    line = lines[int(place[1]) - 1]
-    key, equals, _ = line.partition("=")
-    rest = line[int(place[2]) - 1 :]
-    word = re.match(r"[^\W\d][\w./:-]*", rest)
-    if problem.startswith("Invalid value") and word:
-        if word[0].lower() in ("true", "false"):
-            return f"; write {word[0].lower()}"
-        alone = equals and line[len(key) + 1 : int(place[2]) - 1].strip() == ""
-        return f'; text needs quotes: {key.strip() + " = " if alone else ""}"{word[0]}"'
-    comma = re.search(r"=\s*(-?\d+),(\d+)\s*(#.*)?$", line)
-    if comma:
-        return f"; numbers have a decimal point: {key.strip()} = {comma[1]}.{comma[2]}"
-    if "\\" in line and not problem.startswith("Invalid value"):
-        return "; write the folders of a path with /, or put it in single quotes"
-    return ""
-
-
 def _input_error(model: type[BaseModel], error: ValidationError, owner: str, first: int = 0) -> InputError:
     problems = error.errors()
     # A list whose item is wrong is also reported as too short; only the item helps.
     inner = [problem["loc"][:depth] for problem in problems for depth in range(len(problem["loc"]))]
     reported = [problem for problem in problems if problem["type"] != "too_short" or problem["loc"] not in inner]
-    lines = [line for problem in reported for line in _sentence(model, problem, first).splitlines()]
+    lines = [line for problem in reported[:_MOST_PROBLEMS] for line in _sentence(model, problem, first).splitlines()]
+    if len(reported) > _MOST_PROBLEMS:
+        lines.append(f"{len(reported) - _MOST_PROBLEMS} more; mend these first")
     return InputError("\n".join(f"{owner}: {line}" for line in lines))
 
 
@@ -186,10 +149,21 @@ def _sentence(model: type[BaseModel], problem: ErrorDetails, first: int) -> str:
         return f"name {problem['input']!r} in {where} must be letters, digits, - or _, a letter first"
     if problem["type"] == "too_short":
         return f"{key} is empty; give at least {problem['ctx']['min_length']}"
+    if problem["type"] == "too_long":
+        return f"{key} has more than {problem['ctx']['max_length']} items; give fewer"
     message = problem["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     if problem["type"] == "value_error":
         return message if key == "(top level)" else "\n".join(f"{key}: {line}" for line in message.splitlines())
-    return f"{key} = {problem['input']!r} must be {message}"
+    return f"{key} = {_shortened(problem['input'])} must be {message}"
+
+
+def _shortened(value: object) -> str:
+    """Return a value as Python writes it, its middle left out where it is long."""
+    try:
+        text = repr(value)
+    except ValueError:
+        return "a number of thousands of digits"
+    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE // 2]} ... {text[-_LONGEST_VALUE // 2 :]}"
 
 
 def _closest(model: type[BaseModel], location: KeyPath) -> str:

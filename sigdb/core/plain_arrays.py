@@ -1,4 +1,4 @@
-"""Arrays of callers: masked values are refused, since their numbers stand for nothing."""
+"""Array types, and arrays of callers: masked values are refused, since their numbers stand for nothing."""
 
 from typing import Any
 
@@ -6,6 +6,11 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from sigdb.core.errors import InputError
+
+FloatArray = NDArray[np.floating[Any]]
+ComplexArray = NDArray[np.complexfloating[Any, Any]]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 
 def plain_array(owner: str, name: str, values: object, dtype: DTypeLike | None = None) -> NDArray[Any]:

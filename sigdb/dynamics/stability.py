@@ -6,7 +6,7 @@ compression at the end of a step follows in closed form, without iteration.
 
 import numpy as np
 
-from sigdb.core import ComplexArray, FloatArray
+from sigdb.core import ComplexArray, FloatArray, NotApplicableError
 from sigdb.transmission import ModalSystem
 
 STABILITY_MODES = 48
@@ -63,6 +63,11 @@ def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float
     -------
     float
 
+    Raises
+    ------
+    NotApplicableError
+        If the motion over the period is not finite.
+
     Examples
     --------
     Constant stiffness: the slowest pole decides.
@@ -80,23 +85,29 @@ def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float
     # Re(weight z) is the real output of a conjugate pair, whose second half is not marched.
     weight = np.where(system.poles[upper].imag > 0, 2.0, 1.0)
     pole, b, c = system.poles[upper], system.inputs[upper, :meshes], weight * system.outputs[:meshes, upper]
-    h = period / stiffness.shape[1]
-    decay, *holds = first_order_hold(pole, h)
-    g0, g1 = (b * hold[:, None] for hold in holds)
-    direct = system.direct[:meshes, :meshes]
-    compliance = (c @ g1).real + direct
-    kappa = (stiffness - system.mesh_stiffness[:, None]).T
+    with np.errstate(all="ignore"):  # a motion that is not finite is refused
+        h = period / stiffness.shape[1]
+        decay, *holds = first_order_hold(pole, h)
+        g0, g1 = (b * hold[:, None] for hold in holds)
+        direct = system.direct[:meshes, :meshes]
+        compliance = (c @ g1).real + direct
+        kappa = (stiffness - system.mesh_stiffness[:, None]).T
 
-    # State: the real parts of all coordinates, and the imaginary ones of pairs; a real pole has none.
-    m = len(pole)
-    paired = pole.imag > 0
-    z = np.hstack([np.eye(m), 1j * np.eye(m)[:, paired]])
-    force = -_solved(direct, kappa[-1], (c @ z).real)
-    for k in kappa:
-        free = decay[:, None] * z + g0 @ force
-        force = -_solved(compliance, k, (c @ free).real)
-        z = free + g1 @ force
-    monodromy = np.vstack([z.real, z.imag[paired]])
+        # State: the real parts of all coordinates, and the imaginary ones of pairs; a real pole has none.
+        m = len(pole)
+        paired = pole.imag > 0
+        z = np.hstack([np.eye(m), 1j * np.eye(m)[:, paired]])
+        force = -_solved(direct, kappa[-1], (c @ z).real)
+        for k in kappa:
+            free = decay[:, None] * z + g0 @ force
+            force = -_solved(compliance, k, (c @ free).real)
+            z = free + g1 @ force
+        monodromy = np.vstack([z.real, z.imag[paired]])
+    if not np.isfinite(monodromy).all():
+        raise NotApplicableError(
+            f"the motion over a period of {period:.3g} s is not finite: speed, stiffness or masses are far from those "
+            "of a transmission; check their units"
+        )
     return float(np.abs(np.linalg.eigvals(monodromy)).max())
 
 

@@ -1,6 +1,7 @@
 """A recipe: a TOML file whose sections are typed objects, each declared by its package."""
 
 import tomllib
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,7 @@ from sigdb.measurement import MeasurementSettings
 from sigdb.recognition import RecognitionSettings
 from sigdb.report import ReportSettings
 from sigdb.signature import SignatureSettings
-from sigdb.sweep import Plan, SweepSettings, make_plan
+from sigdb.sweep import Plan, SweepLimits, SweepSettings, make_plan
 from sigdb.transmission import Transmission, load_transmission
 
 S = TypeVar("S", bound=Section)
@@ -26,6 +27,7 @@ class RecipeSections(Section):
     sweep: SweepSettings = Field(description="The simulated cases.")
     measurement: MeasurementSettings = Field(default=MeasurementSettings(), description="Noise and errors.")
     signature: SignatureSettings = Field(default=SignatureSettings(), description="The stored parts of an average.")
+    limits: SweepLimits = Field(default=SweepLimits(), description="How much a sweep may plan.")
     recognition: RecognitionSettings = Field(default=RecognitionSettings(), description="Models.")
     report: ReportSettings = Field(default=ReportSettings(), description="Pictures.")
 
@@ -64,7 +66,13 @@ class Recipe:
             If the design does not fit the rig.
         """
         try:
-            return make_plan(self.sections.sweep, self.sections.measurement, self.sections.signature, self.rig)
+            return make_plan(
+                self.sections.sweep,
+                self.sections.measurement,
+                self.sections.signature,
+                self.rig,
+                limits=self.sections.limits,
+            )
         except InputError as error:
             raise InputError("\n".join(f"{self.path}: {line}" for line in str(error).splitlines())) from None
 
@@ -85,9 +93,8 @@ class Recipe:
             others = tuple(load_recipe(self.path.parent / path) for path in paths)
         except InputError as error:
             raise InputError("\n".join(f"{owner}: {line}" for line in str(error).splitlines())) from None
-        names = [other.path.stem for other in others]
-        for name in names:
-            if names.count(name) > 1:
+        for name, count in Counter(other.path.stem for other in others).items():
+            if count > 1:
                 raise InputError(f"{owner}: two recipes are called {name}; give them names that differ")
         return others
 

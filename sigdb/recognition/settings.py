@@ -1,5 +1,6 @@
 """The section ``[recognition]`` of a recipe."""
 
+from collections import Counter
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, Strict, field_validator, model_validator
@@ -78,8 +79,8 @@ class RecognitionSettings(Section):
     @field_validator("targets", "splits", "evaluate_on")
     @classmethod
     def _named_once(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        for name in names:
-            if names.count(name) > 1:
+        for name, count in Counter(names).items():
+            if count > 1:
                 raise ValueError(f"{name!r} is given twice; give it once")
         return names
 

@@ -1,5 +1,6 @@
 """The section ``[report]`` of a recipe."""
 
+from collections import Counter
 from typing import Annotated, Literal
 
 from pydantic import Field, Strict, model_validator
@@ -41,8 +42,7 @@ class ReportSettings(Section):
 
     @model_validator(mode="after")
     def _names_differ(self) -> "ReportSettings":
-        names = [picture.name for picture in self.figures]
-        for name in names:
-            if names.count(name) > 1:
+        for name, count in Counter(picture.name for picture in self.figures).items():
+            if count > 1:
                 raise ValueError(f"figures: the name {name!r} occurs twice; each picture is a file with its own name")
         return self

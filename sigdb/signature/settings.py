@@ -1,5 +1,6 @@
 """The section ``[signature]`` of a recipe."""
 
+from collections import Counter
 from typing import Annotated, Self
 
 from pydantic import Field, Strict, model_validator
@@ -22,7 +23,7 @@ class SignatureSettings(Section):
 
     @model_validator(mode="after")
     def _once(self) -> Self:
-        for sensor in self.sensors:
-            if self.sensors.count(sensor) > 1:
+        for sensor, count in Counter(self.sensors).items():
+            if count > 1:
                 raise ValueError(f"sensors names {sensor!r} twice; name each sensor once")
         return self

@@ -6,6 +6,7 @@ from .density.coverage import coverage as coverage
 from .density.refine import Refinement as Refinement
 from .density.refine import refine as refine
 from .design.grid import Grid as Grid
+from .design.settings import SweepLimits as SweepLimits
 from .design.settings import SweepSettings as SweepSettings
 from .plan.make_plan import make_plan as make_plan
 from .plan.make_plan import plan_from as plan_from

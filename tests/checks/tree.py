@@ -35,7 +35,6 @@ SMALL = {
     "core/plain_values.py": "one function that all packages use",
     "core/progress.py": "types that all packages use",
     "core/streams.py": "the random streams, apart from all that draws",
-    "core/typing.py": "types only",
     "core/version.py": "the build reads it",
     "database/matching/outside_threshold.py": "one file of a database: its writer and its reader",
     "database/matching/residuals.py": "the quantity that matching compares, used by its index and its search",
@@ -67,7 +66,6 @@ SMALL = {
 
 NAMED_OTHERWISE = {
     "cli/options/workers.py": "options of workers: jobs and scheduler",
-    "core/typing.py": "named after the standard library's module",
     "database/query.py": "statements and conditions of a user",
     "database/signals.py": "blocks of the table of signals",
     "database/summary.py": "the summary of a database: its card as data",

@@ -1,12 +1,10 @@
 """Unit: what a wrong file is told - the owner, the key, the rule, the value and the remedy."""
 
-import re
-
 import pytest
 from pydantic import Field, model_validator
 
 from sigdb.core.errors import DatabaseError, InputError, SigdbError, UnstableRigError
-from sigdb.core.fields import Section, Vector, quantity, read_toml, unit_of, validated
+from sigdb.core.fields import Section, Vector, quantity, unit_of, validated
 
 
 class Wheel(Section):
@@ -92,66 +90,3 @@ def test_unit_is_read_from_the_field_and_is_a_dash_without_one():
 def test_errors_of_input_are_value_errors_and_all_are_sigdb_errors():
     assert issubclass(InputError, ValueError)
     assert all(issubclass(error, SigdbError) for error in (InputError, UnstableRigError, DatabaseError))
-
-
-def test_read_toml_returns_the_tables(tmp_path):
-    path = tmp_path / "a.toml"
-    path.write_text('name = "ä"\n[table]\nx = 1.5\n', encoding="utf-8")
-    assert read_toml(path) == {"name": "ä", "table": {"x": 1.5}}
-
-
-def test_read_toml_of_a_missing_file_names_it(tmp_path):
-    with pytest.raises(InputError, match=r"absent\.toml: no such file"):
-        read_toml(tmp_path / "absent.toml")
-
-
-def test_read_toml_of_a_folder_says_it_cannot_be_read(tmp_path):
-    (tmp_path / "folder.toml").mkdir()
-    with pytest.raises(InputError, match=r"folder\.toml: cannot be read \("):
-        read_toml(tmp_path / "folder.toml")
-
-
-def test_read_toml_of_other_encodings_names_the_byte(tmp_path):
-    path = tmp_path / "latin.toml"
-    path.write_bytes(b'n = "\xe4"')
-    with pytest.raises(InputError, match=r"latin\.toml: not UTF-8 text \(byte 5\)"):
-        read_toml(path)
-
-
-def test_read_toml_of_malformed_text_names_the_place(tmp_path):
-    path = tmp_path / "bad.toml"
-    path.write_text("a = 1\nb = = 2\n")
-    with pytest.raises(InputError, match=r"bad\.toml: not valid TOML: .*line 2"):
-        read_toml(path)
-
-
-@pytest.mark.parametrize(
-    ("line", "remedy"),
-    [
-        ("drive = motor", 'text needs quotes: drive = "motor"'),
-        ("path=rigs/my-rig.toml # mine", 'text needs quotes: path = "rigs/my-rig.toml"'),
-        ("names = [left, right]", 'text needs quotes: "left"'),
-        ("spare = True", "write true"),
-        ("diameter = 0,7", "numbers have a decimal point: diameter = 0.7"),
-        ('path = "C:\\Users\\rig.toml"', "write the folders of a path with /, or put it in single quotes"),
-    ],
-)
-def test_read_toml_of_a_usual_mistake_names_the_remedy(tmp_path, line, remedy):
-    path = tmp_path / "bad.toml"
-    path.write_text(f"a = 1\n{line}\n", encoding="utf-8")
-    with pytest.raises(InputError, match=rf"^{re.escape(str(path))}: not valid TOML: .*; {re.escape(remedy)}$"):
-        read_toml(path)
-
-
-def test_items_of_lists_count_from_the_number_that_is_given():
-    data = {"wheels": {"left": {"diameter": 1.0, "centre": [0.0, "x", 0.0]}}}
-    for first, named in ((0, "centre.1"), (1, "centre.2")):
-        with pytest.raises(InputError, match=rf"^cart: wheels\.left\.{named} = 'x' must be"):
-            validated(Cart, data, owner="cart", first=first)
-
-
-def test_read_toml_of_an_endless_number_is_one_line(tmp_path):
-    path = tmp_path / "bad.toml"
-    path.write_text("a = " + "9" * 5000)
-    with pytest.raises(InputError, match=r"bad\.toml: not valid TOML: a number has more than 4300 digits$"):
-        read_toml(path)

@@ -76,6 +76,8 @@ def _print_plan(plan: "Plan", out: str, jobs: int, form: str) -> None:
     from sigdb.report import Terminal, TextTable
     from sigdb.sweep import estimate
 
+    if form == "table":
+        click.echo(f"{out}: would hold {plan.rows} rows from {plan.n_templates} templates, in {plan.row_parts} parts")
     cost = estimate(plan, jobs)
     first = plan.table_of(plan.sample_ids(5, 5))
     if form == "json":
@@ -84,7 +86,6 @@ def _print_plan(plan: "Plan", out: str, jobs: int, form: str) -> None:
         rows = json.loads(first.to_json(orient="records", double_precision=15))
         echo_json(facts | {"first_rows": rows}, indent=None)
         return
-    click.echo(f"{out}: would hold {plan.rows} rows from {plan.n_templates} templates, in {plan.row_parts} parts")
     click.echo(
         f"about {_bytes_text(cost.bytes)} and {_seconds_text(cost.seconds)} with {cost.jobs} jobs, measured on a sample"
     )

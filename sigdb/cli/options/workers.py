@@ -8,9 +8,14 @@ import click
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
+_MOST_JOBS = 1024
+
+
 def _checked(context: click.Context, parameter: click.Parameter, jobs: int) -> int:
     if jobs == 0 or jobs < -1:
         raise click.BadParameter(f"{jobs}; give 1 or more, or -1 for one on each core")
+    if jobs > _MOST_JOBS:
+        raise click.BadParameter(f"{jobs}; at most {_MOST_JOBS} processes are started, -1 for one on each core")
     return jobs
 
 

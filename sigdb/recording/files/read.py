@@ -165,10 +165,7 @@ def recording_settings(path: Path, options: Mapping[str, object]) -> RecordingSe
     if side != path and side.is_file():
         if side.stat().st_size > LARGEST_SIDE_FILE:
             raise InputError(f"{side}: larger than {LARGEST_SIDE_FILE} bytes, so no side file of a recording")
-        try:
-            stated = read_toml(side)
-        except RecursionError:
-            raise InputError(f"{side}: not valid TOML: nested too deeply") from None
+        stated = read_toml(side)
         validated(RecordingSettings, stated, owner=str(side))
     return validated(RecordingSettings, {**stated, **_plain_mappings(options)}, owner="read_recording")
 

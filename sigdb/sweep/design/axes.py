@@ -14,6 +14,8 @@ from sigdb.measurement import MeasurementSettings
 from sigdb.transmission import Damage, ToothDamage
 
 _FINITE = ConfigDict(allow_inf_nan=False)
+MOST_WHOLE = 2**31 - 1
+"""Greatest whole number of an axis."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,6 +79,8 @@ class Axis:
             if value != int(value):
                 raise ValueError(f"{label} = {value:g} must be a whole number")
             value = int(value)
+            if value > MOST_WHOLE:
+                raise ValueError(f"{label} = {value:.10g} must be at most {MOST_WHOLE}")
         if self.least is not None and value < self.least:
             raise ValueError(f"{label} = {value:g} must be {self.least} or more; {self.reason}")
         try:

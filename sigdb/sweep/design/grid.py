@@ -20,6 +20,7 @@ from sigdb.sweep.design.axes import (
     AXIS_NAMES,
     DAMAGE_AXES,
     MEASUREMENT_AXES,
+    MOST_WHOLE,
     Axis,
     Range,
     check_bounds,
@@ -152,6 +153,8 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
         """Yield an empty list of teeth."""
         if not self.tooth:
             yield "tooth = [] names no tooth; name some, or 'all'"
+        elif self.tooth != "all" and (greatest := max(self.tooth)) > MOST_WHOLE:
+            yield f"tooth = {greatest:.10g} must be at most {MOST_WHOLE}"
 
     def _out_of_bounds(self) -> Iterator[str]:
         """Yield values that their axes do not take, and empty axes."""
@@ -172,6 +175,11 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
 
     def _is_set(self, axis: str) -> bool:
         return bool(getattr(self, axis) != type(self).model_fields[axis].default)
+
+    @property
+    def joint_points(self) -> int:
+        """Number of joint points of the sample or the table; 1 for a product alone."""
+        return self.points or len(next(iter((self.table or {"": ("",)}).values())))
 
     @property
     def joint_axes(self) -> tuple[str, ...]:

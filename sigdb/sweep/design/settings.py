@@ -1,10 +1,10 @@
-"""The section ``[sweep]`` of a recipe: which cases are simulated, as a union of grids."""
+"""The sections ``[sweep]`` and ``[limits]`` of a recipe: which cases are simulated, and how many at most."""
 
 from typing import Annotated
 
 from pydantic import Field, Strict, field_validator, model_validator
 
-from sigdb.core import Section, quantity, suggestion
+from sigdb.core import InputError, Section, quantity, suggestion
 from sigdb.dynamics import DEFAULT_SOLVER, SOLVERS
 from sigdb.sweep.design.grid import Grid
 from sigdb.transmission import PRESETS, ToothDamage
@@ -24,7 +24,9 @@ class SweepSettings(Section):
         ge=0,
         default=0,
     )
-    grid: Annotated[tuple[Grid, ...], Strict(False)] = quantity("-", "Grids; the sweep is their union.", min_length=1)
+    grid: Annotated[tuple[Grid, ...], Strict(False)] = quantity(
+        "-", "Grids; the sweep is their union.", min_length=1, max_length=1000
+    )
     patterns: dict[str, Annotated[tuple[ToothDamage, ...], Strict(False)]] = Field(
         default={},
         description="Lists of damaged teeth that differ, by name. A pattern goes before a preset of the same name.",
@@ -61,3 +63,50 @@ class SweepSettings(Section):
     def named_patterns(self) -> tuple[str, ...]:
         """Names of the patterns that the grids use."""
         return tuple(dict.fromkeys(name for grid in self.grid for name in grid.patterns))
+
+
+class SweepLimits(Section):
+    """Limits of a sweep. They change nothing that a sweep makes, and a recipe may raise them."""
+
+    rows: int = quantity("-", "Most rows of a sweep.", ge=1, le=10**12, default=100_000_000)
+    templates: int = quantity(
+        "-", "Most cases of damage in a grid; each different one is simulated.", ge=1, le=10**9, default=20_000_000
+    )
+    points: int = quantity(
+        "-",
+        "Most joint points, combinations of the rig's values, and measurements in a grid.",
+        ge=1,
+        le=10**9,
+        default=1_000_000,
+    )
+    rigs: int = quantity("-", "Most rigs that differ in more than speed and torque.", ge=1, le=10**7, default=10_000)
+    samples: int = quantity(
+        "-", "Most samples in an average: samples of a tooth pass times teeth.", ge=64, le=2**24, default=32_768
+    )
+
+    def check(self, name: str, number: float, *, owner: str, what: str) -> None:
+        """Refuse a number beyond a limit.
+
+        Parameters
+        ----------
+        name
+            Name of the limit.
+        number
+            The number.
+        owner, what
+            Where the number comes from and what it counts, for the message.
+
+        Raises
+        ------
+        InputError
+            Names the number, the limit and the key that raises it.
+        """
+        most = getattr(self, name)
+        if number > most:
+            raise InputError(
+                f"{owner} has {number:.10g} {what}, and the limit is {most}; give fewer, or raise limits.{name}"
+            )
+
+
+WIDEST = SweepLimits(rows=10**12, templates=10**9, points=10**9, rigs=10**7, samples=2**24)
+"""The limits of a plan that a database holds already."""

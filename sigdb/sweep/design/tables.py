@@ -8,8 +8,11 @@ import pyarrow as pa
 import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
 
-from sigdb.core import FloatArray
+from sigdb.core import FloatArray, check_file
 from sigdb.sweep.design.axes import WHOLE_AXES, check_axis_name, check_bounds, flatten
+
+_MOST_BYTES, _MOST_ROWS = 1_000_000_000, 2_000_000
+"""Size and rows of a file, of which each row becomes a Python object for each column."""
 
 Columns = dict[str, tuple[float, ...] | tuple[int, ...] | tuple[str, ...]]
 
@@ -104,6 +107,7 @@ def _check_rows(name: str, numbers: FloatArray, owner: str, rows: tuple[int, ...
 
 def _read_file(path: Path) -> dict[str, list[object]]:
     try:
+        check_file(path, most_bytes=_MOST_BYTES)
         table = pq.read_table(path) if path.suffix == ".parquet" else _read_csv(path)
     except FileNotFoundError:
         raise ValueError(f"{path}: no such file; a table is a CSV or Parquet file in the recipe's folder") from None
@@ -111,6 +115,8 @@ def _read_file(path: Path) -> dict[str, list[object]]:
         raise ValueError(f"{path}: cannot be read ({error.strerror or error})") from None
     except pa.ArrowInvalid as error:
         raise ValueError(f"{path}: not a readable table ({error})") from None
+    if table.num_rows > _MOST_ROWS:
+        raise ValueError(f"{path}: {table.num_rows} rows, and a table has at most {_MOST_ROWS}; make several grids")
     for name in table.column_names:
         if table.column_names.count(name) > 1:
             raise ValueError(f"{path}: column {name} is there twice; remove one")

@@ -5,7 +5,7 @@ measurement are the same place, with several measurements.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -25,6 +25,11 @@ from sigdb.transmission import Transmission
 
 AxisArray = NDArray[Any]
 """Values of an axis: numbers, or names of patterns."""
+
+
+def combinations(axes: Iterable[Sequence[float] | Sequence[str]]) -> int:
+    """Return the number of combinations of distinct values; an empty list counts as one value."""
+    return math.prod(len(set(values)) or 1 for values in axes)
 
 
 def product(axes: Mapping[str, Sequence[float] | Sequence[str]]) -> tuple[dict[str, AxisArray], int]:
@@ -72,7 +77,7 @@ class Crossing:
     def cases(self) -> int:
         """Number of cases of damage, including those that damage nothing."""
         listed = ("pattern",) if self.grid.pattern else self.grid.listed_damage
-        return self.places * math.prod(len(set(getattr(self.grid, axis))) for axis in listed)
+        return self.places * combinations(getattr(self.grid, axis) for axis in listed)
 
     @property
     def _group(self) -> IntArray:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,17 +11,15 @@ from sigdb.core import BoolArray, DatabaseError, FloatArray, InputError, IntArra
 from sigdb.dynamics import check_in_one_mesh, damaged_gear, solver_named
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import SignatureSettings
-from sigdb.sweep.design.settings import SweepSettings
-from sigdb.sweep.plan.crossing import AxisArray, Crossing, joint_points
+from sigdb.sweep.design.axes import MEASUREMENT_AXES
+from sigdb.sweep.design.settings import WIDEST, SweepLimits, SweepSettings
+from sigdb.sweep.plan.crossing import AxisArray, Crossing, combinations, joint_points
 from sigdb.sweep.plan.damages import Damages, Pattern, default_of
 from sigdb.sweep.plan.layout import Blocks, consecutive, distinct, lay_out
 from sigdb.sweep.plan.plan import Plan, rows_of_a_part
 from sigdb.sweep.plan.resolved import same_content, without_sources
 from sigdb.sweep.plan.rig_points import RigPoints, rig_points
 from sigdb.transmission import PRESETS, AnyProfile, ToothDamage, Transmission, damaged_profile, preset_teeth
-
-_MOST_CASES = 20_000_000
-"""Cases of damage in a grid, which a plan holds in memory; more could not be simulated."""
 
 
 def make_plan(
@@ -29,6 +28,7 @@ def make_plan(
     signature: SignatureSettings,
     rig: Transmission,
     *,
+    limits: SweepLimits = WIDEST,
     first_row_part: int = 0,
     first_template_part: int = 0,
     part_rows: int | None = None,
@@ -46,6 +46,8 @@ def make_plan(
         Section ``[signature]``.
     rig : Transmission
         The rig that the design is for.
+    limits : SweepLimits, optional
+        Section ``[limits]``; the widest that a recipe may have if left out.
     first_row_part, first_template_part : int
         Numbers of the first parts, for an extension of a database.
     part_rows : int, optional
@@ -61,9 +63,10 @@ def make_plan(
     Raises
     ------
     InputError
-        If the design does not fit the rig: the message has a line for each problem, with the key, the value and what to
-        do. Grids count from 1.
+        If the design does not fit the rig or exceeds a limit: the message has a line for each problem, with the key,
+        the value and what to do. Grids count from 1.
     """
+    _check_counts(design, limits)
     gear = damaged_gear(rig, design.gear)
     check_in_one_mesh(rig, gear)
     sensors = signature.sensors or tuple(rig.sensors)
@@ -74,13 +77,18 @@ def make_plan(
     crossings = []
     for number in range(len(design.grid)):
         with problems.collect():
-            crossings.append(_crossing(design, number, rig))
+            crossings.append(_crossing(design, number, rig, limits))
     if len(crossings) < len(design.grid):
         problems.raise_any()
     with problems.collect(needed=True):
         points, numbers = rig_points(
-            rig, gear, [(crossing.owner, crossing.rig_values, crossing.places) for crossing in crossings]
+            rig,
+            gear,
+            [(crossing.owner, crossing.rig_values, crossing.places) for crossing in crossings],
+            most_builds=partial(limits.check, "rigs", owner="the sweep", what="rigs to build"),
         )
+        samples = int(points.teeth.max()) * signature.samples_per_tooth
+        limits.check("samples", samples, owner=f"an average of {points.teeth.max()} teeth", what="samples")
     gathered = _GridCases(design, measurement, points, gear)
     for crossing, rigs in zip(crossings, numbers, strict=True):
         with problems.collect():
@@ -96,6 +104,9 @@ def make_plan(
     with problems.collect():
         _check_whole_cycles(measurements["averages"].astype(np.int64), rig_measured, points)
     problems.raise_any()
+    damaged = float(np.sum(blocks.tooth_count.astype(float) * blocks.measured_count)) * design.draws
+    rows = (damaged + float(len(rig_measured[0])) * design.healthy) * design.specimens
+    limits.check("rows", rows, owner="the sweep", what="rows")
     layout = lay_out(
         blocks,
         teeth,
@@ -139,14 +150,23 @@ def _check_specimens(design: SweepSettings, signature: SignatureSettings, index_
         )
 
 
-def _crossing(design: SweepSettings, number: int, rig: Transmission) -> Crossing:
+def _check_counts(design: SweepSettings, limits: SweepLimits) -> None:
+    """Refuse counts that alone are more than the rows of a sweep."""
+    for name in ("specimens", "draws", "healthy"):
+        limits.check("rows", getattr(design, name), owner="the sweep", what=f"rows by {name}")
+
+
+def _crossing(design: SweepSettings, number: int, rig: Transmission, limits: SweepLimits) -> Crossing:
     owner, grid = grid_name(number), design.grid[number]
+    for what, count in (
+        ("joint points", grid.joint_points),
+        ("combinations of values of the rig", grid.joint_points * combinations(grid.rig.values())),
+        ("measurements", combinations(getattr(grid, axis) for axis in MEASUREMENT_AXES)),
+    ):
+        limits.check("points", count, owner=owner, what=what)
     joint = joint_points(grid, rig, owner=owner, number=number, seed=design.seed)
     crossing = Crossing(owner=owner, grid=grid, joint=joint)
-    if crossing.cases > _MOST_CASES:
-        raise InputError(
-            f"{owner} has {crossing.cases} cases of damage, and a plan holds {_MOST_CASES}; give fewer, or a sample"
-        )
+    limits.check("templates", crossing.cases, owner=owner, what="cases of damage")
     return crossing
 
 

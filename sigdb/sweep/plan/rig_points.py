@@ -1,7 +1,7 @@
 """The rigs of a sweep: the recipe's rig at each combination of swept values, built on first use."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, overload
@@ -100,7 +100,11 @@ class RigPoints(Sequence[RigPoint]):
 
 
 def rig_points(
-    rig: Transmission, gear: str, grids: Sequence[tuple[str, Mapping[str, FloatArray], int]]
+    rig: Transmission,
+    gear: str,
+    grids: Sequence[tuple[str, Mapping[str, FloatArray], int]],
+    *,
+    most_builds: Callable[[int], None] = lambda builds: None,
 ) -> tuple[RigPoints, list[IntArray]]:
     """Return the distinct rigs of grids, checked, and the (points,) numbers of the rigs of each grid's points.
 
@@ -110,6 +114,8 @@ def rig_points(
         The recipe's rig, and its damaged gear.
     grids
         Name of each grid for messages, (n,) values of the parameters that it sweeps by dotted path, and n.
+    most_builds
+        Called with the number of rigs that differ in more than speed and torque, before they are built.
 
     Raises
     ------
@@ -125,7 +131,7 @@ def rig_points(
     total = sum(n for *_, n in grids)
     codes, first = distinct(np.zeros(total), *columns)
     table = np.stack([column[first] for column in columns], axis=1) if columns else np.empty((1, 0))
-    counts = _count_teeth(rig, gear, swept, table)
+    counts = _count_teeth(rig, gear, swept, table, most_builds)
     points = RigPoints(base=rig, swept=tuple(swept.values()), values=table, **counts)
     return points, np.split(codes, np.cumsum([n for *_, n in grids])[:-1])
 
@@ -165,7 +171,13 @@ def _changed(rig: Transmission, values: dict[str, float]) -> dict[str, float]:
     return {dotted: value for dotted, value in values.items() if value != rig.value(dotted)}
 
 
-def _count_teeth(rig: Transmission, gear: str, swept: Mapping[FullPath, str], table: FloatArray) -> dict[str, IntArray]:
+def _count_teeth(
+    rig: Transmission,
+    gear: str,
+    swept: Mapping[FullPath, str],
+    table: FloatArray,
+    most_builds: Callable[[int], None],
+) -> dict[str, IntArray]:
     """Build each rig that differs in more than speed and torque once, and return tooth counts and common periods.
 
     The extremes of speed and torque are built too, so that a value out of bounds is refused.
@@ -173,6 +185,7 @@ def _count_teeth(rig: Transmission, gear: str, swept: Mapping[FullPath, str], ta
     names = list(swept.values())
     apart = [i for i, path in enumerate(swept) if path not in _OPERATING]
     build, first = distinct(np.zeros(len(table)), *(table[:, i] for i in apart))
+    most_builds(len(first))
     counts = []
     for at in first:
         built = rig.replace(_changed(rig, dict(zip(names, table[at].tolist(), strict=True))))

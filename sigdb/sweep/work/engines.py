@@ -43,7 +43,10 @@ class Processes:
 
     def receipts(self, make: Make, plan: Plan, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
         """Yield receipts as parts are finished."""
-        pool = joblib.Parallel(n_jobs=self.jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
+        cores = joblib.cpu_count()
+        # No more workers than cores unless there are parts for them.
+        jobs = self.jobs if self.jobs <= cores else max(cores, min(self.jobs, len(parts)))
+        pool = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
         with joblib.parallel_config("loky", inner_max_num_threads=1), warnings.catch_warnings():
             # A worker that has grown is replaced between two parts. Nothing is lost.
             warnings.filterwarnings("ignore", message="A worker stopped while some jobs were given")

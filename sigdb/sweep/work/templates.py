@@ -29,7 +29,7 @@ from sigdb.dynamics import Prepared, Solver, SteadyState
 from sigdb.sweep.plan.plan import PART_TEMPLATES, Plan, RigPoint, TemplateCase
 from sigdb.transmission import Damage, Transmission
 
-_CASES_AT_ONCE = 8
+CASES_AT_ONCE = 8
 """Cases solved together: their responses are in memory at once."""
 _FILES_KEPT, _GROUPS_KEPT, _TEMPLATES_KEPT = 4, 2, 16
 """Files, row groups and templates that a reader keeps: rows need templates in order."""
@@ -54,7 +54,7 @@ def template_table(plan: Plan, schema: Schema, part: int, numbers: Container[int
     return pa.Table.from_pylist(rows, schema=schema.arrow("templates"))
 
 
-class _HealthyRig:
+class HealthyRig:
     """A rig prepared by a solver for damage of a gear, with its stability and variances without damage."""
 
     def __init__(self, solver: Solver, rig: Transmission, gear: str) -> None:
@@ -72,13 +72,13 @@ class _HealthyRigs:
     """The healthy rig that was prepared last: the next part, round or check often needs the same."""
 
     def __init__(self) -> None:
-        self._last: _HealthyRig | None = None
+        self._last: HealthyRig | None = None
 
-    def prepared(self, solver: Solver, rig: Transmission, gear: str) -> _HealthyRig:
+    def prepared(self, solver: Solver, rig: Transmission, gear: str) -> HealthyRig:
         """Return the healthy rig, prepared unless it is the last one."""
         last = self._last
         if last is None or not last.is_of(solver, rig, gear):
-            self._last = last = _HealthyRig(solver, rig, gear)
+            self._last = last = HealthyRig(solver, rig, gear)
         return last
 
 
@@ -117,7 +117,7 @@ def _templates(plan: Plan, cases: Mapping[int, TemplateCase], point: _PreparedPo
     if isinstance(point, str):
         yield from (Template(case=case, status=point) for case in columns.values())
         return
-    for numbers in _batches(cases, _CASES_AT_ONCE):
+    for numbers in _batches(cases, CASES_AT_ONCE):
         damages = [cases[number].damage.on_teeth(point.prepared.teeth) for number in numbers]
         states = point.prepared.steady_state(damages)
         yield from (_template(plan, columns[number], point, states, i) for i, number in enumerate(numbers))

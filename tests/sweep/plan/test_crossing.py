@@ -262,5 +262,5 @@ def test_a_sampled_sweep_runs_and_its_rows_are_simulations(plan_of, tmp_path):
 
 def test_more_cases_than_a_plan_holds_are_refused_before_they_are_made(plan_of):
     losses = ", ".join(str(i / 10_000) for i in range(5000))
-    with pytest.raises(InputError, match=r"sweep\.grid\.1 has 25000000 cases of damage, and a plan holds 20000000"):
+    with pytest.raises(InputError, match=r"sweep\.grid\.1 has 25000000 cases of damage, and the limit is 20000000"):
         plan_of(f"[[sweep.grid]]\nstiffness_loss = [{losses}]\nfriction = [{losses}]\n")

@@ -103,18 +103,25 @@ def test_a_dry_run_as_json(command, recipe_of, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_large_plan_is_estimated_from_few_of_its_parts(command, recipe_of, monkeypatch):
-    """However many there are, at most two parts of templates for each of two samples."""
+def test_a_large_plan_is_estimated_from_few_of_its_templates(command, recipe_of, monkeypatch):
+    """At most eight for each of two samples of rows, and no more batches after the time for them."""
     made = []
-    make = estimate.make_template_part
-    monkeypatch.setattr(estimate, "make_template_part", lambda *parts: made.append(parts[-1]) or make(*parts))
+    make = estimate.template_table
+
+    def counted(plan, schema, part, numbers):
+        made.append([number for number in plan.template_range(part) if number in numbers])
+        return make(plan, schema, part, numbers)
+
+    monkeypatch.setattr(estimate, "template_table", counted)
+    monkeypatch.setattr(estimate, "_SECONDS", 0.0)
     recipe = recipe_of(
         "healthy = 1\n[[sweep.grid]]\nstiffness_loss = { min = 0.1, max = 0.4 }\npoints = 2000\n"
         "tooth = { min = 1, max = 12 }\n" + SMALL
     ).path
     _, out, err = command(recipe, "--dry-run", "--jobs", 1)
     assert "would hold 2001 rows from 2001 templates, in 1 parts" in out, err
-    assert len(set(made)) <= 4
+    assert sum(map(len, made)) == 8 + 8 + 1 + 8
+    assert made[-1] == list(range(1000, 1008))
 
 
 @pytest.mark.parametrize(
