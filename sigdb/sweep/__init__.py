@@ -14,6 +14,7 @@ __all__ = [
     "Plan",
     "Refinement",
     "Repair",
+    "SweepLimits",
     "SweepSettings",
     "SweepSummary",
     "coverage",

@@ -90,3 +90,10 @@ def test_unit_is_read_from_the_field_and_is_a_dash_without_one():
 def test_errors_of_input_are_value_errors_and_all_are_sigdb_errors():
     assert issubclass(InputError, ValueError)
     assert all(issubclass(error, SigdbError) for error in (InputError, UnstableRigError, DatabaseError))
+
+
+def test_items_of_lists_count_from_the_number_that_is_given():
+    data = {"wheels": {"left": {"diameter": 1.0, "centre": [0.0, "x", 0.0]}}}
+    for first, named in ((0, "centre.1"), (1, "centre.2")):
+        with pytest.raises(InputError, match=rf"^cart: wheels\.left\.{named} = 'x' must be"):
+            validated(Cart, data, owner="cart", first=first)

@@ -1,6 +1,7 @@
 """Unit: TOML files are read within limits; each offence is one line that names the file."""
 
 import os
+import re
 
 import pytest
 
@@ -55,13 +56,6 @@ def test_read_toml_of_a_usual_mistake_names_the_remedy(tmp_path, line, remedy):
     path.write_text(f"a = 1\n{line}\n", encoding="utf-8")
     with pytest.raises(InputError, match=rf"^{re.escape(str(path))}: not valid TOML: .*; {re.escape(remedy)}$"):
         read_toml(path)
-
-
-def test_items_of_lists_count_from_the_number_that_is_given():
-    data = {"wheels": {"left": {"diameter": 1.0, "centre": [0.0, "x", 0.0]}}}
-    for first, named in ((0, "centre.1"), (1, "centre.2")):
-        with pytest.raises(InputError, match=rf"^cart: wheels\.left\.{named} = 'x' must be"):
-            validated(Cart, data, owner="cart", first=first)
 
 
 def test_read_toml_of_an_endless_number_is_one_line(tmp_path):
