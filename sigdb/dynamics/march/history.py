@@ -1,7 +1,8 @@
 """Raw signals over many revolutions: run-ups, load changes, contact loss, with the track of a tacho."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from os import PathLike
 from typing import Any
@@ -9,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigdb.core import ComplexArray, FloatArray, InputError
+from sigdb.core import ComplexArray, FloatArray, InputError, SigdbError
 from sigdb.dynamics.excitation import checked_index_errors, turning
 from sigdb.dynamics.march.marcher import Marcher, mesh_tables, meshes_from
-from sigdb.dynamics.period import check_in_one_mesh, damaged_gear
+from sigdb.dynamics.period import check_in_one_mesh, common_period, damaged_gear
 from sigdb.dynamics.time_profile import TimeProfile
 from sigdb.transmission import (
     Damage,
@@ -25,6 +26,8 @@ from sigdb.transmission import (
 )
 
 STEPS_PER_TOOTH = 256
+_SETTLED, _MOST_PERIODS = 1e-4, 1000
+"""Change within a common period, as a fraction of the motion, at which it has settled; periods until it is given up."""
 _CHUNK = 1 << 16
 """Steps that are held in memory together."""
 _HALF_LENGTH = 32
@@ -87,6 +90,7 @@ def march(
     tacho: str | None = None,
     pulses_per_revolution: int = 1,
     state: ComplexArray | None = None,
+    settled: bool = False,
     steps_per_tooth: int = STEPS_PER_TOOTH,
     system: ModalSystem | None = None,
 ) -> TimeHistory:
@@ -120,6 +124,9 @@ def march(
         Modal coordinates to begin with, of a history that ended or of
         :meth:`~sigdb.dynamics.PeriodicRig.modal_state`; at rest under the first torque if left out. All meshes begin
         a tooth pass at time 0, so that a history goes on in its own motion where it lasted whole common periods.
+    settled
+        Whether to begin with the motion to which the rig settles at the first speed and torque, in place of the
+        transient from rest. It is marched before time 0, common period by common period.
     steps_per_tooth
         Least number of steps in a tooth pass, of the fastest mesh at the highest speed.
     system
@@ -135,6 +142,8 @@ def march(
         If the rig or the damage is of another type.
     InputError
         If something does not fit the rig, or a speed is not above zero.
+    SigdbError
+        If the motion before time 0 does not settle.
 
     Examples
     --------
@@ -178,6 +187,11 @@ def march(
     marcher = Marcher(system, elements_from(rig, gear, system), tables, 1 / (finer * sampling_rate), drive.inputs)
     now = np.zeros(1)
     upper = system.poles.imag >= 0
+    if settled and state is None:
+        state = _settled_state(
+            partial(march, rig, damage, index_errors=errors, steps_per_tooth=steps_per_tooth, system=system),
+            rig, gear, sampling_rate, speed(now)[0], load(now)[0], np.abs(system.outputs[:, upper]),
+        )  # fmt: skip
     if state is None:
         excess = load(now)[0] / rig.operating.torque - 1
         state = system.inputs[upper, len(rig.meshes)] * excess / -system.poles[upper]
@@ -209,6 +223,34 @@ def march(
         mesh_force=dict(zip(names, forces.T, strict=True)),
         contact=closed,
         state=end,
+    )
+
+
+def _settled_state(
+    marched: Callable[..., TimeHistory],
+    rig: Transmission,
+    gear: str,
+    sampling_rate: float,
+    speed_rpm: float,
+    torque: float,
+    weight: FloatArray,
+) -> ComplexArray:
+    """Return the modal coordinates of the motion that repeats after a common period, at its beginning.
+
+    ``weight`` (outputs, m) is the part of each coordinate in each output.
+    """
+    revolutions, _ = common_period(rig, gear)
+    period = revolutions * 60 / (speed_rpm * abs(rig.ratio(rig.gears[gear].shaft)))
+    rate = np.ceil(sampling_rate * period) / period  # whole samples in a period
+    state: ComplexArray | None = None
+    for _ in range(_MOST_PERIODS):
+        end = marched(duration=period, sampling_rate=rate, speed_rpm=speed_rpm, torque=torque, state=state).state
+        if state is not None and (weight @ np.abs(end - state) <= _SETTLED * (weight @ np.abs(end))).all():
+            return end
+        state = end
+    raise SigdbError(
+        f"rig {rig.name!r}: the motion at {speed_rpm:g} rpm and {torque:g} N m does not settle within {_MOST_PERIODS} "
+        "common periods; begin with another speed, or without settled"
     )
 
 

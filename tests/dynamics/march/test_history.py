@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import solve_ivp
 
-from sigdb.dynamics import TimeProfile, march, prepare
+from sigdb.dynamics import TimeProfile, march, prepare, simulate
 from sigdb.dynamics.march import history
 from sigdb.transmission import Damage, Transmission, load_transmission, modal_system
 
@@ -265,3 +265,23 @@ def test_a_line_above_the_rate_is_not_recorded(rig):
     signal = found.signals["pinion-vertical"][40:-40]
     mesh = prepare(rig).steady_state([{}])[0].signals[0]
     assert np.ptp(signal) < 1e-3 * np.ptp(mesh)
+
+
+@pytest.mark.parametrize("torque", [None, 200.0])
+def test_a_run_up_that_is_settled_begins_with_the_periodic_motion(torque):
+    """No transient at time 0: the first revolution is the steady state of the first speed and torque."""
+    rig = load_transmission("nasa-spiral-bevel").replace({"pinion.unbalance": 2e-5})
+    damage, rate = Damage(tooth=6, stiffness_loss=0.3), 64 * 12 * 240.0
+    at = {"duration": 1 / 240, "sampling_rate": rate, "torque": torque}
+    found, at_rest = march(rig, damage, settled=True, **at), march(rig, damage, **at)
+    steady = simulate(rig if torque is None else rig.replace({"operating.torque": torque}), damage)
+    sensor, middle = "pinion-vertical", slice(64, -64)
+    expected, size = steady.signal(sensor)[middle], np.ptp(steady.signal(sensor))
+    assert np.abs(found.signals[sensor][middle] - expected).max() < 0.01 * size
+    assert np.abs(at_rest.signals[sensor][middle] - expected).max() > 0.1 * size
+
+
+def test_a_settled_beginning_that_is_given_a_state_goes_on_from_it(rig):
+    begun = march(rig, duration=0.01, sampling_rate=40e3)
+    on = {"duration": 0.005, "sampling_rate": 40e3, "state": begun.state}
+    assert_array_equal(march(rig, settled=True, **on).mesh_force["main"], march(rig, **on).mesh_force["main"])
