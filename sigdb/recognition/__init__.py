@@ -21,6 +21,7 @@ __all__ = [
     "Model",
     "OperatingPoint",
     "OptimalRoc",
+    "OutsideWarning",
     "RecognitionSettings",
     "SeverityIntervals",
     "SeverityRegressor",

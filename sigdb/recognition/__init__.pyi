@@ -41,6 +41,7 @@ from .metrics.metric import Metric as Metric
 from .metrics.significance import Excess as Excess
 from .metrics.significance import above_bound as above_bound
 from .model import Model as Model
+from .model import OutsideWarning as OutsideWarning
 from .rows.signature_transformer import SignatureTransformer as SignatureTransformer
 from .rows.tooth_views import ToothViews as ToothViews
 from .settings import CriteriaSettings as CriteriaSettings

@@ -1,19 +1,30 @@
 """A trained model with its baselines: what it reads, and how it answers."""
 
+import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Unpack
 
 import numpy as np
 import pandas as pd
+from scipy.special import expit
 
-from sigdb.core import IntArray, NotApplicableError
+from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.database import Database
 from sigdb.recognition.answers import Answers
+from sigdb.recognition.calibration.location_sets import in_words
 from sigdb.recognition.estimators.contract import Estimator
+from sigdb.recognition.estimators.detector import Detector
 from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Reducer, Rows
+from sigdb.recognition.rows.plain_rows import PlainRow, plain_rows
 from sigdb.recognition.rows.streams import read_averages, read_features, reduce_averages, stream_features
+from sigdb.recognition.trained_range import TrainedRange
 
 _PROBE = 8
+
+
+class OutsideWarning(UserWarning):
+    """None of a model's templates fits a row: its answer to the row has no meaning."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +58,8 @@ class Model:
         Number of them that most estimators have learnt from, see :func:`train`.
     false_alarm_rate
         Rate that detectors, and the baselines' thresholds, were set at.
+    trained_range
+        The range of its training rows; None where it is not known, for models of version 0.1.0 without templates.
     """
 
     target: str
@@ -63,6 +76,7 @@ class Model:
     rows: int
     drawn_rows: int
     false_alarm_rate: float
+    trained_range: TrainedRange | None = None
 
     @property
     def estimator(self) -> Estimator:
@@ -74,16 +88,195 @@ class Model:
         """By name, the reducers of averages of its estimators."""
         return reducers_of(self.estimators.values())
 
-    def predict(self, X: Rows) -> IntArray | pd.DataFrame:
-        """Return the predictions of the model.
+    def predict(self, X: Rows | None = None, **row: Unpack[PlainRow]) -> IntArray | pd.DataFrame:
+        """Return the predictions of the model for rows that are like those that it was trained on.
 
         Parameters
         ----------
         X
             Rows of features, see :class:`LocationClassifier`, :class:`SeverityRegressor` and :class:`Detector`; with
-            averages for the learner ``templates``, see :class:`TemplateScores`.
+            averages for the learner ``templates``, see :class:`TemplateScores`. Or none, but arrays instead:
+        **row
+            ``tsa``, averages of one revolution from the tacho mark, (n,) or (rows, n), in the unit of the training.
+            ``speed_rpm`` and ``torque`` (N m) of the drive, numbers or (rows,). ``averages``, the number of
+            revolutions of each average. ``scatter``, the standard deviation between revolutions, rms over angle, in
+            the unit of ``tsa``. ``teeth`` is the tooth count, where the model was trained on several. ``unit`` and
+            ``sensor``, if stated, must be those of the training.
+
+        Returns
+        -------
+        ndarray or DataFrame
+            Location: first damaged tooth, 0 for none, (rows,). Detection: 1 for damage, 0 for none, (rows,). Severity:
+            a frame, see :meth:`SeverityRegressor.predict`.
+
+        Raises
+        ------
+        NotApplicableError
+            If a row is outside the range of the training: speed, torque, revolutions, noise, level or samples.
+            :meth:`assess` answers for all rows and marks these.
+        InputError
+            If a column or an argument is missing or is no array of numbers, or a value is masked.
+
+        Warns
+        -----
+        OutsideWarning
+            If none of the templates fits a row. About 1 in 100 rows of the training fits none either.
         """
-        return self.estimator.predict(X)
+        batch = self._inside(X, row)
+        strange = self.estimator.fits_none(batch)
+        if strange is not None and strange.any():
+            warnings.warn(
+                f"{strange.sum()} of {len(batch)} rows fit no template of the model, so that their answers have no "
+                "meaning; assess() marks them 'outside the database'",
+                OutsideWarning,
+                stacklevel=2,
+            )
+        return self.estimator.predict(batch)
+
+    def predict_proba(self, X: Rows | None = None, **row: Unpack[PlainRow]) -> FloatArray:
+        """Return the probabilities of the answers, for rows that are like those that the model was trained on.
+
+        Parameters
+        ----------
+        X, **row
+            As in :meth:`predict`.
+
+        Returns
+        -------
+        ndarray
+            Location: of 'none' and of each tooth, (rows, teeth + 1). Detection: of no damage and of damage, if both
+            are as likely beforehand, (rows, 2).
+
+        Raises
+        ------
+        NotApplicableError
+            As in :meth:`predict`; for a model of severity, which has intervals instead.
+        """
+        batch = self._inside(X, row)
+        probabilities = self._probabilities(batch)
+        if probabilities is None:
+            raise NotApplicableError(f"a model of {self.target} has no probabilities; predict() gives intervals")
+        return probabilities
+
+    def assess(self, X: Rows | None = None, **row: Unpack[PlainRow]) -> pd.DataFrame:
+        """Return the verdict on rows, in words; also on those that the model was not trained for.
+
+        Parameters
+        ----------
+        X, **row
+            As in :meth:`predict`.
+
+        Returns
+        -------
+        pandas.DataFrame
+            With the columns:
+
+            - ``answer``: location: ``"none"``, ``"tooth 6"``, or ``"not sure"`` where the set of answers holds more
+              than one; detection: ``"damage"`` or ``"none"``; severity: ``"severity"``. For all targets
+              ``"outside the database"`` where the row is outside;
+            - ``outside``: whether the row is outside the range of the training, or fits no template;
+            - ``reason``: the reason why it is outside, empty for others;
+            - ``probability``: probability of the answer, location and detection;
+            - ``candidates``: answers of the set, 0 for none, location;
+            - the columns of :meth:`predict`, severity.
+
+            Numbers of rows outside are nan, and their candidates are empty.
+        """
+        batch = self._batch(X, row)
+        reasons = self._reasons(batch)
+        inside = np.flatnonzero([not reason for reason in reasons])
+        usual = batch.take(inside)
+        if len(usual):
+            strange = self._fits_none(usual)
+            for i in inside[strange]:
+                reasons[i] = "none of the templates fits the average"
+            usual, inside = usual.take(~strange), inside[~strange]
+        verdict = self._verdict(usual) if len(usual) else pd.DataFrame({"answer": []})
+        table = verdict.set_axis(batch.index[inside]).reindex(batch.index)
+        outside = np.array([bool(reason) for reason in reasons])
+        table["answer"] = table["answer"].mask(outside, "outside the database")
+        if "candidates" in table:
+            table["candidates"] = [() if out else some for out, some in zip(outside, table["candidates"], strict=True)]
+        table.insert(1, "outside", outside)
+        table.insert(2, "reason", reasons)
+        return table
+
+    def _batch(self, X: Rows | None, row: PlainRow) -> Batch:
+        """Return rows as a batch with all that is read, and with averages where there are any."""
+        if X is None:
+            unit = None if self.trained_range is None else self.trained_range.unit
+            X = plain_rows(row, reads=self.estimator.reads, teeth=self._teeth, unit=unit, sensor=self.sensor)
+        elif row:
+            raise InputError(f"rows are given together with {', '.join(row)}; give rows, or arrays by name")
+        if isinstance(X, Batch):
+            return X
+        columns = frozenset(getattr(X, "columns", ()))
+        return Batch.from_rows(X, self.estimator.reads - (self.estimator.optional - columns) | (columns & {TSA}))
+
+    @property
+    def _teeth(self) -> tuple[int, ...]:
+        """Tooth counts of the templates; none where there are no templates."""
+        banks = (estimator.template_bank for estimator in self.estimators.values())
+        return next((bank.teeth for bank in banks if bank is not None), ())
+
+    def _reasons(self, batch: Batch) -> list[str]:
+        reasons = [""] * len(batch) if self.trained_range is None else self.trained_range.reasons(batch)
+        bank = self.estimator.template_bank
+        if bank is not None:
+            for i in np.flatnonzero(~np.isin(batch.column("teeth"), bank.teeth)):
+                reasons[i] = f"teeth = {batch.column('teeth')[i]:g} was not trained on; {bank.teeth} was"
+        return reasons
+
+    def _inside(self, X: Rows | None, row: PlainRow) -> Batch:
+        """Return rows that are all inside the range of the training, with their averages reduced once."""
+        batch = self._batch(X, row)
+        reasons = self._reasons(batch)
+        outside = np.flatnonzero([bool(reason) for reason in reasons])
+        if outside.size:
+            first = outside[0]
+            rows = "the row is" if len(batch) == 1 else f"{outside.size} of {len(batch)} rows are"
+            which = "" if len(batch) == 1 else f", such as row {batch.index[first]}"
+            raise NotApplicableError(
+                f"{rows} outside the range that the model was trained in{which}: {reasons[first]}; assess() answers "
+                "for all rows and marks those outside"
+            )
+        return self._reduced(batch)
+
+    def _reduced(self, batch: Batch) -> Batch:
+        reducer = self.estimator.reducer
+        if reducer is None or reducer.column in batch.reduced:
+            return batch
+        return replace(batch, reduced={**batch.reduced, reducer.column: reducer.transform(batch)})
+
+    def _fits_none(self, batch: Batch) -> BoolArray:
+        """Return whether a row fits no template of any estimator that can read it, (rows,)."""
+        for estimator in (self.estimator, *self.estimators.values()):
+            if estimator.reads <= {*batch.table.columns, *((TSA,) if batch.tsa is not None else ())}:
+                strange = estimator.fits_none(batch)
+                if strange is not None:
+                    return strange
+        return np.zeros(len(batch), bool)
+
+    def _probabilities(self, batch: Batch) -> FloatArray | None:
+        if isinstance(self.estimator, Detector):
+            damage = expit(self.estimator.log_ratio(batch))
+            return np.column_stack([1 - damage, damage])
+        return self.estimator.answer(batch).probabilities
+
+    def _verdict(self, batch: Batch) -> pd.DataFrame:
+        """Return the answers to rows that are inside."""
+        batch = self._reduced(batch)
+        answers = self.estimator.answer(batch)
+        if isinstance(answers.predicted, pd.DataFrame):
+            return answers.predicted.assign(answer="severity")[["answer", *answers.predicted.columns]]
+        probabilities, predicted = self._probabilities(batch), answers.predicted
+        probability = np.nan if probabilities is None else probabilities[np.arange(len(batch)), predicted]
+        if answers.sets is None:
+            names = np.where(predicted > 0, "damage", "none")
+            return pd.DataFrame({"answer": names, "probability": probability})
+        candidates = [tuple(np.flatnonzero(members).tolist()) for members in answers.sets]
+        words = [in_words(members) for members in candidates]
+        return pd.DataFrame({"answer": words, "probability": probability, "candidates": candidates})
 
     def answers(self, database: Database, rows: pd.DataFrame) -> dict[str, Answers]:
         """Return the answers of each estimator, read and computed batch by batch.

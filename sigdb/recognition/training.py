@@ -19,6 +19,7 @@ from sigdb.recognition.splits.split import TRAINING
 from sigdb.recognition.targets.all_targets import TARGETS, target_named
 from sigdb.recognition.targets.target import Target
 from sigdb.recognition.templates.bank import TemplateBank
+from sigdb.recognition.trained_range import TrainedRange
 from sigdb.transmission import SIZES
 
 CASE = (
@@ -152,6 +153,7 @@ def train(
         rows=len(rows),
         drawn_rows=len(drawn),
         false_alarm_rate=settings.false_alarm_rate,
+        trained_range=TrainedRange.of_rows(database, rows),
     )
 
 

@@ -1,5 +1,6 @@
 """Models: each reference model loads by its name, answers as when it was saved, and is as good as its card says."""
 
+import functools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -10,13 +11,15 @@ import pytest
 from scipy.stats import norm, t
 
 import sigdb
-from sigdb.core.errors import InputError
+from sigdb.core.errors import DatabaseError, InputError, NotApplicableError
+from sigdb.database.store.seal import unsealed
 from sigdb.recognition import built_in_models, evaluate
 from sigdb.recognition.metrics.estimate import Estimate
 
 from .conftest import operating_points
 
 MODELS = Path(__file__).parents[2] / "models"
+loaded = functools.cache(sigdb.load_model)
 NAMES = sorted(path.parent.name for path in MODELS.glob("*/model.json"))
 MOST_BYTES = 5_000_000
 JUDGED = {
@@ -91,7 +94,7 @@ def test_the_overview_tells_the_cards_figures(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_it_answers_its_probe_as_when_it_was_saved(name):
-    estimator = (model := sigdb.load_model(name)).estimators[model.learner]
+    estimator = (model := loaded(name)).estimators[model.learner]
     with np.load(MODELS / name / "probe.npz") as probe:
         expected = probe["expected"]
         columns = {key: list(probe[key]) for key in probe.files if key != "expected"}
@@ -101,9 +104,40 @@ def test_it_answers_its_probe_as_when_it_was_saved(name):
     np.testing.assert_allclose(np.asarray(found), expected, rtol=1e-6, atol=1e-9)
 
 
+def probe_rows(name):
+    """Rows of the training, as arrays by name."""
+    with np.load(MODELS / name / "probe.npz") as probe:
+        return {key: probe[key] for key in probe.files if key not in ("expected", "teeth")}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_is_sealed_and_states_its_range(name):
+    content = (MODELS / name / "model.json").read_bytes()
+    assert unsealed(content, name="model.json")["trained_range"]["unit"] == "m/s"
+    with pytest.raises(DatabaseError, match="damaged or was edited"):
+        unsealed(content.replace(b"102.0", b"103.0", 1), name="model.json")
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("kind", ["speed", "torque", "averages", "mm/s", "g", "samples"])
+def test_rows_that_it_was_not_trained_for_are_refused(name, kind):
+    model, rows = loaded(name), probe_rows(name)
+    assert len(model.predict(**rows)) == 8
+    factor = {"mm/s": 1000.0, "g": 1 / 9.81}.get(kind, 1.0)
+    changed = {
+        "speed": {"speed_rpm": 3000.0},
+        "torque": {"torque": 100.0},
+        "averages": {"averages": 30},
+        "samples": {"tsa": rows["tsa"][:, ::2]},
+    }.get(kind, {"tsa": factor * rows["tsa"], "scatter": factor * rows["scatter"]})
+    with pytest.raises(NotApplicableError, match="outside the range that the model was trained in"):
+        model.predict(**rows | changed)
+    assert set(model.assess(**rows | changed)["answer"]) == {"outside the database"}
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_its_templates_are_at_the_points_of_the_reference_recipe(name):
-    bank = sigdb.load_model(name).estimators["templates"].bank
+    bank = loaded(name).estimators["templates"].bank
     expected = operating_points()[["speed_rpm", "torque"]].to_numpy()
     found = np.array([(one.speed_rpm, one.torque) for one in bank.points])
     np.testing.assert_allclose(found[np.lexsort(found.T)], expected[np.lexsort(expected.T)], rtol=1e-12)
@@ -115,7 +149,7 @@ def fresh_evaluation(fresh):
 
     def evaluation(name):
         if name not in made:
-            model = sigdb.load_model(name)
+            model = loaded(name)
             alone = replace(model, estimators={model.learner: model.estimators[model.learner]})
             made[name] = evaluate(alone, fresh, bound=False)
         return made[name]

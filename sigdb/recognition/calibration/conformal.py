@@ -10,6 +10,9 @@ from sigdb.core import IntArray
 COVERAGE = 0.9
 """Nominal coverage of sets and intervals."""
 
+COVERED = 0.99
+"""Share of the training rows, about, that are within the threshold of *outside the database*."""
+
 
 def row_quantile(scores: ArrayLike, level: float) -> float:
     """Return the value that a further exchangeable score does not exceed, with a probability of at least level.

@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 from sklearn.base import BaseEstimator
 
-from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError, plain_array
+from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError, plain_array
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.rows.batch import TSA, Batch, Column, Reducer, Rows
 from sigdb.recognition.settings import RecognitionSettings
@@ -98,6 +98,10 @@ class Estimator(BaseEstimator, ABC):
     def answer(self, X: Rows) -> Answers:
         """Return the answers to rows: predictions, with scores, probabilities and sets where there are any."""
         return Answers(predicted=self.predict(X))
+
+    def fits_none(self, X: Rows) -> BoolArray | None:
+        """Return whether none of its templates fits a row, (rows,); None if it has no templates to compare with."""
+        return None
 
     def detector_scorer(self) -> "Estimator":
         """Return the estimator, unfitted, whose scores a :class:`Detector` sets its threshold on."""

@@ -8,13 +8,15 @@ from sklearn.base import ClassifierMixin, clone
 from sklearn.frozen import FrozenEstimator
 from sklearn.utils.validation import check_is_fitted
 
-from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError
+from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.recognition.answers import Answers, damage_score
 from sigdb.recognition.calibration.alarm_threshold import alarm_threshold, rows_needed
+from sigdb.recognition.calibration.conformal import COVERED, row_quantile
 from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.estimators.contract import Estimator, Labels, Scorer, specimens_of, tooth_and_severity
 from sigdb.recognition.rows.batch import Batch, Column, Reducer, Rows
 from sigdb.recognition.templates.bank import TemplateBank
+from sigdb.recognition.templates.scores import TemplateScores
 
 _MOST_BANDS = 10
 _ALARMS_A_BAND = 30
@@ -57,6 +59,8 @@ class Detector(ClassifierMixin, Estimator):
     noise_, thresholds_
         (bands,) noise of an average (unit of the signal; nan where it is not known) and greatest score of a row that
         counts as healthy there.
+    reduced_chi2_threshold_
+        Greatest reduced chi-square of a row that is not outside the database, where the scores are of templates.
     healthy_rows_, healthy_specimens_
         Number of rows and of specimens that they were set on.
     """
@@ -125,6 +129,8 @@ class Detector(ClassifierMixin, Estimator):
         self.scorer_ = clone(self.scorer).fit(X, tooth, groups)
         self.classes_ = np.array([0, 1])
         self.healthy_rows_, self.healthy_specimens_ = len(score), len(np.unique(groups[healthy]))
+        if isinstance(self.reducer, TemplateScores):
+            self.reduced_chi2_threshold_ = row_quantile(self.reducer.reduced_chi2(Batch.from_rows(X)), COVERED)
         self.noise_, self.thresholds_ = self._thresholds(score, Batch.from_rows(X).noise()[healthy], groups[healthy])
         return self
 
@@ -166,6 +172,13 @@ class Detector(ClassifierMixin, Estimator):
         width = 20 * np.log10(noise.max() / noise.min())
         by_rows = self.false_alarm_rate * len(noise) / _ALARMS_A_BAND
         return int(np.clip(min(by_rows, width / _LEAST_BAND), 1, _MOST_BANDS))
+
+    def fits_none(self, X: Rows) -> BoolArray | None:
+        """Return whether no template fits a row, (rows,); None if the scores are not of templates."""
+        threshold, reducer = getattr(self, "reduced_chi2_threshold_", None), self.reducer
+        if threshold is None or not isinstance(reducer, TemplateScores):
+            return None
+        return reducer.reduced_chi2(self._batch(X)) > threshold
 
     def log_ratio(self, X: Rows) -> FloatArray:
         """Return the logarithm of the odds of damage against none, by the scorer; (rows,)."""

@@ -12,18 +12,14 @@ from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core import BoolArray, FloatArray
 from sigdb.recognition.answers import Answers
-from sigdb.recognition.calibration.conformal import COVERAGE, row_quantile
-from sigdb.recognition.calibration.location_sets import LocationSets, strangeness
+from sigdb.recognition.calibration.conformal import COVERAGE, COVERED, row_quantile
+from sigdb.recognition.calibration.location_sets import LocationSets, in_words, strangeness
 from sigdb.recognition.calibration.probabilities import calibrate, check_labels, with_none
 from sigdb.recognition.estimators.contract import Labels, Scorer, required_bank, specimens_of, tooth_and_severity
 from sigdb.recognition.rows.batch import Batch, Rows
 from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.templates.scores import COLUMNS, TemplateScores
-
-COVERED = 0.99
-"""Share of the training rows, about, that are within the threshold of *outside the database*."""
-
 
 _RENAMED = {"misfit_threshold_": "reduced_chi2_threshold_"}
 """Attributes of fitted estimators by the names that they had in sigdb 0.1.0."""
@@ -124,6 +120,11 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         scores = batch.reduce(self.reducer)
         return scores[:, :teeth], scores[:, teeth]
 
+    def fits_none(self, X: Rows) -> BoolArray:
+        """Return whether none of the templates fits a row, (rows,)."""
+        check_is_fitted(self)
+        return np.asarray(self._ratio_and_reduced_chi2(self._batch(X))[1] > self.reduced_chi2_threshold_)
+
     def decision_function(self, X: Rows) -> FloatArray:
         """Return unbounded scores of 'none' and of each tooth, (rows, most teeth + 1).
 
@@ -175,7 +176,10 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         sets = self._sets(with_none(ratio, self.slope_, self.none_), self.bank.noise_db(batch))
         candidates = [tuple(np.flatnonzero(members).tolist()) for members in sets]
         outside = reduced_chi2 > self.reduced_chi2_threshold_
-        answer = [_in_words(members, strange) for members, strange in zip(candidates, outside, strict=True)]
+        answer = [
+            "outside the database" if strange else in_words(members)
+            for members, strange in zip(candidates, outside, strict=True)
+        ]
         columns = {"answer": answer, "candidates": candidates, "reduced_chi2": reduced_chi2}
         return pd.DataFrame(columns, index=batch.index)
 
@@ -233,11 +237,3 @@ class WhitenedBankLocation(ClassifierMixin, Scorer):
     def answer(self, X: Rows) -> Answers:
         """Return the answers to rows, with scores and probabilities."""
         return Answers.of_scores(self.decision_function(X))
-
-
-def _in_words(candidates: tuple[int, ...], outside: bool) -> str:
-    if outside:
-        return "outside the database"
-    if len(candidates) != 1:
-        return "not sure"
-    return f"tooth {candidates[0]}" if candidates[0] else "none"

@@ -9,8 +9,8 @@ from scipy.optimize import minimize
 from sklearn.base import RegressorMixin
 from sklearn.utils.validation import check_is_fitted
 
-from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError
-from sigdb.recognition.calibration.conformal import COVERAGE
+from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError
+from sigdb.recognition.calibration.conformal import COVERAGE, COVERED, row_quantile
 from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
 from sigdb.recognition.estimators.contract import (
@@ -54,6 +54,8 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         As of :class:`SeverityIntervals`.
     floors_
         (3,) s0.
+    reduced_chi2_threshold_
+        Greatest reduced chi-square of a row that is not outside the database; models of version 0.1.0 have none.
     """
 
     reads = COLUMNS
@@ -98,6 +100,7 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
             raise InputError("y holds no damaged rows, and severity is learnt from them; add some")
         batch, groups = self._batch(X).take(damaged), specimens_of(groups, len(damaged))[damaged]
         median, spread = self._median_and_spread(batch)
+        self.reduced_chi2_threshold_ = row_quantile(self.reducer.reduced_chi2(batch), COVERED)
         true = labels.loc[damaged, list(QUANTITIES)].to_numpy(float)
         self.floors_ = np.where(spread.mean(axis=0) > 0, spread.mean(axis=0), 1.0)
         self.corrections_ = np.array([_correction(median[:, i], true[:, i]) for i in range(len(QUANTITIES))])
@@ -105,6 +108,11 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         point, noise = self.bank.nearest(*batch.operating_point()), self.bank.noise_db(batch)
         self._fit_intervals(errors / (spread + self.floors_), true, point=point, noise=noise, groups=groups)
         return self
+
+    def fits_none(self, X: Rows) -> BoolArray | None:
+        """Return whether none of the templates fits a row, (rows,); None for a model of version 0.1.0."""
+        threshold = getattr(self, "reduced_chi2_threshold_", None)
+        return None if threshold is None else self.reducer.reduced_chi2(self._batch(X)) > threshold
 
     def _median_and_spread(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
         scores = batch.reduce(self.reducer)

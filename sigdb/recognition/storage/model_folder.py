@@ -7,7 +7,7 @@ import platform
 import zipfile
 import zlib
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Rows
 from sigdb.recognition.storage.bounded_files import MOST_TEXT, archive_members, folder_file
 from sigdb.recognition.storage.model_card import model_card
 from sigdb.recognition.storage.skops_file import skops_bytes, skops_estimators
+from sigdb.recognition.trained_range import TrainedRange
 
 
 def built_in_models() -> list[str]:
@@ -156,6 +157,8 @@ def load_model(name_or_folder: str | Path) -> Model:
         model = _rebuilt(described, _checked(folder, "model.skops", described))
         probe = _probe(_checked(folder, "probe.npz", described))
         expected = probe.pop("expected")
+        if model.trained_range is None:
+            model = replace(model, trained_range=_range_of_templates(model, probe))
         answers = _answers(model, _rows(probe))
     except FileNotFoundError as error:
         missing = Path(error.filename).name
@@ -204,12 +207,23 @@ def _probe(content: bytes) -> dict[str, np.ndarray]:
 
 def _rebuilt(described: dict[str, Any], content: bytes) -> Model:
     """The model, of trusted types only."""
-    names = [field.name for field in fields(Model) if field.name != "estimators"]
+    names = [field.name for field in fields(Model) if field.name not in ("estimators", "trained_range")]
     lacking = [name for name in names if name not in described]
     if lacking:
         raise InputError(f"model.json lacks {', '.join(lacking)}: it is of another version of sigdb; train it again")
     kept = {name: described[name] for name in names} | {"trained_on": tuple(described["trained_on"])}
-    return Model(estimators=skops_estimators(content), **kept)
+    trained_range = described.get("trained_range")
+    return Model(
+        estimators=skops_estimators(content),
+        trained_range=None if trained_range is None else TrainedRange.from_json(trained_range),
+        **kept,
+    )
+
+
+def _range_of_templates(model: Model, probe: Mapping[str, np.ndarray]) -> TrainedRange | None:
+    """Return the range of a model of sigdb 0.1.0, which states none, as far as its templates and its probe show it."""
+    banks = [bank for estimator in model.estimators.values() if (bank := estimator.template_bank) is not None]
+    return TrainedRange.of_bank(banks[0], probe.get("averages", [])) if banks else None
 
 
 def _answers(model: Model, rows: Batch) -> FloatArray:

@@ -108,6 +108,10 @@ class TemplateScores(TransformerMixin, BaseEstimator):
             scores[at] = some
         return scores
 
+    def reduced_chi2(self, batch: Batch) -> FloatArray:
+        """Return the reduced chi-square of the most likely template, (rows,)."""
+        return batch.reduce(self)[:, self._most_teeth]
+
     def _scores(self, point: PointTemplates, x: FloatArray, noise: FloatArray) -> FloatArray:
         _check_averages(x, point)
         laws, index_error = point.hypotheses, self.bank.index_error

@@ -314,7 +314,7 @@ def test_a_model_that_is_saved_twice_has_the_same_bytes(copied, saved_models, he
 
 
 @pytest.mark.parametrize("name", FILES)
-@pytest.mark.parametrize("kind", ["pipe", "folder", "zeros", "elsewhere"])
+@pytest.mark.parametrize("kind", ["folder", "zeros", "elsewhere", *(["pipe"] if hasattr(os, "mkfifo") else [])])
 def test_only_regular_files_of_the_folder_are_read(copied, name, kind, tmp_path):
     path = copied / name
     path.rename(tmp_path / name)
