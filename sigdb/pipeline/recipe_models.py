@@ -15,7 +15,7 @@ from sigdb.database import Database
 from sigdb.pipeline.models import train_model
 from sigdb.pipeline.recipe import Recipe
 from sigdb.pipeline.stages import Stage, content_of, run_stage
-from sigdb.recognition import TARGETS, CriteriaSettings, Estimate, Evaluation, evaluate, load_model
+from sigdb.recognition import QUANTITIES, TARGETS, CriteriaSettings, Estimate, Evaluation, evaluate, load_model
 from sigdb.sweep import Plan
 
 _OF_A_RUN = {"targets", "splits", "evaluate_on"}
@@ -75,12 +75,23 @@ def check_models(recipe: Recipe, plan: Plan, others: Mapping[str, Plan]) -> None
             f"{recipe.path}: sweep.specimens = {sweep.specimens} cannot be split into recognition.folds = "
             f"{settings.folds}; give more specimens, or fewer folds"
         )
+    if "severity" in settings.targets and not any(_varies(plan, name) for name in QUANTITIES):
+        raise InputError(
+            f"{recipe.path}: recognition.targets: severity cannot be learnt, since {', '.join(QUANTITIES)} do not vary "
+            "over the damages of [sweep]; give several values of one of them"
+        )
     for name, other in others.items():
         if other.sensors[0] != plan.sensors[0]:
             raise InputError(
                 f"{recipe.path}: recognition.evaluate_on: the models read {plan.sensors[0]!r}, {name} stores "
                 f"{other.sensors[0]!r} first; put that sensor first in its [signature]"
             )
+
+
+def _varies(plan: Plan, name: str) -> bool:
+    """Return whether a severity varies over the damages that have one severity for all teeth."""
+    alike = plan.damages.pattern == 0
+    return len(np.unique(plan.damages.column(name)[alike])) > 1
 
 
 def make_models(

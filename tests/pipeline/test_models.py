@@ -216,6 +216,11 @@ def test_a_model_better_than_the_bound_fails_the_run_after_its_report(first, fol
         ("folds = 3", "folds = 3\nfalse_alarm_rate = 0.0", "recognition.false_alarm_rate = 0.0 must be greater than 0"),
         ("folds = 3", "folds = 3\ntarget = 'location'", "unknown key recognition.target; did you mean 'targets'?"),
         ("folds = 3", "folds = 4", "sweep.specimens = 3 cannot be split into recognition.folds = 4"),
+        (
+            "stiffness_loss = [0.2, 0.4]",
+            "stiffness_loss = [0.4]",
+            "severity cannot be learnt, since stiffness_loss, phase_shift_deg, damaged_teeth do not vary",
+        ),
         ("healthy = 10", "healthy = 0", "recognition.targets needs healthy rows; set healthy in [sweep]"),
         ('["damped.toml"]', '["damped"]', "'damped' is not the path of a recipe, which ends in .toml"),
         ('["damped.toml"]', '["none.toml"]', "none.toml: no such file"),
