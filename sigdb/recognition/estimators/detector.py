@@ -130,7 +130,7 @@ class Detector(ClassifierMixin, Estimator):
         self.classes_ = np.array([0, 1])
         self.healthy_rows_, self.healthy_specimens_ = len(score), len(np.unique(groups[healthy]))
         if isinstance(self.reducer, TemplateScores):
-            self.reduced_chi2_threshold_ = row_quantile(self.reducer.reduced_chi2(Batch.from_rows(X)), COVERED)
+            self.reduced_chi2_threshold_ = row_quantile(self.reducer.reduced_chi2(self._batch(X)), COVERED)
         self.noise_, self.thresholds_ = self._thresholds(score, Batch.from_rows(X).noise()[healthy], groups[healthy])
         return self
 

@@ -45,6 +45,7 @@ def test_arrays_are_read_in_bounded_batches(many_specimens, without_boosting, mo
     watched = Watched(many_specimens)
     monkeypatch.setattr("sigdb.recognition.rows.streams.ROWS_AT_ONCE", 50)
     monkeypatch.setattr("sigdb.recognition.training.DRAWN_ROWS", 400)
+    monkeypatch.setattr("sigdb.recognition.training._check_labels", lambda *rows: None)  # these have one severity
     model = train(watched, target, RecognitionSettings(folds=3, learner="templates", false_alarm_rate=0.2))
     assert (model.rows, model.drawn_rows) == (512, 400)
     assert evaluate(model, watched, bound=False).rows == asked
