@@ -105,11 +105,9 @@ KEPT = [(what, "unchanged") for what, _ in STAGES]
 
 
 def contents(folder):
-    return {
-        path: (path.stat().st_mtime_ns, path.read_bytes())
-        for path in folder.rglob("*")
-        if path.is_file() and path.name != ".lock"
-    }
+    """Files with their times and bytes; some versions of filelock touch the file of a lock."""
+    files = [path for path in folder.rglob("*") if path.is_file() and path.name != ".lock"]
+    return {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in files}
 
 
 def test_every_stage_is_made(first, folder):
