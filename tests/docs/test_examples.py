@@ -5,14 +5,23 @@ import importlib
 import inspect
 import pkgutil
 import re
+import shlex
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 import sigdb
+from sigdb.cli.main import cli
 
 ROOT = Path(__file__).parents[2]
 FENCE = re.compile(r"^```python[ \t]*\n(.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
+RUN = {
+    "README.md": ("query", "card", "modes"),
+    "docs/guide/getting_started.md": ("query",),
+    "docs/guide/diagnosis.md": ("signature",),
+}
+"""Commands of pages that are run too; tests/docs/test_commands.py parses all of them."""
 
 
 def _blocks(path):
@@ -39,6 +48,11 @@ def test_examples_of_a_page_run_in_order(page, reader):
     for line, source in _blocks(page):
         # Empty lines in front: a traceback then names the line of the page.
         exec(compile("\n" * line + source, str(page), "exec"), names)
+    # Commands of the page that are quick, with the files that its examples have made.
+    for command in RUN.get(page.relative_to(ROOT).as_posix(), ()):
+        (line,) = re.findall(rf"^sigdb {command} .*$", page.read_text(encoding="utf-8"), re.MULTILINE)
+        done = CliRunner().invoke(cli, shlex.split(line, comments=True)[1:], catch_exceptions=False)
+        assert done.exit_code == 0, done.output
 
 
 @pytest.mark.parametrize("name", _modules())
