@@ -68,7 +68,8 @@ def sweep(
     if summary.failed:
         click.echo(
             f"{summary.failed} rows have no result; their status says why: "
-            f"sigdb query {out} \"select split_part(status, ' (', 1) as reason, count(*) from features group by reason\""
+            f"sigdb query {out} "
+            "\"select split_part(status, ' (', 1) as reason, count(*) from features group by reason\""
         )
 
 
