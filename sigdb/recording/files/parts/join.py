@@ -140,12 +140,13 @@ def _check_same(first: RecordingPart, part: RecordingPart) -> None:
         if not _same_rate(other, channel):
             raise InputError(
                 f"channel {channel.name} has {channel.sampling_rate:.9g} Hz in {first.name} and "
-                f"{other.sampling_rate:.9g} Hz in {part.name}; give sampling_rate, or read the files one by one"
+                f"{other.sampling_rate:.9g} Hz in {part.name}; read the files one by one, or give sampling_rate if one "
+                "of these rates is wrong"
             )
         if channel.unit != other.unit:
             raise InputError(
                 f"channel {channel.name} is in {channel.unit!r} in {first.name} and in {other.unit!r} in "
-                f"{part.name}; give units, or read the files one by one"
+                f"{part.name}; read the files one by one, or give units if one of these is wrong"
             )
 
 
