@@ -118,7 +118,10 @@ def named_columns(contents: Contents, settings: RecordingSettings) -> tuple[tupl
         columns = tuple(
             replace(column, name=name, named=True) for column, name in zip(columns, settings.names, strict=True)
         )
-    columns = tuple(replace(column, name=_clean(column.name), unit=_clean(column.unit)) for column in columns)
+    columns = tuple(
+        replace(column, name=_clean(column.name), unit=_clean(column.unit), rate_from=_clean(column.rate_from))
+        for column in columns
+    )
     columns = tuple(map(with_unit, columns))
     taken: Counter[str] = Counter()
     renamed, notes = [], []

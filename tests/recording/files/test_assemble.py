@@ -342,3 +342,10 @@ def test_bits_that_are_no_number_of_single_precision():
     x = A1.astype("f4")
     x.view("u4")[7] = 0x7F800001
     assert recording_of({"a1": x}, {"a1": FS}).channels[0].samples.size == N
+
+
+def test_notes_hold_no_control_characters():
+    column = DataColumn(name="a\x001", values=A1, sampling_rate=FS, rate_from="wf_increment of a\x001")
+    read = assemble(Contents(columns=(column,), named=True), RecordingSettings(), source="run.tdms")
+    assert read.channels[0].rate_from == "wf_increment of a1"
+    assert all(note.text.isprintable() for note in read.notes)

@@ -38,6 +38,8 @@ _VALUE = re.compile(
 )
 _UNIT_AT_END = re.compile(r"_(hz|khz|s|sec|ms|us)\s*$", re.IGNORECASE)
 _SAME = 1e-6
+_DOUBTFUL = 1e-4
+"""Relative rounding of an interval from which on a note states it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,6 +162,7 @@ def stated_facts(facts: list[Fact], *, decimal: str) -> StatedFacts:
         text = f"{names} state different sampling rates, so none was taken"
         notes.append(Note(code="different-rates", text=text))
         rates = []
+    notes += [_rounded(fact, rate, decimal) for rate, fact in rates[:1] if _rounding(fact, rate, decimal) > _DOUBTFUL]
     one_speed = len({speed for speed, _ in speeds}) == 1
     return StatedFacts(
         sampling_rate=rates[0][0] if rates else None,
@@ -248,3 +251,24 @@ def _not_taken(fact: Fact) -> Note:
     shown = ", ".join(fact.values)[:40]
     text = f"line {fact.line + 1}, {fact.key}: {shown!r} is not certain as a sampling rate, and was not taken"
     return Note(code="rate-not-taken", text=text, values={"line": fact.line + 1})
+
+
+def _rounding(fact: Fact, rate: float, decimal: str) -> float:
+    """Return the relative rounding of an interval; 0 where it gives a whole rate, which rounding hardly does."""
+    match = _VALUE.fullmatch(fact.values[0].strip())
+    number = _number(match[1], decimal) if match else None
+    if match is None or not number or _word(fact.key) not in INTERVALS | _INTERVALS_WITH_UNIT:
+        return 0.0
+    mantissa, _, exponent = match[1].lower().partition("e")
+    digits = len(re.split("[.,]", mantissa)[-1]) if re.search("[.,]", mantissa) else 0
+    whole = math.isclose(rate, round(rate), rel_tol=1e-9)
+    return 0.0 if whole else 0.5 * 10.0 ** (int(exponent or 0) - digits) / number
+
+
+def _rounded(fact: Fact, rate: float, decimal: str) -> Note:
+    share = _rounding(fact, rate, decimal)
+    text = (
+        f"{fact.key} states the interval {fact.values[0][:20]} with few digits: the rate holds within "
+        f"{100 * share:.2g} %; give sampling_rate if it is known"
+    )
+    return Note(code="rounded-interval", text=text, values={"uncertainty": share})

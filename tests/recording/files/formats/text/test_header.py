@@ -264,3 +264,15 @@ def test_long_headers(tmp_path, lines):
 def test_a_header_of_another_width_is_refused(tmp_path):
     with pytest.raises(InputError, match="line 2 names 2 columns, the lines below have 3 numbers"):
         contents(tmp_path / "run.csv", ["rig 7", "left,right", *rows()])
+
+
+@pytest.mark.parametrize(
+    ("interval", "percent"),
+    [("0.000039", 1.3), ("3.91E-5", 0.13), ("0.0391 ms", 0.13), ("0.00005", None), ("3.90625e-05", None),
+     ("0.000022675737", None)],
+)  # fmt: skip
+def test_an_interval_of_few_digits_is_a_doubt(tmp_path, interval, percent):
+    """39 us may be 25 600 Hz or 25 641 Hz; 50 us are 20 000 Hz."""
+    read = contents(tmp_path / "run.csv", [f"dt: {interval}", "a1;tacho", *(row.split(";", 1)[1] for row in rows(";"))])
+    found = [note.values["uncertainty"] for note in read.notes if note.code == "rounded-interval"]
+    assert found == ([] if percent is None else [pytest.approx(percent / 100, rel=0.02)])
