@@ -370,12 +370,13 @@ def transmission_of(data: Mapping[str, Any], *, owner: str) -> Transmission:
     Raises
     ------
     InputError
-        If they break a rule; numbers outside their usual range are named too.
+        If they break a rule; numbers outside their usual range are named too, each once.
     """
     try:
         return validated(Transmission, data, owner=owner)
     except InputError as error:
-        raise InputError("\n".join([str(error), *(f"{owner}: {text}" for text in unusual_numbers(data))])) from None
+        further = [text for text in unusual_numbers(data) if text.split(" = ")[0] not in str(error)]
+        raise InputError("\n".join([str(error), *(f"{owner}: {text}" for text in further)])) from None
 
 
 def _missing(key: str, name: str | None, names: Any) -> Iterator[str]:
