@@ -19,8 +19,9 @@ _logger.addHandler(logging.NullHandler())
 def kernel(function: _Function) -> _Function:
     """Compile a function on its first use.
 
-    The machine code is kept on disk, so that a machine compiles each kernel once. A compilation is logged by the logger
-    ``sigdb`` at level INFO. Sums may be reordered, always in the same way; nan and inf are respected.
+    The machine code is kept on disk, so that a machine compiles each kernel once; where no directory can be written, each
+    process compiles it. A compilation is logged by the logger ``sigdb`` at level INFO. Sums may be reordered, always in
+    the same way; nan and inf are respected.
 
     Parameters
     ----------
@@ -32,7 +33,11 @@ def kernel(function: _Function) -> _Function:
     callable
         The compiled function, which takes the same arguments and releases the GIL.
     """
-    dispatcher: Any = njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz", "arcp"})(function)
+    options: dict[str, Any] = {"nogil": True, "fastmath": {"reassoc", "contract", "nsz", "arcp"}}
+    try:
+        dispatcher: Any = njit(cache=True, **options)(function)
+    except RuntimeError:  # neither the installation nor the user's cache directory can be written
+        dispatcher = njit(**options)(function)
     if hasattr(dispatcher, "compile"):  # not where numba is switched off
         dispatcher.compile = _logged(dispatcher, dispatcher.compile)
     return cast(_Function, dispatcher)

@@ -5,6 +5,12 @@ import os
 import subprocess
 import sys
 
+import pytest
+from numba import njit
+from numba.core import caching
+
+from sigdb.core import kernel
+
 STATE = """
 import json, logging
 from numba.core import event
@@ -31,6 +37,18 @@ from sigdb.cli.main import _log_on_stderr
 with _log_on_stderr():
     double(1.0)
 """
+
+
+def double(x):
+    return 2 * x
+
+
+def test_a_kernel_works_where_no_directory_can_be_written(monkeypatch):
+    """A read-only installation of a user without a home."""
+    monkeypatch.setattr(caching.CacheImpl, "_locator_classes", [])
+    with pytest.raises(RuntimeError, match="cannot cache function 'double'"):
+        njit(cache=True)(double)
+    assert kernel(double)(1.5) == 3.0
 
 
 def run(code, folder):
