@@ -19,9 +19,9 @@ _logger.addHandler(logging.NullHandler())
 def kernel(function: _Function) -> _Function:
     """Compile a function on its first use.
 
-    The machine code is kept on disk, so that a machine compiles each kernel once; where no directory can be written, each
-    process compiles it. A compilation is logged by the logger ``sigdb`` at level INFO. Sums may be reordered, always in
-    the same way; nan and inf are respected.
+    The machine code is kept on disk, so that a machine compiles each kernel once. Where no directory can be written,
+    each process compiles it. A compilation is logged by the logger ``sigdb`` at level INFO. Sums may be reordered,
+    always in the same way; nan and inf are respected.
 
     Parameters
     ----------
