@@ -69,6 +69,9 @@ def main(command: click.Command = cli, name: str = "sigdb") -> None:
     name : str
         Name of the program in messages.
     """
+    # Read when a library of linear algebra is loaded, here and in the workers; all matrices are small.
+    for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
+        os.environ.setdefault(variable, "1")
     stdout = sys.stdout
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

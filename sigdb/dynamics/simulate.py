@@ -12,7 +12,7 @@ from sigdb.core import FloatArray, InputError, SigdbError, UnstableRigError
 from sigdb.dynamics.excitation import checked_index_errors
 from sigdb.dynamics.period import check_in_one_mesh
 from sigdb.dynamics.solver import Periodic, Solver
-from sigdb.transmission import Damage, Transmission, as_damage, as_transmission
+from sigdb.transmission import Damage, Transmission, as_damage, as_transmission, small_matrices
 
 
 class ContactLossWarning(UserWarning):
@@ -78,6 +78,7 @@ class Response:
         return self.signals[sensor]
 
 
+@small_matrices
 def simulate(
     rig: Transmission | str | PathLike[str],
     damage: Damage | Mapping[str, Any] | None = None,

@@ -7,7 +7,7 @@ compression at the end of a step follows in closed form, without iteration.
 import numpy as np
 
 from sigdb.core import ComplexArray, FloatArray, NotApplicableError
-from sigdb.transmission import ModalSystem
+from sigdb.transmission import ModalSystem, small_matrices
 
 STABILITY_MODES = 48
 """Modes kept to assess stability: those that take part in the meshes; the others decay by themselves."""
@@ -47,6 +47,7 @@ def first_order_hold(poles: ComplexArray, h: float) -> tuple[ComplexArray, Compl
     return np.exp(x), h * (phi1 - phi2), h * phi2
 
 
+@small_matrices
 def floquet_multiplier(system: ModalSystem, stiffness: FloatArray, period: float) -> float:
     """Return the largest magnitude of a Floquet multiplier over a period; the steady state is stable below 1.
 

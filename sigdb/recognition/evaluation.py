@@ -11,6 +11,7 @@ from sigdb.database import Database
 from sigdb.recognition.criteria import CriterionResult, assess_criteria
 from sigdb.recognition.evaluated_rows import select_rows
 from sigdb.recognition.evaluation_tables import efficiency_table, evaluation_tables
+from sigdb.recognition.idle_cores import idle_cores
 from sigdb.recognition.limitations import limitations
 from sigdb.recognition.metrics.estimate import Estimate
 from sigdb.recognition.metrics.evaluated import Evaluated
@@ -107,6 +108,7 @@ class Evaluation:
         return {name: plain(getattr(self, name)) for name in names} | {"efficiency": plain(rows)}
 
 
+@idle_cores()
 def evaluate(
     model: Model, database: Database, *, bound: bool = True, criteria: CriteriaSettings | None = None
 ) -> Evaluation:

@@ -9,6 +9,7 @@ from sigdb.core import InputError, NotApplicableError, OnStep, ignore
 from sigdb.database import Database, check_complete
 from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.estimators.registry import columns_read, learner_class
+from sigdb.recognition.idle_cores import idle_cores
 from sigdb.recognition.model import Model, reducers_of
 from sigdb.recognition.rows.batch import CELLS, Batch
 from sigdb.recognition.rows.streams import read_averages, read_features, reduce_averages
@@ -74,6 +75,7 @@ specimens is 0.004.
 """
 
 
+@idle_cores()
 def train(
     database: Database,
     target: str,

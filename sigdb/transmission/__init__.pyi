@@ -51,3 +51,4 @@ from .system.modal import CoupledModes as CoupledModes
 from .system.modal import ModalSystem as ModalSystem
 from .system.modal import coupled_modes as coupled_modes
 from .system.modal import modal_system as modal_system
+from .system.small_matrices import small_matrices as small_matrices

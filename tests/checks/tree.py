@@ -31,6 +31,8 @@ SMALL = {
     "core/compiled.py": "importing it imports numba",
     "core/markdown.py": "one function that cards of three packages use",
     "core/notes.py": "a type of its own that all packages use",
+    "recognition/idle_cores.py": "training and evaluation use it",
+    "transmission/system/small_matrices.py": "transmission and dynamics use it",
     "core/plain_arrays.py": "one check that all packages use",
     "core/plain_values.py": "one function that all packages use",
     "core/progress.py": "types that all packages use",

@@ -1,4 +1,4 @@
-"""Kernels configure no logging: a library logs, and an application decides who sees it."""
+"""Unit: kernels configure no logging and work without a cache."""
 
 import json
 import os

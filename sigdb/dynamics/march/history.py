@@ -23,6 +23,7 @@ from sigdb.transmission import (
     as_transmission,
     elements_from,
     modal_system,
+    small_matrices,
 )
 
 STEPS_PER_TOOTH = 256
@@ -78,6 +79,7 @@ class TimeHistory:
         return np.arange(len(self.turns)) / self.sampling_rate
 
 
+@small_matrices
 def march(
     rig: Transmission | str | PathLike[str],
     damage: Damage | Mapping[str, Any] | None = None,

@@ -15,7 +15,7 @@ from sigdb.dynamics.period import check_in_one_mesh, common_period, damaged_gear
 from sigdb.dynamics.periodic.periodic import SAMPLES_PER_TOOTH, PeriodicRig
 from sigdb.dynamics.periodic.prepare import prepare
 from sigdb.dynamics.periodic.steady_state import SteadyState
-from sigdb.transmission import ModalSystem, ToothDamage, Transmission, modal_system, static_forces
+from sigdb.transmission import ModalSystem, ToothDamage, Transmission, modal_system, small_matrices, static_forces
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -247,6 +247,7 @@ class PreparedMarch:
         """Return the signals (sensors, n) of the undamaged rig for gears without index errors."""
         return self.steady_state([{}])[0].signals
 
+    @small_matrices
     def steady_state(
         self, damages: Sequence[Mapping[int, ToothDamage]], index_errors: FloatArray | None = None
     ) -> SteadyState:

@@ -34,7 +34,7 @@ from sigdb.dynamics.periodic.long_period import IteratedCorrection, LongPeriod
 from sigdb.dynamics.periodic.steady_state import SteadyState
 from sigdb.dynamics.periodic.truncation import GRID, Truncation
 from sigdb.dynamics.stability import STABILITY_MODES, floquet_multiplier
-from sigdb.transmission import Mesh, ModalSystem, ToothDamage, Transmission, meshes_among
+from sigdb.transmission import Mesh, ModalSystem, ToothDamage, Transmission, meshes_among, small_matrices
 
 SAMPLES_PER_TOOTH = 64
 LEAST_SAMPLES_PER_TOOTH = 16
@@ -167,6 +167,7 @@ class PeriodicRig:
         """Return the signals (sensors, n) of the undamaged rig for gears without index errors."""
         return self.steady_state([{}], specimens=False)[0].signals_at()
 
+    @small_matrices
     def steady_state(
         self,
         damages: Sequence[Mapping[int, ToothDamage]],

@@ -23,6 +23,7 @@ from sigdb.transmission import (
     nonlinear_among,
     pair_stiffness,
     pairs_in_contact,
+    small_matrices,
     static_forces,
 )
 
@@ -33,6 +34,7 @@ _HEALTHY_SHARE = 0.25
 """Part of the tolerance that the healthy rig may take; damage with sharp edges needs the rest."""
 
 
+@small_matrices
 def prepare(
     rig: Transmission,
     *,

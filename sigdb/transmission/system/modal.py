@@ -14,6 +14,7 @@ from sigdb.transmission.parts.usual_ranges import unusual_numbers
 from sigdb.transmission.rig import Transmission
 from sigdb.transmission.system.assembly import Assembly, assemble
 from sigdb.transmission.system.elements import Element, mesh_elements, meshes_among
+from sigdb.transmission.system.small_matrices import small_matrices
 
 _FREE = 1e-12
 """Square of a mode's frequency, as a fraction of the greatest, below which the mode moves freely."""
@@ -128,6 +129,7 @@ class _Synthesis:
     participation: ComplexArray
 
 
+@small_matrices
 def modal_system(rig: Transmission, *, component_modes: int | None = None) -> ModalSystem:
     """Modal synthesis of a rig at its operating point.
 

@@ -1,0 +1,34 @@
+"""One thread for linear algebra of small matrices."""
+
+from collections.abc import Callable
+from functools import wraps
+from typing import ParamSpec, TypeVar
+
+from threadpoolctl import threadpool_limits
+
+_Arguments = ParamSpec("_Arguments")
+_Result = TypeVar("_Result")
+
+
+def small_matrices(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
+    """Let a function use one thread for linear algebra.
+
+    Threads that share a small matrix mostly wait for each other, on a busy machine for a long time.
+
+    Parameters
+    ----------
+    function : callable
+        A function that solves many small systems.
+
+    Returns
+    -------
+    callable
+        The same function; the number of threads is as before when it returns.
+    """
+
+    @wraps(function)
+    def alone(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> _Result:
+        with threadpool_limits(1, user_api="blas"):
+            return function(*args, **kwargs)
+
+    return alone
