@@ -7,13 +7,15 @@ import os
 import pkgutil
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from enum import IntEnum
+from pathlib import Path
 
 import click
 
 from sigdb.cli import commands
-from sigdb.core import InputError, SigdbError, __version__
+from sigdb.cli.output import discard_output, visible_output
+from sigdb.core import InputError, SigdbError, __version__, visible_text
 
 _ORDER = (
     *("new-rig", "describe", "modes"),
@@ -72,22 +74,31 @@ def main(command: click.Command = cli, name: str = "sigdb") -> None:
     # Read when a library of linear algebra is loaded, here and in the workers; all matrices are small.
     for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
         os.environ.setdefault(variable, "1")
-    stdout = sys.stdout
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # not every terminal and pipe has every letter
+    with visible_output():
+        code = _exit_code(command, name)
+    sys.exit(code)
+
+
+def _exit_code(command: click.Command, name: str) -> int:
+    stdout = sys.stdout
+    if stdout is None:
+        _complain(name, "the standard output is closed; give it a place, such as a file or /dev/null")
+        return ExitCode.FAILED
     try:
         with _log_on_stderr():
-            code = _run(command, name)
-        sys.stdout.flush()
+            return _run(command, name)
     except SystemExit as left:
         # click leaves by itself, with another stdout, when the reader (head, less) has gone.
-        code = ExitCode.DONE if sys.stdout is not stdout else int(left.code or 0)
+        if sys.stdout is stdout:
+            return int(left.code or 0)
+        discard_output()
+        return ExitCode.DONE
     except BrokenPipeError:
-        # Keep Python from complaining about the reader that has gone when it flushes at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stdout.fileno())
-        code = ExitCode.DONE
-    sys.exit(code)
+        discard_output()
+        return ExitCode.DONE
 
 
 @contextmanager
@@ -109,18 +120,37 @@ def _run(command: click.Command, name: str) -> int:
     """Return the exit code of a command, and print a sentence about what a user can mend."""
     try:
         code = command.main(prog_name=name, standalone_mode=False)
+        sys.stdout.flush()
         return code if isinstance(code, int) else ExitCode.DONE
     except click.ClickException as error:
         error.show()
         return ExitCode.BAD_INPUT
     except SigdbError as error:
-        click.echo(f"{name}: error: {error}", err=True)
+        _complain(name, str(error))
         return ExitCode.BAD_INPUT if isinstance(error, InputError) else ExitCode.FAILED
+    except UnicodeEncodeError as error:
+        _complain(name, f"{error.object}: character {error.start + 1} is no text in UTF-8; give it another name")
+        return ExitCode.BAD_INPUT
     except BrokenPipeError:
         raise
     except OSError as error:
-        click.echo(f"{name}: error: {error.filename or 'a file'}: {error.strerror or error}", err=True)
+        _complain(name, f"{error.filename or _place()}: {error.strerror or error}")
+        with suppress(OSError):
+            discard_output()
         return ExitCode.FAILED
     except (KeyboardInterrupt, click.Abort):
         click.echo(f"{name}: interrupted; what is finished is kept, and the same command goes on", err=True)
         return ExitCode.INTERRUPTED
+
+
+def _place() -> str:
+    """Return the place of an error that names no file."""
+    try:
+        return "the output" if Path.cwd() else ""
+    except OSError:
+        return "the working directory, which was deleted or cannot be read"
+
+
+def _complain(name: str, text: str) -> None:
+    """Print an error on one line."""
+    click.echo(f"{name}: error: {visible_text(text, lines=False)}", err=True)

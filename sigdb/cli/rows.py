@@ -28,14 +28,18 @@ def _parquet(reader: "pa.RecordBatchReader", sink: IO[bytes]) -> None:
 
 
 def _csv(reader: "pa.RecordBatchReader", sink: IO[bytes]) -> None:
+    from sigdb.core import visible_text
+
     text = io.TextIOWrapper(sink, encoding="utf-8", newline="", write_through=True)
+    shown = visible_text if sink.isatty() else str  # a file and a pipe get texts as they are
     writer = csv.writer(text, lineterminator="\n")
     try:
-        writer.writerow(reader.schema.names)
+        writer.writerow([shown(name) for name in reader.schema.names])
         for batch in reader:
             for row in batch.to_pylist():
                 values = (_plain(value) for value in row.values())
-                writer.writerow(json.dumps(value) if isinstance(value, list) else value for value in values)
+                values = (json.dumps(value) if isinstance(value, list) else value for value in values)
+                writer.writerow(shown(value) if isinstance(value, str) else value for value in values)
     finally:
         text.detach()  # else the sink is closed with it
 

@@ -4,8 +4,13 @@ Each message names the owner (a file, a table, a function), the field, the rule,
 """
 
 import difflib
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+
+_HIDDEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+_EMPHASIS = re.compile("(\x1b\\[[0-4]?m)")
+_LINES = str.maketrans({"\n": "\\n", "\t": "\\t"})
 
 
 def suggestion(word: str, words: Iterable[str]) -> str:
@@ -105,3 +110,31 @@ class Problems:
         """
         if self._lines:
             raise InputError("\n".join(self._lines))
+
+
+def visible_text(text: str, *, lines: bool = True, emphasis: bool = False) -> str:
+    r"""Return a text in which characters that steer a terminal, or that UTF-8 does not hold, are escaped.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+    lines : bool
+        Whether ends of lines and tabs stay.
+    emphasis : bool
+        Whether the sequences that begin and end bold, faint, italic and underlined text stay.
+
+    Examples
+    --------
+    >>> visible_text("tooth\x1b[2J 6\r")
+    'tooth\\x1b[2J 6\\x0d'
+    """
+    parts = _EMPHASIS.split(text) if emphasis else [text]
+    parts[::2] = [_HIDDEN.sub(_escape, part) for part in parts[::2]]
+    visible = "".join(parts)
+    return visible if lines else visible.translate(_LINES)
+
+
+def _escape(match: re.Match[str]) -> str:
+    code = ord(match[0])
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"

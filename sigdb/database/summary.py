@@ -189,6 +189,7 @@ def _axes(database: Database) -> list[AxisFacts]:
             greatest=float(values[f"max {name}"]),
         )
         for name in axes
+        if values[f"n {name}"]  # rows of patterns have no value of a damage's own columns
     ]
 
 

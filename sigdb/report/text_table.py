@@ -12,6 +12,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from sigdb.core import visible_text
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -64,11 +66,15 @@ class TextTable:
     head
         Headings of the columns.
     rows
-        Texts of the cells, row by row.
+        Texts of the cells, row by row. Characters that steer a terminal are escaped.
     """
 
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "head", [visible_text(cell, lines=False) for cell in self.head])
+        object.__setattr__(self, "rows", [[visible_text(cell, lines=False) for cell in row] for row in self.rows])
 
     @classmethod
     def of(cls, columns: Sequence[Column[Row]], rows: Iterable[Row]) -> "TextTable":

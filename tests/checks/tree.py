@@ -23,6 +23,7 @@ MOST_LINES, LEAST_LINES, LEAST_CODE_LINES = 400, 80, 40
 """A file is small if it has fewer lines and fewer code lines than these: documentation makes a file larger too."""
 
 SMALL = {
+    "cli/output.py": "the streams that all commands print to",
     "cli/options/format.py": "one option that most commands share",
     "cli/options/places.py": "types of arguments that most commands share",
     "cli/options/limits.py": "the options of all commands that query",

@@ -119,3 +119,34 @@ def test_an_unfinished_database_has_no_card(folder, recipe, tmp_path):
     (tmp_path / "db" / "receipts" / "rows-00000.json").unlink()
     with pytest.raises(DatabaseError, match=r"has 0 of \d+ rows; finish the sweep first"):
         database_card(sigdb.open(tmp_path / "db"))
+
+
+def test_the_card_of_a_database_of_patterns_only(tmp_path):
+    """Their rows have no value of a damage's own columns, so that these are no axes."""
+    path = tmp_path / "recipe.toml"
+    text = """
+[sweep]
+rig = "nasa-spiral-bevel"
+seed = 5
+specimens = 1
+
+[[sweep.grid]]
+tooth = [5, 7]
+pattern = "pitted"
+
+[sweep.patterns]
+pitted = [{ stiffness_loss = 0.3 }, {}, { stiffness_loss = 0.1 }]
+
+[signature]
+samples_per_tooth = 32
+sensors = ["pinion-vertical"]
+"""
+    path.write_text(text, encoding="utf-8")
+    recipe = load_recipe(path)
+    run(recipe.plan(), tmp_path / "signatures", recipe=recipe.text, jobs=1)
+    facts = database_card(sigdb.open(tmp_path / "signatures"))
+    names = {axis["name"] for axis in facts["axes"]}
+    assert "tooth" in names
+    assert names.isdisjoint({"stiffness_loss", "phase_shift_deg", "loss_extent"})
+    assert facts["patterns"] == ["pitted"]
+    assert "`tooth`" in database_card_markdown(facts, title="Patterns")

@@ -17,11 +17,8 @@ import pyarrow.compute as pc
 import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 
-from sigdb.database.store.receipts import FileRecord, repair
+from sigdb.database.store.receipts import BLOCK, FileRecord, repair
 from sigdb.database.store.store import DamagedFileError, Store
-
-BLOCK = 256 * 1024
-"""Bytes in a block: a thousandth of a part, and a fraction of a millisecond to check."""
 
 
 def block_checksums(content: memoryview) -> str:

@@ -1,8 +1,11 @@
 """Receipts: a part exists when its receipt exists, and readers follow receipts, never a glob."""
 
+import base64
 import re
 from collections.abc import Container
 from dataclasses import asdict, dataclass
+
+from pydantic import TypeAdapter
 
 from sigdb.database.store.seal import sealed_json, unsealed
 from sigdb.database.store.store import DamagedFileError, Store
@@ -11,6 +14,9 @@ KINDS = ("templates", "rows")
 
 TABLES_OF = {"templates": ("templates",), "rows": ("features", "signals")}
 """Tables of the files of a part, by kind of part."""
+
+BLOCK = 256 * 1024
+"""Bytes in a block: a thousandth of a part, and a fraction of a millisecond to check."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,6 +72,9 @@ class Receipt:
         return next(file for file in self.files if file.path.startswith(f"{table}/"))
 
 
+_RECEIPT = TypeAdapter(Receipt)
+
+
 def part_name(table: str, part: int) -> str:
     """Return the name of a part's file of a table."""
     return f"{table}/part-{part:05d}.parquet"
@@ -98,15 +107,37 @@ def read_receipt(store: Store, name: str, part: int) -> Receipt:
     path = receipt_name(name, part)
     file = store.name_of(path)
     try:
-        content = unsealed(store.get(path), name=file)
-        receipt = Receipt(**content | {"files": tuple(FileRecord(**record) for record in content["files"])})
+        receipt = _RECEIPT.validate_python(unsealed(store.get(path), name=file))
     except DamagedFileError as error:
         raise error.with_remedy(repair(store)) from None
     except (ValueError, TypeError, KeyError):
         raise DamagedFileError(file, "is not a receipt", repair(store)) from None
     if receipt.path != path:
-        raise DamagedFileError(file, f"is a copy of {receipt.path}", repair(store))
+        raise CopiedReceiptError(file, f"is a copy of {receipt.path}", f"move it away, and then {repair(store)}")
+    if why := _wrong_files(receipt):
+        raise DamagedFileError(file, f"is not a receipt: {why}", repair(store))
     return receipt
+
+
+class CopiedReceiptError(DamagedFileError):
+    """A receipt under the name of another part's."""
+
+
+def _wrong_files(receipt: Receipt) -> str:
+    """Return why the records of the files of a receipt cannot be right; empty if they can."""
+    names = [part_name(table, receipt.part) for table in TABLES_OF[receipt.name]]
+    if [file.path for file in receipt.files] != names:
+        return f"its files are not {' and '.join(names)}"
+    if receipt.rows < 1 or receipt.first < 0:
+        return f"it has {receipt.rows} rows from {receipt.first} on"
+    for file in receipt.files:
+        try:
+            size = len(base64.b64decode(file.blocks, validate=True))
+        except ValueError:
+            size = -1
+        if file.bytes < 1 or size != 4 * -(-file.bytes // BLOCK):
+            return f"the checksums of the blocks of {file.path} are not those of {file.bytes} bytes"
+    return ""
 
 
 def read_receipts(store: Store, name: str, plans: Container[str]) -> list[Receipt]:
@@ -126,8 +157,8 @@ def read_receipts(store: Store, name: str, plans: Container[str]) -> list[Receip
     CorruptionError
         If a receipt cannot be read, or a file that it names is missing or has another size.
     """
-    every = (read_receipt(store, name, part) for part in finished_parts(store, name))
-    receipts = [receipt for receipt in every if receipt.plan in plans]
+    every = (_own_receipt(store, name, part) for part in finished_parts(store, name))
+    receipts = [receipt for receipt in every if receipt is not None and receipt.plan in plans]
     sizes = {path: size for table in TABLES_OF[name] for path, size in store.sizes(table).items()} if receipts else {}
     for record in (record for receipt in receipts for record in receipt.files):
         if sizes.get(record.path) != record.bytes:
@@ -135,6 +166,16 @@ def read_receipts(store: Store, name: str, plans: Container[str]) -> list[Receip
             problem = f"{fault}, its receipt says {record.bytes} bytes"
             raise DamagedFileError(store.name_of(record.path), problem, repair(store))
     return receipts
+
+
+def _own_receipt(store: Store, name: str, part: int) -> Receipt | None:
+    """Return the receipt of a part; None if it is a copy of another one and there is no file of the part."""
+    try:
+        return read_receipt(store, name, part)
+    except CopiedReceiptError:
+        if any(store.size(part_name(table, part)) is not None for table in TABLES_OF[name]):
+            raise
+        return None
 
 
 def repair(store: Store) -> str:

@@ -204,7 +204,7 @@ def _absolute(location: str) -> str:
 
 def publish(path: Path, write: Callable[[Path], None]) -> None:
     """Have a file written under a temporary name in the same folder, flush it to the disk, and rename it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}{TEMPORARY}")
     try:
         write(temporary)
@@ -214,6 +214,14 @@ def publish(path: Path, write: Callable[[Path], None]) -> None:
     finally:
         temporary.unlink(missing_ok=True)
     _sync_folder(path.parent)
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and those above it; the name of each new one is flushed to the disk in the folder above it."""
+    new = [place for place in (folder, *folder.parents) if not place.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    for place in reversed(new):
+        _sync_folder(place.parent)
 
 
 def _sync_folder(folder: Path) -> None:

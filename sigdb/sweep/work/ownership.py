@@ -14,7 +14,7 @@ from typing import TypedDict, cast
 from filelock import FileLock, Timeout
 
 from sigdb.core import DatabaseError
-from sigdb.database import Store
+from sigdb.database import Store, make_folder
 
 OWNER, LOCK = ".owner", ".lock"
 _BEAT, _STALE = 20.0, 90.0
@@ -51,7 +51,7 @@ def ownership_of(store: Store) -> Iterator[None]:
 def _locked(store: Store, folder: Path) -> Iterator[None]:
     lock = FileLock(folder / LOCK)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         lock.acquire(timeout=0)
     except Timeout:
         raise _busy(store, _owner(store)) from None
@@ -70,7 +70,7 @@ def _locked(store: Store, folder: Path) -> Iterator[None]:
 @contextmanager
 def _signed(store: Store) -> Iterator[None]:
     owner = _owner(store)
-    if owner and time.time() - owner["alive"] < _STALE:
+    if owner and abs(time.time() - owner["alive"]) < _STALE:  # a clock may have been wrong
         raise _busy(store, owner)
     ended, mine = threading.Event(), secrets.token_hex(8)
 
@@ -105,10 +105,16 @@ def _owner(store: Store) -> Owner | None:
         owner = json.loads(store.get(OWNER)) if store.size(OWNER) else None
     except (DatabaseError, ValueError):
         return None
-    complete = isinstance(owner, dict) and owner.keys() >= Owner.__annotations__.keys()
-    return cast(Owner, owner) if complete else None
+    if not isinstance(owner, dict) or not owner.keys() >= Owner.__annotations__.keys():
+        return None
+    return cast(Owner, owner) if type(owner["alive"]) in (int, float) else None
 
 
 def _busy(store: Store, owner: Owner | None) -> DatabaseError:
     name = f"process {owner['process']} on {owner['host']}" if owner else "another process"
-    return DatabaseError(f"{store}: a sweep is already running on it ({name}); wait until it ends, or stop it")
+    wait = (
+        ""
+        if store.folder is not None
+        else f"; if it was killed, its last sign of life counts for {_STALE:g} s, then run the same command again"
+    )
+    return DatabaseError(f"{store}: a sweep is already running on it ({name}); wait until it ends, or stop it{wait}")

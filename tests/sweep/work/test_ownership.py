@@ -66,6 +66,28 @@ def left_by(store, age, **other):
     )
 
 
+def test_a_refusal_says_how_long_a_killed_sweep_counts(remote):
+    left_by(remote, age=1)
+    says = r"if it was killed, its last sign of life counts for 90 s"
+    with pytest.raises(DatabaseError, match=says), ownership_of(remote):
+        pass
+
+
+@pytest.mark.parametrize("age", [-86400.0, -91.0, 1e9, float("nan")])
+def test_a_sign_of_life_from_another_time_does_not_block(remote, age):
+    """Nor does that of a clock that was ahead."""
+    left_by(remote, age=age)
+    with ownership_of(remote):
+        assert owner_of(remote)["process"] == os.getpid()
+
+
+@pytest.mark.parametrize("alive", ["soon", None, [1], {}, True])
+def test_nor_does_one_that_is_no_number(remote, alive):
+    left_by(remote, age=0, alive=alive)
+    with ownership_of(remote):
+        assert owner_of(remote)["process"] == os.getpid()
+
+
 def test_a_sign_of_life_that_is_old_is_a_dead_owners(remote):
     left_by(remote, age=60)
     with pytest.raises(DatabaseError, match=r"already running on it \(process 12 on far\)"), ownership_of(remote):
