@@ -62,7 +62,8 @@ def test_the_answer_is_on_the_terminal(leave, files, folder):
     assert (code, err) == (0, "")
     assert out.startswith("Damage at tooth 6.\nProbability of damage ")
     assert "nearest templates" in out
-    assert "notes\n  The path from the mesh to the sensor is that of mesh harmonics 1, 2, 3" in out
+    assert "notes\n" in out
+    assert "\n  The path from the mesh to the sensor is that of mesh harmonics 1, 2, 3" in out
     assert "missing" not in out
 
 
