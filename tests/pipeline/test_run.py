@@ -184,13 +184,13 @@ def test_a_condition_that_does_not_select_one_case_is_told(out, condition, says)
         ),
         ("dots_per_inch = 50", 'paper = true\ngear = "x"', "unknown key report.gear"),
         ('name = "pitted"', 'name = "both"', "the name 'both' occurs twice"),
-        ('name = "pitted"', 'name = "../pitted"', "name '../pitted' in report.figures.1.name"),
+        ('name = "pitted"', 'name = "../pitted"', "name '../pitted' in report.figures.2.name"),
         (
             '["stiffness", "distribution"]',
             '["scalogram"]',
             "must be 'stiffness', 'signal', 'spectrum' or 'distribution'",
         ),
-        ("rows = [\"pattern = 'pitted'\"]", "rows = []", "report.figures.1.rows is empty; give at least 1"),
+        ("rows = [\"pattern = 'pitted'\"]", "rows = []", "report.figures.2.rows is empty; give at least 1"),
     ],
 )
 def test_a_wrong_report_is_told_before_anything_is_made(load, tmp_path, old, new, says):
