@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 import pytest
 
@@ -185,3 +186,22 @@ def test_an_unfinished_database_has_batches(parts_copy):
     database = sigdb.open(parts_copy)
     ids = database.batches(table="signals", columns=["id"], where="true").read_all()["id"].to_pylist()
     assert ids == [*range(2048), *range(4096, 5060)]
+
+
+def test_a_dataset_answers_by_its_rows_or_refuses(database, folder):
+    """What Arrow does with the files of a dataset would find none."""
+    dataset, table = database.dataset("features"), stored(folder, "features")
+    assert dataset.count_rows() == table.num_rows
+    assert dataset.head(3).equals(table.slice(0, 3), check_metadata=False)
+    assert dataset.take([5, 2]).equals(table.take([5, 2]), check_metadata=False)
+    few = dataset.to_table(columns=["id"], filter=ds.field("id") < 4)
+    assert few["id"].to_pylist() == [0, 1, 2, 3]
+    for refused in (
+        lambda: dataset.filter(ds.field("id") < 4),
+        lambda: list(dataset.get_fragments()),
+        lambda: dataset.join(dataset, "id"),
+        lambda: dataset.sort_by("id"),
+        lambda: dataset.files,
+    ):
+        with pytest.raises(InputError, match="use these, or sql"):
+            refused()

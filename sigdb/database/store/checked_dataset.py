@@ -2,14 +2,14 @@
 
 from collections.abc import Iterator, Sequence
 from copy import copy
-from typing import Any
+from typing import Any, NoReturn
 
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.dataset as ds
 from pyarrow import acero
 
-from sigdb.core import DatabaseError
+from sigdb.core import DatabaseError, InputError
 from sigdb.database.store.checked import PARQUET, CheckedParquet
 
 _ROWS_AT_ONCE = 8192
@@ -40,6 +40,16 @@ class CheckedDataset(ds.FileSystemDataset):  # type: ignore[misc]
         """Return a scanner of some columns of the rows that meet a condition; other options have no effect."""
         wanted = self.schema.names if columns is None else list(columns)
         return CheckedScanner(self.schema, self._files, wanted, filter, self._errors)
+
+    def _refused(self, *arguments: Any, **options: Any) -> NoReturn:
+        """Refuse what Arrow does with files of its own, of which this dataset has none."""
+        raise InputError(
+            "this dataset reads its files itself, to compare them with checksums; it has to_table, to_batches, head, "
+            "take, count_rows and scanner: use these, or sql"
+        )
+
+    filter = get_fragments = join = join_asof = replace_schema = sort_by = _refused
+    files = property(_refused)
 
 
 class CheckedScanner:
@@ -96,6 +106,10 @@ class CheckedScanner:
             if sum(batch.num_rows for batch in some) >= num_rows:
                 break
         return pa.Table.from_batches(some, self.projected_schema).slice(0, num_rows)
+
+    def take(self, indices: Any) -> pa.Table:
+        """Return the rows at some places."""
+        return self.to_table().take(indices)
 
     def count_rows(self) -> int:
         """Return the number of rows."""
