@@ -15,7 +15,8 @@ def idle_cores() -> Iterator[int]:
     """
     cores = os.cpu_count() or 1
     # The load counts this process too.
-    idle = cores - round(os.getloadavg()[0]) + 1 if hasattr(os, "getloadavg") else cores // 2
+    load = getattr(os, "getloadavg", None)
+    idle = cores - round(load()[0]) + 1 if load else cores // 2
     threads = min(max(idle, 1), cores)
     with threadpool_limits(threads, user_api="openmp"):
         yield threads

@@ -92,7 +92,7 @@ class Detector(ClassifierMixin, Estimator):
     @property
     def reducer(self) -> Reducer | None:
         """Reducer of averages of its scorer."""
-        return self.scorer.reducer
+        return getattr(self.scorer, "reducer", None)
 
     @property
     def template_bank(self) -> TemplateBank | None:
