@@ -203,9 +203,7 @@ def test_a_sealed_receipt_that_says_nothing(copy, content):
 def test_a_receipt_in_the_place_of_another(parts_copy):
     receipts = parts_copy / "receipts"
     shutil.copy(receipts / "rows-00000.json", receipts / "rows-00001.json")
-    with pytest.raises(
-        CorruptionError, match=r"rows-00001\.json is a copy of receipts/rows-00000\.json; move it away"
-    ):
+    with pytest.raises(CorruptionError, match=r"rows-00001\.json is a copy of receipts/rows-00000\.json; move it away"):
         sigdb.open(parts_copy)
 
 
