@@ -1,5 +1,6 @@
 """For all tests: one thread for linear algebra, so that rounding is the same everywhere; a cache; an oscillator."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +46,14 @@ def _own_cache(tmp_path_factory):
     """No test reads or writes the cache of who runs it."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SIGDB_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_waiting_for_disks():
+    """No power fails here, so that files need not reach the disk."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "fsync", lambda descriptor: None)
         yield
 
 

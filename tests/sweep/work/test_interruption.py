@@ -14,21 +14,14 @@ from sigdb.core.errors import DatabaseError
 from sigdb.database.store.store import Store
 from sigdb.sweep import run
 
-PARTS = 5
+PARTS = 3
 SWEEP_RUN = importlib.import_module("sigdb.sweep.work.run")
 
 
 @pytest.fixture(scope="module")
 def recipe(recipe_of, parts_text):
-    """Rows of some seconds, in five parts."""
-    return recipe_of(parts_text.replace("specimens = 115", "specimens = 210"))
-
-
-@pytest.fixture(scope="module")
-def undisturbed(recipe, tmp_path_factory, digests):
-    folder = tmp_path_factory.mktemp("undisturbed") / "signatures"
-    run(recipe.plan(), folder, recipe=recipe.text, jobs=1)
-    return digests(folder)
+    """Rows of some seconds, in three parts."""
+    return recipe_of(parts_text)
 
 
 @pytest.fixture
@@ -71,7 +64,7 @@ def receipts(folder, name="rows"):
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_interrupted_from_the_keyboard(recipe, start, tmp_path, undisturbed, digests, jobs):
+def test_interrupted_from_the_keyboard(recipe, start, tmp_path, parts_folder, digests, jobs):
     """Ctrl-C reaches the whole group; the exit code is 130, without a traceback."""
     folder = tmp_path / "signatures"
     process = start(jobs)
@@ -84,7 +77,7 @@ def test_interrupted_from_the_keyboard(recipe, start, tmp_path, undisturbed, dig
     assert not (folder / ".owner").exists()
     assert 0 < receipts(folder) < PARTS
     run(recipe.plan(), folder, recipe=recipe.text, jobs=1)
-    assert digests(folder) == undisturbed
+    assert digests(folder) == digests(parts_folder)
 
 
 def deadly(marker, maker):
