@@ -42,7 +42,7 @@ class CheckedDataset(ds.FileSystemDataset):  # type: ignore[misc]
         return CheckedScanner(self.schema, self._files, wanted, filter, self._errors)
 
     def _refused(self, *arguments: Any, **options: Any) -> NoReturn:
-        """Refuse what Arrow does with files of its own, of which this dataset has none."""
+        """Refuse methods that Arrow computes from the files of a dataset: this one gives Arrow no files."""
         raise InputError(
             "this dataset reads its files itself, to compare them with checksums; it has to_table, to_batches, head, "
             "take, count_rows and scanner: use these, or sql"

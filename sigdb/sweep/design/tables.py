@@ -12,7 +12,7 @@ from sigdb.core import FloatArray, check_file
 from sigdb.sweep.design.axes import WHOLE_AXES, check_axis_name, check_bounds, flatten
 
 _MOST_BYTES, _MOST_ROWS = 1_000_000_000, 2_000_000
-"""Size and rows of a file, of which each row becomes a Python object for each column."""
+"""Largest size and number of rows of a file: each value becomes a Python object."""
 
 Columns = dict[str, tuple[float, ...] | tuple[int, ...] | tuple[str, ...]]
 
