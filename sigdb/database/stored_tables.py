@@ -83,8 +83,8 @@ class StoredTables:
     def dataset(self, table: str) -> ds.Dataset:
         """Return the finished parts of a table as an Arrow dataset, whose reads are compared with checksums.
 
-        It has ``schema``, ``to_table``, ``to_batches``, ``head``, ``take``, ``count_rows`` and ``scanner``. Other methods
-        of Arrow's datasets are refused.
+        It has ``schema``, ``to_table``, ``to_batches``, ``head``, ``take``, ``count_rows`` and ``scanner``. It refuses
+        the other methods of Arrow's datasets.
 
         Parameters
         ----------
