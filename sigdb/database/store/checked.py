@@ -94,6 +94,8 @@ class _CheckedFile(io.RawIOBase):
         self._store, self._record = store, record
         self._sums = np.frombuffer(base64.b64decode(record.blocks), dtype="<u4")
         self._position = 0
+        self._kept, self._kept_first, self._kept_last = memoryview(b""), 0, 0
+        """The blocks that were read last."""
 
     def readable(self) -> bool:
         return True
@@ -115,6 +117,15 @@ class _CheckedFile(io.RawIOBase):
         if start >= stop:
             return b""
         first, last = start // BLOCK, -(-stop // BLOCK)
+        # Columns of few values share blocks and are read one after another.
+        if not self._kept_first <= first <= last <= self._kept_last:
+            self._kept = self._checked(first, last)
+            self._kept_first, self._kept_last = first, last
+        offset = self._kept_first * BLOCK
+        return bytes(self._kept[start - offset : stop - offset])
+
+    def _checked(self, first: int, last: int) -> memoryview:
+        """Return the content of blocks, compared with their checksums."""
         content = memoryview(self._store.get_range(self._record.path, first * BLOCK, (last - first) * BLOCK))
         for block in range(first, last):
             within = (block - first) * BLOCK
@@ -125,4 +136,4 @@ class _CheckedFile(io.RawIOBase):
                     f"is damaged: bytes {block * BLOCK} to {last_byte} are not as they were written",
                     repair(self._store),
                 )
-        return bytes(content[start - first * BLOCK : stop - first * BLOCK])
+        return content
