@@ -4,13 +4,15 @@ Validation, error messages, docs, command-line help and the metadata of database
 """
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from sigdb.core.errors import InputError, suggestion
+from sigdb.core.units import PHYSICAL, QuantityError, in_si
 
 Vector = Annotated[tuple[float, float, float], Strict(False)]
 """Three components in the casing's frame (X, Y, Z)."""
@@ -25,7 +27,10 @@ KeyPath = tuple[int | str, ...]
 
 
 class Section(BaseModel):
-    """A frozen group of fields: strict types, finite numbers, unknown keys refused."""
+    """A frozen group of fields: strict types, finite numbers, unknown keys refused.
+
+    A field with a physical unit takes a text with any unit of its kind too, also inside a list: ``"2.5 mm"``.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -63,7 +68,7 @@ class Section(BaseModel):
 
 
 def quantity(unit: str, help: str, **rules: Any) -> Any:
-    """Declare a field with its unit, help and bounds.
+    """Declare a field with its unit, help and bounds; a physical one also takes texts with a unit of its kind.
 
     Parameters
     ----------
@@ -74,7 +79,10 @@ def quantity(unit: str, help: str, **rules: Any) -> Any:
     rules
         ``default``, ``gt``, ``ge``, ``lt``, ``le``, ``min_length`` ... as in :func:`pydantic.Field`.
     """
-    return Field(description=help, json_schema_extra={"unit": unit}, **rules)
+    field = Field(description=help, json_schema_extra={"unit": unit}, **rules)
+    if unit in PHYSICAL:
+        field.metadata.append(BeforeValidator(partial(in_si, unit=unit)))
+    return field
 
 
 def unit_of(field: FieldInfo) -> str:
@@ -134,7 +142,8 @@ def _input_error(model: type[BaseModel], error: ValidationError, owner: str, fir
 
 def _sentence(model: type[BaseModel], problem: ErrorDetails, first: int) -> str:
     """Return sentences about a problem, one a line, in the words of the file."""
-    written = _as_written(model, problem["loc"])
+    error = problem.get("ctx", {}).get("error")
+    written = (*_as_written(model, problem["loc"]), *(error.place if isinstance(error, QuantityError) else ()))
     location = [part + first if isinstance(part, int) else part for part in written]
     key = ".".join(str(part) for part in location) or "(top level)"
     if problem["type"] == "extra_forbidden":

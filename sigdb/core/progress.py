@@ -1,7 +1,10 @@
-"""Progress of long work, and the functions that are called with it."""
+"""Long work: its blocks, its progress, and the functions that are called with it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+
+SIGNALS_AT_ONCE = 32
+"""Signals computed together: their intermediate arrays stay in the cache of a core, whatever the batch."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,3 +36,16 @@ OnStep = Callable[[str], object]
 
 def ignore(_: object) -> None:
     """Do nothing with a progress or a step: the default of ``on_progress`` and ``on_step``."""
+
+
+def blocks(count: int, size: int) -> Iterator[slice]:
+    """Yield the slices of consecutive blocks of a size; the last one may be shorter.
+
+    Examples
+    --------
+    >>> from sigdb.core import blocks
+    >>> list(blocks(5, 2))
+    [slice(0, 2, None), slice(2, 4, None), slice(4, 5, None)]
+    """
+    for first in range(0, count, size):
+        yield slice(first, min(first + size, count))

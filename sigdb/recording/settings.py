@@ -25,8 +25,8 @@ class AveragingSettings(Section):
     speed_rpm: float | None = quantity(
         "rev/min", "Speed of the averaged shaft within 5 %, for the phase of the mesh.", gt=0, default=None
     )
-    speed_range_rpm: Annotated[tuple[float, float], Strict(False)] | None = Field(
-        default=None, description="Range in which that speed is searched, rev/min."
+    speed_range_rpm: Annotated[tuple[float, float], Strict(False)] | None = quantity(
+        "rev/min", "Range in which that speed is searched.", default=None
     )
     samples_per_tooth: int = quantity("-", "Samples of the average in a tooth pass.", ge=1, default=64)
     revolutions: int | None = quantity(

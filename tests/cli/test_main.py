@@ -43,7 +43,7 @@ def test_the_help_imports_no_heavy_library(shell):
     text = "import sys\nfrom sigdb.cli import main\ntry: main()\nexcept SystemExit: pass\nprint(sorted(sys.modules))"
     loaded = shell("-c", text, "--help", command=[sys.executable]).stdout.splitlines()[-1]
     assert "'sigdb.cli.commands.query'" in loaded
-    for heavy in ("numpy", "pandas", "pyarrow", "rich", "matplotlib", "jinja2"):
+    for heavy in ("numpy", "pandas", "pint", "pyarrow", "rich", "matplotlib", "jinja2"):
         assert f"'{heavy}'" not in loaded
 
 

@@ -32,6 +32,11 @@ def test_a_valid_section_holds_what_was_given():
     assert cart.wheels["left"].centre == (0.0, 1.0, 2.0)
 
 
+def test_a_physical_field_takes_texts_with_units_in_lists_too():
+    wheel = Wheel(diameter="700 mm", centre=["20 mm", 1.0, "2e-3 m"])
+    assert (wheel.diameter, wheel.centre) == (0.7, (0.02, 1.0, 0.002))
+
+
 @pytest.mark.parametrize(
     ("wheel", "message"),
     [
@@ -42,11 +47,17 @@ def test_a_valid_section_holds_what_was_given():
         ({"xyz": 1, "diameter": 0.7}, r"unknown key wheels\.left\.xyz; known: centre, diameter, maker, spokes$"),
         ({}, r"^cart.toml: wheels\.left\.diameter is missing; add it$"),
         ({"diameter": -0.7}, r"^cart.toml: wheels\.left\.diameter = -0\.7 must be greater than 0$"),
-        ({"diameter": "big"}, r"wheels\.left\.diameter = 'big' must be a valid number"),
+        ({"diameter": "big"}, r"wheels\.left\.diameter: 'big' is no number with a unit; a length is needed"),
         ({"diameter": float("nan")}, r"wheels\.left\.diameter = nan must be a finite number"),
         ({"diameter": float("inf")}, r"wheels\.left\.diameter = inf must be a finite number"),
         ({"diameter": 0.7, "spokes": 2}, r"wheels\.left\.spokes = 2 must be greater than or equal to 3"),
         ({"diameter": 0.7, "spokes": 36.0}, r"wheels\.left\.spokes = 36\.0 must be a valid integer"),
+        (
+            {"diameter": "3 kg"},
+            r"^cart.toml: wheels\.left\.diameter: '3 kg' is a mass; a length is needed, such as \"3 mm\"$",
+        ),
+        ({"diameter": "-3 mm"}, r"^cart.toml: wheels\.left\.diameter = -0\.003 must be greater than 0$"),
+        ({"diameter": 0.7, "spokes": "36"}, r"wheels\.left\.spokes = '36' must be a valid integer"),
         ({"diameter": True}, r"wheels\.left\.diameter = True must be a valid number"),
         ({"diameter": 0.7, "centre": [0.0, 1.0]}, r"wheels\.left\.centre\.2 is missing; add it"),
         ({"diameter": 0.7, "maker": "square"}, r"^cart.toml: wheels\.left: maker = 'square' makes no wheels; choose"),
@@ -95,5 +106,5 @@ def test_errors_of_input_are_value_errors_and_all_are_sigdb_errors():
 def test_items_of_lists_count_from_the_number_that_is_given():
     data = {"wheels": {"left": {"diameter": 1.0, "centre": [0.0, "x", 0.0]}}}
     for first, named in ((0, "centre.1"), (1, "centre.2")):
-        with pytest.raises(InputError, match=rf"^cart: wheels\.left\.{named} = 'x' must be"):
+        with pytest.raises(InputError, match=rf"^cart: wheels\.left\.{named}: 'x' is no number"):
             validated(Cart, data, owner="cart", first=first)

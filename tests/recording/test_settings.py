@@ -58,7 +58,7 @@ def test_options_win_over_settings(recording):
     [
         ({"tooth": 12}, "recorded_signature: unknown key tooth; did you mean 'teeth'"),
         ({"teeth": 0}, "recorded_signature: teeth = 0 must be greater than or equal to 1"),
-        ({"teeth": 12, "speed_rpm": "fast"}, "recorded_signature: speed_rpm = 'fast' must be a valid number"),
+        ({"teeth": 12, "speed_rpm": "fast"}, "recorded_signature: speed_rpm: 'fast' is no number with a unit; a speed"),
         ({"teeth": 12, "speed_range_rpm": [100.0]}, "recorded_signature: speed_range_rpm"),
     ],
 )

@@ -4,9 +4,12 @@ import re
 from pathlib import Path
 
 import pytest
+from pydantic import BaseModel
 
 from sigdb.core.errors import InputError
-from sigdb.transmission import coupled_modes, load_transmission, modal_system
+from sigdb.core.fields import unit_of
+from sigdb.core.units import PHYSICAL
+from sigdb.transmission import Transmission, coupled_modes, load_transmission, modal_system
 
 NASA = (Path(__file__).parents[2] / "data" / "transmissions" / "nasa_spiral_bevel.toml").read_text(encoding="utf-8")
 PINION = 'shaft = "pinion-shaft"\nnode = 0'
@@ -32,6 +35,32 @@ def test_the_unchanged_file_loads(changed):
     assert changed().name == "nasa-spiral-bevel"
 
 
+def test_a_rig_file_in_other_units_is_the_same_rig(changed):
+    in_si = changed()
+    other = changed(
+        ("speed_rpm = 14400.0", 'speed_rpm = "240 Hz"'),
+        ("density = 7800.0", 'density = "7.8 g/cm^3"'),
+        ("young_modulus = 2.07e11", 'young_modulus = "207 GPa"'),
+        ("length = 0.280", 'length = "280 mm"'),
+        ("face_width = 0.0254", 'face_width = "1 in"'),
+    )
+    assert other == in_si
+
+
+def units_of(annotation):
+    """Yield the unit of each field below a section."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        for field in annotation.model_fields.values():
+            yield unit_of(field)
+            yield from units_of(field.annotation)
+    for part in getattr(annotation, "__args__", ()):
+        yield from units_of(part)
+
+
+def test_every_physical_field_of_a_rig_takes_texts_with_units():
+    assert {unit for unit in units_of(Transmission) if unit not in PHYSICAL} == {"pass", "1/rev"}  # counts
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -40,6 +69,7 @@ def test_the_unchanged_file_loads(changed):
             "body_lenght = 0.038",
             "unknown key gears.pinion.body_lenght; did you mean 'body_length'?",
         ),
+        ("length = 0.280", 'length = "3 kg"', "segments.0.length: '3 kg' is a mass; a length is needed, such as"),
         ("teeth = 12\n", "", "gears.pinion.teeth is missing; add it"),
         (
             'load = "brake"',

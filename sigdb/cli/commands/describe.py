@@ -7,6 +7,7 @@ import click
 
 from sigdb.cli.options.format import echo_json, format_option
 from sigdb.cli.options.places import RIG
+from sigdb.cli.options.quantities import Quantity
 
 
 @click.command()
@@ -14,7 +15,7 @@ from sigdb.cli.options.places import RIG
 @click.option("--out", type=click.Path(path_type=Path), help="Also draw rig.png and campbell.png into this folder.")
 @click.option(
     "--max-hz",
-    type=click.FloatRange(0, min_open=True),
+    type=Quantity("Hz", min=0, min_open=True),
     help="Highest frequency in campbell.png; by default beyond the third harmonic of the fastest mesh.",
 )
 @format_option("text", "json")

@@ -8,6 +8,7 @@ import click
 
 from sigdb.cli.options.format import echo_json, format_option
 from sigdb.cli.options.places import DATABASE, RECORDING, RIG
+from sigdb.cli.options.quantities import Quantity
 from sigdb.cli.options.recordings import recording_options
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 )
 @click.option("--gear", help="Gear on the averaged shaft; by default the mesh's driving gear.")
 @click.option("--sensor", help="The rig's sensor; by default that of the channel's name, or the first one.")
-@click.option("--torque", type=float, help="Torque, N m; by default that of the rig's operating point.")
+@click.option("--torque", type=Quantity("N m"), help="Torque, N m; by default that of the rig's operating point.")
 @recording_options
 @format_option("table", "json")
 @click.option("--out", type=click.Path(path_type=Path), help="Also write a page and its numbers into this folder.")

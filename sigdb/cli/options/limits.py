@@ -6,12 +6,13 @@ from typing import Any
 
 import click
 
+from sigdb.cli.options.quantities import Quantity
 from sigdb.database import QueryLimits
 
 _USUAL = QueryLimits()
 
 _OPTIONS = {
-    "max_seconds": ("Greatest time of the query, s.", click.FloatRange(0, min_open=True), _USUAL.max_seconds),
+    "max_seconds": ("Greatest time of the query, s.", Quantity("s", min=0, min_open=True), _USUAL.max_seconds),
     "max_memory_gb": (
         "Greatest memory of the query, GB; nothing is written to a disk in its place.",
         click.FloatRange(0, min_open=True),

@@ -7,13 +7,16 @@ from typing import Any
 
 import click
 
+from sigdb.cli.options.quantities import Quantity
 from sigdb.core import InputError
 
 _ABOVE_ZERO = click.FloatRange(0, min_open=True)
 
 _FILE = {
     "tacho": click.option("--tacho", metavar="CHANNEL", help="Channel of the tacho."),
-    "sampling_rate": click.option("--sampling-rate", type=_ABOVE_ZERO, help="Hz, if the file does not state it."),
+    "sampling_rate": click.option(
+        "--sampling-rate", type=Quantity("Hz", min=0, min_open=True), help="Hz, if the file does not state it."
+    ),
     "units": click.option("--unit", "units", help="Unit of the signals, if the file does not state it."),
     "pulses_per_rev": click.option(
         "--pulses-per-rev", type=click.IntRange(1), help="Pulses of the tacho per revolution of its shaft."
@@ -49,12 +52,16 @@ _ANGLE = {
     "mesh_phase": click.option(
         "--mesh-phase", is_flag=True, help="Take the angle from the phase of the mesh; no tacho is needed."
     ),
-    "speed_rpm": click.option("--speed-rpm", type=_ABOVE_ZERO, help="Speed for --mesh-phase, to within 5 %."),
+    "speed_rpm": click.option(
+        "--speed-rpm",
+        type=Quantity("rpm", min=0, min_open=True),
+        help="Speed for --mesh-phase, rpm, to within 5 %.",
+    ),
     "speed_range_rpm": click.option(
         "--speed-range",
         "speed_range_rpm",
         nargs=2,
-        type=float,
+        type=Quantity("rpm"),
         metavar="LOW HIGH",
         help="Range in which --mesh-phase searches for the speed, rpm.",
     ),

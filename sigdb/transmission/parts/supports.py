@@ -3,9 +3,17 @@
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    Strict,
+    ValidationInfo,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
-from sigdb.core import FloatArray, Vector, quantity
+from sigdb.core import FloatArray, Vector, in_si, quantity
 from sigdb.transmission.parts.described import Described
 from sigdb.transmission.parts.rolling_bearing import RollingBearing
 
@@ -14,6 +22,14 @@ Row6 = Annotated[tuple[float, float, float, float, float, float], Strict(False)]
 
 Matrix6 = Annotated[tuple[Row6, ...], Strict(False)]
 """Six rows of six: x, y, z, rx, ry, rz in the shaft's frame."""
+
+
+_MOTIONS = ("m", "m", "m", "rad", "rad", "rad")
+_ENTRIES = {
+    f"{name}_matrix": [[f"{force}{rate}/{motion}" for motion in _MOTIONS] for force in ("N",) * 3 + ("N m",) * 3]
+    for name, rate in (("stiffness", ""), ("damping", " s"))
+}
+"""Units of the entries of matrices: forces and moments over translations and rotations."""
 
 
 class Bearing(Described):
@@ -41,6 +57,12 @@ class Bearing(Described):
         default=None,
         description="Geometry of a rolling bearing, for the orders of its faults; it does not enter the dynamics.",
     )
+
+    @field_validator("stiffness_matrix", "damping_matrix", mode="before")
+    @classmethod
+    def _entries_in_si(cls, rows: object, info: ValidationInfo) -> object:
+        """Return a matrix whose entries with units are in the unit of their place."""
+        return in_si(rows, _ENTRIES[str(info.field_name)])
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> Self:

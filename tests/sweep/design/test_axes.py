@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import pytest
-from pydantic import create_model
+from pydantic import BeforeValidator, create_model
 
 import sigdb
 from sigdb.core import InputError, Section, quantity
@@ -50,7 +50,7 @@ def test_unit_and_help_of_an_axis_are_those_of_its_field(axis):
 def test_bounds_of_an_axis_are_those_of_its_field(axis):
     """Every axis whose field has a bound is refused what the field refuses, in a list and in a table."""
     if axis not in OUTSIDE:
-        assert all(isinstance(rule, Size | Detail) for rule in FIELDS[axis].metadata)
+        assert all(isinstance(rule, Size | Detail | BeforeValidator) for rule in FIELDS[axis].metadata)
         return
     section = MeasurementSettings if axis in MeasurementSettings.model_fields else Damage
     for model, values in ((section, {axis: OUTSIDE[axis]}), (Grid, {axis: [OUTSIDE[axis]]})):

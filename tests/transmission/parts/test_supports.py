@@ -7,6 +7,7 @@ from scipy.linalg import eigvals, solve
 
 from sigdb.core.errors import InputError
 from sigdb.transmission import Transmission, coupled_modes, modal_system
+from sigdb.transmission.parts.supports import Bearing
 from sigdb.transmission.system.assembly import assemble
 
 STEEL = {"density": 7800.0, "young_modulus": 2.1e11, "shear_modulus": 8.1e10}
@@ -379,3 +380,16 @@ def test_a_gear_that_meshes_with_none_needs_numbers():
     shaped = {"shaft": "main", "node": 1, "teeth": 20, "body_length": 0.02, "material": "steel"}
     with pytest.raises(InputError, match=r"gears\.probe takes part in no mesh, so it has no pitch radius; give its"):
         rotor(gears={"probe": shaped})
+
+
+def test_entries_of_matrices_have_the_unit_of_their_place():
+    rows = [[0.0] * 6 for _ in range(6)]
+    rows[0][0], rows[0][4], rows[4][0], rows[4][4] = "0.1 kN/um", "3 kN/rad", "2 kN m/m", "5 kN m/rad"
+    damping = [row.copy() for row in rows]
+    damping[0][0], damping[0][4], damping[4][0], damping[4][4] = "1 N s/mm", "3 N s/rad", "2 N m s/m", "5 N m s/rad"
+    bearing = Bearing(shaft="main", node=0, stiffness_matrix=rows, damping_matrix=damping)
+    assert_allclose(bearing.matrices[0][np.ix_([0, 4], [0, 4])], [[1e8, 3e3], [2e3, 5e3]], rtol=0)
+    assert_allclose(bearing.matrices[1][np.ix_([0, 4], [0, 4])], [[1e3, 3.0], [2.0, 5.0]], rtol=0)
+    rows[4][4] = "5 kN/m"
+    with pytest.raises(InputError, match=r"stiffness_matrix\.4\.4: '5 kN/m' is a stiffness; a torsional stiffness is"):
+        Bearing(shaft="main", node=0, stiffness_matrix=rows)
