@@ -75,6 +75,7 @@ check: .venv/check
 
 docs: .venv/docs
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+	$(BIN)/python tests/checks/offline.py docs/_build/html
 	@echo "docs/_build/html/index.html"
 
 # tftb's metadata asks for a numpy older than 2, which it runs without.

@@ -1,6 +1,7 @@
 """Sphinx configuration: Markdown pages, docstrings in numpydoc's manner, tables generated from the code."""
 
 import sys
+from importlib.resources import files
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
@@ -36,8 +37,11 @@ autodoc_member_order = "bysource"
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
 
+# One file with its fonts, which the pages take from their own folder: they are read without a network.
+mathjax_path = "tex-svg.js"
+
 html_theme = "pydata_sphinx_theme"
-html_static_path = ["_static"]
+html_static_path = ["_static", str(files("sphinx-mathjax-offline") / "static" / "mathjax" / mathjax_path)]
 html_css_files = ["tables.css"]
 html_title = f"sigdb {version}"
 html_show_sourcelink = False

@@ -1,5 +1,6 @@
-"""The checks of names, prose and the tree find what they are to find."""
+"""The checks of names, prose, the tree and built pages find what they are to find."""
 
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -104,3 +105,20 @@ def test_a_large_folder_is_found(tree):
     for number in range(13):
         (tree / "sigdb" / "signal" / f"average_{number}.py").write_text(CLEAN)
     assert "sigdb/signal: 14 modules, at most 12" in findings("tree.py", tree)
+
+
+@pytest.mark.parametrize(
+    ("head", "found"),
+    [
+        ('<script src="_static/tex-svg.js?v=1"></script><a href="https://doi.org/10.1115/1.1758252">paper</a>', []),
+        ('<script src="https://cdn.example/mathjax.js"></script>', ["loads https://cdn.example/mathjax.js"]),
+        ('<link rel="stylesheet" href="//fonts.example/a.css">', ["loads //fonts.example/a.css"]),
+        ('<img src="lost.png">', ["loads lost.png, which is not there"]),
+        ("<style>@import url('https://fonts.example/b.css');</style>", ["loads https://fonts.example/b.css"]),
+    ],
+)
+def test_pages_that_need_a_network_are_found(tmp_path, head, found):
+    (tmp_path / "_static").mkdir()
+    (tmp_path / "_static" / "tex-svg.js").write_text("")
+    (tmp_path / "index.html").write_text(f"<html><head>{head}</head></html>")
+    assert list(runpy.run_path(CHECKS / "offline.py")["findings"](tmp_path)) == [f"index.html: {one}" for one in found]
