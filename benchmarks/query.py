@@ -112,6 +112,7 @@ def case_columns(numbers: Any, rng: np.random.Generator) -> dict[str, Any]:
     k = numbers.size
     return {
         "status": ["ok"] * k,
+        "status_code": ["ok"] * k,
         "gear": ["pinion"] * k,
         "shaft": ["pinion-shaft"] * k,
         "pattern": [""] * k,

@@ -40,6 +40,7 @@ from .store.receipts import receipt_name as receipt_name
 from .store.schema import SCHEMA_FILE as SCHEMA_FILE
 from .store.schema import Column as Column
 from .store.schema import Schema as Schema
+from .store.schema import StatusCode as StatusCode
 from .store.schema import database_schema as database_schema
 from .store.schema import read_schema as read_schema
 from .store.schema import suffixed as suffixed

@@ -322,7 +322,13 @@ class Database(StoredTables):
         return self._matcher.match(tsa, k=k, sensor=sensor, turns=turns, where=where, limits=QueryLimits(**limits))
 
     def export(
-        self, path: str | Path, *, where: str | None = None, signals: bool = True, sensor: str | None = None
+        self,
+        path: str | Path,
+        *,
+        where: str | None = None,
+        signals: bool = True,
+        sensor: str | None = None,
+        **limits: Unpack[LimitOptions],
     ) -> Export:
         """Write rows to a file that MATLAB reads, a MAT-file (``.mat``) or HDF5 (``.h5``, ``.hdf5``).
 
@@ -345,6 +351,9 @@ class Database(StoredTables):
             Whether averages and spectra are written.
         sensor : str, optional
             Only the columns of this sensor, without suffix; of all sensors if left out.
+        **limits
+            ``max_seconds`` and ``max_memory_gb`` of finding and reading the rows, as in :meth:`sql`; their number is
+            not limited.
 
         Returns
         -------
@@ -354,12 +363,12 @@ class Database(StoredTables):
         Raises
         ------
         InputError
-            If the file has another suffix, ``where`` or ``sensor`` name a thing that does not exist, a variable is too
-            large for a MAT-file, or h5py is not installed.
+            If the file has another suffix, ``where`` or ``sensor`` name a thing that does not exist, a limit is
+            reached, a variable is too large for a MAT-file, or h5py is not installed.
         DatabaseError
             If a part is damaged; then no file is written.
         """
-        return export_database(self, path, where=where, signals=signals, sensor=sensor)
+        return export_database(self, path, where=where, signals=signals, sensor=sensor, **limits)
 
 
 def open(location: str | PathLike[str]) -> Database:

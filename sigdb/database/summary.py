@@ -10,7 +10,7 @@ from sigdb.database.matching.outside_threshold import read_coverage
 from sigdb.database.stored_tables import check_complete
 from sigdb.transmission import Transmission, origins
 
-_NOT_AXES = ("id", "status", "template", "gear", "shaft", "pattern", "min_compression", "contact_loss")
+_NOT_AXES = ("id", "status", "status_code", "template", "gear", "shaft", "pattern", "min_compression", "contact_loss")
 _QUANTILES = (0.05, 0.5, 0.95)
 
 
@@ -33,8 +33,12 @@ class AxisFacts(TypedDict):
 
 
 class StatusFacts(TypedDict):
-    """A reason why rows have no result, and the number of these rows."""
+    """A reason why rows have no result: its code, the status of one of the rows, and their number.
 
+    The code is None in a database of an earlier version, in which each status counts for itself.
+    """
+
+    code: str | None
     status: str
     rows: int
 
@@ -96,7 +100,10 @@ select count(*) as rows, count(*) filter (tooth = 0) as healthy, count(*) filter
 from cases
 """
 _PATTERNS = "select distinct pattern from cases where pattern <> '' order by 1"
-_STATUSES = "select status, count(*) as rows from cases where status <> 'ok' group by 1 order by 2 desc, 1"
+_STATUSES = """
+select {code} as code, min(status) as status, count(*) as rows from cases where status <> 'ok' group by {reason}
+order by 3 desc, 2
+"""
 _CHECKS = """
 select max(error) as error, max(floquet_multiplier) as floquet_multiplier, min(min_compression) as min_compression,
     {force} as min_mesh_force
@@ -141,6 +148,8 @@ def database_card(database: Database) -> DatabaseFacts:
     counts = database.arrow(_COUNTS).to_pylist()[0]
     record = read_coverage(database.store, manifest)
     has_force = "min_mesh_force" in database.dataset("templates").schema.names
+    has_code = "status_code" in database.dataset("features").schema.names
+    by_reason = {"code": "status_code", "reason": "status_code"} if has_code else {"code": "null", "reason": "status"}
     versions = sorted({tuple(sorted(receipt.versions.items())) for receipt in receipts})
     return DatabaseFacts(
         rig=RigFacts(name=rig.name, title=rig.title, origins=origins(rig)),
@@ -157,7 +166,7 @@ def database_card(database: Database) -> DatabaseFacts:
         bytes=sum(file.bytes for receipt in receipts for file in receipt.files),
         axes=_axes(database),
         patterns=database.arrow(_PATTERNS)["pattern"].to_pylist(),
-        statuses=database.arrow(_STATUSES).to_pylist(),
+        statuses=database.arrow(_STATUSES.format(**by_reason)).to_pylist(),
         indicators=_indicators(database),
         checks=database.arrow(_CHECKS.format(force="min(min_mesh_force)" if has_force else "null")).to_pylist()[0],
         coverage=None if record is None else {"threshold": record.threshold, **record.details},

@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 
 from sigdb.core import FloatArray, InputError, NotApplicableError, validated
-from sigdb.database.store.schema import suffixed
+from sigdb.database.store.schema import StatusCode, suffixed
 from sigdb.database.stored_tables import StoredTables
 from sigdb.transmission import Transmission
 
@@ -50,6 +50,8 @@ class Template:
         template shares with its rows, by column name.
     status
         ``ok``, or why there is no result and what to change.
+    status_code
+        Short form of the status; None in databases of earlier versions.
     contact_loss
         Whether the mesh loses contact; None where it was not computed.
     floquet_multiplier
@@ -88,6 +90,7 @@ class Template:
 
     case: Mapping[str, CaseValue]
     status: str = "ok"
+    status_code: str | None = StatusCode.OK
     contact_loss: bool | None = None
     floquet_multiplier: float = nan
     static_compression: float = nan
@@ -158,7 +161,12 @@ class Template:
             Values by column name; arrays are flat, row-major, float32 (``orders`` float64).
         """
         numbers = {name: float(getattr(self, name)) for name in _RESULTS}
-        row: dict[str, CaseValue | FloatArray] = {**self.case, "status": self.status, "contact_loss": self.contact_loss}
+        row: dict[str, CaseValue | FloatArray] = {
+            **self.case,
+            "status": self.status,
+            "status_code": self.status_code,
+            "contact_loss": self.contact_loss,
+        }
         row |= {name: None if isnan(value) else value for name, value in numbers.items()}
         if self.status != "ok":
             return row
@@ -207,6 +215,7 @@ class Template:
         return cls(
             case={name: row[name].as_py() for name in _case_columns(row, sensors)},
             status=row["status"].as_py(),
+            status_code=row["status_code"].as_py() if "status_code" in row else None,
             contact_loss=row["contact_loss"].as_py(),
             floquet_multiplier=number("floquet_multiplier"),
             static_compression=number("static_compression"),
@@ -233,6 +242,7 @@ class Template:
 def _case_columns(row: Mapping[str, pa.Scalar], sensors: Sequence[str]) -> list[str]:
     results = {
         "status",
+        "status_code",
         "contact_loss",
         *_RESULTS,
         *(suffixed("reference_variance", sensors, each) for each in sensors),

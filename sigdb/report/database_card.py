@@ -138,7 +138,8 @@ def _coverage(coverage: Mapping[str, float] | None) -> Iterator[str]:
 
 def _failures(statuses: Sequence[StatusFacts]) -> Iterator[str]:
     for row in statuses[:_REASONS]:
-        yield f"- {_count_text(row['rows'], 'row')} without a result: {row['status']}."
+        code = f" (`{row['code']}`)" if row["code"] else ""
+        yield f"- {_count_text(row['rows'], 'row')} without a result{code}: {row['status']}."
     if others := statuses[_REASONS:]:
         rows = sum(row["rows"] for row in others)
         yield f"- {_count_text(rows, 'row')} without a result for {_count_text(len(others), 'other reason')}."

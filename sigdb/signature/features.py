@@ -121,7 +121,8 @@ def features(
     -------
     dict of float64 arrays
         By name, in the order of :data:`FEATURES`. ``spectrum`` has the shape (..., n//2 + 1), ``wigner_ville``
-        (..., Z, 4 ``mesh_orders`` + 1), an indicator (...). An indicator without a denominator is nan.
+        (..., Z, 4 ``mesh_orders`` + 1), an indicator (...), or a float for one average. An indicator without a
+        denominator is nan.
 
     Raises
     ------
@@ -141,8 +142,8 @@ def features(
     >>> from sigdb.signature import features
     >>> x = np.cos(2 * np.pi * 12 * np.arange(768) / 768)
     >>> values = features(x, teeth=12)
-    >>> values["spectrum"].shape, values["rms"].shape, values["wigner_ville"].shape
-    ((385,), (), (12, 17))
+    >>> values["spectrum"].shape, values["wigner_ville"].shape, round(values["peak_to_peak"], 3)
+    ((385,), (12, 17), 2.0)
     """
     x, _ = real_signal("features", "tsa", tsa)
     wanted = _checked_names(names)

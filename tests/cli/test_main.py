@@ -92,6 +92,10 @@ def test_python_m_sigdb_is_sigdb(shell):
         (["export", "{missing}", "a.mat"], "is not a sigdb database"),
         (["export", "{db}", "a.txt"], "a.txt: the name of an export ends in .mat, .h5 or .hdf5"),
         (["export", "{db}", "a.h5", "--where", "tuth = 1"], "where = 'tuth = 1'"),
+        (
+            ["export", "{db}", "a.h5", "--where", "id in (from range(1000000000000))", "--max-seconds", "0.2"],
+            "was stopped after 0.2 s, which is its limit; ask for less, or raise max_seconds (--max-seconds)",
+        ),
         (["train", "{missing}", "--target", "location", "--out", "{missing}"], "is not a sigdb database"),
         (["evaluate", "{missing}", "{db}"], "is not a model folder"),
         (["evaluate", "{model}", "{missing}"], "is not a sigdb database"),

@@ -63,6 +63,14 @@ def test_its_card_has_no_mesh_force(signatures):
     assert database_card(sigdb.open(signatures))["checks"]["min_mesh_force"] is None
 
 
+def test_its_rows_have_a_status_without_a_code(signatures):
+    """Reasons of rows without a result are then grouped by the sentence; here there is no such row."""
+    database = sigdb.open(signatures)
+    assert set(database.cases()["status"]) == {"ok"}
+    assert "status_code" not in database.dataset("features").schema.names
+    assert database_card(database)["statuses"] == []
+
+
 def test_the_model_loads_and_answers_as_when_it_was_saved(signatures):
     model = sigdb.load_model(MADE / "location")
     assert (model.target, model.learner) == ("location", "lda")

@@ -50,16 +50,19 @@ def test_a_query_ends_at_its_limit(database, query, limits, says):
 
 
 @pytest.mark.parametrize("where", [f"({ENDLESS}) > 0", "id in (select x from range(1000000000000) t(x))"])
-def test_a_condition_ends_at_its_limit(database, where):
+def test_a_condition_ends_at_its_limit(database, where, tmp_path):
     tsa = database.signals([0])["tsa"][0]
     for read in (
         lambda: database.cases(where, max_seconds=0.2),
         lambda: database.features(where, max_seconds=0.2),
         lambda: database.batches(where, max_seconds=0.2).read_all(),
         lambda: database.match(tsa, where=where.replace("id in", "template in"), max_seconds=0.2),
+        lambda: database.export(tmp_path / "rows.mat", where=where, max_seconds=0.2),
+        lambda: database.export(tmp_path / "rows.h5", where=where, max_seconds=0.2),
     ):
         with pytest.raises(InputError, match=r"was stopped after 0\.2 s"):
             read()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_time_between_batches_does_not_count(database):

@@ -89,14 +89,18 @@ def test_one_sensor_may_be_read_alone(database, stored):
 
 def test_a_template_without_a_result_has_a_status_and_its_case(database, stored):
     case = Template.from_row(rows_of(stored)[0], database.sensors).case
-    row = Template(case=case, status="no result; change the rig").to_row(database.sensors)
+    made = Template(case=case, status="no result; change the rig", status_code="not_applicable")
+    row = made.to_row(database.sensors)
     table = pa.Table.from_pylist([row], schema=stored.schema)
     assert {name for name in table.column_names if table[name].null_count == 0} == {
         "status",
+        "status_code",
         *(name for name, value in case.items() if value is not None),
     }
     back = Template.from_row(rows_of(table)[0], database.sensors)
-    assert (back.case, back.status, back.contact_loss) == (case, "no result; change the rig", None)
+    assert (back.case, back.status, back.status_code) == (case, "no result; change the rig", "not_applicable")
+    assert back.contact_loss is None
+    assert Template.from_row(rows_of(table.drop_columns("status_code"))[0], database.sensors).status_code is None
     assert np.isnan([back.min_compression, back.static_compression, back.error]).all()
     assert (back.signals.size, back.compression.size) == (0, 0)
 

@@ -67,10 +67,17 @@ def sweep(
         )
     if summary.failed:
         click.echo(
-            f"{summary.failed} rows have no result; their status says why: "
-            f"sigdb query {out} "
-            "\"select split_part(status, ' (', 1) as reason, count(*) from features group by reason\""
+            f"{summary.failed} rows have no result; their status says why: sigdb query {out} "
+            f'"select {_reason(out)} as reason, count(*) as rows, min(status) as example from features group by reason"'
         )
+
+
+def _reason(out: str) -> str:
+    """SQL of the reason why a row has no result; a database of an earlier version has only its sentence."""
+    from sigdb.database import open as open_database
+
+    names = open_database(out).dataset("features").schema.names
+    return "status_code" if "status_code" in names else "split_part(status, ' (', 1)"
 
 
 def _print_plan(plan: "Plan", out: str, jobs: int, form: str) -> None:

@@ -3,12 +3,13 @@
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, Unpack
 
 import numpy as np
 import pyarrow as pa
 
 from sigdb.core import FloatArray
+from sigdb.database.limits import LimitOptions
 from sigdb.database.signals import list_matrix
 from sigdb.database.store.schema import suffixed
 from sigdb.database.stored_tables import StoredTables
@@ -74,13 +75,13 @@ def export_columns(tables: StoredTables, *, signals: bool, sensor: str | None) -
 
 
 def export_batches(
-    tables: StoredTables, where: str | None, columns: list[ExportColumn], rows: int
+    tables: StoredTables, where: str | None, columns: list[ExportColumn], rows: int, **limits: Unpack[LimitOptions]
 ) -> Iterator[dict[str, Values]]:
     """Yield the values of the columns by name, batch by batch in the order of ids."""
     features, signals = (
         {column.field.name: column for column in columns if column.table == table} for table in ("features", "signals")
     )
-    for batch in tables.batches(where, columns=list(dict.fromkeys(["id", *features])), rows=rows):
+    for batch in tables.batches(where, columns=list(dict.fromkeys(["id", *features])), rows=rows, **limits):
         values = {column.name: column.values(batch[source]) for source, column in features.items()}
         if signals:
             stored = tables.signal_rows(batch["id"].to_numpy(), list(signals))

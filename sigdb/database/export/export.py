@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 import pyarrow.compute as pc
@@ -10,6 +11,7 @@ from sigdb.core import InputError
 from sigdb.database.export.columns import ExportColumn, export_batches, export_columns
 from sigdb.database.export.hdf5 import write_hdf5
 from sigdb.database.export.mat import check_size, write_mat
+from sigdb.database.limits import LimitOptions
 from sigdb.database.store.store import publish
 from sigdb.database.stored_tables import StoredTables
 
@@ -36,7 +38,13 @@ class Export:
 
 
 def export_database(
-    tables: StoredTables, path: str | Path, *, where: str | None, signals: bool, sensor: str | None
+    tables: StoredTables,
+    path: str | Path,
+    *,
+    where: str | None,
+    signals: bool,
+    sensor: str | None,
+    **limits: Unpack[LimitOptions],
 ) -> Export:
     """Write rows to a file; see :meth:`Database.export`."""
     path = Path(path)
@@ -45,9 +53,9 @@ def export_database(
         raise InputError(f"{path}: the name of an export ends in .mat, .h5 or .hdf5; give such a name")
     columns = export_columns(tables, signals=signals, sensor=sensor)
     if write is write_mat:
-        check_size(_list_sizes(tables, where, columns))
+        check_size(_list_sizes(tables, where, columns, **limits))
     rows: list[int] = []
-    batches = export_batches(tables, where, columns, _BATCH)
+    batches = export_batches(tables, where, columns, _BATCH, **limits)
     about = _about(tables, where)
     publish(path, lambda temporary: rows.append(write(temporary, columns, batches, about)))
     return Export(path=path, rows=rows[0], columns=len(columns))
@@ -66,10 +74,12 @@ def _about(tables: StoredTables, where: str | None) -> dict[str, str]:
     }
 
 
-def _list_sizes(tables: StoredTables, where: str | None, columns: list[ExportColumn]) -> dict[str, int]:
+def _list_sizes(
+    tables: StoredTables, where: str | None, columns: list[ExportColumn], **limits: Unpack[LimitOptions]
+) -> dict[str, int]:
     """Bytes of each matrix before it is read: the rows times the lists of a row of the greatest tooth count."""
     rows, teeth, longest = 0, 0, None
-    for batch in tables.batches(where, columns=["id", "teeth", "status"], rows=65536):
+    for batch in tables.batches(where, columns=["id", "teeth", "status"], rows=65536, **limits):
         rows += batch.num_rows
         done = batch.filter(pc.equal(batch["status"], "ok"))
         if done.num_rows and pc.max(done["teeth"]).as_py() > teeth:
@@ -78,5 +88,5 @@ def _list_sizes(tables: StoredTables, where: str | None, columns: list[ExportCol
     lists = [column for column in columns if column.is_list]
     if longest is None:
         return dict.fromkeys((column.name for column in lists), 0)
-    (row,) = export_batches(tables, f"id = {longest}", lists, 1)
+    (row,) = export_batches(tables, f"id = {longest}", lists, 1, **limits)
     return {name: rows * np.asarray(values).nbytes for name, values in row.items()}

@@ -121,7 +121,7 @@ class Matcher:
         )
         record = read_coverage(self._tables.store, self._tables.manifest)
         threshold = record.threshold if record is not None and record.sensor == sensor else None
-        shared = {*self._tables.dataset("features").schema.names, "tooth"} - {"status"}
+        shared = {*self._tables.dataset("features").schema.names, "tooth"} - {"status", "status_code"}
         names = [name for name in index.cases.column_names if name in shared]
         cases = index.cases.select(names).take(pa.array(near.place)).to_pandas()
         return Match(table=_table(near, cases, self._step, threshold), threshold=threshold)

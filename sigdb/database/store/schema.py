@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any, Self
 
 import pyarrow as pa
@@ -28,6 +29,17 @@ _TYPES = {
     )
 }
 """Types of columns, by their names in ``schema.json``."""
+
+
+class StatusCode(StrEnum):
+    """Short reasons why a case has no result; the status next to it is a sentence."""
+
+    OK = "ok"
+    CONTACT = "contact"
+    UNSTABLE = "unstable"
+    NOT_CONVERGED = "not_converged"
+    NOT_TURNED = "not_turned"
+    NOT_APPLICABLE = "not_applicable"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,6 +150,14 @@ def read_schema(store: Store) -> Schema:
 
 
 _STATUS = Column(name="status", type=pa.string(), help="'ok', or why there is no result and what to change.")
+_STATUS_CODE = Column(
+    name="status_code",
+    type=pa.string(),
+    help="Short form of the status, to group by: 'ok'; 'contact' (a mesh loses contact where the linear solution "
+    "does not hold); 'unstable' (the rig has no steady state); 'not_converged' (the solver or the march does not meet "
+    "its accuracy); 'not_turned' (excitations fixed to the shaft act while contact is lost); 'not_applicable' (rig or "
+    "damage is outside the method).",
+)
 _MIN_COMPRESSION = Column(
     name="min_compression",
     type=_FLOAT,
@@ -198,6 +218,7 @@ def database_schema(
         templates=(
             Column(name="template", type=pa.int32(), help="Number of the template."),
             _STATUS,
+            _STATUS_CODE,
             Column(
                 name="tooth",
                 type=pa.int32(),
@@ -289,6 +310,7 @@ def database_schema(
         features=(
             Column(name="id", type=pa.int64(), help="Number of the row in the plan."),
             _STATUS,
+            _STATUS_CODE,
             Column(name="template", type=pa.int32(), help="Number of its template."),
             *cases,
             *rows,

@@ -127,15 +127,12 @@ def location_values(predicted: IntArray, rows: pd.DataFrame) -> dict[str, FloatA
     }
 
 
-_UNITS = {"phase_shift_deg": "phase_shift_deg, deg"}
-
-
 def _each(prefix: str, title: str, *, kind: Kind = Kind.MEAN, better: int = 0, bounded: bool = False) -> list[Metric]:
     """Return a metric of each quantity."""
     return [
         Metric(
             name=f"{prefix}_{quantity}",
-            title=title.format(_UNITS.get(quantity, quantity)),
+            title=title.format(quantity),
             kind=kind,
             better=better,
             bounded=bounded,

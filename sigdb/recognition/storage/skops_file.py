@@ -14,6 +14,7 @@ from sklearn.exceptions import InconsistentVersionWarning
 from sigdb.core import InputError
 from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.estimators.registry import own_classes, trusted_types
+from sigdb.recognition.storage.boosted_trees import check_boosted_trees
 from sigdb.recognition.storage.bounded_files import archive_members
 
 Node: TypeAlias = dict[str, Any]
@@ -22,6 +23,18 @@ Node: TypeAlias = dict[str, Any]
 _SCHEMA = "schema.json"
 _PUBLIC = "sigdb.recognition"
 """Module that files name for the classes of sigdb: a public name outlives a move of the module that defines it."""
+
+_SCIKIT_LEARN = (
+    "sklearn._loss.",
+    "sklearn.discriminant_analysis.",
+    "sklearn.ensemble._hist_gradient_boosting.",
+    "sklearn.feature_selection.",
+    "sklearn.isotonic.",
+    "sklearn.linear_model.",
+    "sklearn.pipeline.",
+    "sklearn.preprocessing.",
+)
+"""Modules of scikit-learn whose classes a model may hold; skops trusts others too, with compiled trees and pointers."""
 
 _BEGIN = (1980, 1, 1, 0, 0, 0)
 """Time of all members: the earliest that a ZIP can state."""
@@ -47,7 +60,7 @@ def skops_estimators(content: bytes) -> dict[str, Estimator]:
     Raises
     ------
     InputError
-        If it holds another type, or more than models do.
+        If it holds another type, more than models do, or trees that point outside their arrays.
     """
     members = archive_members("model.skops", content)
     schema, modules = json.loads(members.pop(_SCHEMA)), own_classes()
@@ -55,13 +68,16 @@ def skops_estimators(content: bytes) -> dict[str, Estimator]:
         _set_module(node, modules.get)
     plain = _archive(members | {_SCHEMA: json.dumps(schema).encode()}, compression=zipfile.ZIP_STORED)
     trusted = trusted_types()
-    untrusted = set(skops.io.get_untrusted_types(data=plain)) - set(trusted)
+    unknown = {name for name in map(_type_name, _nodes(schema)) if name.startswith("sklearn.")}
+    unknown = {name for name in unknown if not name.startswith(_SCIKIT_LEARN)}
+    untrusted = unknown.union(skops.io.get_untrusted_types(data=plain)) - set(trusted)
     if untrusted:
         raise InputError(f"the model holds types that are not trusted: {', '.join(sorted(untrusted))}")
     with warnings.catch_warnings():
         # The answers on the probe show whether another version of scikit-learn gives the same ones.
         warnings.simplefilter("ignore", InconsistentVersionWarning)
         estimators: dict[str, Estimator] = skops.io.loads(plain, trusted=trusted)
+    check_boosted_trees(estimators)
     return estimators
 
 
@@ -75,6 +91,10 @@ def _nodes(value: object) -> Iterator[Node]:
     elif isinstance(value, list):
         for part in value:
             yield from _nodes(part)
+
+
+def _type_name(node: Node) -> str:
+    return f"{node.get('__module__', '')}.{node['__class__']}"
 
 
 def _set_module(node: Node, module_of: Callable[[str], str | None]) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from sigdb.recognition import ALL, TARGETS, Evaluation
 from sigdb.report.evaluation.style import BOUND_STYLE, Styles, by_estimator, drawing, lay_grid
@@ -58,6 +59,9 @@ def _lines(rows: pd.DataFrame, styles: Styles, label: str, metric: str, *, logar
         axes.set(xlabel=label, ylabel=_METRICS[metric][0])
         if logarithmic:
             axes.set_xscale("log")
+            axes.set_xticks(sorted(rows["at"].unique()))
+            axes.xaxis.set_major_formatter("{x:g}")
+            axes.xaxis.set_minor_locator(NullLocator())
         axes.set_ylim(0, 1.01 if metric in _SHARES else None)
         axes.legend(frameon=False, fontsize=8)
         lay_grid(axes)

@@ -169,7 +169,7 @@ def _distribution(signature: RecordedSignature) -> CaptionedFigure:
         axes = figure.subplots()
         image = draw_distribution(axes, wigner_ville(x - x.mean()), teeth, _HIGHEST * teeth, ())
         axes.set(xlabel="angle, deg (tooth passes numbered)", ylabel="order, 1/rev")
-        figure.colorbar(image, ax=axes, extend="both", pad=0.01, label=f"({_unit(signature)})$^2$ per bin")
+        figure.colorbar(image, ax=axes, extend="both", pad=0.01, label=_per_bin(signature))
     caption = f"Orders of the average up to {2 * _HIGHEST} mesh orders; half-window 60 deg of rotation."
     return CaptionedFigure("Wigner-Ville distribution", caption, figure)
 
@@ -223,6 +223,10 @@ def _last_words(name: str) -> str:
 
 def _unit(signature: RecordedSignature) -> str:
     return signature.unit or "unit not stated"
+
+
+def _per_bin(signature: RecordedSignature) -> str:
+    return f"({signature.unit})$^2$ per bin" if signature.unit else "square per bin, unit not stated"
 
 
 def _with_unit(signature: RecordedSignature) -> str:

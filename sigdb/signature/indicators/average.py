@@ -22,7 +22,7 @@ def rms(tsa: ArrayLike) -> Float64Array:
 
     Returns
     -------
-    (...) float64
+    (...) float64, or float for one signal
         In the unit of ``tsa``; a number also without variance.
 
     Raises
@@ -38,7 +38,7 @@ def rms(tsa: ArrayLike) -> Float64Array:
     """
     x, _ = real_signal("rms", "tsa", tsa)
     u, s = _moments.per_peak(x)
-    return s * np.sqrt(_moments.mean_square(u))
+    return _moments.as_float(s * np.sqrt(_moments.mean_square(u)))
 
 
 def peak_to_peak(tsa: ArrayLike) -> Float64Array:
@@ -51,7 +51,7 @@ def peak_to_peak(tsa: ArrayLike) -> Float64Array:
 
     Returns
     -------
-    (...) float64
+    (...) float64, or float for one signal
         In the unit of ``tsa``; 0 without variance.
 
     Raises
@@ -66,7 +66,7 @@ def peak_to_peak(tsa: ArrayLike) -> Float64Array:
     3.0
     """
     x, _ = real_signal("peak_to_peak", "tsa", tsa)
-    return np.ptp(x, axis=-1)
+    return _moments.as_float(np.ptp(x, axis=-1))
 
 
 def crest_factor(tsa: ArrayLike) -> Float64Array:
@@ -79,7 +79,7 @@ def crest_factor(tsa: ArrayLike) -> Float64Array:
 
     Returns
     -------
-    (...) float64
+    (...) float64, or float for one signal
         No unit; nan without variance.
 
     Raises
@@ -96,7 +96,7 @@ def crest_factor(tsa: ArrayLike) -> Float64Array:
     x, eps = real_signal("crest_factor", "tsa", tsa)
     u, _ = _moments.per_peak(x)
     undefined = _moments.variance(u) <= _moments.rounding_floor(eps)
-    return _moments.quotient(_moments.peak(u), np.sqrt(_moments.mean_square(u)), undefined)
+    return _moments.as_float(_moments.quotient(_moments.peak(u), np.sqrt(_moments.mean_square(u)), undefined))
 
 
 def kurtosis(tsa: ArrayLike) -> Float64Array:
@@ -111,7 +111,7 @@ def kurtosis(tsa: ArrayLike) -> Float64Array:
 
     Returns
     -------
-    (...) float64
+    (...) float64, or float for one signal
         No unit; nan without variance.
 
     Raises
@@ -127,7 +127,7 @@ def kurtosis(tsa: ArrayLike) -> Float64Array:
     """
     x, eps = real_signal("kurtosis", "tsa", tsa)
     u, _ = _moments.per_peak(x)
-    return _moments.moment_ratios(u, (4,), _moments.rounding_floor(eps))[0]
+    return _moments.as_float(_moments.moment_ratios(u, (4,), _moments.rounding_floor(eps))[0])
 
 
 def energy_operator(tsa: ArrayLike) -> Float64Array:
@@ -143,7 +143,7 @@ def energy_operator(tsa: ArrayLike) -> Float64Array:
 
     Returns
     -------
-    (...) float64
+    (...) float64, or float for one signal
         No unit; nan where the energy has no variance, its scale the square of the average's.
 
     Raises
@@ -166,4 +166,4 @@ def energy_operator(tsa: ArrayLike) -> Float64Array:
     """
     x, eps = real_signal("energy_operator", "tsa", tsa)
     u, _ = _moments.per_peak(x)
-    return _moments.moment_ratios(_moments.teager_kaiser(u), (4,), _moments.rounding_floor(eps))[0]
+    return _moments.as_float(_moments.moment_ratios(_moments.teager_kaiser(u), (4,), _moments.rounding_floor(eps))[0])

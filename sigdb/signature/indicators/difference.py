@@ -25,7 +25,7 @@ def fm4(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Arra
 
     Returns
     -------
-    (...) float64
+    (...) float64, or float for one signal
         No unit; nan without variance.
 
     Raises
@@ -45,7 +45,7 @@ def fm4(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Arra
     >>> round(float(fm4(np.sin(2 * np.pi * 5 * np.arange(64) / 64))), 12)
     1.5
     """
-    return _difference_moment("fm4", difference, 4, scale)
+    return _moments.as_float(_difference_moment("fm4", difference, 4, scale))
 
 
 def m6a(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Array:
@@ -60,7 +60,7 @@ def m6a(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Arra
 
     Returns
     -------
-    (...) float64
+    (...) float64, or float for one signal
         No unit; nan without variance.
 
     Raises
@@ -80,7 +80,7 @@ def m6a(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Arra
     >>> round(float(m6a(np.sin(2 * np.pi * 5 * np.arange(64) / 64))), 12)
     2.5
     """
-    return _difference_moment("m6a", difference, 6, scale)
+    return _moments.as_float(_difference_moment("m6a", difference, 6, scale))
 
 
 def m8a(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Array:
@@ -95,7 +95,7 @@ def m8a(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Arra
 
     Returns
     -------
-    (...) float64
+    (...) float64, or float for one signal
         No unit; nan without variance.
 
     Raises
@@ -115,7 +115,7 @@ def m8a(difference: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Arra
     >>> round(float(m8a(np.sin(2 * np.pi * 5 * np.arange(64) / 64))), 12)
     4.375
     """
-    return _difference_moment("m8a", difference, 8, scale)
+    return _moments.as_float(_difference_moment("m8a", difference, 8, scale))
 
 
 def energy_ratio(difference: ArrayLike, regular: ArrayLike, *, scale: ArrayLike | None = None) -> Float64Array:
@@ -131,7 +131,7 @@ def energy_ratio(difference: ArrayLike, regular: ArrayLike, *, scale: ArrayLike 
 
     Returns
     -------
-    (...) float64
+    (...) float64, or float for one signal
         No unit; nan where the regular signal has no variance. A difference without variance gives about 0.
 
     Raises
@@ -161,7 +161,7 @@ def energy_ratio(difference: ArrayLike, regular: ArrayLike, *, scale: ArrayLike 
     s, unit = signal_scale("energy_ratio", scale, p), _moments.nonzero(p)
     u, v = d / unit[..., None], r / unit[..., None]
     undefined = _moments.variance(v) <= _moments.rounding_floor(max(eps_d, eps_r), s / unit)
-    return np.sqrt(_moments.quotient(_moments.mean_square(u), _moments.mean_square(v), undefined))
+    return _moments.as_float(np.sqrt(_moments.quotient(_moments.mean_square(u), _moments.mean_square(v), undefined)))
 
 
 def _difference_moment(owner: str, difference: ArrayLike, power: int, scale: ArrayLike | None) -> Float64Array:

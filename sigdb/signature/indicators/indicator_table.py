@@ -15,7 +15,14 @@ from sigdb.core import SIGNALS_AT_ONCE, blocks
 from sigdb.signature.checks import Float64Array, real_signal
 from sigdb.signature.gear_orders import GearOrders, gear_orders
 from sigdb.signature.indicators.average_terms import AverageTerms
-from sigdb.signature.indicators.moment_kernels import mean_square, moment_ratios, peak, quotient, teager_kaiser
+from sigdb.signature.indicators.moment_kernels import (
+    as_float,
+    mean_square,
+    moment_ratios,
+    peak,
+    quotient,
+    teager_kaiser,
+)
 from sigdb.signature.indicators.sidebands import over_deviation, over_mesh, peak_to_peak_over_mesh, sideband_sum
 
 
@@ -173,7 +180,7 @@ def indicators(
 
     Returns
     -------
-    dict of (...) float64
+    dict of (...) float64, or of floats for one signal
         By name, in the order of ``INDICATORS``; quotients without variance are nan.
 
     Raises
@@ -198,7 +205,8 @@ def indicators(
     signals = x.reshape(-1, n)
     # A batch of 256 signals at once takes three times as long.
     parts = [_indicators(signals[some], teeth, orders, eps) for some in blocks(max(len(signals), 1), SIGNALS_AT_ONCE)]
-    return {name: np.concatenate([part[name] for part in parts]).reshape(x.shape[:-1])[()] for name in INDICATORS}
+    values = {name: np.concatenate([part[name] for part in parts]).reshape(x.shape[:-1]) for name in INDICATORS}
+    return {name: as_float(each) for name, each in values.items()}
 
 
 def _indicators(x: Float64Array, teeth: int, orders: GearOrders, eps: float) -> dict[str, Float64Array]:

@@ -4,6 +4,8 @@ They take signals in units of their largest modulus, so that neither nm nor m/s^
 the eighth power.
 """
 
+from typing import cast
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +15,11 @@ from sigdb.signature.checks import Float64Array
 def peak(x: Float64Array) -> Float64Array:
     """Largest modulus, ``(..., n) -> (...)``."""
     return np.maximum(np.max(x, axis=-1), -np.min(x, axis=-1)) + 0.0  # never -0
+
+
+def as_float(values: Float64Array) -> Float64Array:
+    """Values as they are, or as a float, which prints as a number, where there is one signal only."""
+    return values if np.ndim(values) else cast(Float64Array, np.asarray(values).item())
 
 
 def nonzero(p: Float64Array) -> Float64Array:

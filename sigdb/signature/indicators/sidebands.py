@@ -29,7 +29,7 @@ def fm0(tsa: ArrayLike, *, teeth: int, mesh_harmonics: int | None = None) -> Flo
 
     Returns
     -------
-    (...) float64
+    (...) float64, or float for one signal
         No unit; nan without any mesh harmonic.
 
     Raises
@@ -56,7 +56,7 @@ def fm0(tsa: ArrayLike, *, teeth: int, mesh_harmonics: int | None = None) -> Flo
     harmonics = mesh_harmonic_count("fm0", mesh_harmonics, z, n, least=1)
     u, _ = _moments.per_peak(x)
     mesh = _amplitudes(u)[..., z : harmonics * z + 1 : z]
-    return peak_to_peak_over_mesh(np.ptp(u, axis=-1), mesh, _moments.rounding_floor(eps))
+    return _moments.as_float(peak_to_peak_over_mesh(np.ptp(u, axis=-1), mesh, _moments.rounding_floor(eps)))
 
 
 def sideband_index(tsa: ArrayLike, *, teeth: int) -> Float64Array:
@@ -69,7 +69,7 @@ def sideband_index(tsa: ArrayLike, *, teeth: int) -> Float64Array:
 
     Returns
     -------
-    (...) float64
+    (...) float64, or float for one signal
         In the unit of ``tsa``.
 
     Raises
@@ -93,7 +93,7 @@ def sideband_index(tsa: ArrayLike, *, teeth: int) -> Float64Array:
     """
     x, _ = real_signal("sideband_index", "tsa", tsa)
     z = mesh_teeth("sideband_index", teeth, x.shape[-1])
-    return sideband_sum(_amplitudes(x), z, 1, x.shape[-1]) / 2
+    return _moments.as_float(sideband_sum(_amplitudes(x), z, 1, x.shape[-1]) / 2)
 
 
 def sideband_level_factor(tsa: ArrayLike, *, teeth: int) -> Float64Array:
@@ -106,7 +106,7 @@ def sideband_level_factor(tsa: ArrayLike, *, teeth: int) -> Float64Array:
 
     Returns
     -------
-    (...) float64
+    (...) float64, or float for one signal
         No unit; nan without variance. The standard deviation is the population's.
 
     Raises
@@ -131,7 +131,7 @@ def sideband_level_factor(tsa: ArrayLike, *, teeth: int) -> Float64Array:
     z = mesh_teeth("sideband_level_factor", teeth, x.shape[-1])
     u, _ = _moments.per_peak(x)
     pair = sideband_sum(_amplitudes(u), z, 1, x.shape[-1])
-    return over_deviation(pair, _moments.variance(u), _moments.rounding_floor(eps))
+    return _moments.as_float(over_deviation(pair, _moments.variance(u), _moments.rounding_floor(eps)))
 
 
 def sideband_energy_ratio(tsa: ArrayLike, *, teeth: int, pairs: int = 6) -> Float64Array:
@@ -146,7 +146,7 @@ def sideband_energy_ratio(tsa: ArrayLike, *, teeth: int, pairs: int = 6) -> Floa
 
     Returns
     -------
-    (...) float64
+    (...) float64, or float for one signal
         No unit (amplitudes, in spite of the name); nan without mesh.
 
     Raises
@@ -168,7 +168,7 @@ def sideband_energy_ratio(tsa: ArrayLike, *, teeth: int, pairs: int = 6) -> Floa
     z = mesh_teeth("sideband_energy_ratio", teeth, n)
     most = count("sideband_energy_ratio", "pairs", pairs, least=1)
     a = _amplitudes(_moments.per_peak(x)[0])
-    return over_mesh(sideband_sum(a, z, most, n), a[..., z], _moments.rounding_floor(eps))
+    return _moments.as_float(over_mesh(sideband_sum(a, z, most, n), a[..., z], _moments.rounding_floor(eps)))
 
 
 def peak_to_peak_over_mesh(range_: Float64Array, mesh: Float64Array, floor: Float64Array) -> Float64Array:

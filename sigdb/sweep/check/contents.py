@@ -29,6 +29,7 @@ def check_row_contents(plan: Plan, receipt: Receipt, files: Mapping[str, pq.Parq
     cases = plan.table(receipt.first, receipt.first + receipt.rows)
     ids, ok = cases["id"].to_numpy(), _ok(features)
     yield from _each("features", _wrong_count(receipt, ok))
+    yield from _each("features", _wrong_codes(features, ids))
     planned = {str(name): cases[name].to_numpy() for name in cases}
     # An average of a mesh that loses contact has no index errors in it.
     lost = ok & pc.fill_null(features["contact_loss"], False).to_numpy()
@@ -55,6 +56,7 @@ def check_template_contents(plan: Plan, receipt: Receipt, files: Mapping[str, pq
     ]
     parameters = {name: np.array([case[name] for case in cases], dtype=object) for name in cases[0]}
     yield from _each("templates", _wrong_count(receipt, _ok(table)))
+    yield from _each("templates", _wrong_codes(table, numbers))
     yield from _each("templates", _wrong_parameters(table, parameters, numbers))
     yield from _each(
         "templates", _wrong_numbers(table, [*parameters, "least_elsewhere", "least_force_elsewhere"], numbers, None)
@@ -85,6 +87,17 @@ def _ok(table: pa.Table) -> BoolArray:
 def _wrong_count(receipt: Receipt, ok: BoolArray) -> Iterator[str]:
     if receipt.failed != (~ok).sum():
         yield f"has {(~ok).sum()} rows without a result, its receipt says {receipt.failed}"
+
+
+def _wrong_codes(table: pa.Table, numbers: IntArray) -> Iterator[str]:
+    """Yield a sentence if the code of a status is not that of a result where there is one, or the other way round."""
+    if "status_code" not in table.schema.names:
+        return  # of an earlier version
+    codes = table["status_code"].to_pylist()
+    wrong = np.array([not code or (code == "ok") != ok for code, ok in zip(codes, _ok(table), strict=True)], dtype=bool)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        yield f"status_code of row {numbers[row]} is {codes[row]!r}, its status is {table['status'][row].as_py()!r}"
 
 
 def _wrong_parameters(table: pa.Table, planned: Mapping[str, np.ndarray], numbers: IntArray) -> Iterator[str]:

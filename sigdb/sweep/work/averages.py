@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigdb.core import SIGNALS_AT_ONCE, BoolArray, FloatArray, IntArray, blocks, specimen_stream
-from sigdb.database import Template
+from sigdb.database import StatusCode, Template
 from sigdb.dynamics import superpose
 from sigdb.measurement import index_errors, noise_deviation, revolution_scatter
 from sigdb.sweep.plan.plan import Plan, RigPoint
@@ -74,6 +74,8 @@ class Averages:
     ----------
     status
         (rows,) ``ok``, or why there is no result.
+    status_code
+        (rows,) short form of the status; None where the template has none.
     least
         (rows,) least compression of the mesh as a fraction of the static compression; nan where it is not known.
     least_force
@@ -101,6 +103,7 @@ class Averages:
         self.teeth = int(cases["teeth"][0])
         n = self.teeth * plan.signature.samples_per_tooth
         self.status = np.full(rows, "ok", dtype=object)
+        self.status_code = np.full(rows, StatusCode.OK.value, dtype=object)
         self.least = np.full(rows, np.nan)
         self.least_force = np.full(rows, np.nan)
         self.contact_loss = np.full(rows, None, dtype=object)
@@ -126,11 +129,12 @@ class Averages:
         self.least_force[rows] = template.min_mesh_force
         turns = self._cases["tooth"][rows] - template.tooth
         if template.status != "ok":
-            self.status[rows] = template.status
+            self.status[rows], self.status_code[rows] = template.status, template.status_code
             return
         if template.contact_loss:
             if len(template.orders):
-                self.status[rows[turns != 0]] = _NOT_TURNED
+                turned = rows[turns != 0]
+                self.status[turned], self.status_code[turned] = _NOT_TURNED, StatusCode.NOT_TURNED.value
             rows, turns = (some[self.status[rows] == "ok"] for some in (rows, turns))
             self.index_error[rows] = 0.0
             clean = np.broadcast_to(template.signals, (len(rows), *template.signals.shape))
@@ -164,6 +168,7 @@ class Averages:
             self.least_force[rows] = np.minimum(force.min(axis=1), template.least_force_elsewhere)
         lost = self.least_force[rows] <= 0
         self.contact_loss[rows] = lost
+        self.status_code[rows[lost]] = StatusCode.CONTACT.value
         for row in rows[lost]:
             self.status[row] = _contact_loss_status(self.least_force[row])
         return clean

@@ -71,6 +71,7 @@ def _columns(plan: Plan, averages: Averages) -> pa.Table:
     done = averages.done
     columns = {
         "status": pa.array(averages.status, pa.string()),
+        "status_code": pa.array(averages.status_code, pa.string()),
         "index_error": pa.array(averages.index_error),
         "min_compression": _numbers(averages.least, np.full(len(done), True)),
         "min_mesh_force": _numbers(averages.least_force, np.full(len(done), True)),

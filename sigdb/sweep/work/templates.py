@@ -12,13 +12,14 @@ from itertools import groupby, islice
 import numpy as np
 import pyarrow as pa
 
-from sigdb.core import FloatArray, SigdbError
+from sigdb.core import FloatArray, InputError, SigdbError, UnstableRigError
 from sigdb.database import (
     ROW_GROUP,
     CaseValue,
     CheckedParquet,
     Receipt,
     Schema,
+    StatusCode,
     Store,
     Template,
     read_receipt,
@@ -100,22 +101,23 @@ class _PreparedPoint:
         self.reference_variance = healthy.reference_variance
 
 
-def _prepare(plan: Plan, number: int, damages: Sequence[Damage]) -> _PreparedPoint | str:
-    """Return the prepared rig point, or a sentence that says why there is none."""
+def _prepare(plan: Plan, number: int, damages: Sequence[Damage]) -> _PreparedPoint | SigdbError:
+    """Return the prepared rig point, or the error that says why there is none."""
     try:
         return _PreparedPoint(plan, number, damages)
     except SigdbError as error:
-        return str(error)
+        return error
 
 
-def _templates(plan: Plan, cases: Mapping[int, TemplateCase], point: _PreparedPoint | str) -> Iterator[Template]:
+def _templates(plan: Plan, cases: Mapping[int, TemplateCase], point: _PreparedPoint | SigdbError) -> Iterator[Template]:
     """Yield the templates of some cases of a rig point."""
     columns = {
         number: {"template": number, "tooth": case.damage.tooth, **plan.case_columns(number)}
         for number, case in cases.items()
     }
-    if isinstance(point, str):
-        yield from (Template(case=case, status=point) for case in columns.values())
+    if isinstance(point, SigdbError):
+        code, reason = _failure(point)
+        yield from (Template(case=case, status=reason, status_code=code) for case in columns.values())
         return
     for numbers in _batches(cases, CASES_AT_ONCE):
         damages = [cases[number].damage.on_teeth(point.prepared.teeth) for number in numbers]
@@ -133,9 +135,11 @@ def _template(
     plan: Plan, columns: Mapping[str, CaseValue], point: _PreparedPoint, states: SteadyState, i: int
 ) -> Template:
     """Return the template of case ``i`` of some steady states."""
+    code, status = _status(states, i)
     template = Template(
         case=columns,
-        status=_status(states, i),
+        status=status,
+        status_code=code,
         contact_loss=bool(states.contact_loss[i]),
         floquet_multiplier=point.floquet_multiplier,
         static_compression=states.static_compression,
@@ -165,26 +169,33 @@ def _template(
     )
 
 
-def _status(states: SteadyState, i: int) -> str:
-    """Return ``ok``, or why case ``i`` of some steady states makes no template."""
+def _status(states: SteadyState, i: int) -> tuple[StatusCode, str]:
+    """Return code and status of case ``i`` of some steady states: ``ok``, or why it makes no template."""
     if (failure := states.failures[i]) is not None:
-        return str(failure)
+        return _failure(failure)
     if states.is_linear[i] and states.contact_loss[i]:
-        return (
+        return StatusCode.CONTACT, (
             f"the mesh loses contact (least mesh force {states.min_mesh_force[i]:.3f} of the static one), where the "
             "linear solution does not hold; reduce the damage, raise the torque, or leave out sweep.solver"
         )
     if not states.meets_accuracy[i]:
-        return (
+        return StatusCode.NOT_CONVERGED, (
             f"the march in time does not meet its accuracy (error {states.error[i]:.1e} of the peak-to-peak); change "
             "the damage, the speed or the damping"
         )
     if not states.is_linear[i] and not states.parts_contact[i] and states.orders:
-        return (
+        return StatusCode.NOT_TURNED, (
             "unbalance, run-out or a fluctuating load act while every case is marched: the motion with damage at one "
             "tooth is not that at another turned; leave those out, or sweep.solver"
         )
-    return "ok"
+    return StatusCode.OK, "ok"
+
+
+def _failure(error: SigdbError) -> tuple[StatusCode, str]:
+    """Return code and status of a case that cannot be solved."""
+    if isinstance(error, UnstableRigError):
+        return StatusCode.UNSTABLE, str(error)
+    return StatusCode.NOT_APPLICABLE if isinstance(error, InputError) else StatusCode.NOT_CONVERGED, str(error)
 
 
 class TemplateReader:

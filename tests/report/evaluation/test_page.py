@@ -246,3 +246,20 @@ def test_the_roc_of_the_bound_is_drawn(location):
     (_, _, figure) = next(iter(evaluation_figures(replace(location, tables=tables))))
     lines = {line.get_label(): line for line in figure.axes[0].lines}
     assert (lines["bound"].get_ydata() == 1).all()
+
+
+def test_numbers_of_averages_are_labelled_as_they_are(location):
+    """A logarithmic axis would label powers of ten only, of which there may be none between the values."""
+    table = location.tables["snr_db"]
+    averages = table.assign(at=table["at"].map({-10.0: 36.0, 0.0: 102.0}))
+    (_, _, figure), *_ = evaluation_figures(replace(location, tables={"averages": averages}))
+    (axes,) = figure.axes
+    figure.canvas.draw()
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["36", "102"]
+    assert axes.get_xlabel() == "revolutions in the average"
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_no_title_of_a_metric_states_a_unit_twice(target):
+    titles = [metric.title for metric in TARGETS[target].metrics]
+    assert [title for title in titles if re.search(r"_(deg|db|rpm)\b.*, (deg|dB|rpm)\b", title)] == []

@@ -6,12 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+from sigdb import signature
 from sigdb.signature import (
     INDICATORS,
     crest_factor,
     difference_signal,
     energy_operator,
     energy_ratio,
+    features,
     fm0,
     fm4,
     indicators,
@@ -244,3 +246,19 @@ def test_the_sign_of_the_signal_does_not_matter():
     before, after = indicators(x, teeth=8), indicators(-x, teeth=8)
     for name in INDICATORS:
         assert_allclose(after[name], before[name], rtol=1e-12, err_msg=name)
+
+
+@pytest.mark.parametrize("name", INDICATORS)
+def test_the_value_of_one_signal_is_a_plain_float(name):
+    x = np.cos(12 * THETA) + 0.1 * np.cos(13 * THETA) + 0.05 * np.cos(40 * THETA)
+    difference, regular = difference_signal(x, teeth=12), regular_signal(x, teeth=12)
+    arguments = dict.fromkeys(("fm4", "m6a", "m8a"), (difference,)) | {"energy_ratio": (difference, regular)}
+    options = {"teeth": 12} if name == "fm0" or name.startswith("sideband") else {}
+    one = getattr(signature, name)(*arguments.get(name, (x,)), **options)
+    several = getattr(signature, name)(*([each] for each in arguments.get(name, (x,))), **options)
+    assert type(one) is type(indicators(x, teeth=12)[name]) is type(features(x, teeth=12)[name]) is float
+    assert several.tolist() == [one]
+
+
+def test_a_signature_prints_numbers():
+    assert "np." not in str(indicators(np.cos(12 * THETA), teeth=12))

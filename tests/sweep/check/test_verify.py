@@ -267,6 +267,7 @@ WRONG_ROWS = {
         ("tsa", 300, lambda tsa: [*tsa[:-1], None], "tsa of row 2348 holds a value that is no finite number"),
     ],
     "status": [("status", 3, "no result", "rms of row 2051 is ")],
+    "codes": [("status_code", 3, "contact", "status_code of row 2051 is 'contact', its status is 'ok'")],
 }
 WRONG_TEMPLATES = {
     "numbers": [
@@ -278,6 +279,7 @@ WRONG_TEMPLATES = {
         ("compression", 1, None, "compression of row 1 is null"),
     ],
     "status": [("status", 1, "no result", "tsa of row 1 has 352 values, by the recipe it is null")],
+    "codes": [("status_code", 1, None, "status_code of row 1 is None, its status is 'ok'")],
 }
 
 
@@ -369,7 +371,8 @@ def test_descriptions_that_do_not_agree(copy):
     assert [one.file for one in verify(copy)] == ["sigdb.toml"]
     (copy / "sigdb.toml").write_bytes(text)
     schema = unsealed((copy / "schema.json").read_bytes(), name="schema.json")
-    schema["features"][3]["unit"] = "inch"
+    (gear,) = (column for column in schema["features"] if column["name"] == "gear")
+    gear["unit"] = "inch"
     (copy / "schema.json").write_bytes(sealed_json(schema))
     assert [(one.file, one.what) for one in verify(copy)] == [
         (

@@ -78,6 +78,7 @@ def test_with_unbalance_a_turned_row_fails_with_a_sentence(plan_of, tmp_path):
     summary = run(plan, tmp_path, jobs=1)
     database = sigdb.open(tmp_path)
     rows = database.cases("tooth > 0").set_index("tooth")
+    assert rows.loc[[1, 7], "status_code"].tolist() == ["ok", "not_turned"]
     assert rows.loc[1, "status"] == "ok"
     assert rows.loc[7, "status"].startswith(
         "the mesh loses contact, and unbalance, run-out or a fluctuating load act in addition"
@@ -107,6 +108,7 @@ def test_a_motion_that_does_not_repeat_is_a_failed_template_and_the_sweep_goes_o
         "rig 'nasa-spiral-bevel': the motion does not repeat to 1e-12 of its size within 2 rev"
     )
     assert failed.status.endswith("change the damage, the speed or the damping")
+    assert failed.status_code == "not_converged"
     assert failed.contact_loss
     assert failed.tsa is None
     rows = database.cases()
@@ -130,3 +132,4 @@ def test_a_template_whose_march_cannot_meet_its_accuracy_has_no_result(plan_of, 
     (status,) = database.templates().query("tooth > 0")["status"]
     assert status.startswith("the march in time does not meet its accuracy (error ")
     assert database.cases("status <> 'ok'")["status"].tolist() == [status]
+    assert database.cases("status <> 'ok'")["status_code"].tolist() == ["not_converged"]

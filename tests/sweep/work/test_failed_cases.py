@@ -8,6 +8,7 @@ import pytest
 import sigdb
 from sigdb.core.errors import InputError
 from sigdb.core.streams import noise_stream, specimen_stream
+from sigdb.database import database_card
 from sigdb.dynamics import ContactLossWarning, Periodic
 from sigdb.measurement import index_errors
 from sigdb.sweep import run
@@ -40,6 +41,17 @@ def test_a_row_that_its_specimen_takes_out_of_contact_is_what_a_simulation_warns
     assert failed["min_mesh_force"] == pytest.approx(response.min_mesh_force, rel=1e-4)
     assert failed["status"].startswith("with this specimen the mesh loses contact (least mesh force -0.")
     assert failed["status"].endswith("reduce the damage or the index errors, or raise the torque")
+
+
+def test_rows_without_a_result_are_grouped_by_the_code_of_their_status(rough):
+    cases = rough.cases()
+    groups = rough.sql("select status_code, count(*) as rows from features group by all order by status_code")
+    failed = int((cases["status"] != "ok").sum())
+    assert failed > 0
+    assert groups.to_dict("list") == {"status_code": ["contact", "ok"], "rows": [failed, len(cases) - failed]}
+    (facts,) = database_card(rough)["statuses"]
+    assert (facts["code"], facts["rows"]) == ("contact", failed)
+    assert facts["status"] in set(cases["status"])
 
 
 def test_failed_rows_have_nulls_a_status_and_their_parameters(rough):
@@ -129,10 +141,11 @@ def test_an_unstable_rig_fails_with_its_damping_only(plan_of, tmp_path):
     )
     summary = run(plan, tmp_path, jobs=1)
     database = sigdb.open(tmp_path)
-    status = database.sql("select damping_ratio, status, contact_loss from cases order by all")
+    status = database.sql("select damping_ratio, status, status_code, contact_loss from cases order by all")
     damped = status["damping_ratio"] > 0.01
     assert damped.sum() == 2
     assert not status.loc[damped, "status"].str.contains("unstable").any()
+    assert status["status_code"].tolist() == ["unstable" if one else "ok" for one in ~damped]
     sentence = r"rig 'nasa-spiral-bevel' is unstable at 21000 rpm \(Floquet multiplier \d"
     assert status.loc[~damped, "status"].str.match(sentence).all()
     assert summary.failed >= 2

@@ -75,6 +75,7 @@ def test_by_the_periodic_solver_a_case_that_loses_contact_has_no_result(database
     lost = templates["stiffness_loss"] == 0.9
     assert set(templates.loc[~lost, "status"]) == {"ok"}
     assert templates.loc[lost, "status"].str.contains("the mesh loses contact").all()
+    assert set(templates.loc[lost, "status_code"]) == {"contact"}
     assert templates.loc[lost, "contact_loss"].all()
     assert (templates.loc[lost, "min_compression"] < 0).all()
 
@@ -102,6 +103,7 @@ def test_harmonic_excitations_leave_marched_cases_without_a_result(plan_of, tmp_
     templates = sigdb.open(tmp_path / "shaken").templates()
     kept = templates["stiffness_loss"] < 0.5
     assert templates.loc[kept, "status"].str.contains("leave those out, or sweep.solver").all()
+    assert set(templates.loc[kept, "status_code"]) == {"not_turned"}
 
 
 def test_an_unknown_solver_is_refused(plan_with):
