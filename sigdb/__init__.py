@@ -26,6 +26,7 @@ __all__ = [
     "Transient",
     "__version__",
     "diagnose",
+    "ensemble",
     "load_model",
     "load_transmission",
     "march",

@@ -7,6 +7,7 @@ from .diagnosis import diagnose as diagnose
 from .dynamics import Periodic as Periodic
 from .dynamics import TimeProfile as TimeProfile
 from .dynamics import Transient as Transient
+from .dynamics import ensemble as ensemble
 from .dynamics import march as march
 from .dynamics import simulate as simulate
 from .recognition import load_model as load_model

@@ -179,7 +179,7 @@ def _closest(model: type[BaseModel], location: KeyPath) -> str:
     owner = _section_at(model, location[:-1])
     if owner is None:
         return "; remove it"
-    return suggestion(str(location[-1]), owner.model_fields)
+    return suggestion(str(location[-1]), [field.alias or name for name, field in owner.model_fields.items()])
 
 
 def _section_at(model: type[BaseModel], location: KeyPath) -> type[BaseModel] | None:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Unpack, cast
+from typing import Any, Unpack, cast
 
 from sigdb.core import InputError, Note, validated
 from sigdb.database import open as open_database
@@ -192,7 +192,7 @@ def _stored_templates(
         raise InputError("model and database are given together; templates are taken from one of them")
     if database is not None:
         opened = open_database(str(database))
-        changed = changed_parts(model_form(opened.manifest.resolved), _form(rig))
+        changed = changed_parts(model_form(opened.manifest.resolved), _description(rig))
         return _Templates(bank=TemplateBank.of(opened, sensor=sensor), notes=_rig_notes("database", changed))
     if model is None:
         return None
@@ -201,12 +201,13 @@ def _stored_templates(
     bank = None if templates is None else templates.template_bank
     if bank is None:
         raise InputError(f"{model} holds no templates; train it on a database of a rig with one mesh")
-    changed = changed_parts(loaded.form, _form(rig))
+    changed = changed_parts(loaded.form, _description(rig))
     return _Templates(bank=bank, notes=_rig_notes("model", changed))
 
 
-def _form(rig: Transmission) -> dict[str, str]:
-    return model_form({"rig": rig.model_dump(mode="json", exclude_none=True)})
+def _description(rig: Transmission) -> dict[str, Any]:
+    """Return a rig as the description of a database has it."""
+    return {"rig": rig.model_dump(mode="json", exclude_none=True)}
 
 
 def _rig_notes(source: str, changed: list[str]) -> tuple[Note, ...]:

@@ -1,5 +1,8 @@
 """The response of a rig: the periodic steady state, healthy or damaged, its stability, and the march in time."""
 
+from sigdb.dynamics.drawn_ensemble import REASONS as REASONS
+from sigdb.dynamics.drawn_ensemble import Ensemble, ensemble
+from sigdb.dynamics.drawn_ensemble import possible_rig as possible_rig
 from sigdb.dynamics.excitation import checked_index_errors as checked_index_errors
 from sigdb.dynamics.march.history import TimeHistory, march
 from sigdb.dynamics.march.transient import Orbit, Transient, settle
@@ -18,6 +21,7 @@ from sigdb.dynamics.time_profile import TimeProfile
 __all__ = [
     "SOLVERS",
     "ContactLossWarning",
+    "Ensemble",
     "MarchErrorWarning",
     "Orbit",
     "Periodic",
@@ -30,6 +34,7 @@ __all__ = [
     "TimeHistory",
     "TimeProfile",
     "Transient",
+    "ensemble",
     "floquet_multiplier",
     "march",
     "prepare",

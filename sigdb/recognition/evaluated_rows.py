@@ -7,7 +7,7 @@ import pandas as pd
 from sigdb.core import InputError
 from sigdb.database import Database
 from sigdb.recognition.model import Model
-from sigdb.recognition.splits.kinds import changed_parts, make_split, model_form
+from sigdb.recognition.splits.kinds import changed_parts, make_split
 from sigdb.recognition.splits.split import TEST
 from sigdb.recognition.targets.all_targets import TARGETS
 from sigdb.recognition.training import usable_rows
@@ -97,7 +97,7 @@ def _of_others(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd
     if same_gears:
         rows = rows[~rows["specimen"].isin(model.trained_on)]
     held_out = "specimens held out of training" if same_gears else "specimens of a database with another seed"
-    changed = changed_parts(model.form, model_form(database.manifest.resolved))
+    changed = changed_parts(model.form, database.manifest.resolved)
     if changed:
         text = f"another model form: {database.store}, which differs in {', '.join(changed)}; {held_out}, the cases "
         return rows, Selection(split="S5", text=f"{text}of that database", changed_parts=tuple(changed))

@@ -5,9 +5,13 @@ import lazy_loader
 __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
+    "Assumptions",
+    "Choices",
     "CoupledModes",
     "Damage",
     "ModalSystem",
+    "Range",
+    "Tie",
     "ToothDamage",
     "Transmission",
     "built_in_transmissions",

@@ -8,6 +8,13 @@ from .damage import Damage as Damage
 from .damage import ToothDamage as ToothDamage
 from .damage import as_damage as as_damage
 from .damage import preset_teeth as preset_teeth
+from .ensemble.assumption import Choice as Choice
+from .ensemble.assumption import Choices as Choices
+from .ensemble.assumption import Range as Range
+from .ensemble.assumption import Tie as Tie
+from .ensemble.assumptions import Assumptions as Assumptions
+from .ensemble.draws import Seed as Seed
+from .ensemble.draws import draws as draws
 from .library import as_transmission as as_transmission
 from .library import built_in_transmissions as built_in_transmissions
 from .library import load_transmission as load_transmission

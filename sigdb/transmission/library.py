@@ -6,6 +6,7 @@ from os import PathLike
 from pathlib import Path
 
 from sigdb.core import InputError, read_toml, suggestion, validated
+from sigdb.transmission.ensemble.assumptions import value_problems
 from sigdb.transmission.parts.casing_matrices import CasingMatrices
 from sigdb.transmission.rig import Transmission, transmission_of
 
@@ -72,7 +73,11 @@ def _read(path: Path, *, owner: str) -> Transmission:
             data["casing"]["modes"] = [mode.model_dump() for mode in described.casing_modes(path.parent)]
         except InputError as error:
             raise InputError(f"{owner}: {error}") from None
-    return transmission_of(data, owner=owner)
+    rig = transmission_of(data, owner=owner)
+    problems = list(value_problems(rig))
+    if problems:
+        raise InputError("\n".join(f"{owner}: {problem}" for problem in problems))
+    return rig
 
 
 def built_in_transmissions() -> list[str]:

@@ -5,9 +5,13 @@ from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
-from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_validator
+import tomli_w
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from sigdb.core import InputError, quantity, suggestion, validated
+from sigdb.core import InputError, quantity, validated
+from sigdb.transmission.dotted_path import number_path, replaced, value_at
+from sigdb.transmission.ensemble.assumption import Choice
+from sigdb.transmission.ensemble.assumptions import Assumptions, assumption_problems
 from sigdb.transmission.mesh.geometry import MeshGeometry, PairMember, mesh_geometry
 from sigdb.transmission.mesh.geometry_profiles import GeometryProfile
 from sigdb.transmission.parts.bodies import Body, Disk
@@ -19,8 +23,6 @@ from sigdb.transmission.parts.supports import Bearing, Casing, Coupling
 from sigdb.transmission.parts.usual_ranges import unusual_numbers
 
 __all__ = ["Transmission"]
-
-_TABLES = ("gears", "disks", "shafts", "bearings", "couplings", "meshes", "sensors", "materials")
 
 
 class Transmission(Described):
@@ -75,6 +77,8 @@ class Transmission(Described):
             problems = list(self._geometry_problems())
         if not problems:
             problems = list(self._profile_problems())
+        if not problems:
+            problems = list(assumption_problems(self))
         if problems:
             raise ValueError("\n".join(problems))
         return self
@@ -292,44 +296,14 @@ class Transmission(Described):
         InputError
             If it names no numeric field.
         """
-        parts = tuple(dotted.split("."))
-        if parts[0] not in type(self).model_fields:
-            tables = [table for table in _TABLES if parts[0] in getattr(self, table)]
-            if not tables:
-                names = [*type(self).model_fields, *(name for table in _TABLES for name in getattr(self, table))]
-                raise InputError(
-                    f"rig {self.name!r} has no part {parts[0]!r} (in {dotted!r}){suggestion(parts[0], names)}"
-                )
-            parts = (tables[0], *parts)
-        value = self._value(parts, dotted)
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InputError(f"{dotted!r} of rig {self.name!r} is not a number; name a numeric field of the rig")
-        return parts
-
-    def _value(self, path: tuple[str, ...], dotted: str) -> Any:
-        here: Any = self
-        for part in path:
-            names: list[str] = []
-            if isinstance(here, BaseModel):
-                names = list(type(here).model_fields)
-                here = getattr(here, part) if part in names else None
-            elif isinstance(here, Mapping):
-                names = list(here)
-                here = here.get(part)
-            elif isinstance(here, tuple) and part.isdigit() and int(part) < len(here):
-                here = here[int(part)]
-            else:
-                here = None
-            if here is None:
-                raise InputError(f"rig {self.name!r} has no parameter {dotted!r}{suggestion(part, names)}")
-        return here
+        return number_path(self, dotted)
 
     def value(self, dotted: str) -> float:
         """Value of a numeric parameter by its dotted path."""
-        return float(self._value(self.path(dotted), dotted))
+        return float(value_at(self, self.path(dotted), dotted))
 
     def replace(self, values: Mapping[str, float]) -> "Transmission":
-        """The rig with other values at dotted paths, checked again.
+        """The rig with other values at dotted paths, checked again; what is assumed of them stays.
 
         Raises
         ------
@@ -338,30 +312,49 @@ class Transmission(Described):
         """
         if not values:
             return self
-        data = self.model_dump()
-        for dotted, value in values.items():
-            path = self.path(dotted)
-            if path[0] == "gears" and path[-1] == "teeth" and self.gears[path[1]].mass is not None:
-                raise InputError(
-                    f"{dotted!r} cannot be changed: the body of gear {path[1]!r} is given by its mass and would not "
-                    "follow; give body_length and material instead"
-                )
-            if isinstance(value, bool | str):
-                raise InputError(f"rig {self.name!r}: {dotted} = {value!r} must be a number")
-            here: Any = data
-            for part in path[:-1]:
-                here = here[int(part)] if isinstance(here, tuple | list) else here[part]
-            if isinstance(here, tuple):
-                raise InputError(
-                    f"{dotted!r} is one component of a vector and cannot be set alone; set it in the rig file"
-                )
-            try:
-                number = float(value)
-            except (TypeError, ValueError):
-                raise InputError(f"rig {self.name!r}: {dotted} = {value!r} must be a number") from None
-            whole = isinstance(self._value(path, dotted), int) and number.is_integer()
-            here[path[-1]] = int(value) if whole else number
-        return transmission_of(data, owner=f"rig {self.name!r} with {dict(values)}")
+        return transmission_of(replaced(self, values), owner=f"rig {self.name!r} with {dict(values)}")
+
+    @cached_property
+    def assumptions(self) -> Assumptions:
+        """Ranges, choices and ties of the rig's numbers, by full dotted path, in order of dependence.
+
+        Examples
+        --------
+        >>> import sigdb
+        >>> rig = sigdb.load_transmission("nasa-spiral-bevel")
+        >>> str(rig.assumptions["meshes.main.stiffness"])
+        '1.3e+08 to 4.5e+08, log'
+        """
+        return Assumptions.of(self)
+
+    def with_assumed(self, values: Mapping[str, Choice]) -> "Transmission":
+        """The rig with other values inside what is assumed of them, checked again; ties follow.
+
+        Parameters
+        ----------
+        values
+            By dotted path: a number in its range (a multiple of the other number, where the range is of one), or one of
+            the choices, a table by its ``kind``. Numbers that it does not name stay, or keep their multiple.
+
+        Raises
+        ------
+        InputError
+            If nothing is assumed of a number, it is tied, or the value is outside its range or breaks a rule.
+        """
+        data = self.assumptions.applied(self, values)
+        return transmission_of(data, owner=f"rig {self.name!r} with other assumed numbers")
+
+    def to_toml(self) -> str:
+        """Return the text of a rig file, which :func:`load_transmission` reads as this rig."""
+        return tomli_w.dumps(_stated(self.model_dump()), multiline_strings=True)
+
+
+def _stated(value: Any) -> Any:
+    """Return a value without the fields that are None and the tables and lists that are empty."""
+    if isinstance(value, dict):
+        stated = {name: _stated(item) for name, item in value.items()}
+        return {name: item for name, item in stated.items() if item is not None and item != {} and item != []}
+    return [_stated(item) for item in value] if isinstance(value, tuple | list) else value
 
 
 def transmission_of(data: Mapping[str, Any], *, owner: str) -> Transmission:

@@ -61,7 +61,7 @@ SMALL = {
     "signature/settings.py": "a section of a recipe",
     "signature/spectrum.py": "functions that indicators and separation use",
     "signature/wigner_ville/lag_products.py": "importing it imports numba",
-    "transmission/parts/described.py": "the base of all parts",
+    "transmission/ensemble/draws.py": "the draws, above rigs, which know only what is assumed of them",
     "transmission/parts/rolling_bearing.py": "a part of a bearing that does not enter the dynamics",
     "transmission/parts/sensors.py": "one kind of part",
 }

@@ -52,7 +52,7 @@ def test_a_mesh_that_a_rig_is_made_of_stays_without_its_gears():
 
 def test_the_mean_of_a_table_is_its_area_until_another_is_stated():
     data = load_transmission("nasa-spiral-bevel").model_dump()["meshes"]["main"]
-    del data["stiffness"]
+    del data["stiffness"], data["assumed"]
     data["profile"] = {
         "kind": "table", "places": [0.0, 0.6, 1.2], "pair_stiffnesses": [1e8, 2e8, 1e8], "flank": 0.2
     }  # fmt: skip

@@ -18,7 +18,7 @@ def _numbers_without_origin(table, path=""):
     """Dotted keys of a TOML table (and of those in it) that hold numbers and have no entry in ``sources``."""
     sources = table.get("sources", {})
     for key, value in table.items():
-        if key == "sources":
+        if key in ("sources", "assumed"):
             continue
         here = f"{path}{key}"
         holds_numbers = isinstance(value, int | float) or (
@@ -26,7 +26,8 @@ def _numbers_without_origin(table, path=""):
         )
         if holds_numbers or key == "shape":
             if not any(
-                sources.get(key, "").startswith(f"{origin}: ") for origin in ("published", "derived", "assumed")
+                sources.get(key, "").startswith(f"{origin}: ")
+                for origin in ("published", "derived", "fitted", "assumed")
             ):
                 yield here
         elif isinstance(value, dict):

@@ -11,6 +11,7 @@ D on samples holds the alias of its finest details. Its effect is estimated for 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import gcd
 
 import numpy as np
 
@@ -159,9 +160,13 @@ class PeriodicRig:
 
     def linear_multiplier(self, damages: Sequence[Mapping[int, ToothDamage]]) -> float:
         """Return what :meth:`floquet_multiplier` does, also where the rig is unstable."""
-        stiffness = min(map(self.mesh_stiffness, damages), key=np.sum)
+        stiffness = min(map(self.mesh_stiffness, damages), key=np.sum)[np.argsort(self.order)]
         system = self.system.truncated(STABILITY_MODES)
-        return floquet_multiplier(system, stiffness[np.argsort(self.order)], self.seconds)
+        # Without damage all meshes repeat after the passes that their counts have in common.
+        damaged = any(tooth.is_damage for damage in damages for tooth in damage.values())
+        repeats = 1 if damaged else gcd(*self.period.passes)
+        once = stiffness[:, : stiffness.shape[1] // repeats]
+        return floquet_multiplier(system, once, self.seconds / repeats) ** repeats
 
     def healthy_signals(self) -> FloatArray:
         """Return the signals (sensors, n) of the undamaged rig for gears without index errors."""

@@ -216,16 +216,28 @@ SPLITS: dict[str, Callable[[pd.DataFrame, int, int], Split]] = {
 }
 """Splits of one database by name."""
 
-_NOT_FORM = ("name", "title", "sources", "operating")
+_NOT_FORM = ("name", "title", "sources", "assumed", "operating")
 
 
 def model_form(resolved: Mapping[str, Any]) -> dict[str, str]:
     """Return the SHA-256 of each part of a database's description that makes its model form: its rig and its solver.
 
-    Two databases whose parts are all equal differ in cases, specimens and noise only. Where a part differs, a model of
-    one that is evaluated on the other has the split S5.
+    Sources of numbers and what is assumed of them are left out. Two databases whose parts are all equal differ in
+    cases, specimens and noise only. Where a part differs, a model of one that is evaluated on the other has the split
+    S5.
     """
-    parts = {f"rig.{name}": part for name, part in resolved["rig"].items() if name not in _NOT_FORM}
+    return _form(resolved, ("sources", "assumed"))
+
+
+def changed_parts(form: Mapping[str, str], resolved: Mapping[str, Any]) -> list[str]:
+    """Return the names of the parts in which a model form differs from a database's description."""
+    now, before = model_form(resolved), _form(resolved, ("assumed",))  # forms once had the sources in them
+    names = form.keys() | now.keys()
+    return sorted(name for name in names if form.get(name) not in (now.get(name), before.get(name)))
+
+
+def _form(resolved: Mapping[str, Any], left_out: tuple[str, ...]) -> dict[str, str]:
+    parts = {f"rig.{name}": _without(part, left_out) for name, part in resolved["rig"].items() if name not in _NOT_FORM}
     parts |= {name: resolved[name] for name in ("solver",) if name in resolved}
     return {
         name: hashlib.sha256(json.dumps(part, sort_keys=True, default=str).encode()).hexdigest()
@@ -233,6 +245,7 @@ def model_form(resolved: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def changed_parts(form: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
-    """Return the names of the parts in which two model forms differ."""
-    return sorted(name for name in form.keys() | other.keys() if form.get(name) != other.get(name))
+def _without(value: object, keys: tuple[str, ...]) -> object:
+    if isinstance(value, dict):
+        return {key: _without(item, keys) for key, item in value.items() if key not in keys}
+    return [_without(item, keys) for item in value] if isinstance(value, list) else value

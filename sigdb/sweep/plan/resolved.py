@@ -30,13 +30,13 @@ def resolved_content(plan: "Plan") -> dict[str, Any]:
 
 
 def hash_of(resolved: dict[str, Any]) -> str:
-    """Return the SHA-256 of a resolved recipe without sources of the rig's numbers and descriptions."""
+    """Return the SHA-256 of a resolved recipe without what determines no row of its rig."""
     return hashlib.sha256(json.dumps(without_sources(resolved), sort_keys=True).encode()).hexdigest()
 
 
 def without_sources(resolved: dict[str, Any]) -> dict[str, Any]:
-    """Return a resolved recipe without sources of the rig's numbers and descriptions, which determine no row."""
-    return resolved | {"rig": _without(resolved["rig"], ("sources", "title"))}
+    """Return a resolved recipe without title, sources of the rig's numbers and what is assumed of them."""
+    return resolved | {"rig": _without(resolved["rig"], ("sources", "assumed", "title"))}
 
 
 def _presets(plan: "Plan") -> dict[str, list[dict[str, object]]]:

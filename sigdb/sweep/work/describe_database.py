@@ -110,7 +110,7 @@ def _first_difference(old: object, new: object, path: str = "") -> str:
     if isinstance(old, dict) and isinstance(new, dict):
         # A key that holds None is not in TOML.
         for key in sorted({*old, *new}):
-            if old.get(key) != new.get(key) and not (path.startswith("rig") and key in ("sources", "title")):
+            if old.get(key) != new.get(key) and not (path.startswith("rig") and key in ("sources", "assumed", "title")):
                 difference = _first_difference(old.get(key), new.get(key), f"{path}.{key}" if path else key)
                 if difference:
                     return difference

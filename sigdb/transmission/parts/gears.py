@@ -108,6 +108,10 @@ class Mesh(Described):
 
     @model_validator(mode="after")
     def _mean_known(self) -> Self:
+        if "stiffness" in self.assumed and "stiffness" not in self.model_fields_set:
+            raise ValueError(
+                "assumed.stiffness: stiffness follows from the profile; state it, or remove the assumption"
+            )
         if isinstance(self.profile, GeometryProfile):
             return self
         if self.stiffness is None and self.profile.mean_stiffness is None:

@@ -122,7 +122,7 @@ def unusual_numbers(rig: Mapping[str, object]) -> list[str]:
 def _numbers(here: object, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], float]]:
     if isinstance(here, Mapping):
         for name, value in here.items():
-            if name != "sources":
+            if name not in ("sources", "assumed"):
                 yield from _numbers(value, (*path, str(name)))
     elif isinstance(here, list | tuple):
         for i, value in enumerate(here):

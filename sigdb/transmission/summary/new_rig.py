@@ -11,6 +11,7 @@ from pydantic_core import PydanticUndefined
 from sigdb.core import InputError, unit_of
 from sigdb.transmission.mesh.geometry_profiles import EnergyMethod
 from sigdb.transmission.parts.bodies import Disk
+from sigdb.transmission.parts.described import NOTES
 from sigdb.transmission.parts.gears import Gear, Mesh, Operating, ProfileError, Trapezoid
 from sigdb.transmission.parts.sensors import Sensor
 from sigdb.transmission.parts.shafts import Material, Segment, Shaft
@@ -141,7 +142,7 @@ def _fields(section: type[BaseModel], values: dict[str, Any], *, explained: bool
     """Lines of a table: each field with its meaning, those without a value as comments; sources last."""
     sources = []
     for name, field in section.model_fields.items():
-        if name not in values and (not explained or not _leaf(field.annotation) or name == "sources"):
+        if name not in values and (not explained or not _leaf(field.annotation) or name in NOTES):
             continue
         if explained:
             unit = unit_of(field)

@@ -97,7 +97,7 @@ def describe_rig(rig: Transmission) -> RigFacts:
 
 
 def _dumped(part: Described) -> dict[str, object]:
-    return part.model_dump(exclude={"sources"})
+    return part.model_dump(exclude={"sources", "assumed"})
 
 
 def _excitations(rig: Transmission) -> Iterator[ExcitationFacts]:

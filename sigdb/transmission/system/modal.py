@@ -67,7 +67,9 @@ class ModalSystem:
     def transfer(self, omega: FloatArray) -> ComplexArray:
         """Transfer function at angular frequencies (k,), rad/s: (k, outputs, inputs)."""
         resolvent = 1 / (1j * np.asarray(omega)[:, None] - self.poles)
-        return np.einsum("om,km,mi->koi", self.outputs, resolvent, self.inputs) + self.direct
+        residues = self.outputs.T[:, :, None] * self.inputs[:, None, :]
+        modal = resolvent @ residues.reshape(len(self.poles), -1)
+        return modal.reshape(len(resolvent), *self.direct.shape) + self.direct
 
     def truncated(self, modes: int) -> "ModalSystem":
         """The system with the conjugate pairs that take part most in the meshes' and sensors' response.

@@ -1,6 +1,7 @@
 """One thread for linear algebra of small matrices."""
 
 from collections.abc import Callable
+from contextvars import ContextVar
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
@@ -8,6 +9,8 @@ from threadpoolctl import threadpool_limits
 
 _Arguments = ParamSpec("_Arguments")
 _Result = TypeVar("_Result")
+_LIMITED: ContextVar[bool] = ContextVar("_LIMITED", default=False)
+"""Whether a function that is running has set one thread already: finding the libraries takes milliseconds."""
 
 
 def small_matrices(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
@@ -28,7 +31,13 @@ def small_matrices(function: Callable[_Arguments, _Result]) -> Callable[_Argumen
 
     @wraps(function)
     def alone(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> _Result:
-        with threadpool_limits(1, user_api="blas"):
+        if _LIMITED.get():
             return function(*args, **kwargs)
+        with threadpool_limits(1, user_api="blas"):
+            token = _LIMITED.set(True)
+            try:
+                return function(*args, **kwargs)
+            finally:
+                _LIMITED.reset(token)
 
     return alone

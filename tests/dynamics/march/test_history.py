@@ -223,6 +223,7 @@ def test_a_reversed_torque_crosses_the_backlash(even):
 def test_without_backlash_in_the_rig_the_backs_never_touch(rig):
     data = rig.model_dump()
     data["meshes"]["main"]["backlash"] = None
+    del data["meshes"]["main"]["assumed"]["backlash"]
     rig = type(rig).model_validate(data)
     found = march(rig, duration=0.02, sampling_rate=20e3, torque=TimeProfile([0.0, 0.005], [356.05, -50.0]))
     assert found.mesh_force["main"][-1] == 0
