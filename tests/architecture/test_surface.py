@@ -35,6 +35,7 @@ NAMES = {
     "march": "sigdb.dynamics",
     "open": "sigdb.database",
     "diagnose": "sigdb.diagnosis",
+    "ensemble": "sigdb.dynamics",
     "read_recording": "sigdb.recording",
     "simulate": "sigdb.dynamics",
 }

@@ -226,13 +226,6 @@ def test_a_gear_without_mesh_or_of_another_rig_is_refused(rig):
     data = rig.model_dump()
     by_numbers = {"mass": 3.1, "polar_inertia": 0.01} | dict.fromkeys(("body_length", "material"))
     by_numbers |= {"sources": {}, "assumed": {}}
-        "mass": 3.1,
-        "polar_inertia": 0.01,
-        "body_length": None,
-        "material": None,
-        "sources": {},
-        "assumed": {},
-    }
     data["gears"]["spare"] = data["gears"]["gear"] | {"node": 5} | by_numbers
     with pytest.raises(InputError, match=r"gear 'spare' of rig 'nasa-spiral-bevel' takes part in no mesh; name a gear"):
         prepare(type(rig).model_validate(data), gear="spare")

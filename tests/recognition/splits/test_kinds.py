@@ -1,5 +1,7 @@
 """Unit: what each of the splits S0 to S5 learns from and asks about, cell by cell."""
 
+import hashlib
+import json
 from dataclasses import replace
 from itertools import product
 
@@ -246,9 +248,41 @@ def test_another_model_form_is_s5_and_says_what_differs(mixed_teeth, location_mo
 def test_the_model_form_is_the_rig_and_the_solver_and_not_the_cases(database, mixed_teeth):
     resolved = database.manifest.resolved
     form = model_form(resolved)
-    assert changed_parts(form, model_form(mixed_teeth.manifest.resolved)) == []
+    assert changed_parts(form, mixed_teeth.manifest.resolved) == []
     softer = resolved | {
         "rig": resolved["rig"] | {"damping_ratio": 0.5, "title": "softer"},
         "solver": {"kind": "march"},
     }
-    assert changed_parts(form, model_form(softer)) == ["rig.damping_ratio", "solver"]
+    assert changed_parts(form, softer) == ["rig.damping_ratio", "solver"]
+
+
+def test_sources_and_assumptions_are_no_part_of_the_model_form(database):
+    resolved = database.manifest.resolved
+    bearings = dict(resolved["rig"]["bearings"])
+    name = next(iter(bearings))
+    bearings[name] = bearings[name] | {
+        "sources": {"node": "derived: the end"},
+        "assumed": {"node": {"choices": [0, 1]}},
+    }
+    other = resolved | {"rig": resolved["rig"] | {"bearings": bearings}}
+    assert changed_parts(model_form(resolved), other) == []
+    bearings[name] = bearings[name] | {"stiffness": [1.0, 1.0, 1.0]}
+    assert changed_parts(model_form(resolved), other) == ["rig.bearings"]
+
+
+def test_a_model_form_that_has_the_sources_in_it_still_holds(database):
+    """Models were described so once: the SHA-256 of a part with its sources, without what is assumed of it."""
+    resolved = database.manifest.resolved
+    once = {
+        name: hashlib.sha256(json.dumps(_without_assumed(resolved["rig"][name.split(".")[1]]), sort_keys=True).encode())
+        for name in model_form(resolved)
+    }
+    form = {name: digest.hexdigest() for name, digest in once.items()}
+    assert form != model_form(resolved)
+    assert changed_parts(form, resolved) == []
+
+
+def _without_assumed(value):
+    if isinstance(value, dict):
+        return {key: _without_assumed(item) for key, item in value.items() if key != "assumed"}
+    return [_without_assumed(item) for item in value] if isinstance(value, list) else value
