@@ -21,7 +21,7 @@ def alarm_threshold(scores: ArrayLike, specimens: ArrayLike, rate: float, *, con
 
     with var(p) the variance of p from the scatter between the K specimens, and t the quantiles of Student's law at the
     confidence. The scatter is measured where there are at least as many alarms as specimens, since fewer say little
-    about it.
+    about it. Of tied scores, whole specimens come first: the greatest scatter that they allow, in any order of rows.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def alarm_threshold(scores: ArrayLike, specimens: ArrayLike, rate: float, *, con
     _, index, rows = np.unique(np.asarray(specimens), return_inverse=True, return_counts=True)
     if len(rows) < 2:
         return math.inf
-    order = np.argsort(-values, kind="stable")
+    order = np.lexsort((index, -values))
     index = index[order]
     if _bound(0, index, rows, confidence) > rate:
         return math.inf

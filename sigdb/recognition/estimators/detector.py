@@ -34,6 +34,10 @@ class Detector(ClassifierMixin, Estimator):
     most. This rate is an average over specimens and over the conditions of the healthy training rows, and holds with
     the stated confidence over the choice of the training specimens (:func:`.alarm_threshold`).
 
+    Scores of two trainings are not on one scale: where the classes are far apart, those of boosted trees differ more
+    between trainings than between healthy rows. So a copy's scores are carried to the scale of the trained scorer by
+    their ranks among the scores of rows that both were trained on.
+
     Since the scores of healthy rows depend on their noise, each of several bands of noise has a threshold of its own.
     So the rate holds in each band, not only over all. Bands have equally many rows; between their medians the threshold
     is interpolated in the logarithm of the noise. There are as many bands as the rows allow: each must be 1 dB wide and
@@ -125,8 +129,8 @@ class Detector(ClassifierMixin, Estimator):
         tooth = tooth_and_severity(y)[0]
         groups = specimens_of(groups, len(tooth))
         healthy = tooth == 0
-        score = self._unseen(X, tooth, groups)[healthy]
         self.scorer_ = clone(self.scorer).fit(X, tooth, groups)
+        score = self._unseen(X, tooth, groups)[healthy]
         self.classes_ = np.array([0, 1])
         self.healthy_rows_, self.healthy_specimens_ = len(score), len(np.unique(groups[healthy]))
         if isinstance(self.reducer, TemplateScores):
@@ -135,13 +139,15 @@ class Detector(ClassifierMixin, Estimator):
         return self
 
     def _unseen(self, X: Rows, tooth: IntArray, groups: IntArray) -> FloatArray:
-        """Return scores by a scorer that has not seen the specimen, (rows,)."""
+        """Return scores by scorers that have not seen the specimen, on the scale of the trained one; (rows,)."""
+        trained = damage_score(self.scorer_.decision_function(X))
         if isinstance(self.scorer, FrozenEstimator):
-            return damage_score(self.scorer.decision_function(X))
+            return trained
         score = np.empty(len(tooth))
         for inner, outer in specimen_folds_of(groups, self.folds):
             scorer = clone(self.scorer).fit(X.take(inner), tooth[inner], groups[inner])
-            score[outer] = damage_score(scorer.decision_function(X.take(outer)))
+            copied = damage_score(scorer.decision_function(X))
+            score[outer] = _on_scale(copied[outer], copied[inner], trained[inner])
         return score
 
     def _thresholds(self, score: FloatArray, noise: FloatArray, groups: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -201,3 +207,24 @@ class Detector(ClassifierMixin, Estimator):
         """Return the answers to rows, with scores of damage."""
         scores = self.decision_function(X)
         return Answers(predicted=(scores > 0).astype(int), scores=scores)
+
+
+def _on_scale(scores: FloatArray, known: FloatArray, target: FloatArray) -> FloatArray:
+    """Return scores of one scorer on the scale of another, by rank.
+
+    Parameters
+    ----------
+    scores
+        (n,) scores of a scorer.
+    known, target
+        (rows,) scores of the same rows, by this scorer and by the other one.
+
+    Returns
+    -------
+    ndarray
+        (n,) for a score that is the k-th least of ``known`` the k-th least of ``target``, the greatest of these for
+        tied ranks; between known scores on a straight line, beyond them by the distance.
+    """
+    values, counts = np.unique(known, return_counts=True)
+    inside = np.clip(scores, values[0], values[-1])
+    return np.asarray(np.interp(inside, values, np.sort(target)[np.cumsum(counts) - 1]) + (scores - inside))

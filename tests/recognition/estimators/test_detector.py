@@ -40,6 +40,25 @@ def test_the_rate_on_further_specimens_is_kept_with_the_stated_confidence(specim
     assert rates.mean() > 0.4 * rate
 
 
+@pytest.mark.parametrize("counts", [(200, 0, 0), (100, 90, 10), (150, 20, 30), (0, 100, 100)])
+def test_tied_scores_are_alarms_only_above_the_threshold(counts):
+    """Counted: the least score that no more rows exceed than leave a probability of 0.05, at most, to so few."""
+    score, n, rate = np.repeat([0.0, 1.0, 2.0], counts), sum(counts), 0.1
+    most = max(alarms for alarms in range(n) if binom.cdf(alarms, n, rate) <= 0.05)
+    counted = min(value for value in np.unique(score) if (score > value).sum() <= most)
+    assert alarm_threshold(np.random.default_rng(1).permutation(score), np.arange(n), rate) == counted
+
+
+@pytest.mark.parametrize(("specimens", "threshold"), [(24, math.inf), (40, 0.0)])
+@pytest.mark.parametrize("seed", range(3))
+def test_where_all_scores_are_tied_a_specimen_counts_as_one_row_in_any_order(specimens, threshold, seed):
+    """A rate of 0.1 takes 29 independent rows."""
+    specimen = np.repeat(np.arange(specimens), 10)
+    assert alarm_threshold(np.zeros(len(specimen)), specimen, 0.1) == threshold
+    dealt = np.random.default_rng(seed).permutation(specimen)
+    assert alarm_threshold(np.zeros(len(specimen)), dealt, 0.1) == threshold
+
+
 def test_specimens_that_differ_raise_the_threshold():
     """The same scores, dealt out at random or sorted into specimens."""
     score, specimen = specimens_that_differ(np.random.default_rng(3), specimens=40, rows=100, spread=1.0)
@@ -74,6 +93,18 @@ class Memory(Column):
     def decision_function(self, X):
         seen = X["specimen"].isin(self.seen_).to_numpy()
         return super().decision_function(X.assign(score=np.where(seen, -9.0, X["score"])))
+
+
+class Drifting(Column):
+    """One whose scores rise with the column, on a scale that differs from training to training."""
+
+    def fit(self, X, y, groups=None):
+        self.scale_ = 1 + len(X) / 1000
+        return super().fit(X, y, groups)
+
+    def decision_function(self, X):
+        rising = np.sinh(X["score"].to_numpy(float) * self.scale_) + 10 * self.scale_
+        return super().decision_function(X.assign(score=rising))
 
 
 def noisy(stream, rows, *, specimens=50):
@@ -120,6 +151,18 @@ def test_scores_of_specimens_that_a_scorer_has_seen_do_not_count():
     # A frozen scorer is taken at its word.
     frozen = FrozenEstimator(Memory().fit(None, None, rows["specimen"]))
     assert fitted(frozen, rows, 0.05).predict(unseen).mean() > 0.5
+
+
+@pytest.mark.parametrize("rate", [0.05, 0.2])
+def test_scores_of_copies_count_on_the_scale_of_the_trained_scorer(rate):
+    """Tied scores, where an increasing change of scale leaves the alarms as they are."""
+    stream = np.random.default_rng(10)
+    rows, further = (
+        noisy(stream, n).drop(columns="scatter").assign(score=lambda table: table["score"].round()) for n in (1000, 5000)
+    )
+    alarms = fitted(Drifting(), rows, rate).predict(further)
+    assert (alarms == fitted(Column(), rows, rate).predict(further)).all()
+    assert 0 < alarms.mean() <= rate
 
 
 def test_it_is_an_estimator():
