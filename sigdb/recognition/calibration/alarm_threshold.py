@@ -21,7 +21,7 @@ def alarm_threshold(scores: ArrayLike, specimens: ArrayLike, rate: float, *, con
 
     with var(p) the variance of p from the scatter between the K specimens, and t the quantiles of Student's law at the
     confidence. The scatter is measured where there are at least as many alarms as specimens, since fewer say little
-    about it. Of tied scores, whole specimens come first: the greatest scatter that they allow, in any order of rows.
+    about it. Tied scores are taken specimen by specimen, so that the order of rows does not matter.
 
     Parameters
     ----------

@@ -209,22 +209,22 @@ class Detector(ClassifierMixin, Estimator):
         return Answers(predicted=(scores > 0).astype(int), scores=scores)
 
 
-def _on_scale(scores: FloatArray, known: FloatArray, target: FloatArray) -> FloatArray:
+def _on_scale(scores: FloatArray, source: FloatArray, target: FloatArray) -> FloatArray:
     """Return scores of one scorer on the scale of another, by rank.
 
     Parameters
     ----------
     scores
         (n,) scores of a scorer.
-    known, target
+    source, target
         (rows,) scores of the same rows, by this scorer and by the other one.
 
     Returns
     -------
     ndarray
-        (n,) for a score that is the k-th least of ``known`` the k-th least of ``target``, the greatest of these for
-        tied ranks; between known scores on a straight line, beyond them by the distance.
+        (n,) for the k-th least score of ``source`` the k-th least of ``target``, the greatest of these for tied ranks;
+        between those scores on a straight line, beyond them by the distance.
     """
-    values, counts = np.unique(known, return_counts=True)
+    values, counts = np.unique(source, return_counts=True)
     inside = np.clip(scores, values[0], values[-1])
     return np.asarray(np.interp(inside, values, np.sort(target)[np.cumsum(counts) - 1]) + (scores - inside))
