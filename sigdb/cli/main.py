@@ -152,5 +152,6 @@ def _place() -> str:
 
 
 def _complain(name: str, text: str) -> None:
-    """Print an error on one line."""
-    click.echo(f"{name}: error: {visible_text(text, lines=False)}", err=True)
+    """Print an error on one line; each of several problems has its own."""
+    for problem in text.split("\n"):
+        click.echo(f"{name}: error: {visible_text(problem, lines=False)}", err=True)

@@ -70,9 +70,9 @@ def rig_bank(
         database = open_database(folder)
         if database.sql("select 1 from templates where tooth = 0 and status = 'ok' and not contact_loss").empty:
             raise InputError(
-                f"rig {rig.name} has no templates at {speed_rpm:.4g} rpm and {torque:.4g} N m, where the teeth of its "
-                f"healthy gears part; its operating point is {rig.operating.speed_rpm:.4g} rpm and "
-                f"{rig.operating.torque:.4g} N m: check the sampling rate, the tacho and the torque"
+                f"rig {rig.name} has no templates at {speed_rpm:.5g} rpm and {torque:.5g} N m, where the teeth of its "
+                f"healthy gears part; its operating point is {rig.operating.speed_rpm:.5g} rpm and "
+                f"{rig.operating.torque:.5g} N m: check the sampling rate, the tacho and the torque"
             )
         return TemplateBank.of(database, index_error=index_error)
 

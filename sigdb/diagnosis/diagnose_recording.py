@@ -10,6 +10,7 @@ from sigdb.core import InputError, Note, validated
 from sigdb.database import open as open_database
 from sigdb.diagnosis.bank import rig_bank
 from sigdb.diagnosis.diagnosis import Diagnosis, absent_gears, diagnose_signature, unjudged
+from sigdb.diagnosis.notes import rig_speed_notes
 from sigdb.recognition import TemplateBank, changed_parts, load_model, model_form
 from sigdb.recording import (
     AngleOptions,
@@ -135,7 +136,7 @@ def diagnose(
             samples_per_tooth=samples,
             index_error=index_error,
         )
-        templates = _Templates(bank=bank)
+        templates = _Templates(bank=bank, notes=tuple(rig_speed_notes(rig.operating.speed_rpm, speed_rpm)))
     if healthy_signature is None:
         signature = in_unit(signature, rig.sensors[templates.bank.sensor].unit)
     diagnosis = diagnose_signature(

@@ -11,6 +11,9 @@ from sigdb.recording import SPEED_DOUBT, RecordedSignature
 _CHANGED_DB = 3.0
 """Change of a mesh harmonic, dB, above which the two recordings are not of the same state of the rig."""
 
+_FAR_SPEED = 1.8
+"""Quotient of a recorded and a rig's speed above which a note asks for the sampling rate; mistakes are twofold."""
+
 _FAR = 0.02
 """Relative distance from the templates' operating point above which a note reports it."""
 
@@ -57,6 +60,18 @@ def operating_point_notes(point: PointTemplates, speed_rpm: float, torque: float
                 text=f"The templates have a {name} of {simulated:g} {unit}, the recording {value:g} {unit}.",
                 values={"templates": simulated, "recording": value},
             )
+
+
+def rig_speed_notes(rated_rpm: float, speed_rpm: float) -> Iterator[Note]:
+    """Yield the note on a recorded speed that is far from the operating speed of the rig."""
+    ratio = speed_rpm / rated_rpm
+    if not 1 / _FAR_SPEED < ratio < _FAR_SPEED:
+        yield Note(
+            code="far-from-rig-speed",
+            text=f"The recording's speed is {speed_rpm:.5g} rpm, {ratio:.3g} times the rig's operating speed of "
+            f"{rated_rpm:.5g} rpm. If the rig did not run at this speed, check the sampling rate and the tacho.",
+            values={"recording": speed_rpm, "rig": rated_rpm},
+        )
 
 
 def path_notes(reference: HealthyReference | None) -> Iterator[Note]:

@@ -65,6 +65,18 @@ def test_bad_input_is_one_visible_line(leave, folder, arguments):
     assert line.startswith(("sigdb: error: ", "Error: "))
 
 
+def test_each_of_several_problems_has_a_line(leave, tmp_path):
+    path = tmp_path / "recipe.toml"
+    path.write_text('[sweep]\nrig = "nasa-spiral-bevel"\nsed = 1\n[[sweep.grid]]\ntooth = "al"\n', encoding="utf-8")
+    code, _, err = leave("sweep", path, "--out", tmp_path / "out")
+    assert code == ExitCode.BAD_INPUT
+    lines = err.splitlines()
+    assert len(lines) == 2
+    assert all(line.startswith(f"sigdb: error: {path}: ") for line in lines)
+    assert "tooth = 'al'" in err
+    assert "did you mean 'seed'" in err
+
+
 def test_an_unknown_key_of_a_recipe_is_visible(leave, tmp_path):
     path = tmp_path / "recipe.toml"
     path.write_text('[sweep]\nrig = "nasa-spiral-bevel"\n"key\\u001b[2J" = 1\n', encoding="utf-8")

@@ -274,3 +274,13 @@ def test_units_are_brought_to_the_sensors(clean):
         in_unit(replace(signature, unit="V"), "m/s")
     unstated = in_unit(replace(signature, unit=""), "m/s")
     assert unstated.notes[-1].text == "The unit of a1 is not stated; it was taken to be m/s."
+
+
+def test_a_speed_at_which_the_healthy_gears_part_asks_for_the_sampling_rate(rig, monkeypatch):
+    """At 0.7 times its speed the mesh of this rig feeds a resonance."""
+    for name, values in (("DAMAGED_TEETH", (1,)), ("SHIFTS_DEG", (0.0,)), ("LOSSES", (0.1,))):
+        monkeypatch.setattr(f"sigdb.diagnosis.bank.{name}", values)
+    options = {"gear": "pinion", "sensor": SENSOR, "torque": 356.0, "samples_per_tooth": 32, "index_error": 2e-6}
+    says = r"no templates at 10080 rpm and 356 N m, .* its operating point is 14400 rpm and .*: check the sampling"
+    with pytest.raises(InputError, match=says):
+        rig_bank(rig, speed_rpm=0.7 * rig.operating.speed_rpm, **options)

@@ -23,9 +23,22 @@ if TYPE_CHECKING:
 @scheduler_option
 @click.option("--retry-failed", is_flag=True, help="Make parts that hold templates or rows without a result again.")
 @click.option("--dry-run", is_flag=True, help="Print templates, rows, bytes, time and the first rows, and stop.")
+@click.option(
+    "--measure/--no-measure",
+    default=True,
+    show_default=True,
+    help="Let --dry-run simulate some seconds for its estimates of bytes and time.",
+)
 @format_option("table", "json", of="the plan that --dry-run prints")
 def sweep(
-    recipe: Path, out: str | None, jobs: int, scheduler: str | None, retry_failed: bool, dry_run: bool, form: str
+    recipe: Path,
+    out: str | None,
+    jobs: int,
+    scheduler: str | None,
+    retry_failed: bool,
+    dry_run: bool,
+    measure: bool,
+    form: str,
 ) -> None:
     """Make the database of a recipe, or go on making it.
 
@@ -43,7 +56,7 @@ def sweep(
     plan = loaded.plan()
     out = out or str(Path("data") / recipe.stem / "signatures")
     if dry_run:
-        _print_plan(plan, out, jobs, form)
+        _print_plan(plan, out, jobs, form, measure=measure)
         return
     click.echo(f"{out}: {plan.rows} rows from {plan.n_templates} templates of rig {plan.rig.name}")
     started = time.perf_counter()
@@ -80,23 +93,24 @@ def _reason(out: str) -> str:
     return "status_code" if "status_code" in names else "split_part(status, ' (', 1)"
 
 
-def _print_plan(plan: "Plan", out: str, jobs: int, form: str) -> None:
+def _print_plan(plan: "Plan", out: str, jobs: int, form: str, *, measure: bool) -> None:
     from sigdb.report import Terminal, TextTable
     from sigdb.sweep import estimate
 
     if form == "table":
         click.echo(f"{out}: would hold {plan.rows} rows from {plan.n_templates} templates, in {plan.row_parts} parts")
-    cost = estimate(plan, jobs)
+    cost = estimate(plan, jobs) if measure else None
     first = plan.table_of(plan.sample_ids(5, 5))
     if form == "json":
         facts = {"out": out, "rows": plan.rows, "templates": plan.n_templates, "parts": plan.row_parts}
-        facts |= {"bytes": round(cost.bytes), "seconds": cost.seconds, "jobs": cost.jobs}
+        if cost is not None:
+            facts |= {"bytes": round(cost.bytes), "seconds": cost.seconds, "jobs": cost.jobs}
         rows = json.loads(first.to_json(orient="records", double_precision=15))
         echo_json(facts | {"first_rows": rows}, indent=None)
         return
-    click.echo(
-        f"about {_bytes_text(cost.bytes)} and {_seconds_text(cost.seconds)} with {cost.jobs} jobs, measured on a sample"
-    )
+    if cost is not None:
+        size, time_text = _bytes_text(cost.bytes), _seconds_text(cost.seconds)
+        click.echo(f"about {size} and {time_text} with {cost.jobs} jobs, measured on a sample")
     click.echo("first rows of the plan, and the first with damage:")
     click.echo(TextTable.of_frame(first).text(Terminal.of(sys.stdout)))
 

@@ -7,6 +7,7 @@ import pytest
 
 import sigdb
 from sigdb.core import InputError
+from sigdb.recognition import TemplateBank
 from sigdb.recording import Surroundings, synthetic_recording
 
 RATE = 102.4e3
@@ -123,6 +124,21 @@ def test_without_a_healthy_recording_it_is_said_what_is_missing(leave, files, fo
     assert code == 0
     assert out.startswith("Outside the database: neither a healthy gear nor any simulated damage fits")
     assert "missing\n  A healthy recording of the same rig by the same channel" in out
+
+
+@pytest.mark.parametrize(("rate", "said"), [(RATE / 4, "0.251 times"), (2 * RATE, "2.01 times"), (RATE, None)])
+def test_a_speed_far_from_the_rigs_asks_for_the_sampling_rate(leave, files, folder, monkeypatch, rate, said):
+    """Templates that are made for the recording have its speed, so that they say nothing."""
+    stored = TemplateBank.of(sigdb.open(folder / "signatures"))
+    monkeypatch.setattr("sigdb.diagnosis.diagnose_recording.rig_bank", lambda *args, **options: stored)
+    options = (*READ[:2], "--sampling-rate", rate, "--tacho", "tacho", "--format", "json")
+    code, out, _ = leave("diagnose", files / "sixth.csv", *options)
+    assert code == 0
+    notes = [note["text"] for note in json.loads(out)["notes"] if note["code"] == "far-from-rig-speed"]
+    assert len(notes) == (said is not None)
+    if said:
+        assert f"{said} the rig's operating speed of 14400 rpm" in notes[0]
+        assert notes[0].endswith("check the sampling rate and the tacho.")
 
 
 @pytest.mark.parametrize(

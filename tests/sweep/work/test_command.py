@@ -65,6 +65,17 @@ def test_failed_rows_are_told_with_a_query_that_shows_why(command, recipe_of, tm
     assert "loses contact" in found.loc["contact", "example"]
 
 
+def test_a_dry_run_without_measuring_simulates_nothing(command, recipe_of, tmp_path, monkeypatch):
+    monkeypatch.setattr("sigdb.sweep.estimate", None)
+    recipe = recipe_of("healthy = 3\n" + GRID + SMALL).path
+    code, out, err = command(recipe, "--dry-run", "--no-measure", "--out", tmp_path / "out")
+    assert code == 0, err
+    assert "would hold 5 rows from 2 templates, in 1 parts" in out
+    assert "measured" not in out
+    assert "first rows of the plan" in out
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_dry_run_tells_and_writes_nothing(command, recipe_of, tmp_path):
     code, out, err = command(recipe_of("healthy = 3\n" + GRID + SMALL).path, "--dry-run", "--out", tmp_path / "out")
     assert code == 0, err
