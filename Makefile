@@ -33,6 +33,11 @@ help:
 	$(BIN)/python -m pip install --quiet --no-compile --editable '.[$*]'
 	@touch $@
 
+# The environments of all checks in one go, which takes half the time.
+.venv/all: .venv/pip pyproject.toml
+	$(BIN)/python -m pip install --quiet --no-compile --editable '.[test,check,docs]'
+	@touch .venv/base .venv/test .venv/check .venv/docs $@
+
 quickstart: .venv/base
 	$(BIN)/python -m sigdb.sweep pipelines/quick.toml
 	$(BIN)/sigdb run pipelines/quick.toml
@@ -82,9 +87,9 @@ docs: .venv/docs
 peers: .venv/peers
 	$(BIN)/python -m pip install --quiet --no-deps tftb
 
-wheel: .venv/check
+wheel: .venv/pip
 	rm -rf dist build/wheel
-	$(BIN)/python -m build --quiet --wheel --outdir dist .
+	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .
 	$(BIN)/python tests/checks/wheel.py dist build/wheel
 
 clean:
