@@ -45,7 +45,7 @@ def one_thread():
 def fresh(tmp_path_factory):
     """Six pairs of gears that no model has seen; as many healthy rows for a damaged one as the reference has."""
     folder = tmp_path_factory.mktemp("fresh")
-    text = small_recipe(seed=2001, specimens=6, tooth=[3, 10], healthy=9)
+    text = small_recipe(seed=2001, specimens=6, tooth=[3], healthy=5)
     (folder / "recipe.toml").write_text(text, encoding="utf-8")
     recipe = load_recipe(folder / "recipe.toml")
     run(recipe.plan(), folder / "signatures", recipe=recipe.text, jobs=1)

@@ -52,8 +52,9 @@ VICTIMS = ("worker", "parent", "group")
 class Reader(threading.Thread):
     """Opens a database again and again, and compares all that it sees with the undisturbed one."""
 
-    def __init__(self, undisturbed: Path, seed: int) -> None:
+    def __init__(self, undisturbed: Path, seed: int, pause: float) -> None:
         super().__init__(daemon=True)
+        self._pause = pause
         self.folder: Path | None = None
         self.error: BaseException | None = None
         self.reads: Counter[int] = Counter()
@@ -64,7 +65,7 @@ class Reader(threading.Thread):
         self._signals = whole.signals(self._cases["id"])
 
     def run(self) -> None:
-        while not self._ended.wait(0.2):
+        while not self._ended.wait(self._pause):
             try:
                 with self._looking:
                     if self.folder is not None:
@@ -185,8 +186,10 @@ def check(process: Process, log: Path) -> None:
     assert process.returncode in (0, -signal.SIGKILL) or gave_up, (process.returncode, said)
 
 
-def crash(folder: Path, *, kills: int, seed: int) -> str:
+def crash(folder: Path, *, kills: int, seed: int, pause: float = 0.2) -> str:
     """Kill sweeps ``kills`` times in all and go on until each is done; what was done, in a sentence.
+
+    A reader looks every ``pause`` seconds.
 
     Raises
     ------
@@ -204,7 +207,7 @@ def crash(folder: Path, *, kills: int, seed: int) -> str:
     assert first.returncode == 0
     assert len(expected) == 2 + 2 + 3 + 3
 
-    reader = Reader(folder / "undisturbed", seed)
+    reader = Reader(folder / "undisturbed", seed, pause)
     reader.start()
     died: Counter[str] = Counter()
     rounds = 0
