@@ -2,11 +2,16 @@
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import sigdb
 
-TREES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in Path(sigdb.__file__).parent.rglob("*.py")}
+
+@cache
+def trees() -> dict[Path, ast.Module]:
+    """Parsed modules by path."""
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in Path(sigdb.__file__).parent.rglob("*.py")}
 
 
 COMPARED = {"face_load": "with published values", "force_per_torque": "with the balance of moments"}
@@ -17,7 +22,7 @@ def public() -> set[str]:
     """Names for users, which nothing in sigdb needs to use."""
     return {
         name.value
-        for path, tree in TREES.items()
+        for path, tree in trees().items()
         if path.name == "__init__.py"
         for statement in tree.body
         if isinstance(statement, ast.Assign) and ast.unparse(statement.targets[0]) == "__all__"
@@ -29,7 +34,7 @@ def public() -> set[str]:
 def used() -> set[str]:
     """Names that are read, imported, or in a text that is no docstring (``getattr``, tables of names)."""
     names: set[str] = set()
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         for node in ast.walk(tree):
             match node:
                 case ast.Name(id=name, ctx=ast.Load()) | ast.Attribute(attr=name, ctx=ast.Load()):
@@ -43,7 +48,7 @@ def used() -> set[str]:
 
 def defined() -> Iterator[tuple[str, str]]:
     """Names of functions, classes and constants of modules, with their places."""
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         for statement in tree.body:
             match statement:
                 case ast.FunctionDef(name=name) | ast.ClassDef(name=name) | ast.Assign(targets=[ast.Name(id=name)]):
@@ -54,7 +59,7 @@ def defined() -> Iterator[tuple[str, str]]:
 def fields() -> Iterator[tuple[str, str]]:
     """Names of fields of dataclasses that no user has, with their places."""
     names = public()
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         for owner in ast.walk(tree):
             if (
                 isinstance(owner, ast.ClassDef)

@@ -3,6 +3,7 @@
 import ast
 import importlib
 import inspect
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -38,24 +39,20 @@ def layer(module):
     return module.split(".")[1] if module.count(".") else ""
 
 
-def type_checking_only(tree):
-    """Nodes under ``if TYPE_CHECKING``."""
-    blocks = [
-        node
-        for node in ast.walk(tree)
-        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
-    ]
-    return {id(inner) for block in blocks for statement in block.body for inner in ast.walk(statement)}
+def statements(body):
+    """Yield all statements of a body, also of blocks in it, but not those under ``if TYPE_CHECKING``."""
+    for node in body:
+        yield node
+        if not (isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"):
+            yield from statements(getattr(node, "body", ()))
+        for block in ("orelse", "finalbody", "handlers", "cases"):
+            yield from statements(getattr(node, block, ()))
 
 
 def imports(path):
     """Names that a file imports, when it is loaded or in a function, and those that its stub imports."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    left_out = type_checking_only(tree)
     found = set()
-    for node in ast.walk(tree):
-        if id(node) in left_out:
-            continue
+    for node in statements(ast.parse(path.read_text(encoding="utf-8")).body):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -71,17 +68,25 @@ def imports(path):
     return found
 
 
-IMPORTS = {module: imports(path) for module, path in MODULES.items()}
-EDGES = [
-    (module, name)
-    for module, names in IMPORTS.items()
-    for name in sorted(names)
-    if name.startswith("sigdb.") and layer(module) in LAYERS and module != THE_EXCEPTION
-]
+@cache
+def all_imports():
+    """Names that each module imports."""
+    return {module: imports(path) for module, path in MODULES.items()}
+
+
+@cache
+def edges():
+    """Pairs of a module and a name of sigdb that it imports."""
+    return [
+        (module, name)
+        for module, names in all_imports().items()
+        for name in sorted(names)
+        if name.startswith("sigdb.") and layer(module) in LAYERS and module != THE_EXCEPTION
+    ]
 
 
 def importers_of(package):
-    return {module for module, names in IMPORTS.items() if any(name.split(".")[0] == package for name in names)}
+    return {module for module, names in all_imports().items() if any(name.split(".")[0] == package for name in names)}
 
 
 def test_every_package_has_its_layer():
@@ -91,24 +96,24 @@ def test_every_package_has_its_layer():
 
 
 def test_the_imports_were_found():
-    assert len(EDGES) > 100
-    assert "sigdb.database.open" in IMPORTS["sigdb.cli.commands.query"]  # in a function
-    assert "sigdb.recognition.training.train" in IMPORTS["sigdb.recognition"]  # lazily
-    assert "pandas" not in IMPORTS["sigdb.cli.commands.query"]  # for types only
+    assert len(edges()) > 100
+    assert "sigdb.database.open" in all_imports()["sigdb.cli.commands.query"]  # in a function
+    assert "sigdb.recognition.training.train" in all_imports()["sigdb.recognition"]  # lazily
+    assert "pandas" not in all_imports()["sigdb.cli.commands.query"]  # for types only
 
 
 def test_layers_point_downwards_only():
     upwards = [
         f"{module} imports {name}"
-        for module, name in EDGES
+        for module, name in edges()
         if layer(name) != layer(module) and layer(name) in LAYERS and LAYERS[layer(name)] >= LAYERS[layer(module)]
     ]
     assert upwards == []
 
 
 def test_no_layer_imports_the_top_level():
-    assert [edge for edge in EDGES if layer(edge[1]) not in LAYERS] == []
-    assert [module for module, names in IMPORTS.items() if "sigdb" in names] == []
+    assert [edge for edge in edges() if layer(edge[1]) not in LAYERS] == []
+    assert [module for module, names in all_imports().items() if "sigdb" in names] == []
 
 
 @pytest.mark.parametrize(
@@ -121,7 +126,7 @@ def test_no_layer_imports_the_top_level():
 )
 def test_what_a_layer_must_not_know(package, forbidden):
     known = [
-        f"{module} imports {name}" for module, name in EDGES if layer(module) == package and layer(name) in forbidden
+        f"{module} imports {name}" for module, name in edges() if layer(module) == package and layer(name) in forbidden
     ]
     assert known == []
 
@@ -133,13 +138,13 @@ def test_signature_and_measurement_reach_no_rig_by_way_of_others():
         if module in reached:
             continue
         reached.add(module)
-        for name in IMPORTS[module]:
+        for name in all_imports()[module]:
             todo += [one for one in (name, name.rpartition(".")[0]) if one in MODULES and one != "sigdb"]
     assert {layer(module) for module in reached} == {"signature", "measurement", "core"}
 
 
 def test_the_command_of_the_sweep_only_calls_the_command_line():
-    assert IMPORTS[THE_EXCEPTION] == {"sigdb.cli.main", "sigdb.cli.commands.sweep.sweep"}
+    assert all_imports()[THE_EXCEPTION] == {"sigdb.cli.main", "sigdb.cli.commands.sweep.sweep"}
 
 
 @pytest.mark.parametrize(
@@ -163,7 +168,7 @@ def test_no_name_of_a_lazy_face_is_that_of_a_module():
     for package in sorted(set(LAYERS)):
         stub = ROOT / package / "__init__.pyi"
         if stub.exists():
-            names = {name.rpartition(".")[2] for name in IMPORTS[f"sigdb.{package}"] if name.startswith("sigdb.")}
+            names = {name.rpartition(".")[2] for name in all_imports()[f"sigdb.{package}"] if name.startswith("sigdb.")}
             inside = {path.stem for path in (ROOT / package).iterdir()} - {"__init__"}
             assert names & inside == set()
 

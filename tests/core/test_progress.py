@@ -3,6 +3,7 @@
 import ast
 import inspect
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,11 @@ import sigdb
 from sigdb import paper, pipeline, recognition, sweep
 from sigdb.core import Progress, blocks, ignore
 
-SOURCES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in Path(sigdb.__file__).parent.rglob("*.py")}
+
+@cache
+def sources():
+    """Parsed modules by path."""
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in Path(sigdb.__file__).parent.rglob("*.py")}
 
 
 @pytest.mark.parametrize("value", [Progress(stage="rows", done=1, total=2, before=0), "rows"])
@@ -41,7 +46,7 @@ def test_the_types_are_declared_in_one_place():
     """Two modules had an ``OnProgress`` of their own, and ten functions a ``lambda`` by default."""
     homes = {
         path.name
-        for path, tree in SOURCES.items()
+        for path, tree in sources().items()
         for statement in tree.body
         if isinstance(statement, ast.Assign | ast.AnnAssign)
         for target in (statement.targets if isinstance(statement, ast.Assign) else [statement.target])
@@ -50,7 +55,7 @@ def test_the_types_are_declared_in_one_place():
     assert homes == {"progress.py"}
     defaults = [
         f"{path}:{default.lineno}"
-        for path, tree in SOURCES.items()
+        for path, tree in sources().items()
         for function in ast.walk(tree)
         if isinstance(function, ast.FunctionDef)
         for parameter, default in zip(function.args.kwonlyargs, function.args.kw_defaults, strict=True)
@@ -72,7 +77,7 @@ def test_blocks_cover_every_row_once_in_order(count, size):
 
 def sizes():
     """Package, name, value and documentation of each constant that is a size of blocks."""
-    for path, tree in SOURCES.items():
+    for path, tree in sources().items():
         for statement, after in zip(tree.body, [*tree.body[1:], None], strict=True):
             if isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Name):
                 name, said = statement.targets[0].id, isinstance(after, ast.Expr)
@@ -99,7 +104,7 @@ def test_rows_are_cut_into_blocks_in_one_way():
     """No loop over ``range(0, rows, ROWS_AT_ONCE)`` besides that of ``blocks``."""
     loops = [
         f"{path}:{call.lineno}"
-        for path, tree in SOURCES.items()
+        for path, tree in sources().items()
         for call in ast.walk(tree)
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "range"
         if len(call.args) == 3 and isinstance(call.args[2], ast.Name) and call.args[2].id.endswith("AT_ONCE")

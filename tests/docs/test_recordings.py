@@ -3,6 +3,7 @@
 import ast
 import re
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -40,6 +41,7 @@ def _words(node):
     return None
 
 
+@cache
 def _strings():
     """All strings of the code but docstrings, one a line."""
     paths = [path for folder in FOLDERS for path in folder.rglob("*.py")]
@@ -49,7 +51,6 @@ def _strings():
     return "\n".join(text.replace("\n", " ") for text in texts if text)
 
 
-STRINGS = _strings()
 MESSAGES = _quoted(cell for line in REFUSED.splitlines() if line.startswith("| `") for cell in [line.split(" | ")[0]])
 
 
@@ -59,7 +60,7 @@ def test_the_table_names_every_suffix():
 
 
 def test_the_table_names_every_library_that_readers_need():
-    needed = set(re.findall(r"which needs (\w+), which is not installed: pip install \1$", STRINGS, re.MULTILINE))
+    needed = set(re.findall(r"which needs (\w+), which is not installed: pip install \1$", _strings(), re.MULTILINE))
     named = {code for code in _quoted(_cells(_formats(), 2)) if not code.startswith(".")}
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     assert named == needed
@@ -74,7 +75,7 @@ def test_the_settings_are_on_the_page():
 def test_a_quoted_message_is_one_of_the_code(message):
     parts = [part for part in message.split("...") if part.strip(" ,;:")]
     assert max(map(len, parts)) >= SHORTEST
-    assert re.search("[^\n]*".join(re.escape(part) for part in parts), STRINGS), message
+    assert re.search("[^\n]*".join(re.escape(part) for part in parts), _strings()), message
 
 
 def test_messages_are_quoted_once():

@@ -12,6 +12,7 @@ Seed = int | np.random.SeedSequence | np.random.Generator | None
 """Anything that numpy makes a random generator of."""
 
 _AT_ONCE = 64
+"""Points that the sequence makes together: a power of 2, as it asks for."""
 
 
 def draws(rig: Transmission, rng: Seed = None) -> Iterator[dict[str, Choice]]:
