@@ -30,6 +30,7 @@ __all__ = [
     "load_model",
     "load_transmission",
     "march",
+    "new_rig",
     "open",
     "read_recording",
     "recognition",

@@ -15,3 +15,4 @@ from .recording import read_recording as read_recording
 from .transmission import Damage as Damage
 from .transmission import ToothDamage as ToothDamage
 from .transmission import load_transmission as load_transmission
+from .transmission import new_rig as new_rig

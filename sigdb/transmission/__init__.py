@@ -19,5 +19,6 @@ __all__ = [
     "describe_rig",
     "load_transmission",
     "modal_system",
+    "new_rig",
     "write_new_rig",
 ]

@@ -15,6 +15,8 @@ from .ensemble.assumption import Tie as Tie
 from .ensemble.assumptions import Assumptions as Assumptions
 from .ensemble.draws import Seed as Seed
 from .ensemble.draws import draws as draws
+from .known.known_numbers import KnownNumbers as KnownNumbers
+from .known.known_rig import new_rig as new_rig
 from .library import as_transmission as as_transmission
 from .library import built_in_transmissions as built_in_transmissions
 from .library import load_transmission as load_transmission
@@ -44,6 +46,7 @@ from .summary.facts import RigFacts as RigFacts
 from .summary.facts import SensorFacts as SensorFacts
 from .summary.facts import ShaftFacts as ShaftFacts
 from .summary.facts import ToothForceFacts as ToothForceFacts
+from .summary.new_rig import new_rig_text as new_rig_text
 from .summary.new_rig import write_new_rig as write_new_rig
 from .summary.summary import describe_rig as describe_rig
 from .summary.summary import origins as origins

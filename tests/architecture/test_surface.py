@@ -33,6 +33,7 @@ NAMES = {
     "load_model": "sigdb.recognition",
     "load_transmission": "sigdb.transmission",
     "march": "sigdb.dynamics",
+    "new_rig": "sigdb.transmission",
     "open": "sigdb.database",
     "diagnose": "sigdb.diagnosis",
     "ensemble": "sigdb.dynamics",
