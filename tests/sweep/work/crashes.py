@@ -116,8 +116,8 @@ class Sweeps:
         self.recipe, self.log = recipe, recipe.with_name("log.txt")
         self._sessions: list[Process] = []
 
-    def start(self, folder: Path) -> Process:
-        command = [sys.executable, "-m", "sigdb.sweep", str(self.recipe), "--out", str(folder), "--jobs", "2"]
+    def start(self, folder: Path, jobs: int = 2) -> Process:
+        command = [sys.executable, "-m", "sigdb.sweep", str(self.recipe), "--out", str(folder), "--jobs", str(jobs)]
         with self.log.open("w") as log:  # a pipe would stay open as long as workers outlive their parent
             process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=log, start_new_session=True)
         self._sessions.append(process)
@@ -200,7 +200,7 @@ def crash(folder: Path, *, kills: int, seed: int, pause: float = 0.2) -> str:
     (folder / "recipe.toml").write_text(RECIPE, encoding="utf-8")
     recipe, sweeps = load_recipe(folder / "recipe.toml"), Sweeps(folder / "recipe.toml")
     started = time.monotonic()
-    first = sweeps.start(folder / "undisturbed")
+    first = sweeps.start(folder / "undisturbed", jobs=1)
     check(first, sweeps.log)
     duration = time.monotonic() - started
     expected = digests(folder / "undisturbed")

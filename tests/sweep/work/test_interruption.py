@@ -10,6 +10,7 @@ import time
 
 import pytest
 
+from sigdb.cli.main import cli, main
 from sigdb.core.errors import DatabaseError
 from sigdb.database.store.store import Store
 from sigdb.sweep import run
@@ -29,10 +30,10 @@ def start(recipe, tmp_path):
     """Start the command in a session of its own, on ``tmp_path / "signatures"``."""
     started = []
 
-    def sweep(jobs=2):
+    def sweep():
         command = [sys.executable, "-m", "sigdb.sweep", str(recipe.path), "--out", str(tmp_path / "signatures")]
         process = subprocess.Popen(
-            [*command, "--jobs", str(jobs)],
+            [*command, "--jobs", "2"],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -63,15 +64,35 @@ def receipts(folder, name="rows"):
     return len(list((folder / "receipts").glob(f"{name}-*.json")))
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_interrupted_from_the_keyboard(recipe, start, tmp_path, parts_folder, digests, jobs):
+def test_interrupted_from_the_keyboard(recipe, start, tmp_path, parts_folder, digests):
     """Ctrl-C reaches the whole group; the exit code is 130, without a traceback."""
     folder = tmp_path / "signatures"
-    process = start(jobs)
+    process = start()
     wait_for(process, lambda: receipts(folder) >= 1)
     os.killpg(process.pid, signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130
+    _check_interrupted(recipe, folder, err, parts_folder, digests)
+
+
+def test_interrupted_in_this_process(recipe, tmp_path, parts_folder, digests, monkeypatch, capsys):
+    folder, make = tmp_path / "signatures", SWEEP_RUN._MAKERS["rows"]
+
+    def interrupted(plan, store, part):
+        if part == 1:
+            raise KeyboardInterrupt
+        return make(plan, store, part)
+
+    monkeypatch.setitem(SWEEP_RUN._MAKERS, "rows", interrupted)
+    monkeypatch.setattr(sys, "argv", ["sigdb", "sweep", str(recipe.path), "--out", str(folder), "--jobs", "1"])
+    with pytest.raises(SystemExit, match="130"):
+        main(cli, "sigdb")
+    monkeypatch.undo()
+    _check_interrupted(recipe, folder, capsys.readouterr().err, parts_folder, digests)
+
+
+def _check_interrupted(recipe, folder, err, parts_folder, digests):
+    """The sentence is there, nothing half is, and the sweep goes on to the same bytes."""
     assert "interrupted; what is finished is kept, and the same command goes on" in err
     assert "Traceback" not in err
     assert not (folder / ".owner").exists()
