@@ -58,7 +58,8 @@ class Profile(Described):
         name = damage.flaws[0]
         raise InputError(
             f"{name} = {getattr(damage, name)} needs the geometry of the teeth; give the mesh a profile of "
-            "kind = 'energy-method', or say with stiffness_loss what the damage does"
+            "kind = 'energy-method', as sigdb new-rig --energy-method writes it, or say with stiffness_loss what the "
+            "damage does"
         )
 
 
