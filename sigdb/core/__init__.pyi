@@ -14,7 +14,6 @@ from .fields import quantity as quantity
 from .fields import unit_of as unit_of
 from .fields import validated as validated
 from .fields import without_defaults as without_defaults
-from .markdown import markdown_table as markdown_table
 from .notes import Note as Note
 from .plain_arrays import BoolArray as BoolArray
 from .plain_arrays import ComplexArray as ComplexArray
@@ -24,6 +23,7 @@ from .plain_arrays import check_unmasked as check_unmasked
 from .plain_arrays import plain_array as plain_array
 from .plain_values import JsonValue as JsonValue
 from .plain_values import json_text as json_text
+from .plain_values import markdown_table as markdown_table
 from .plain_values import plain as plain
 from .progress import SIGNALS_AT_ONCE as SIGNALS_AT_ONCE
 from .progress import OnProgress as OnProgress
@@ -40,3 +40,7 @@ from .toml_files import read_toml as read_toml
 from .units import in_si as in_si
 from .units import in_unit as in_unit
 from .version import __version__ as __version__
+from .whole_files import TEMPORARY as TEMPORARY
+from .whole_files import make_folder as make_folder
+from .whole_files import publish as publish
+from .whole_files import publish_all as publish_all

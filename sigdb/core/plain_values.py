@@ -1,7 +1,7 @@
-"""Plain values: what JSON can hold, and their text."""
+"""Values as plain formats of text hold them: JSON, and tables in Markdown."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from datetime import date
 from math import isfinite
@@ -66,3 +66,26 @@ def json_text(value: object, *, indent: int | None = 1) -> str:
     '{"x": null, "y": [1, 2]}\\n'
     """
     return json.dumps(plain(value), indent=indent, allow_nan=False) + "\n"
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table in Markdown.
+
+    Parameters
+    ----------
+    head
+        Headings of the columns.
+    rows
+        Texts of the cells; a vertical bar in one is escaped.
+
+    Examples
+    --------
+    >>> print(markdown_table(("axis", "unit"), [("torque", "N m"), ("|x|", "-")]))
+    | axis | unit |
+    | --- | --- |
+    | torque | N m |
+    | \\|x\\| | - |
+    """
+    lines = ([text.replace("|", "\\|") for text in cells] for cells in (head, *rows))
+    first, *others = ("| " + " | ".join(cells) + " |" for cells in lines)
+    return "\n".join([first, "|" + " --- |" * len(head), *others])

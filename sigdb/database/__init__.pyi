@@ -49,7 +49,6 @@ from .store.seal import sealed_json as sealed_json
 from .store.seal import unsealed as unsealed
 from .store.store import DamagedFileError as DamagedFileError
 from .store.store import Store as Store
-from .store.store import make_folder as make_folder
 from .store.writer import ROW_GROUP as ROW_GROUP
 from .store.writer import write_part as write_part
 from .stored_tables import check_complete as check_complete

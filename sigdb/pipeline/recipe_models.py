@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sigdb.core import InputError, OnStep
+from sigdb.core import TEMPORARY, InputError, OnStep
 from sigdb.database import Database
 from sigdb.pipeline.models import train_model
 from sigdb.pipeline.recipe import Recipe
@@ -221,4 +221,4 @@ def _estimate(ends: Mapping[str, float | None] | None) -> Estimate | None:
 
 
 def _files(folder: Path) -> list[Path]:
-    return [path for path in folder.rglob("*") if path.is_file()]
+    return [path for path in folder.rglob("*") if path.is_file() and not path.name.endswith(TEMPORARY)]

@@ -4,7 +4,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from sigdb.core import OnProgress, OnStep, ignore, json_text
+from sigdb.core import OnProgress, OnStep, ignore, json_text, publish_all
 from sigdb.database import open as open_database
 from sigdb.paper import PaperClaims, check_subject, paper_claims
 from sigdb.pipeline.recipe import Recipe
@@ -175,8 +175,7 @@ class _Run:
 
             self.on_stage(f"{self.out}: comparing with the paper, and with one number of the rig changed at a time")
             claims = paper_claims(self.recipe.rig, gear=gear, sensor=sensor)
-            numbers.write_text(json_text(claims.as_json()), encoding="utf-8")
-            stage.path.write_text(claims_markdown(claims), encoding="utf-8")
+            publish_all({numbers: json_text(claims.as_json()), stage.path: claims_markdown(claims)})
             return [stage.path, numbers]
 
         run_stage(stage, make, self.on_stage, "written")

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from sigdb.core import FloatArray, json_text, plain
+from sigdb.core import FloatArray, json_text, plain, publish_all
 from sigdb.diagnosis import Comparison, Diagnosis
 from sigdb.report.evaluation.style import drawing, lay_grid
 from sigdb.report.page import CaptionedFigure, page
@@ -43,11 +43,10 @@ def write_diagnosis_report(diagnosis: Diagnosis, folder: str | Path, *, title: s
         The page.
     """
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     numbers = diagnosis.as_json() | {"signals": plain(_signals(diagnosis))}
-    (folder / "diagnosis.json").write_text(json_text(numbers), encoding="utf-8")
-    (folder / "index.html").write_text(diagnosis_html(diagnosis, title=title), encoding="utf-8")
-    return folder / "index.html"
+    index = folder / "index.html"
+    publish_all({folder / "diagnosis.json": json_text(numbers), index: diagnosis_html(diagnosis, title=title)})
+    return index
 
 
 def diagnosis_html(diagnosis: Diagnosis, *, title: str | None = None) -> str:

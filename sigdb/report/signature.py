@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from sigdb.core import FloatArray, InputError
+from sigdb.core import FloatArray, InputError, publish
 from sigdb.report.panels import MARGIN, colour_limit, draw_distribution, draw_signal, draw_spectrum
 from sigdb.report.settings import ReportSettings
 from sigdb.signature import order_spectrum, wigner_ville
@@ -105,8 +105,8 @@ def save_figure(figure: Figure, path: Path, settings: ReportSettings | None = No
         If the suffix names no format of pictures.
     """
     check_picture(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=(settings or ReportSettings()).dots_per_inch)
+    dpi, form = (settings or ReportSettings()).dots_per_inch, path.suffix.lstrip(".").lower()
+    publish(path, lambda temporary: figure.savefig(temporary, format=form, dpi=dpi))
 
 
 def check_picture(path: Path) -> None:

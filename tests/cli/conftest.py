@@ -45,14 +45,25 @@ def one_thread():
 
 
 @pytest.fixture(scope="session")
-def folder(tmp_path_factory):
-    """A folder with a database, ``signatures``, and a model, ``location``."""
+def _trained(tmp_path_factory):
     folder = tmp_path_factory.mktemp("cli")
     (folder / "recipe.toml").write_text(RECIPE, encoding="utf-8")
     recipe = load_recipe(folder / "recipe.toml")
     run(recipe.plan(), folder / "signatures", recipe=recipe.text, jobs=1)
-    train_model(sigdb.open(folder / "signatures"), "location", folder / "location", command="made by a test")
-    return folder
+    database = sigdb.open(folder / "signatures")
+    return folder, train_model(database, "location", folder / "location", command="made by a test")
+
+
+@pytest.fixture(scope="session")
+def folder(_trained):
+    """A folder with a database, ``signatures``, and a model, ``location``."""
+    return _trained[0]
+
+
+@pytest.fixture(scope="session")
+def evaluation(_trained):
+    """The evaluation of that model."""
+    return _trained[1]
 
 
 @pytest.fixture(scope="session")

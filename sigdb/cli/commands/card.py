@@ -20,7 +20,7 @@ def card(database: str, out: Path | None, title: str | None, form: str) -> None:
     Example:
       sigdb card data/quick/signatures --out card.md
     """
-    from sigdb.core import json_text
+    from sigdb.core import json_text, publish
     from sigdb.database import database_card
     from sigdb.database import open as open_database
     from sigdb.report import database_card_markdown
@@ -31,5 +31,5 @@ def card(database: str, out: Path | None, title: str | None, form: str) -> None:
     if out is None:
         click.echo(text, nl=False)
     else:
-        out.write_text(text, encoding="utf-8")
+        publish(out, text)
         click.echo(f"{out}: written")

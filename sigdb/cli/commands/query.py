@@ -34,6 +34,7 @@ def query(database: str, sql: str, form: str, out: Path | None, limits: "LimitOp
     Example:
       sigdb query DB "select tooth, avg(fm4) from features group by tooth"
     """
+    from sigdb.core import publish
     from sigdb.database import open as open_database
 
     if out is None and form == "parquet" and sys.stdout.isatty():
@@ -43,5 +44,9 @@ def query(database: str, sql: str, form: str, out: Path | None, limits: "LimitOp
         if out is None:
             write_rows(rows, form, sys.stdout.buffer)
             return
-        with out.open("wb") as file:
-            write_rows(rows, form, file)
+
+        def write(place: Path) -> None:
+            with place.open("wb") as file:
+                write_rows(rows, form, file)
+
+        publish(out, write)

@@ -7,12 +7,11 @@ from typing import Unpack
 import numpy as np
 import pyarrow.compute as pc
 
-from sigdb.core import InputError
+from sigdb.core import InputError, publish
 from sigdb.database.export.columns import ExportColumn, export_batches, export_columns
 from sigdb.database.export.hdf5 import write_hdf5
 from sigdb.database.export.mat import check_size, write_mat
 from sigdb.database.limits import LimitOptions
-from sigdb.database.store.store import publish
 from sigdb.database.stored_tables import StoredTables
 
 _WRITERS = {".mat": write_mat, ".h5": write_hdf5, ".hdf5": write_hdf5}

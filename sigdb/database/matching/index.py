@@ -17,9 +17,9 @@ import platformdirs
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from sigdb.core import publish
 from sigdb.database.matching.residuals import root_mean_square, unit_residuals
 from sigdb.database.signals import list_lengths, list_matrix
-from sigdb.database.store.store import publish
 
 RMS, SPECTRUM = "residual_rms", "spectrum"
 _BLOCK = 512

@@ -2,8 +2,7 @@
 
 import os
 import re
-import secrets
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Self
 import pyarrow as pa
 from pyarrow import fs
 
-from sigdb.core import CorruptionError, DatabaseError, InputError
+from sigdb.core import TEMPORARY, CorruptionError, DatabaseError, InputError, publish
 
 
 class FileError(DatabaseError):
@@ -42,10 +41,6 @@ class FileError(DatabaseError):
 
 class DamagedFileError(FileError, CorruptionError):
     """A file of a database that is missing, or is not as it was written."""
-
-
-TEMPORARY = ".tmp"
-"""End of the name of a file that is being written."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,7 +153,7 @@ class Store:
         """
         try:
             if self.folder is not None:
-                publish(self.folder / name, lambda temporary: _write(temporary, content))
+                publish(self.folder / name, content, clear=False)
             else:
                 with self.filesystem.open_output_stream(self._path(name)) as stream:
                     stream.write(content)
@@ -200,45 +195,6 @@ class Store:
 def _absolute(location: str) -> str:
     """Return the full path with ``/`` between folders, which Arrow's file systems have on Windows too; links stay."""
     return Path(os.path.abspath(location)).as_posix()  # noqa: PTH100
-
-
-def publish(path: Path, write: Callable[[Path], None]) -> None:
-    """Have a file written under a temporary name in the same folder, flush it to the disk, and rename it."""
-    make_folder(path.parent)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}{TEMPORARY}")
-    try:
-        write(temporary)
-        with temporary.open("rb+") as file:  # Windows flushes only files that are open for writing
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    _sync_folder(path.parent)
-
-
-def make_folder(folder: Path) -> None:
-    """Make a folder and those above it; the name of each new one is flushed to the disk in the folder above it."""
-    new = [place for place in (folder, *folder.parents) if not place.exists()]
-    folder.mkdir(parents=True, exist_ok=True)
-    for place in reversed(new):
-        _sync_folder(place.parent)
-
-
-def _sync_folder(folder: Path) -> None:
-    """Flush the names in a folder to the disk, where the system opens folders; Windows does not."""
-    try:
-        descriptor = os.open(folder, os.O_RDONLY)
-    except PermissionError:
-        return
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
-def _write(path: Path, content: bytes | memoryview) -> None:
-    with path.open("xb") as file:
-        file.write(content)
 
 
 def _reason(error: OSError) -> str:

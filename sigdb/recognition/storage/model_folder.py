@@ -16,8 +16,8 @@ import numpy as np
 import pandas as pd
 import sklearn
 
-from sigdb.core import DatabaseError, FloatArray, InputError, __version__, plain
-from sigdb.database import DamagedFileError, Store, sealed_json, unsealed
+from sigdb.core import DatabaseError, FloatArray, InputError, __version__, plain, publish_all
+from sigdb.database import DamagedFileError, sealed_json, unsealed
 from sigdb.recognition.evaluation import Evaluation
 from sigdb.recognition.model import Model, few_rows
 from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Rows
@@ -107,21 +107,20 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
     command
         The command that makes it again.
     """
-    store, rows = Store.at(folder), few_rows(_as_batch(model, probe))
+    folder, rows = Path(folder), few_rows(_as_batch(model, probe))
     answers = io.BytesIO()
     arrays: dict[str, Any] = _arrays(model, rows)
     np.savez_compressed(answers, expected=_answers(model, rows), **arrays)
     files = {"model.skops": skops_bytes(model.estimators), "probe.npz": answers.getvalue()}
-    for name, content in files.items():
-        store.put(name, content)
     described = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "estimators"}
     described |= {
         "evaluation": evaluation.as_json(),
         "versions": {"sigdb": __version__, "scikit-learn": sklearn.__version__, "python": platform.python_version()},
         "files": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()},
     }
-    store.put("model.json", sealed_json(_as_mapping(plain(described))))
-    store.put("README.md", model_card(model, evaluation, command=command).encode())
+    files["README.md"] = model_card(model, evaluation, command=command).encode()
+    files["model.json"] = sealed_json(_as_mapping(plain(described)))  # the last one: it holds the hashes
+    publish_all({folder / name: content for name, content in files.items()})
 
 
 def load_model(name_or_folder: str | Path) -> Model:

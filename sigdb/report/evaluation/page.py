@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sigdb.core import __version__, json_text, plain
+from sigdb.core import __version__, json_text, plain, publish_all
 from sigdb.recognition import (
     ENOUGH,
     TARGETS,
@@ -50,13 +50,12 @@ def write_evaluation_report(evaluation: Evaluation, folder: str | Path, *, title
         The page.
     """
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     numbers = evaluation.as_json() | {
         "tables": {name: plain(table.to_dict("list")) for name, table in evaluation.tables.items()},
         "sigdb_version": __version__,
     }
-    (folder / NUMBERS).write_text(json_text(numbers), encoding="utf-8")
-    (folder / PAGE).write_text(evaluation_html(evaluation, title=title), encoding="utf-8")
+    html = evaluation_html(evaluation, title=title)
+    publish_all({folder / NUMBERS: json_text(numbers), folder / PAGE: html})
     return folder / PAGE
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from sigdb.core import __version__, json_text, plain
+from sigdb.core import __version__, json_text, plain, publish_all
 from sigdb.recording import RecordedSignature
 from sigdb.report.page import page
 from sigdb.report.recording.pictures import history_figure, recorded_figures
@@ -43,13 +43,11 @@ def write_recorded_report(
         The page.
     """
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     numbers = {
         "signatures": [signature.as_json() for signature in signatures],
         "history": [] if history is None else plain(history.to_dict("records")),
         "sigdb_version": __version__,
     }
-    (folder / NUMBERS).write_text(json_text(numbers, indent=None), encoding="utf-8")
     text = page(
         "recording.html",
         title=title,
@@ -57,7 +55,7 @@ def write_recorded_report(
         signatures=[_signature(signature) for signature in signatures],
         numbers=NUMBERS,
     )
-    (folder / PAGE).write_text(text, encoding="utf-8")
+    publish_all({folder / NUMBERS: json_text(numbers, indent=None), folder / PAGE: text})
     return folder / PAGE
 
 

@@ -13,8 +13,8 @@ from typing import TypedDict, cast
 
 from filelock import FileLock, Timeout
 
-from sigdb.core import DatabaseError
-from sigdb.database import Store, make_folder
+from sigdb.core import DatabaseError, make_folder
+from sigdb.database import Store
 
 OWNER, LOCK = ".owner", ".lock"
 _BEAT, _STALE = 20.0, 90.0

@@ -1,12 +1,13 @@
 """A rig file to start from, whose fields are explained where they stand: a spur pair, or a rig by known numbers."""
 
+import os
 import re
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
-from sigdb.core import InputError
+from sigdb.core import InputError, publish
 from sigdb.transmission.known.known_numbers import KnownNumbers
 from sigdb.transmission.known.known_rig import known_rig_text
 from sigdb.transmission.mesh.geometry_profiles import EnergyMethod
@@ -97,11 +98,9 @@ def write_new_rig(
     if path.suffix != ".toml":
         raise InputError(f"{path}: a rig file's name ends in .toml")
     text = new_rig_text(path.stem, energy_method=energy_method, numbers=numbers)
-    try:
-        with path.open("w" if overwrite else "x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise InputError(f"{path}: exists already; choose another name, or give --force to overwrite it") from None
+    if not overwrite and os.path.lexists(path):
+        raise InputError(f"{path}: exists already; choose another name, or give --force to overwrite it")
+    publish(path, text)
     return path
 
 

@@ -248,13 +248,3 @@ def test_a_file_is_put_where_folders_cannot_be_opened_and_read_only_files_not_fl
     assert (tmp_path / "a" / "file").read_bytes() == b"content"
     assert opened == [tmp_path, tmp_path / "a"]
     assert len(flushed) == 1
-
-
-def test_the_name_of_each_new_folder_is_flushed_in_the_folder_above(tmp_path, monkeypatch):
-    flushed = []
-    monkeypatch.setattr("sigdb.database.store.store._sync_folder", flushed.append)
-    Store.at(tmp_path / "a" / "db").put("receipts/one.json", b"x")
-    assert flushed == [tmp_path, tmp_path / "a", tmp_path / "a" / "db", tmp_path / "a" / "db" / "receipts"]
-    flushed.clear()
-    Store.at(tmp_path / "a" / "db").put("receipts/two.json", b"x")
-    assert flushed == [tmp_path / "a" / "db" / "receipts"]
