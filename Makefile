@@ -13,7 +13,7 @@ help:
 	@echo "make quickstart   install, make the quick database, its models and reports, query, draw"
 	@echo "make test         run the test suite"
 	@echo "make lowest       run the test suite with the lowest versions of all dependencies that pyproject.toml allows"
-	@echo "make fuzz         read damaged and disguised recordings for SECONDS=300 with SEED=1; repeat one by CASE=number"
+	@echo "make fuzz         damage and disguise all that sigdb reads, for SECONDS=300 with SEED=1; one KIND, and of it one CASE"
 	@echo "make check        lint, format, types, contracts of packages, names and prose"
 	@echo "make docs         build the documentation into docs/_build"
 	@echo "make peers        install what the benchmarks compare with"
@@ -66,7 +66,7 @@ lowest: .venv-lowest/test
 	.venv-lowest/bin/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 fuzz: .venv/test
-	$(BIN)/python tests/fuzz/recordings.py --seconds $(SECONDS) --seed $(SEED) $(if $(CASE),--case $(CASE))
+	$(BIN)/python tests/fuzz/fuzz.py --seconds $(SECONDS) --seed $(SEED) $(if $(KIND),--kind $(KIND)) $(if $(CASE),--case $(CASE))
 
 check: .venv/check
 	$(BIN)/ruff check .

@@ -6,6 +6,7 @@ from .errors import NotApplicableError as NotApplicableError
 from .errors import Problems as Problems
 from .errors import SigdbError as SigdbError
 from .errors import UnstableRigError as UnstableRigError
+from .errors import shown as shown
 from .errors import suggestion as suggestion
 from .errors import visible_text as visible_text
 from .fields import Section as Section

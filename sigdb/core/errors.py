@@ -8,6 +8,8 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
+_LONGEST = 64
+"""Letters of a value in a message."""
 _HIDDEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 _EMPHASIS = re.compile("(\x1b\\[[0-4]?m)")
 _LINES = str.maketrans({"\n": "\\n", "\t": "\\t"})
@@ -133,6 +135,26 @@ def visible_text(text: str, *, lines: bool = True, emphasis: bool = False) -> st
     parts[::2] = [_HIDDEN.sub(_escape, part) for part in parts[::2]]
     visible = "".join(parts)
     return visible if lines else visible.translate(_LINES)
+
+
+def shown(value: object) -> str:
+    """Return the representation of a value for a message: on one line, and shortened.
+
+    Parameters
+    ----------
+    value : object
+        Any value.
+
+    Examples
+    --------
+    >>> shown([1.0] * 50)
+    '[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0...'
+    """
+    try:
+        text = " ".join(visible_text(repr(value)).split())
+    except ValueError:  # a whole number of thousands of digits
+        return f"a number of type {type(value).__name__} with very many digits"
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3].rstrip(', ')}..."
 
 
 def _escape(match: re.Match[str]) -> str:

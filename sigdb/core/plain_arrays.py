@@ -30,7 +30,7 @@ def plain_array(owner: str, name: str, values: object, dtype: DTypeLike | None =
     Raises
     ------
     InputError
-        If a value is masked.
+        If a value is masked, or the values are no array.
 
     Examples
     --------
@@ -43,7 +43,12 @@ def plain_array(owner: str, name: str, values: object, dtype: DTypeLike | None =
     sigdb.core.errors.InputError: rms: tsa has 1 masked value, and a mask is not a number; fill it, or leave it out
     """
     check_unmasked(owner, name, values)
-    return np.asarray(values, dtype)
+    try:
+        return np.asarray(values, dtype)
+    except (TypeError, ValueError, OverflowError) as error:
+        where = f"{owner}: {name}" if owner else name
+        why = str(error).splitlines()[0].split(". ")[0]
+        raise InputError(f"{where} is no array of numbers ({why}); give numbers, in lists of equal length") from None
 
 
 def check_unmasked(owner: str, name: str, values: object) -> None:

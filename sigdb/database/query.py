@@ -11,9 +11,9 @@ import duckdb
 import pyarrow as pa
 import pyarrow.dataset as ds
 
-from sigdb.core import DatabaseError, InputError, IntArray, suggestion
+from sigdb.core import DatabaseError, InputError, IntArray, shown, suggestion
 from sigdb.database.limits import DEFAULT_LIMITS, QueryLimits, TimedCalls
-from sigdb.database.statement import check_statement
+from sigdb.database.statement import check_statement, printable_line
 from sigdb.database.store.schema import TABLES
 
 _BATCH_ROWS = 16384
@@ -252,16 +252,16 @@ class Connection:
 def _owner(where: str | None) -> str:
     if where is not None and (not isinstance(where, str) or not where.strip()):
         raise InputError(
-            f"where = {where!r} must be a condition in SQL, for example 'tooth = 6'; leave it out for all rows"
+            f"where = {shown(where)} must be a condition in SQL, for example 'tooth = 6'; leave it out for all rows"
         )
-    return "query" if where is None else f"query: where = {where!r}"
+    return "query" if where is None else f"query: where = {shown(where)}"
 
 
 def _sentence(error: Exception) -> str:
     """An error of DuckDB on one line, without its drawing of the statement."""
     lines = [line for line in str(error).splitlines() if line.strip()]
     hints = [line for line in lines if line.startswith(("Candidate", "Did you mean"))]
-    return "; ".join([lines[0], *hints])
+    return "; ".join(map(printable_line, [lines[0], *hints]))
 
 
 SignalRows = Callable[[IntArray], Iterable[tuple[IntArray, pa.Table]]]

@@ -9,7 +9,10 @@ from typing import Any
 
 import duckdb
 
-from sigdb.core import InputError
+from sigdb.core import InputError, visible_text
+
+_LONGEST_LINE = 250
+"""Letters of a message of the parser that are shown."""
 
 _LONGEST = 1_000_000
 """Characters of a statement."""
@@ -69,7 +72,7 @@ def check_statement(cursor: duckdb.DuckDBPyConnection, text: str, owner: str = "
     nodes = [*_nodes(_parsed(cursor, text, owner))]
     for node in nodes:
         if why := _why_refused(node):
-            raise InputError(f"{owner}: {why}")
+            raise InputError(f"{owner}: {printable_line(why)}")
     _check_lengths(nodes, owner)
 
 
@@ -80,11 +83,17 @@ def _parsed(cursor: duckdb.DuckDBPyConnection, text: str, owner: str) -> Node:
     except RecursionError:
         raise InputError(f"{owner}: its expressions are nested too deeply; write it with fewer levels") from None
     if parsed["error"] and parsed["error_type"] == "parser":
-        raise InputError(f"{owner}: {parsed['error_message'].splitlines()[0]}")
+        raise InputError(f"{owner}: {printable_line(parsed['error_message'])}")
     if parsed["error"] or len(parsed["statements"]) != 1:
         shown = text if len(text) <= 200 else f"{text[:200]}..."
         raise InputError(f"{owner} {shown!r} must be one SELECT statement; a database is read-only")
     return parsed
+
+
+def printable_line(text: str) -> str:
+    """Return the first line of a text for a message: printable, and shortened."""
+    line = visible_text(text.splitlines()[0], lines=False)
+    return line if len(line) <= _LONGEST_LINE else f"{line[:_LONGEST_LINE]}..."
 
 
 def _nodes(parsed: Node) -> Iterator[Node]:

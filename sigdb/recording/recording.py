@@ -1,11 +1,12 @@
 """A recording: the channels of one measurement."""
 
+import numbers
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from sigdb.core import FloatArray, InputError, Note, check_unmasked, suggestion
+from sigdb.core import FloatArray, InputError, Note, check_unmasked, plain_array, shown, suggestion
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,7 +57,7 @@ class Channel:
     start: float = 0.0
 
     def __post_init__(self) -> None:
-        check_unmasked(f"channel {self.name}", "samples", self.samples)
+        object.__setattr__(self, "samples", plain_array(f"channel {self.name}", "samples", self.samples))
         if self.samples.ndim != 1 or self.samples.size == 0 or self.samples.dtype != np.float64:
             raise InputError(
                 f"channel {self.name}: samples of shape {self.samples.shape} and type {self.samples.dtype}; "
@@ -64,8 +65,10 @@ class Channel:
             )
         if not np.isfinite(self.samples).all():
             raise InputError(f"channel {self.name}: samples must be finite; fill or cut what is missing")
-        if not 0 < self.sampling_rate < np.inf:
-            raise InputError(f"channel {self.name}: sampling_rate = {self.sampling_rate} must be positive, in Hz")
+        for name, value, lowest in (("sampling_rate", self.sampling_rate, 0.0), ("start", self.start, -np.inf)):
+            if isinstance(value, bool) or not isinstance(value, numbers.Real) or not lowest < value < np.inf:
+                rule = "a positive number, in Hz" if name == "sampling_rate" else "a finite number, in s"
+                raise InputError(f"channel {self.name}: {name} = {shown(value)} must be {rule}")
 
     @property
     def duration(self) -> float:

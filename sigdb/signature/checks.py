@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigdb.core import InputError, plain_array
+from sigdb.core import InputError, plain_array, shown
 
 Float64Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ def finite(owner: str, name: str, value: object) -> float:
     """A finite number."""
     number = plain_array(owner, name, value)
     if number.ndim or number.dtype.kind not in "iuf" or not np.isfinite(number):
-        raise InputError(f"{owner}: {name} = {value!r} must be a finite number; pass one float")
+        raise InputError(f"{owner}: {name} = {shown(value)} must be a finite number; pass one float")
     return float(number)
 
 
@@ -55,7 +55,7 @@ def positive(owner: str, name: str, value: object) -> float:
     """A finite number above 0."""
     number = finite(owner, name, value)
     if number <= 0:
-        raise InputError(f"{owner}: {name} = {value!r} must be above 0; check its sign and unit")
+        raise InputError(f"{owner}: {name} = {shown(value)} must be above 0; check its sign and unit")
     return number
 
 
@@ -80,7 +80,7 @@ def increasing_times(owner: str, name: str, times: ArrayLike, *, after: float) -
 def count(owner: str, name: str, value: object, *, least: int) -> int:
     """A whole number of at least ``least``; a float or a bool is refused even where it is whole."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer) or value < least:
-        raise InputError(f"{owner}: {name} = {value!r} must be an integer >= {least}; pass such a count as int")
+        raise InputError(f"{owner}: {name} = {shown(value)} must be an integer >= {least}; pass such a count as int")
     return int(value)
 
 
@@ -113,7 +113,7 @@ def signal_scale(owner: str, scale: ArrayLike | None, default: Float64Array) -> 
         return default
     s = plain_array(owner, "scale", scale)
     if s.dtype.kind not in "iuf" or not np.all(np.isfinite(s)) or np.any(s < 0):
-        raise InputError(f"{owner}: scale = {scale!r} must be finite and >= 0; pass max|average| or leave it out")
+        raise InputError(f"{owner}: scale = {shown(scale)} must be finite and >= 0; pass max|average| or leave it out")
     try:
         return np.broadcast_to(s.astype(np.float64), default.shape)
     except ValueError:
@@ -126,11 +126,11 @@ def band_edges(owner: str, bands: ArrayLike, n: int) -> Float64Array:
     """Increasing edges of at least one band, in orders from 0 to n/2."""
     edges = plain_array(owner, "bands", bands)
     if edges.dtype.kind not in "iuf" or edges.ndim != 1 or edges.size < 2:
-        raise InputError(f"{owner}: bands = {bands!r} must be a one-dimensional array of B + 1 >= 2 edges in orders")
+        raise InputError(f"{owner}: bands = {shown(bands)} must be a one-dimensional array of edges in orders")
     e = edges.astype(np.float64)
     if not np.all(np.isfinite(e)) or np.any(np.diff(e) <= 0):
         raise InputError(
-            f"{owner}: bands = {bands!r} must be finite and increasing; sort the edges, drop repeated ones"
+            f"{owner}: bands = {shown(bands)} must be finite and increasing; sort the edges, drop repeated ones"
         )
     # Edges computed as multiples of a mesh order may pass n/2 by rounding.
     if e[0] < 0 or e[-1] > n / 2 * (1 + 1e-12):

@@ -10,7 +10,7 @@ import numpy as np
 from click.testing import CliRunner
 
 from sigdb.cli.main import cli
-from sigdb.core import InputError
+from sigdb.core import InputError, SigdbError
 from sigdb.recording import read_recording, recorded_signature
 
 LONGEST_LINE = 700
@@ -90,6 +90,19 @@ def read(path, options):
     for note in recording.notes:
         checked_line(note.text)
     return recording
+
+
+def answered(action, about, *, lines=False):
+    """Return the outcome of an action: ``READ``, or ``REFUSED`` for an error of sigdb on one or on several lines."""
+    try:
+        return action()
+    except SigdbError as error:
+        about["line"] = (checked_lines if lines else checked_line)(str(error))
+        return REFUSED
+    except FaultError:
+        raise
+    except Exception as error:
+        raise FaultError("escaped", f"{type(error).__name__}: {error}"[:2000]) from error
 
 
 def checked_lines(text):

@@ -12,12 +12,13 @@ import pytest
 from sigdb.core import InputError
 from sigdb.recording import Channel, Recording, read_recording
 
-FUZZER = Path(__file__).with_name("recordings.py")
+FUZZER = Path(__file__).with_name("fuzz.py")
 
 
 def fuzz(*arguments):
     return subprocess.run(
-        [sys.executable, FUZZER, *arguments], capture_output=True, text=True, check=False, timeout=900,
+        [sys.executable, FUZZER, "--kind", "recordings", *arguments],
+        capture_output=True, text=True, check=False, timeout=900,
         env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
     )  # fmt: skip
 
@@ -32,7 +33,7 @@ def fuzzing(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "cases"), [(["--cases", "160"], 160), (["--kinds", "damage", "--cases", "1600"], 240)]
+    ("arguments", "cases"), [(["--cases", "160"], 160), (["--formats", "damage", "--cases", "1600"], 240)]
 )
 def test_recordings_of_every_kind_hold(tmp_path, arguments, cases):
     done = fuzz(*arguments, "--seconds", "800", "--seed", "20", "--keep", str(tmp_path))
@@ -51,7 +52,7 @@ def test_a_crash_of_a_library_is_a_fault(tmp_path, monkeypatch):
     done = fuzz("--first", "1", "--cases", "1", "--seed", "5", "--keep", str(tmp_path / "kept"))
     assert done.returncode == 1
     assert "--seed 5 --case 1 crash" in done.stdout
-    assert (tmp_path / "kept/seed-5-case-1").is_dir()
+    assert (tmp_path / "kept/recordings-seed-5-case-1").is_dir()
 
 
 def test_a_case_is_the_same_again(fuzzing, tmp_path):

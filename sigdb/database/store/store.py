@@ -2,6 +2,7 @@
 
 import os
 import re
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -132,12 +133,12 @@ class Store:
         FileError
             If it cannot be read.
         """
-        with self._reading(name), self.filesystem.open_input_file(self._path(name)) as file:
+        with self._reading(name), self._opened(name) as file:
             return bytes(file.readall())
 
     def get_range(self, name: str, start: int, size: int) -> bytes:
         """Return ``size`` bytes of a file from ``start`` on, or fewer at its end."""
-        with self._reading(name), self.filesystem.open_input_file(self._path(name)) as file:
+        with self._reading(name), self._opened(name) as file:
             return bytes(file.read_at(size, start))
 
     def put(self, name: str, content: bytes | memoryview) -> None:
@@ -181,6 +182,12 @@ class Store:
 
     def _path(self, name: str) -> str:
         return f"{self.root}/{name}"
+
+    def _opened(self, name: str) -> pa.NativeFile:
+        """Open a file; a pipe or a device, which may never end, is refused."""
+        if self.folder is not None and not stat.S_ISREG((self.folder / name).stat().st_mode):
+            raise FileError(self.name_of(name), "is not a regular file")
+        return self.filesystem.open_input_file(self._path(name))
 
     @contextmanager
     def _reading(self, name: str) -> Iterator[None]:

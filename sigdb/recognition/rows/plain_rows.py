@@ -26,6 +26,7 @@ class PlainRow(TypedDict, total=False):
 
 
 _NUMBERS = ("speed_rpm", "torque", *NOISE)
+_LEAST = {"averages": 1, "scatter": 0}
 
 
 def plain_rows(
@@ -75,6 +76,8 @@ def plain_rows(
             values = _numbers(name, arguments[name])
             if values.ndim > 1 or values.size not in (1, len(x)):
                 raise InputError(f"{name} has shape {values.shape}; give a number, or one for each of {len(x)} rows")
+            if values.size and values.min() < _LEAST.get(name, -np.inf):
+                raise InputError(f"{name} = {values.min():g} must be at least {_LEAST[name]}; check it")
             table[name] = np.broadcast_to(values.ravel(), len(x))
     cells = {}
     if CELLS in reads:
@@ -89,7 +92,7 @@ def _numbers(name: str, values: ArrayLike) -> FloatArray:
         raise InputError(f"{name} must be real, not {stored.dtype}; pass its real part")
     try:
         array: FloatArray = stored.astype(float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{name} must be numbers, not {type(values).__name__}; give one number or an array") from None
     if not np.isfinite(array).all():
         raise InputError(f"{name} must be finite; leave out what is nan or inf")

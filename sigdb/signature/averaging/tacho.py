@@ -44,7 +44,7 @@ def tacho_pulses(
     >>> tacho_pulses([0, 0, 4, 5, 0, 0, 5, 5], 1.0, threshold=1.0, hysteresis=0.5).tolist()
     [1.25, 5.2]
     """
-    x, _ = real_signal(_OWNER, "waveform", waveform)
+    x = _one_channel(waveform)
     middle, range_ = (np.max(x) + np.min(x)) / 2, np.ptp(x)
     # A waveform without range has no pulses, whatever the hysteresis.
     usual = range_ / 4 if range_ > 0 else 1.0
@@ -105,9 +105,7 @@ class TachoDetector:
         InputError
             If the waveform is empty, complex or not finite, or has more than one axis.
         """
-        x, _ = real_signal(_OWNER, "waveform", waveform)
-        if x.ndim != 1:
-            raise InputError(f"{_OWNER}: waveform of shape {x.shape} must have one axis; pass one channel")
+        x = _one_channel(waveform)
         sides = np.where(x >= self._high, 1, np.where(x < self._low, -1, 0))
         decided = np.flatnonzero(sides)
         above = sides[decided] > 0
@@ -118,3 +116,10 @@ class TachoDetector:
         self._last = float(x[-1])
         self._armed = bool(np.append(self._armed, ~above)[-1])
         return crossings / self._fs
+
+
+def _one_channel(waveform: ArrayLike) -> Float64Array:
+    x, _ = real_signal(_OWNER, "waveform", waveform)
+    if x.ndim != 1:
+        raise InputError(f"{_OWNER}: waveform of shape {x.shape} must have one axis; pass one channel")
+    return x
