@@ -41,7 +41,13 @@ def suggestion(word: str, words: Iterable[str]) -> str:
 
 
 class SigdbError(Exception):
-    """Base of all errors that sigdb raises for a user to act on."""
+    """Base of all errors that sigdb raises for a user to act on.
+
+    Control characters of a name or a value show as escapes.
+    """
+
+    def __str__(self) -> str:
+        return visible_text(super().__str__())
 
 
 class InputError(SigdbError, ValueError):

@@ -7,6 +7,7 @@ from typing import Any, Self
 
 import pyarrow as pa
 
+from sigdb.core import shown
 from sigdb.database.store.seal import sealed_json, unsealed
 from sigdb.database.store.store import DamagedFileError, Store
 from sigdb.signature import Feature
@@ -63,6 +64,11 @@ class Column:
     unit: str = "-"
     help: str
     formula: str = ""
+
+    def __post_init__(self) -> None:
+        for text in (self.name, self.unit, self.help, self.formula):
+            if not isinstance(text, str):
+                raise TypeError(f"{shown(text)} is no text")
 
     @property
     def field(self) -> pa.Field:

@@ -4,6 +4,7 @@ import hashlib
 import io
 import json
 import platform
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -84,6 +85,7 @@ _UNREADABLE = (
     OverflowError,
     RuntimeError,
     TypeError,
+    tokenize.TokenError,
     ValueError,
     zipfile.BadZipFile,
     zlib.error,

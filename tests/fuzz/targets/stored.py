@@ -171,7 +171,7 @@ def _sealed_database(copy, random, about):
     except (TypeError, ValueError, AttributeError):
         return REFUSED  # a tree that the format cannot hold
     ways = [*(lambda read=read: read(sigdb.open(copy)) for read in READS.values()), lambda: verify(copy)]
-    outcomes = [answered(lambda way=way: (way(), READ)[1], about) for way in ways]
+    outcomes = [answered(lambda way=way: (way(), READ)[1], about, lines=True) for way in ways]
     return READ if set(outcomes) == {READ} else REFUSED
 
 
