@@ -44,7 +44,7 @@ def test_a_case_is_the_same_again(fuzzing, tmp_path):
     ("raised", "fault"),
     [
         (KeyError("deep in a library"), "escaped: KeyError"),
-        (InputError("a bell \a"), "message"),
+        (InputError("a tab\t"), "message"),
         (InputError("two\nlines"), "message"),
     ],
 )
