@@ -38,6 +38,7 @@ from .streams import sample_stream as sample_stream
 from .streams import specimen_stream as specimen_stream
 from .toml_files import check_file as check_file
 from .toml_files import read_toml as read_toml
+from .units import PHYSICAL as PHYSICAL
 from .units import in_si as in_si
 from .units import in_unit as in_unit
 from .version import __version__ as __version__

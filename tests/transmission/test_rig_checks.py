@@ -253,3 +253,12 @@ shaft = "idle"
 """
     with pytest.raises(InputError, match=r"operating\.load = 'brake' is on shaft 'idle', which no mesh drives"):
         changed(('[couplings.brake]\nshaft = "gear-shaft"\nnode = 8', idle + "node = 1"))
+
+
+def test_ranges_take_texts_with_units_of_their_field(changed):
+    end = 'sources.inertia = "'
+    ranged = changed((end, f'assumed.inertia = {{ low = "10 kg cm^2", high = "1 kg m^2", scale = "log" }}\n{end}'))
+    inertia = next(coupling.assumed["inertia"] for coupling in ranged.couplings.values() if coupling.assumed)
+    assert (inertia.low, inertia.high) == (0.001, 1.0)
+    with pytest.raises(InputError, match=r"assumed: '3 mm' is a length; a moment of inertia is needed"):
+        changed((end, f'assumed.inertia = {{ low = "3 mm", high = 1.0 }}\n{end}'))

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, BeforeValidator, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, Field, field_validator, model_validator
 
-from sigdb.core import Section, suggestion
+from sigdb.core import PHYSICAL, Section, in_si, suggestion, unit_of
 from sigdb.transmission.ensemble.assumption import Assumption, Choices, Range, flattened
 
 ORIGINS = ("published", "derived", "fitted", "assumed")
@@ -32,6 +32,15 @@ class Described(Section):
         exclude_if=lambda assumed: not assumed,  # rigs without are dumped as before there were any
     )
 
+    @field_validator("assumed", mode="before")
+    @classmethod
+    def _ranges_in_si(cls, assumed: object) -> object:
+        """Return ranges and choices whose texts with units are numbers in the unit of their field."""
+        if not isinstance(assumed, dict):
+            return assumed
+        units = {name: unit_of(field) for name, field in cls.model_fields.items()}
+        return {key: _in_unit_of(table, units.get(str(key).split(".")[0], "-")) for key, table in assumed.items()}
+
     @model_validator(mode="after")
     def _check_sources(self) -> Self:
         for key, text in self.sources.items():
@@ -48,6 +57,16 @@ class Described(Section):
         if problems:
             raise ValueError("\n".join(problems))
         return self
+
+
+def _in_unit_of(table: object, unit: str) -> object:
+    """Return an assumption, or those of the components of a list, with numbers in a unit; multiples have none."""
+    if not isinstance(table, dict) or "of" in table or unit not in PHYSICAL:
+        return table
+    return {
+        key: in_si(value, unit) if key in ("low", "high", "choices") else _in_unit_of(value, unit)
+        for key, value in table.items()
+    }
 
 
 def _problems(part: Described, key: str, assumption: Assumption) -> Iterator[str]:
