@@ -59,7 +59,7 @@ def train_model(
     false_alarm_rate : float, optional
         Rate of false alarms of detectors and thresholds; that of the database's recipe if left out.
     split : str
-        Split of training and evaluation, ``S0`` to ``S4``; see :func:`sigdb.recognition.make_split`.
+        Split of training and evaluation, ``S0`` to ``S4`` or ``S6``; see :func:`sigdb.recognition.make_split`.
     command : str
         Command that makes the model again, for its card.
     on_step : callable

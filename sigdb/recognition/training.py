@@ -15,7 +15,7 @@ from sigdb.recognition.rows.batch import CELLS, Batch
 from sigdb.recognition.rows.streams import read_averages, read_features, reduce_averages
 from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.severity_quantities import QUANTITIES
-from sigdb.recognition.splits.kinds import make_split, model_form
+from sigdb.recognition.splits.kinds import MEMBER, make_split, model_form
 from sigdb.recognition.splits.split import TRAINING
 from sigdb.recognition.targets.all_targets import TARGETS, target_named
 from sigdb.recognition.targets.target import Target
@@ -99,7 +99,7 @@ def train(
     settings
         Learner, folds, seed and false-alarm rate.
     split
-        Split, ``S0`` to ``S4``, whose test rows training leaves out; see :func:`make_split`.
+        Split, ``S0`` to ``S4`` or ``S6``, whose test rows training leaves out; see :func:`make_split`.
     on_step
         Called with the name of each estimator before it is trained, and with a sentence on what is left out.
 
@@ -231,7 +231,8 @@ def usable_rows(database: Database, target: str) -> pd.DataFrame:
         If the sweep is not finished.
     """
     check_complete(database)
-    columns = ", ".join(dict.fromkeys((*_COLUMNS, *sorted(columns_read()))))
+    member = (MEMBER,) if MEMBER in database.dataset("features").schema.names else ()
+    columns = ", ".join(dict.fromkeys((*_COLUMNS, *member, *sorted(columns_read()))))
     condition = TARGETS[target].row_condition
     where = f"status = 'ok' and {condition}" if condition else "status = 'ok'"
     return database.sql(f"select id, {columns} from features where {where} order by id").set_index("id")

@@ -29,11 +29,12 @@ def database_card_markdown(facts: DatabaseFacts, *, title: str) -> str:
 
 def _lines(facts: DatabaseFacts, title: str) -> Iterator[str]:
     rig, origins = facts["rig"], facts["rig"]["origins"]
+    fitted = f", {origins['fitted']} fitted" if origins["fitted"] else ""
     yield f"# {title}"
     yield ""
     yield (
         f"Simulated signatures of the rig `{rig['name']}` ({rig['title']}) with damage on its `{facts['gear']}`. The "
-        f"rig has {origins['published']} published numbers, {origins['derived']} derived from published ones and "
+        f"rig has {origins['published']} published numbers, {origins['derived']} derived from published ones{fitted} and "
         f"{origins['assumed'] + origins['unstated']} assumed ones."
     )
     yield ""

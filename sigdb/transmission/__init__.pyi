@@ -33,6 +33,7 @@ from .parts.gears import Mesh as Mesh
 from .parts.gears import Operating as Operating
 from .parts.rolling_bearing import RollingBearing as RollingBearing
 from .rig import Transmission as Transmission
+from .summary.facts import AssumedFacts as AssumedFacts
 from .summary.facts import BearingFacts as BearingFacts
 from .summary.facts import BodyFacts as BodyFacts
 from .summary.facts import CasingModeFacts as CasingModeFacts

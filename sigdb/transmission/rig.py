@@ -40,6 +40,12 @@ class Transmission(Described):
 
     name: str = Field(description="Name of the rig.", pattern=r"^[A-Za-z][A-Za-z0-9._-]*$")
     title: str = Field(default="", description="Description of the rig in a line.")
+    rig_member: int = Field(
+        default=0,
+        description="Number of the member of an ensemble that the rig is, from 1; 0 for a rig of no ensemble.",
+        ge=0,
+        exclude_if=lambda member: member == 0,
+    )
     damping_ratio: float = quantity(
         "-", "Fraction of critical damping of every mode of the rotors, torsion included.", ge=0, lt=1
     )

@@ -47,7 +47,7 @@ class NameChoice(click.Choice[str]):
     default="S1",
     show_default=True,
     help="Cases held out: new noise only (S0); specimens (S1), and with them severities between (S2) or beyond (S3) "
-    "those of training, or a tooth count (S4).",
+    "those of training, or a tooth count (S4), or rigs of an ensemble (S6).",
 )
 def train(database: str, target: str, out: str, learner: str | None, false_alarm_rate: float | None, split: str) -> int:
     """Train a model on a database, one fold of specimens held out, and write its folder with a card.

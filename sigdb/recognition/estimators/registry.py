@@ -23,7 +23,7 @@ DETECTION = "detection"
 TARGET_NAMES = ("location", "severity", DETECTION)
 """Names of the targets."""
 
-SPLIT_NAMES = ("S0", "S1", "S2", "S3", "S4")
+SPLIT_NAMES = ("S0", "S1", "S2", "S3", "S4", "S6")
 """Names of the splits that a model can be trained with."""
 
 

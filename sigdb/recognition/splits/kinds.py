@@ -1,4 +1,4 @@
-"""The splits S0 to S4 of one database, and the model form by which another database is the split S5."""
+"""The splits S0 to S4 and S6 of one database, and the model form by which another database is the split S5."""
 
 import hashlib
 import json
@@ -61,6 +61,8 @@ def beyond(cells: pd.DataFrame) -> BoolArray:
 
 
 _TEST_FOLD = 0
+MEMBER = "rig_member"
+"""Column with the member of an ensemble that a row's rig is, where there is one."""
 
 
 def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int) -> Split:
@@ -74,6 +76,7 @@ def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int) -> Split
     ``S2``  other specimens, severities between those of training (:func:`~sigdb.recognition.splits.kinds.between`)
     ``S3``  other specimens, severities beyond those of training (:func:`~sigdb.recognition.splits.kinds.beyond`)
     ``S4``  other specimens, a tooth count that training has not seen: the middle one, the greater of two
+    ``S6``  other specimens, rigs of an ensemble that training has not seen: one in ``folds``, drawn by the seed
     ======  ===========================================================================================
 
     From S1 on no specimen is on both sides: held-out cases are tested on held-out specimens only. Held-out cases of
@@ -85,7 +88,7 @@ def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int) -> Split
         Name of the split.
     rows
         ``specimen``, ``draw``, ``tooth``, ``teeth``, ``stiffness_loss``, ``phase_shift_deg`` and ``damaged_teeth`` of
-        each row.
+        each row; ``rig_member`` for S6.
     seed
         Seed of the database, by which specimens are dealt into folds.
     folds
@@ -192,6 +195,23 @@ def _tooth_counts(rows: pd.DataFrame, seed: int, folds: int) -> Split:
     )
 
 
+def _unknown_rig(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+    members = np.unique(rows[MEMBER]) if MEMBER in rows else np.empty(0)
+    if len(members) < 2:
+        raise InputError(
+            "split S6 needs rigs of an ensemble, two or more; give [sweep.ensemble] with the number of its members"
+        )
+    drawn = np.random.default_rng(seed).permutation(members)
+    unseen = np.sort(drawn[: max(1, round(len(members) / folds))])
+    out = np.isin(members, unseen)
+    listed = ", ".join(f"{member:g}" for member in unseen)
+    return Split(
+        name="S6",
+        text=f"unknown rig: members {listed} of {len(members)} and specimens, both absent from training",
+        table=_crossed(rows, pd.DataFrame({MEMBER: members, "trained": ~out, "tested": out}), seed, folds),
+    )
+
+
 def _crossed(rows: pd.DataFrame, cases: pd.DataFrame, seed: int, folds: int) -> pd.DataFrame:
     """Return folds of specimens crossed with cases, which are trained on, tested, or both."""
     keys = [name for name in cases.columns if name not in ("trained", "tested")]
@@ -213,6 +233,7 @@ SPLITS: dict[str, Callable[[pd.DataFrame, int, int], Split]] = {
     "S2": _between,
     "S3": _beyond,
     "S4": _tooth_counts,
+    "S6": _unknown_rig,
 }
 """Splits of one database by name."""
 

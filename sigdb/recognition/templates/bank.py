@@ -13,6 +13,7 @@ from sigdb.core import BoolArray, FloatArray, IntArray, NotApplicableError
 from sigdb.database import Database, suffixed
 from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.severity_quantities import QUANTITIES
+from sigdb.recognition.splits.kinds import MEMBER
 from sigdb.recognition.templates.compact_signals import CompactSignals
 from sigdb.recognition.templates.hypotheses import Hypotheses
 
@@ -182,8 +183,8 @@ class TemplateBank:
         index_error
             Size of the index errors, m; the root mean square of that of the rows if left out.
         cases
-            Only templates of these cases: tooth counts ``teeth`` and severities, as in rows of features. All if left
-            out.
+            Only templates of these cases: tooth counts ``teeth`` and severities, as in rows of features, and
+            ``rig_member`` where they have it. All if left out.
         specimens
             Only rows of these count for the weights, the size of index errors and the noise. All if left out.
 
@@ -221,7 +222,7 @@ class TemplateBank:
             "order by all"
         )
         if cases is not None:
-            cases = cases[list(_CASE)].drop_duplicates()
+            cases = cases[[*_CASE, *({MEMBER} & {*cases.columns})]].drop_duplicates()
             points = points[points["teeth"].isin(cases["teeth"])]
         weight = rows.set_index("template")["n"]
         if index_error is None:
@@ -289,7 +290,8 @@ def _laws(
 ) -> Hypotheses:
     laws = Hypotheses.of(database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor)
     if cases is not None:
-        kept = laws.cases[list(_CASE)].merge(cases.assign(kept=True), how="left", on=list(_CASE))["kept"]
+        keys = list(cases.columns)
+        kept = laws.cases[keys].merge(cases.assign(kept=True), how="left", on=keys)["kept"]
         laws = laws.only(np.flatnonzero(kept.notna()))
     for kind, some in (("healthy", laws.healthy), ("damaged", ~laws.healthy)):
         if not some.any():

@@ -6,6 +6,7 @@ from typing import TypedDict
 
 from sigdb.report.text_table import PLAIN, Column, Terminal, TextTable, number, word
 from sigdb.transmission import (
+    AssumedFacts,
     BearingFacts,
     BodyFacts,
     CasingModeFacts,
@@ -37,11 +38,12 @@ def rig_text(facts: RigFacts, *, terminal: Terminal = PLAIN) -> str:
     -------
     str
         Title, operating point, a table for each kind of part that the rig has, frequencies, resonances, the origins of
-        the numbers, and remarks on what is unusual.
+        the numbers, ranges of the assumed ones, and remarks on what is unusual.
     """
     parts = [f"{title}\n{table.text(terminal, indent=2)}" for title, table in _part_tables(facts).items() if table.rows]
     remarks = ["\n".join(["remarks", *(f"  {text}" for text in facts["remarks"])])] if facts["remarks"] else []
-    blocks = [_head(facts), *parts, *_frequencies(facts, terminal), _origins(facts["origins"]), *remarks]
+    blocks = [_head(facts), *parts, *_frequencies(facts, terminal), _origins(facts["origins"])]
+    blocks += [*_assumed(facts["assumed"], terminal), *remarks]
     return "\n\n".join(blocks) + "\n"
 
 
@@ -132,8 +134,20 @@ def _origins(origins: Mapping[str, int]) -> str:
     return f"Numbers by origin: {counts}, {origins['unstated']} without a source"
 
 
+def _assumed(facts: Sequence[AssumedFacts], terminal: Terminal) -> list[str]:
+    if not facts:
+        return []
+    free = sum(row["is_free"] for row in facts)
+    title = f"Assumed numbers, {free} of them free (of a list: its first component that is not 0)"
+    return [f"{title}\n{TextTable.of(_ASSUMED, facts).text(terminal, indent=2)}"]
+
+
 def _list(values: Sequence[float]) -> str:
     return " ".join(f"{value:g}" for value in values)
+
+
+def _value(value: float | str | list[float]) -> str:
+    return value if isinstance(value, str) else _list(value if isinstance(value, list) else [value])
 
 
 def _hertz(value: float) -> str:
@@ -249,6 +263,11 @@ _SENSORS: tuple[Column[SensorFacts], ...] = (
     ("direction", lambda row: _list(row["direction"])),
     ("measures", lambda row: word(row["quantity"])),
     ("unit", lambda row: word(row["unit"])),
+)
+_ASSUMED: tuple[Column[AssumedFacts], ...] = (
+    ("number", lambda row: row["path"]),
+    ("value", lambda row: _value(row["value"])),
+    ("assumed", lambda row: row["assumed"]),
 )
 _EXCITATIONS: tuple[Column[ExcitationFacts], ...] = (
     ("what", lambda row: word(row["what"])),

@@ -27,7 +27,7 @@ def extension(manifest: Manifest, study: Study, match: float) -> Plan:
         }
         for _, some in rows.groupby("teeth")
     ]
-    kept = base.design.model_dump(include={"rig", "gear", "seed", "specimens", "draws", "solver"})
+    kept = base.design.model_dump(include={"rig", "gear", "seed", "specimens", "draws", "solver", "ensemble"})
     return make_plan(
         validated(SweepSettings, kept | {"grid": grids}, owner="refinement"),
         base.measurement,

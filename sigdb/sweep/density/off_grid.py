@@ -48,6 +48,7 @@ def off_grid(base: Plan, *, cases: int, seed: int, specimens: int) -> SweepSetti
             # Where the rig or the measurement is drawn too, each case has undamaged rows of its own.
             "healthy": max(1, cases // specimens) if alike else 1,
             "grid": grids,
+            "ensemble": base.design.ensemble,
         },
         owner="off-grid design",
     )

@@ -18,6 +18,10 @@ MOST_WHOLE = 2**31 - 1
 """Greatest whole number of an axis."""
 
 
+MEMBER = "rig_member"
+"""The axis ``rig.member`` by the name of its column, which is a field of the rig."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Axis:
     """An axis of a grid over the values of a field, which declares unit, bounds and help.
@@ -206,12 +210,14 @@ def split_axes(data: Mapping[str, object], others: Iterable[str]) -> dict[str, o
             rig |= dict(flatten(value))
         elif isinstance(value, Mapping) and not is_range(value):
             rig |= dict(flatten({key: value}))
-        elif "." in key:
+        elif "." in key or key == MEMBER:
             rig[key] = value
         elif is_range(value) and key in AXIS_NAMES:
             ranges[key] = value
         else:
             keys[key] = value
+    if "member" in rig:  # rig.member, which is a field of the rig
+        rig[MEMBER] = rig.pop("member")
     ranges |= {axis: value for axis, value in rig.items() if is_range(value)}
     listed = {axis: value for axis, value in rig.items() if not is_range(value)}
     if ranges:
@@ -242,6 +248,11 @@ def read_teeth(value: object) -> object:
     return value if value == "all" else tuple(teeth)
 
 
+def axis_name(name: str) -> str:
+    """Return the name of an axis that may begin with ``rig.``; ``rig.member`` is the field ``rig_member`` of the rig."""
+    return MEMBER if name == "rig.member" else name.removeprefix("rig.")
+
+
 def check_axis_name(name: str) -> None:
     """Refuse a name that is neither an axis of a grid nor a dotted path.
 
@@ -250,7 +261,7 @@ def check_axis_name(name: str) -> None:
     ValueError
         Names the nearest axis.
     """
-    if name not in AXIS_NAMES and "." not in name:
+    if name not in (*AXIS_NAMES, MEMBER) and "." not in name:
         raise ValueError(
             f"no axis is called {name!r}{suggestion(name, AXIS_NAMES)} (a number of the rig is named by its dotted "
             "path)"

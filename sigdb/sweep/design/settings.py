@@ -10,6 +10,23 @@ from sigdb.sweep.design.grid import Grid
 from sigdb.transmission import PRESETS, ToothDamage
 
 
+class EnsembleSettings(Section):
+    """An ensemble of rigs, drawn from what the rig file assumes, whose members are values of the axis ``rig.member``."""
+
+    members: int = quantity("-", "Number of members.", ge=1, le=10_000)
+    seed: int = quantity("-", "Seed of the draws.", ge=0, default=0)
+    values: Annotated[tuple[dict[str, int | float | str], ...], Strict(False)] = Field(
+        default=(),
+        description="Values of each member's assumed numbers, by dotted path; drawn by the seed if left out.",
+    )
+
+    @model_validator(mode="after")
+    def _as_many(self) -> "EnsembleSettings":
+        if self.values and len(self.values) != self.members:
+            raise ValueError(f"values has {len(self.values)} members and members = {self.members}; give as many")
+        return self
+
+
 class SweepSettings(Section):
     """Settings of a sweep: the cases that it simulates."""
 
@@ -26,6 +43,11 @@ class SweepSettings(Section):
     )
     grid: Annotated[tuple[Grid, ...], Strict(False)] = quantity(
         "-", "Grids; the sweep is their union.", min_length=1, max_length=1000
+    )
+    ensemble: EnsembleSettings | None = Field(
+        default=None,
+        description="Rigs drawn from what is assumed of the rig: the axis rig.member, 1 to members in all grids.",
+        exclude_if=lambda ensemble: ensemble is None,
     )
     patterns: dict[str, Annotated[tuple[ToothDamage, ...], Strict(False)]] = Field(
         default={},

@@ -9,7 +9,7 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
 
 from sigdb.core import FloatArray, check_file
-from sigdb.sweep.design.axes import WHOLE_AXES, check_axis_name, check_bounds, flatten
+from sigdb.sweep.design.axes import WHOLE_AXES, axis_name, check_axis_name, check_bounds, flatten
 
 _MOST_BYTES, _MOST_ROWS = 1_000_000_000, 2_000_000
 """Largest size and number of rows of a file: each value becomes a Python object."""
@@ -57,7 +57,7 @@ def check_columns(table: Mapping[str, object], *, owner: str) -> Columns:
     if not rows:
         raise ValueError(f"{owner} has no rows; give at least one")
     columns: Columns = {}
-    for name, values in sorted((name.removeprefix("rig."), values) for name, values in lists.items()):
+    for name, values in sorted((axis_name(name), values) for name, values in lists.items()):
         if f"rig.{name}" not in table:
             _check_name(name, owner)
         columns[name] = _names(values, owner) if name == "pattern" else _numbers(name, values, owner)

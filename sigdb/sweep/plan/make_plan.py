@@ -16,6 +16,7 @@ from sigdb.sweep.design.settings import WIDEST, SweepLimits, SweepSettings
 from sigdb.sweep.plan.crossing import AxisArray, Crossing, combinations, joint_points
 from sigdb.sweep.plan.damages import Damages, Pattern, default_of
 from sigdb.sweep.plan.layout import Blocks, consecutive, distinct, lay_out
+from sigdb.sweep.plan.members import members_of, with_members
 from sigdb.sweep.plan.plan import Plan, rows_of_a_part
 from sigdb.sweep.plan.resolved import same_content, without_sources
 from sigdb.sweep.plan.rig_points import RigPoints, rig_points
@@ -66,7 +67,9 @@ def make_plan(
         If the design does not fit the rig or exceeds a limit: the message has a line for each problem, with the key,
         the value and what to do. Grids count from 1.
     """
-    _check_counts(design, limits)
+    for name in ("specimens", "draws", "healthy"):
+        limits.check("rows", getattr(design, name), owner="the sweep", what=f"rows by {name}")
+    design = with_members(design, rig)
     gear = damaged_gear(rig, design.gear)
     check_in_one_mesh(rig, gear)
     sensors = signature.sensors or tuple(rig.sensors)
@@ -85,6 +88,7 @@ def make_plan(
             rig,
             gear,
             [(crossing.owner, crossing.rig_values, crossing.places) for crossing in crossings],
+            members=members_of(design, rig),
             most_builds=partial(limits.check, "rigs", owner="the sweep", what="rigs to build"),
         )
         samples = int(points.teeth.max()) * signature.samples_per_tooth
@@ -148,12 +152,6 @@ def _check_specimens(design: SweepSettings, signature: SignatureSettings, index_
             f"sweep.solver = {design.solver!r} marches each case for gears without index errors; set index_error = 0 "
             "in [measurement] and in the grids, or leave out the solver"
         )
-
-
-def _check_counts(design: SweepSettings, limits: SweepLimits) -> None:
-    """Refuse counts that alone are more than the rows of a sweep."""
-    for name in ("specimens", "draws", "healthy"):
-        limits.check("rows", getattr(design, name), owner="the sweep", what=f"rows by {name}")
 
 
 def _crossing(design: SweepSettings, number: int, rig: Transmission, limits: SweepLimits) -> Crossing:

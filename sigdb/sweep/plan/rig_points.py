@@ -12,6 +12,7 @@ from pydantic.fields import FieldInfo
 from sigdb.core import FloatArray, InputError, IntArray, Section
 from sigdb.dynamics import common_period
 from sigdb.measurement import tooth_cycle
+from sigdb.sweep.design.axes import MEMBER
 from sigdb.sweep.plan.layout import distinct
 from sigdb.transmission import Transmission
 
@@ -45,6 +46,8 @@ class RigPoints(Sequence[RigPoint]):
     ----------
     base
         The recipe's rig.
+    members
+        The members of its ensemble.
     swept
         Dotted paths of the swept parameters, as the first grid writes each.
     values
@@ -56,6 +59,7 @@ class RigPoints(Sequence[RigPoint]):
     """
 
     base: Transmission
+    members: tuple[Transmission, ...] = ()
     swept: tuple[str, ...]
     values: FloatArray
     teeth: IntArray
@@ -73,9 +77,11 @@ class RigPoints(Sequence[RigPoint]):
     def __getitem__(self, number: int | slice) -> RigPoint | tuple[RigPoint, ...]:
         if isinstance(number, slice):
             return tuple(self[i] for i in range(*number.indices(len(self))))
+        values = dict(zip(self.swept, self.values[number].tolist(), strict=True))
+        base, changed = _changed(self.base, self.members, values)
         return RigPoint(
-            base=self.base,
-            values=_changed(self.base, dict(zip(self.swept, self.values[number].tolist(), strict=True))),
+            base=base,
+            values=changed,
             teeth=int(self.teeth[number]),
             mate_teeth=int(self.mate_teeth[number]),
             revolutions=int(self.revolutions[number]),
@@ -96,6 +102,9 @@ class RigPoints(Sequence[RigPoint]):
         for i, name in enumerate(self.swept):
             if self.base.path(name) == path:
                 return self.values[:, i]
+        if MEMBER in self.swept and self.members:
+            each = np.array([self.base.value(dotted), *(member.value(dotted) for member in self.members)])
+            return np.asarray(each[self.values[:, self.swept.index(MEMBER)].astype(int)])
         return np.full(len(self), self.base.value(dotted))
 
 
@@ -104,6 +113,7 @@ def rig_points(
     gear: str,
     grids: Sequence[tuple[str, Mapping[str, FloatArray], int]],
     *,
+    members: tuple[Transmission, ...] = (),
     most_builds: Callable[[int], None] = lambda builds: None,
 ) -> tuple[RigPoints, list[IntArray]]:
     """Return the distinct rigs of grids, checked, and the (points,) numbers of the rigs of each grid's points.
@@ -114,6 +124,8 @@ def rig_points(
         The recipe's rig, and its damaged gear.
     grids
         Name of each grid for messages, (n,) values of the parameters that it sweeps by dotted path, and n.
+    members
+        The members of the rig's ensemble, which the axis ``rig_member`` numbers from 1.
     most_builds
         Called with the number of rigs that differ in more than speed and torque, before they are built.
 
@@ -125,14 +137,15 @@ def rig_points(
     swept: dict[FullPath, str] = {}
     for owner, values, _ in grids:
         _check_named_once(rig, owner, values)
+        _check_members(rig, members, owner, values)
         for dotted in values:
             swept.setdefault(rig.path(dotted), dotted)
     columns = [np.concatenate([_column(rig, path, values, n) for _, values, n in grids]) for path in swept]
     total = sum(n for *_, n in grids)
     codes, first = distinct(np.zeros(total), *columns)
     table = np.stack([column[first] for column in columns], axis=1) if columns else np.empty((1, 0))
-    counts = _count_teeth(rig, gear, swept, table, most_builds)
-    points = RigPoints(base=rig, swept=tuple(swept.values()), values=table, **counts)
+    counts = _count_teeth(rig, members, gear, swept, table, most_builds)
+    points = RigPoints(base=rig, members=members, swept=tuple(swept.values()), values=table, **counts)
     return points, np.split(codes, np.cumsum([n for *_, n in grids])[:-1])
 
 
@@ -167,12 +180,35 @@ def _column(rig: Transmission, path: FullPath, values: Mapping[str, FloatArray],
     return np.full(n, rig.value(".".join(path)))
 
 
-def _changed(rig: Transmission, values: dict[str, float]) -> dict[str, float]:
-    return {dotted: value for dotted, value in values.items() if value != rig.value(dotted)}
+def _check_members(
+    rig: Transmission, members: tuple[Transmission, ...], owner: str, values: Mapping[str, FloatArray]
+) -> None:
+    """Refuse members that the ensemble does not have, and axes over numbers that its members have values of."""
+    if MEMBER not in values:
+        return
+    for number in values[MEMBER]:
+        if number % 1 or not 1 <= number <= len(members):
+            raise InputError(f"{owner}: rig.member = {number:g} is no member; the ensemble has 1 to {len(members)}")
+    assumed = set(rig.assumptions)
+    for dotted in values:
+        if ".".join(rig.path(dotted)) in assumed:
+            raise InputError(
+                f"{owner}: {dotted} is swept, and each member of the ensemble has its own; sweep one of the two, or "
+                f"remove what the rig assumes of {dotted}"
+            )
+
+
+def _changed(
+    rig: Transmission, members: tuple[Transmission, ...], values: dict[str, float]
+) -> tuple[Transmission, dict[str, float]]:
+    """Return the rig or the member that a point starts from, and the values in which it differs."""
+    base = members[int(values[MEMBER]) - 1] if values.get(MEMBER) else rig
+    return base, {dotted: value for dotted, value in values.items() if dotted != MEMBER and value != rig.value(dotted)}
 
 
 def _count_teeth(
     rig: Transmission,
+    members: tuple[Transmission, ...],
     gear: str,
     swept: Mapping[FullPath, str],
     table: FloatArray,
@@ -188,7 +224,8 @@ def _count_teeth(
     most_builds(len(first))
     counts = []
     for at in first:
-        built = rig.replace(_changed(rig, dict(zip(names, table[at].tolist(), strict=True))))
+        base, values = _changed(rig, members, dict(zip(names, table[at].tolist(), strict=True)))
+        built = base.replace(values)
         teeth, mate = (built.gears[name].teeth for name in (gear, built.mate(gear)))
         counts.append((teeth, mate, common_period(built, gear)[0]))
     for i, path in enumerate(swept):

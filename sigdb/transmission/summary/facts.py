@@ -147,6 +147,15 @@ class ResonanceFacts(ModeFacts):
     excitation_hz: float
 
 
+class AssumedFacts(TypedDict):
+    """A number that is assumed, its value, and its range, choices or tie in words; the value of a table is its kind."""
+
+    path: str
+    value: float | int | str | list[float]
+    assumed: str
+    is_free: bool
+
+
 class RigFacts(TypedDict):
     """A rig as :func:`~sigdb.transmission.describe_rig` describes it."""
 
@@ -168,4 +177,5 @@ class RigFacts(TypedDict):
     overdamped: int
     resonances: list[ResonanceFacts]
     origins: dict[str, int]
+    assumed: list[AssumedFacts]
     remarks: list[str]

@@ -1,14 +1,16 @@
 """Summary of a rig in numbers: its parts, its forces, its frequencies, and where its numbers come from."""
 
 from collections.abc import Iterator
-from typing import cast
+from typing import Any, cast
 
 from pydantic import BaseModel
 
-from sigdb.transmission.parts.described import ORIGINS, Described
+from sigdb.transmission.ensemble.assumed_values import value_in
+from sigdb.transmission.parts.described import NOTES, ORIGINS, Described
 from sigdb.transmission.parts.usual_ranges import unusual_numbers
 from sigdb.transmission.rig import Transmission
 from sigdb.transmission.summary.facts import (
+    AssumedFacts,
     CasingModeFacts,
     CouplingFacts,
     ExcitationFacts,
@@ -26,6 +28,9 @@ from sigdb.transmission.summary.parts import (
     resonances,
     shaft_facts,
 )
+
+_MOST_NAMED = 6
+"""Numbers without a range that a remark names."""
 
 
 def describe_rig(rig: Transmission) -> RigFacts:
@@ -46,8 +51,9 @@ def describe_rig(rig: Transmission) -> RigFacts:
           ``couplings``, ``casing``, ``sensors``, ``excitations``, ``modes`` and ``resonances``;
         - ``overdamped``, the number of modes that do not vibrate;
         - ``origins``, counts of fields by origin;
-        - ``remarks``, a sentence on each number outside the usual range of its kind, and on each mesh that the torque
-          does not press together as it should.
+        - ``assumed``, a list of dictionaries: the range, choices or tie of each assumed number;
+        - ``remarks``, a sentence on each number outside the usual range of its kind, on each mesh that the torque does
+          not press together as it should, and on the numbers that are assumed without a range.
 
         Modes go to three times the highest mesh frequency, or to ten times the highest shaft speed of a rig without
         meshes, and are the lowest six at least. Resonances are modes with a damping ratio below 0.7 within 5 % of a
@@ -92,7 +98,8 @@ def describe_rig(rig: Transmission) -> RigFacts:
         "overdamped": overdamped,
         "resonances": list(resonances(rig, modes)),
         "origins": origins(rig),
-        "remarks": [*unusual_numbers(rig.model_dump()), *mesh_remarks(rig, meshes)],
+        "assumed": assumed_facts(rig),
+        "remarks": [*unusual_numbers(rig.model_dump()), *mesh_remarks(rig, meshes), *_unranged_remark(rig)],
     }
 
 
@@ -118,34 +125,79 @@ def _excitations(rig: Transmission) -> Iterator[ExcitationFacts]:
         yield {"what": what, "size": rig.operating.load_fluctuation, "unit": "of the mean", "shaft": shaft}
 
 
+def assumed_facts(rig: Transmission) -> list[AssumedFacts]:
+    """Return the present value of each assumed number of a rig, and its range, choices or tie in words."""
+    data = rig.model_dump()
+    free = {number.path for number in rig.assumptions.free}
+    return [
+        {"path": path, "value": _shown(value_in(data, path)), "assumed": str(assumption), "is_free": path in free}
+        for path, assumption in rig.assumptions.items()
+    ]
+
+
+def _shown(value: Any) -> float | int | str | list[float]:
+    if isinstance(value, dict):
+        return str(value.get("kind", "trapezoid"))
+    return list(value) if isinstance(value, tuple) else cast(float, value)
+
+
 def origins(rig: Transmission) -> dict[str, int]:
     """Return counts of fields by the origin that ``sources`` gives them; ``unstated`` are quantities without one."""
     counts = dict.fromkeys((*ORIGINS, "unstated"), 0)
-    for part in _parts(rig):
+    for _, part in _parts(rig):
         for text in part.sources.values():
             counts[text.split(":")[0]] += 1
-        counts["unstated"] += sum(
-            isinstance(field.json_schema_extra, dict)
-            and _is_number(getattr(part, name))
-            and getattr(part, name) != field.default
-            and name not in part.sources
-            for name, field in type(part).model_fields.items()
-        )
+        counts["unstated"] += sum(name not in part.sources for name in _stated_numbers(part))
     return counts
+
+
+def unranged_numbers(rig: Transmission) -> list[str]:
+    """Return the dotted paths of numbers that no source gives and of which nothing is assumed in range.
+
+    Those are numbers without a source, or with one that begins with ``assumed:``, without a range, choices or tie of
+    their own or of a component.
+    """
+    return [
+        ".".join((*path, name))
+        for path, part in _parts(rig)
+        for name in _stated_numbers(part)
+        if part.sources.get(name, "assumed:").startswith("assumed:")
+        and not any(key.split(".")[0] == name for key in part.assumed)
+    ]
+
+
+def _unranged_remark(rig: Transmission) -> Iterator[str]:
+    paths = unranged_numbers(rig)
+    if paths:
+        more = f" and {len(paths) - _MOST_NAMED} more" if len(paths) > _MOST_NAMED else ""
+        count = "1 number is" if len(paths) == 1 else f"{len(paths)} numbers are"
+        yield (
+            f"{count} assumed without a range: {', '.join(paths[:_MOST_NAMED])}{more}; give each assumed.KEY, or a "
+            "source that is published, derived or fitted"
+        )
+
+
+def _stated_numbers(part: Described) -> Iterator[str]:
+    """Yield the names of the quantities of a part that are not their defaults."""
+    for name, field in type(part).model_fields.items():
+        is_quantity = isinstance(field.json_schema_extra, dict)
+        if is_quantity and _is_number(getattr(part, name)) and getattr(part, name) != field.default:
+            yield name
 
 
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) or (isinstance(value, tuple) and all(map(_is_number, value)))
 
 
-def _parts(here: object) -> Iterator[Described]:
+def _parts(here: object, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Described]]:
+    """Yield the parts of a rig, each with its path."""
     if isinstance(here, Described):
-        yield here
+        yield path, here
     if isinstance(here, BaseModel):
-        values: list[object] = [getattr(here, name) for name in type(here).model_fields]
-    elif isinstance(here, dict | tuple):
-        values = list(here.values() if isinstance(here, dict) else here)
+        items = [(name, getattr(here, name)) for name in type(here).model_fields if name not in NOTES]
+    elif isinstance(here, dict):
+        items = list(here.items())
     else:
-        values = []
-    for value in values:
-        yield from _parts(value)
+        items = [(str(i), item) for i, item in enumerate(here)] if isinstance(here, tuple) else []
+    for name, item in items:
+        yield from _parts(item, (*path, name))

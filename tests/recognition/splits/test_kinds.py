@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sigdb.core.errors import InputError
-from sigdb.recognition import RecognitionSettings, evaluate, requested_rows, train
+from sigdb.recognition import RecognitionSettings, TemplateBank, evaluate, requested_rows, train
 from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.splits.kinds import between, beyond, changed_parts, make_split, model_form
 from sigdb.recognition.splits.split import ASIDE, TEST, TRAINING, Split
@@ -142,7 +142,9 @@ def test_s0_asks_about_other_draws_of_the_same_specimens_and_cases():
         ("S3", a_sweep(losses=(0.1, 0.2), shifts=(-1.0, 1.0)), "needs three magnitudes or more of a severity"),
         ("S4", a_sweep(), "needs two tooth counts or more, all rows have 3; sweep GEAR.teeth"),
         ("S1", a_sweep(specimens=2), "2 specimens cannot be split into 3 folds"),
-        ("S6", a_sweep(), "split = 'S6' does not exist"),
+        ("S6", a_sweep(), r"needs rigs of an ensemble, two or more; give \[sweep\.ensemble\]"),
+        ("S6", a_sweep().assign(rig_member=1), "needs rigs of an ensemble, two or more"),
+        ("S7", a_sweep(), "split = 'S7' does not exist"),
     ],
 )
 def test_a_database_that_cannot_be_split_so_says_what_is_needed(name, rows, message):
@@ -286,3 +288,35 @@ def _without_assumed(value):
     if isinstance(value, dict):
         return {key: _without_assumed(item) for key, item in value.items() if key != "assumed"}
     return [_without_assumed(item) for item in value] if isinstance(value, list) else value
+
+
+def test_s6_holds_out_whole_rigs_of_an_ensemble_and_specimens():
+    rows = pd.concat([a_sweep(losses=(0.1,), shifts=(0.0,), counts=(1,)).assign(rig_member=m) for m in range(1, 8)])
+    split = make_split("S6", rows, seed=3, folds=3)
+    sides = {fold: rows[split.folds(rows) == fold] for fold in (TRAINING, TEST)}
+    trained, unseen = (set(sides[fold]["rig_member"]) for fold in (TRAINING, TEST))
+    assert (len(trained), len(unseen)) == (5, 2)
+    assert not trained & unseen
+    assert not set(sides[TRAINING]["specimen"]) & set(sides[TEST]["specimen"])
+    assert split.text.startswith("unknown rig: members ")
+    assert split.hash == make_split("S6", rows, seed=3, folds=3).hash
+    assert {frozenset(make_split("S6", rows, seed=seed, folds=3).table.query("fold == 'test'")["rig_member"])
+            for seed in range(6)} != {frozenset(unseen)}  # fmt: skip
+
+
+ENSEMBLE_GRID = """tooth = [1, 4]
+stiffness_loss = [0.4]
+
+[sweep.ensemble]
+members = 2
+values = [{ "meshes.main.stiffness" = 3.0e8 }, { "meshes.main.stiffness" = 1.5e8 }]
+"""
+
+
+def test_a_bank_of_known_rigs_has_no_template_of_the_unknown_one(make_database):
+    database = make_database(specimens=3, healthy=2, grid=ENSEMBLE_GRID)
+    rows = usable_rows(database, "location")
+    assert set(rows["rig_member"]) == {1, 2}
+    known = TemplateBank.of(database, cases=rows[rows["rig_member"] == 2])
+    assert [len(point.severity) for point in TemplateBank.of(database, cases=rows).points] == [4]
+    assert [len(point.severity) for point in known.points] == [2]
