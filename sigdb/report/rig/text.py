@@ -37,13 +37,13 @@ def rig_text(facts: RigFacts, *, terminal: Terminal = PLAIN) -> str:
     Returns
     -------
     str
-        Title, operating point, a table for each kind of part that the rig has, frequencies, resonances, the origins of
-        the numbers, ranges of the assumed ones, and remarks on what is unusual.
+        Title, operating point, a table for each kind of part that the rig has, frequencies, resonances, ranges of
+        the assumed numbers, the origins of all, and remarks on what is unusual.
     """
     parts = [f"{title}\n{table.text(terminal, indent=2)}" for title, table in _part_tables(facts).items() if table.rows]
     remarks = ["\n".join(["remarks", *(f"  {text}" for text in facts["remarks"])])] if facts["remarks"] else []
-    blocks = [_head(facts), *parts, *_frequencies(facts, terminal), _origins(facts["origins"])]
-    blocks += [*_assumed(facts["assumed"], terminal), *remarks]
+    origins = [*_assumed(facts["assumed"], terminal), _origins(facts["origins"])]
+    blocks = [_head(facts), *parts, *_frequencies(facts, terminal), *origins, *remarks]
     return "\n\n".join(blocks) + "\n"
 
 
