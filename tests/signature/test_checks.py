@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import sigdb
 from sigdb.core.errors import InputError
 from sigdb.signature import (
     crest_factor,
@@ -261,3 +262,8 @@ def test_mesh_bands_takes_counts(argument):
     for value in (0, 4.0):
         with pytest.raises(InputError, match=rf"^mesh_bands: {argument} = {value} must be an integer >= 1; pass"):
             mesh_bands(**({"teeth": 8} | {argument: value}))
+
+
+def test_more_bands_than_memory_holds_are_refused():
+    with pytest.raises(InputError, match=r"^mesh_bands: per_mesh_order \* mesh_orders = 1000000000000 must be at most"):
+        sigdb.signature.mesh_bands(8, per_mesh_order=10**12, mesh_orders=1)

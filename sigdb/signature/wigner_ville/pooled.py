@@ -7,6 +7,8 @@ from sigdb.core import SIGNALS_AT_ONCE, InputError, blocks
 from sigdb.signature.checks import Float64Array, band_edges, count, real_or_complex_signal
 from sigdb.signature.wigner_ville.lag_window import LagWindow, analytic, lag_weights
 
+_MOST_BANDS = 1_000_000
+
 
 def mesh_bands(teeth: int, *, per_mesh_order: int = 4, mesh_orders: int = 4) -> Float64Array:
     """Return the edges of bands centred on fractions of the mesh order: 0, 1/4, ... 4 mesh orders by default.
@@ -39,6 +41,10 @@ def mesh_bands(teeth: int, *, per_mesh_order: int = 4, mesh_orders: int = 4) -> 
     z = count("mesh_bands", "teeth", teeth, least=1)
     p = count("mesh_bands", "per_mesh_order", per_mesh_order, least=1)
     last = count("mesh_bands", "mesh_orders", mesh_orders, least=1) * p
+    if last > _MOST_BANDS:
+        raise InputError(
+            f"mesh_bands: per_mesh_order * mesh_orders = {last} must be at most {_MOST_BANDS}; ask for fewer"
+        )
     return np.append(0.0, z * (2 * np.arange(last + 1) + 1) / (2 * p))
 
 
