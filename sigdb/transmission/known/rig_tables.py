@@ -210,6 +210,7 @@ class RigTables:
         }
         sources = {
             "module": self._module_source(size),
+            "stiffness": "derived: that of the profile",
             "face_width": "assumed: rule of 10 to 25 modules, by 250 MPa of bending at the root"
             + (", and a contact ratio below 2.7" if helix else ""),
             "pressure_angle_deg": "published: ISO 53, the standard basic rack",
