@@ -176,7 +176,7 @@ def test_a_new_rig_does_not_overwrite(tmp_path):
     ("arguments", "code", "says"),
     [
         (["new-rig", "{tmp}/rig.txt"], 2, "a rig file's name ends in .toml"),
-        (["new-rig", "{tmp}/nowhere/rig.toml"], 3, "No such file or directory"),
+        (["new-rig", "{tmp}/file/rig.toml"], 3, "{tmp}/file"),
         (["describe", "nothing"], 2, "no built-in rig 'nothing'"),
         (["describe", "nothing.toml"], 2, "no such file"),
         (["describe", "luo-10dof", "--format", "yaml"], 2, "'yaml' is not one of 'text', 'json'"),
