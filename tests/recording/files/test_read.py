@@ -41,8 +41,8 @@ def test_an_unknown_channel_is_told_with_those_there_are():
         (np.zeros(0), 1.0, r"shape \(0,\)"),
         (np.zeros(3, np.float32), 1.0, "type float32"),
         (np.array([0.0, np.nan]), 1.0, "must be finite"),
-        (np.zeros(3), 0.0, "sampling_rate = 0.0 must be positive"),
-        (np.zeros(3), np.nan, "sampling_rate = nan must be positive"),
+        (np.zeros(3), 0.0, "sampling_rate = 0.0 must be a positive number"),
+        (np.zeros(3), np.nan, "sampling_rate = nan must be a positive number"),
     ],
 )
 def test_a_channel_is_a_finite_series(samples, rate, told):
