@@ -18,7 +18,7 @@ from sigdb.cli.output import discard_output, visible_output
 from sigdb.core import InputError, SigdbError, __version__, visible_text
 
 _ORDER = (
-    *("new-rig", "describe", "modes"),
+    *("new-rig", "describe", "modes", "identify"),
     *("run", "sweep", "verify", "coverage", "refine", "card"),
     *("query", "show", "match", "export"),
     *("signature", "diagnose"),

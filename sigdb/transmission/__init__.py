@@ -7,6 +7,7 @@ __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 __all__ = [
     "Assumptions",
     "Choices",
+    "Compliance",
     "CoupledModes",
     "Damage",
     "ModalSystem",
@@ -20,5 +21,6 @@ __all__ = [
     "load_transmission",
     "modal_system",
     "new_rig",
+    "static_compliance",
     "write_new_rig",
 ]

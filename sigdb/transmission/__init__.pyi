@@ -51,6 +51,8 @@ from .summary.new_rig import new_rig_text as new_rig_text
 from .summary.new_rig import write_new_rig as write_new_rig
 from .summary.summary import describe_rig as describe_rig
 from .summary.summary import origins as origins
+from .system.compliance import Compliance as Compliance
+from .system.compliance import static_compliance as static_compliance
 from .system.elements import Element as Element
 from .system.elements import MeshElement as MeshElement
 from .system.elements import NonlinearElement as NonlinearElement

@@ -19,6 +19,7 @@ LAYERS = {
             ["transmission"],
             ["signature", "measurement", "dynamics"],
             ["database"],
+            ["identification"],
             ["recognition", "sweep", "recording", "paper"],
             ["diagnosis"],
             ["report"],

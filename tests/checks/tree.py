@@ -60,6 +60,8 @@ SMALL = {
     "signature/settings.py": "a section of a recipe",
     "signature/spectrum.py": "functions that indicators and separation use",
     "signature/wigner_ville/lag_products.py": "importing it imports numba",
+    "identification/rig_response.py": "numbers of a rig that targets share, apart from the targets",
+    "transmission/system/compliance.py": "the static counterpart of the modal system",
     "transmission/ensemble/draws.py": "the draws, above rigs, which know only what is assumed of them",
     "transmission/parts/rolling_bearing.py": "a part of a bearing that does not enter the dynamics",
     "transmission/parts/sensors.py": "one kind of part",

@@ -108,6 +108,7 @@ NOT_RUN = {
     "sigdb train data/quick/signatures --target location --out data/quick/location": "the model that others evaluate",
     "sigdb evaluate data/quick/location data/quick/signatures --report": "the page is drawn in the tests of reports",
     "sigdb show data/quick/signatures 0 2925  ": "the same with --out runs",
+    "sigdb identify ": "the example in Python on the same page searches",
     "sigdb diagnose run.csv ": "the example in Python on the same page makes this diagnosis",
 }
 """Beginnings of commands of pages that are parsed only, each with the reason."""

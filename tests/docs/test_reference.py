@@ -23,6 +23,7 @@ PACKAGES = [
         "core",
         "transmission",
         "dynamics",
+        "identification",
         "signature",
         "measurement",
         "database",

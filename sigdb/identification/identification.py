@@ -1,0 +1,140 @@
+"""The result of an identification: rigs that meet the targets, what these say of each number, and predictions."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import ndtr
+
+from sigdb.core import FloatArray, JsonValue, plain
+from sigdb.identification.problem import Problem
+from sigdb.transmission import Range, Transmission
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LEVEL = 0.95
+"""Probability of an interval, if there are enough members."""
+NOT_IDENTIFIED = 0.8
+"""Width of a posterior interval over that of the prior, above which the targets do not identify a number."""
+MET = 9.0
+"""Mean square of the misses, in standard deviations, up to which a rig meets the targets."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Member:
+    """A rig of the ensemble.
+
+    Attributes
+    ----------
+    z
+        (d,) coordinates of its free numbers.
+    rig
+        The rig.
+    misfit
+        Mean square of its misses of the targets as they were drawn for it, in standard deviations.
+    predicted
+        (m,) what would be measured of it.
+    """
+
+    z: FloatArray
+    rig: Transmission
+    misfit: float
+    predicted: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Identification:
+    """Rigs that meet stated targets: draws of the posterior.
+
+    Attributes
+    ----------
+    problem
+        The rig with its ranges, and the targets.
+    members : tuple of Member
+        The rigs.
+    left_out : dict
+        Number of draws that cannot be rigs, by reason.
+    """
+
+    problem: Problem
+    members: tuple[Member, ...]
+    left_out: Mapping[str, int]
+
+    def __repr__(self) -> str:
+        return (
+            f"<Identification of {self.problem.rig.name!r}: {len(self.members)} rigs, "
+            f"{sum(member.misfit <= MET for member in self.members)} of which meet the targets>"
+        )
+
+    @property
+    def level(self) -> float:
+        """Probability of the intervals: 0.95, or less with fewer than 39 members."""
+        count = len(self.members)
+        return min(LEVEL, (count - 1) / (count + 1))
+
+    @property
+    def rigs(self) -> tuple[Transmission, ...]:
+        """The rigs of the members."""
+        return tuple(member.rig for member in self.members)
+
+    def table(self) -> "pd.DataFrame":
+        """Return the values of the members' free numbers and their misfits: a row a member."""
+        import pandas as pd
+
+        values = [self.problem.values_at(member.z) for member in self.members]
+        frame = pd.DataFrame(values, columns=list(self.problem.paths)).rename_axis(index="member")
+        return frame.assign(misfit=[member.misfit for member in self.members])
+
+    def posterior(self) -> "pd.DataFrame":
+        """Return what the targets say of each number: a row a number, by its dotted path.
+
+        ``low`` and ``high`` are the ends of its range, ``posterior_low`` and ``posterior_high`` those of its interval.
+        ``width`` is the interval's width over that of the prior, both along the scale of the range: near 1 the targets
+        do not identify the number.
+        """
+        import pandas as pd
+
+        table = self.table()
+        u = ndtr(np.array([member.z for member in self.members]))
+        rows = []
+        for path, coordinates in zip(self.problem.paths, u.T, strict=True):
+            assumption = self.problem.rig.assumptions[path]
+            assert isinstance(assumption, Range)
+            low, median, high = self._interval(table[path].to_numpy())
+            start, _, end = self._interval(coordinates)
+            width = (end - start) / self.level
+            rows.append((path, assumption.low, assumption.high, low, median, high, width, width <= NOT_IDENTIFIED))
+        names = ["number", "low", "high", "posterior_low", "median", "posterior_high", "width", "is_identified"]
+        return pd.DataFrame(rows, columns=names).set_index("number")
+
+    def predictions(self) -> "pd.DataFrame":
+        """Return what the members say of each measured number: a row a number, fitted ones and those held out."""
+        import pandas as pd
+
+        predicted = np.array([member.predicted for member in self.members])
+        rows = [
+            (number.label, number.unit, number.value, number.error, *self._interval(column), number.held_out)
+            for number, column in zip(self.problem.targets.quantities, predicted.T, strict=True)
+        ]
+        names = ["quantity", "unit", "stated", "error", "predicted_low", "median", "predicted_high", "held_out"]
+        return pd.DataFrame(rows, columns=names).set_index("quantity")
+
+    def as_json(self) -> dict[str, JsonValue]:
+        """Return the result as plain values."""
+        frames = {"members": self.table(), "posterior": self.posterior(), "predictions": self.predictions()}
+        tables = {name: plain(frame.reset_index().to_dict("records")) for name, frame in frames.items()}
+        return {
+            "rig": self.problem.rig.name,
+            "targets": self.problem.targets.title,
+            "level": self.level,
+            "left_out": plain(self.left_out),
+            **tables,
+        }
+
+    def _interval(self, values: FloatArray) -> tuple[float, float, float]:
+        """Return the low end, the median and the high end of values (members,)."""
+        tail = (1 - self.level) / 2
+        low, median, high = np.quantile(values, [tail, 0.5, 1 - tail], method="weibull")
+        return float(low), float(median), float(high)

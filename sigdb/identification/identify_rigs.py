@@ -1,0 +1,133 @@
+"""The search for the rigs that meet stated targets."""
+
+from functools import partial
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from sigdb.core import InputError, OnProgress, Progress, ignore
+from sigdb.identification.identification import Identification, Member
+from sigdb.identification.optimum import Linearised, best_optimum, drawn_member
+from sigdb.identification.problem import Problem, check_free
+from sigdb.identification.search_record import SearchRecord
+from sigdb.identification.targets import Targets, load_targets
+from sigdb.transmission import Transmission, as_transmission, small_matrices
+
+MEMBERS = 39
+"""Usual number of members: the least and the greatest of 39 enclose 95 % of the probability."""
+_STARTS = 4
+"""Searches for the most probable rig: from the rig as it is, then from draws of the prior."""
+_MOST_TRIES = 4
+"""Draws for each member, of which some may be rigs that cannot be."""
+
+
+@small_matrices
+def identify(
+    rig: Transmission | str | PathLike[str],
+    targets: Targets | str | PathLike[str],
+    *,
+    members: int = MEMBERS,
+    seed: int = 0,
+    folder: str | PathLike[str] | None = None,
+    on_progress: OnProgress = ignore,
+) -> Identification:
+    """Search in the ranges of a rig for the rigs that meet stated targets.
+
+    The members are draws of the posterior by randomised maximum likelihood: each fits the targets with errors of its
+    own, from a draw of its own from the ranges. Rigs that cannot be are left out, as in :func:`sigdb.ensemble`.
+
+    Parameters
+    ----------
+    rig : Transmission, str or path
+        A rig with assumed numbers that have ranges, the name of a built-in one, or a rig file.
+    targets : Targets, str or path
+        Its measurements with their errors, or the TOML file that states them.
+    members : int
+        Number of rigs.
+    seed : int
+        Seed of the draws; the same seed gives the same rigs, and member k does not depend on their number.
+    folder : str or path, optional
+        Folder that keeps what is finished: the same call goes on there, with the same result.
+    on_progress : callable
+        Called with the number of finished members.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    TypeError
+        If the rig is of another type.
+    InputError
+        If a target does not fit the rig, nothing of the rig is free, a choice is, the folder holds another search, or
+        too few draws can be rigs.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import sigdb
+    >>> from sigdb.identification import Targets, identify
+    >>> text = sigdb.load_transmission("friswell-5.9.1").to_toml()
+    >>> text = text.replace("[bearings.left]", "[bearings.left]\\nassumed.stiffness = { low = 5e5, high = 2e6 }")
+    >>> _ = Path("rotor.toml").write_text(text)
+    >>> targets = Targets(modes=[{"frequency_hz": 13.590, "relative_error": 0.01}])
+    >>> identify("rotor.toml", targets, members=2)
+    <Identification of 'friswell-5.9.1': 2 rigs, 2 of which meet the targets>
+    """
+    rig = as_transmission(rig)
+    targets = targets if isinstance(targets, Targets) else load_targets(targets)
+    if isinstance(members, bool) or not isinstance(members, int) or members < 2:
+        raise InputError(f"members = {members!r} must be a whole number, 2 or more")
+    check_free(rig)
+    targets.check(rig)
+    problem = Problem(rig, targets)
+    inputs = {"rig": rig.model_dump(mode="json"), "targets": targets.model_dump(mode="json"), "seed": seed}
+    record = SearchRecord(Path(folder) if folder is not None else None, inputs)
+    near = _most_probable(problem, record, seed)
+    return _posterior(problem, near, record, members, seed, on_progress)
+
+
+def _most_probable(problem: Problem, record: SearchRecord, seed: int) -> Linearised:
+    """Return the problem near the most probable rig."""
+
+    def search() -> Linearised:
+        rng = np.random.default_rng([seed, 0])
+        count = len(problem.paths)
+        starts = [problem.start, *rng.standard_normal((_STARTS - 1, count))]
+        return Linearised.near(problem, best_optimum(problem, problem.value, np.zeros(count), starts).z)
+
+    part = record.part("most probable", search)
+    return Linearised(**{name: np.array(value, float) for name, value in part.items()})
+
+
+def _posterior(
+    problem: Problem, near: Linearised, record: SearchRecord, members: int, seed: int, on_progress: OnProgress
+) -> Identification:
+    done: list[Member] = []
+    left_out: dict[str, int] = {}
+    before = min(sum(name.startswith("member") for name in record.names), members)
+    for number in range(_MOST_TRIES * members):
+        part = record.part(f"member {number}", partial(_member, problem, near, seed, number))
+        if part["reason"] is not None:
+            left_out[part["reason"]] = left_out.get(part["reason"], 0) + 1
+            continue
+        z, predicted = np.array(part["z"], float), np.array(part["predicted"], float)
+        done.append(Member(z=z, rig=problem.rig_at(z), misfit=part["misfit"], predicted=predicted))
+        on_progress(Progress(stage="members", done=len(done), total=members, before=before))
+        if len(done) == members:
+            return Identification(problem=problem, members=tuple(done), left_out=left_out)
+    counts = ", ".join(f"{count} {reason}" for reason, count in left_out.items())
+    raise InputError(
+        f"rig {problem.rig.name!r}: of {_MOST_TRIES * members} draws only {len(done)} can be rigs ({counts}); narrow "
+        "what is assumed of it, or look for a target that contradicts the others"
+    )
+
+
+def _member(problem: Problem, near: Linearised, seed: int, number: int) -> dict[str, object]:
+    """Return a member as its record has it."""
+    end = drawn_member(problem, near, np.random.default_rng([seed, 1, number]))
+    reason = problem.why_impossible(end.z)
+    predicted = problem.predicted(end.z)
+    return {"z": end.z, "misfit": end.misfit, "predicted": predicted, "reason": reason}

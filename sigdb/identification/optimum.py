@@ -1,0 +1,117 @@
+"""Randomised maximum likelihood: a member of the posterior from each draw of the prior and of the measurements.
+
+For a prior draw z_j and perturbed measurements d_j, a member minimises ``|(g(z) - d_j) / s|^2 + |z - z_j|^2``. Members
+are exact draws of the posterior where g is linear [1]_.
+
+References
+----------
+.. [1] D. S. Oliver, N. He, A. C. Reynolds, "Conditioning permeability fields to pressure data", Proceedings of the 5th
+       European Conference on the Mathematics of Oil Recovery, 1996, doi:10.3997/2214-4609.201406884.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from sigdb.core import FloatArray
+from sigdb.identification.problem import Problem
+
+_TOLERANCE = 1e-4
+"""Relative change of cost and coordinates at which a search ends: members differ by far more."""
+_MOST_EVALUATIONS = 40
+_POOR = 3.0
+"""Misfit for each number above which a search is made again from another point."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Optimum:
+    """The end of a search.
+
+    Attributes
+    ----------
+    z
+        (d,) coordinates.
+    cost
+        Sum of squares, of measurements and prior.
+    misfit
+        Mean square of the misses of fitted numbers, in standard deviations.
+    """
+
+    z: FloatArray
+    cost: float
+    misfit: float
+
+
+def optimum(problem: Problem, value: FloatArray, prior: FloatArray, start: FloatArray) -> Optimum:
+    """Return the point that comes nearest to values (m,) and to a point (d,) of the prior, from a start (d,)."""
+    seen: dict[bytes, FloatArray] = {}
+
+    def misses(z: FloatArray) -> FloatArray:
+        key = z.tobytes()
+        if key not in seen:
+            seen.clear()
+            seen[key] = problem.misses(z, value)
+        return seen[key]
+
+    def residuals(z: FloatArray) -> FloatArray:
+        return np.concatenate([misses(z), z - prior])
+
+    def slopes(z: FloatArray) -> FloatArray:
+        return np.vstack([problem.slopes(z, misses(z), value), np.eye(len(z))])
+
+    ended = least_squares(
+        residuals, start, jac=slopes, ftol=_TOLERANCE, xtol=_TOLERANCE, gtol=_TOLERANCE, max_nfev=_MOST_EVALUATIONS
+    )
+    missed = ended.fun[: len(value)]
+    misfit = float((missed**2).sum() / problem.is_fitted.sum())
+    return Optimum(z=ended.x, cost=2 * float(ended.cost), misfit=misfit)
+
+
+def best_optimum(problem: Problem, value: FloatArray, prior: FloatArray, starts: list[FloatArray]) -> Optimum:
+    """Return the best of the searches from several starts, of which later ones are needed after poor ends only."""
+    ends: list[Optimum] = []
+    for start in starts:
+        ends.append(optimum(problem, value, prior, start))
+        if ends[-1].misfit < _POOR:
+            break
+    return min(ends, key=lambda end: end.cost)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Linearised:
+    """The problem near its most probable point.
+
+    Attributes
+    ----------
+    z
+        (d,) the point.
+    misses
+        (m,) misses of the stated values there.
+    slopes
+        (m, d) their derivatives.
+    """
+
+    z: FloatArray
+    misses: FloatArray
+    slopes: FloatArray
+
+    @classmethod
+    def near(cls, problem: Problem, z: FloatArray) -> "Linearised":
+        """Return a problem as it is near a point (d,)."""
+        misses = problem.misses(z, problem.value)
+        return cls(z=z, misses=misses, slopes=problem.slopes(z, misses, problem.value))
+
+    def optimum(self, shift: FloatArray, prior: FloatArray) -> FloatArray:
+        """Return where the optimum would be for values shifted by standard deviations (m,), and a prior point (d,)."""
+        matrix = np.vstack([self.slopes, np.eye(len(self.z))])
+        step = np.linalg.lstsq(matrix, np.concatenate([shift - self.misses, prior - self.z]), rcond=None)[0]
+        return self.z + np.clip(step, -3.0, 3.0)
+
+
+def drawn_member(problem: Problem, near: Linearised, rng: np.random.Generator) -> Optimum:
+    """Return a member of the posterior."""
+    prior = rng.standard_normal(len(near.z))
+    shift = problem.is_fitted * rng.standard_normal(len(problem.value))
+    value = problem.value + shift * problem.error
+    return best_optimum(problem, value, prior, [near.optimum(shift, prior), prior, near.z])
