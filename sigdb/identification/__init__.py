@@ -6,8 +6,10 @@ __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
     "Identification",
+    "Minimum",
     "Targets",
     "identify",
     "load_targets",
+    "minimise",
     "write_identification",
 ]

@@ -3,5 +3,7 @@ from .identification import Member as Member
 from .identification_text import identification_markdown as identification_markdown
 from .identification_text import write_identification as write_identification
 from .identify_rigs import identify as identify
+from .search import Minimum as Minimum
+from .search import minimise as minimise
 from .targets import Targets as Targets
 from .targets import load_targets as load_targets

@@ -36,12 +36,15 @@ class Member:
         Mean square of its misses of the targets as they were drawn for it, in standard deviations.
     predicted
         (m,) what would be measured of it.
+    observed
+        (k,) the observed numbers; nan where there is none.
     """
 
     z: FloatArray
     rig: Transmission
     misfit: float
     predicted: FloatArray
+    observed: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -65,7 +68,7 @@ class Identification:
     def __repr__(self) -> str:
         return (
             f"<Identification of {self.problem.rig.name!r}: {len(self.members)} rigs, "
-            f"{sum(member.misfit <= MET for member in self.members)} of which meet the targets>"
+            f"{sum(self.meets_targets)} of which meet the targets>"
         )
 
     @property
@@ -73,6 +76,19 @@ class Identification:
         """Probability of the intervals: 0.95, or less with fewer than 39 members."""
         count = len(self.members)
         return min(LEVEL, (count - 1) / (count + 1))
+
+    @property
+    def meets_targets(self) -> tuple[bool, ...]:
+        """Whether each member meets the targets: its mean square miss is at most 9, and its observations hold."""
+        observations = self.problem.targets.observations
+        return tuple(
+            member.misfit <= MET
+            and all(
+                observation.held_out or observation.holds(number)
+                for observation, number in zip(observations, member.observed, strict=True)
+            )
+            for member in self.members
+        )
 
     @property
     def rigs(self) -> tuple[Transmission, ...]:
@@ -84,24 +100,25 @@ class Identification:
         import pandas as pd
 
         values = [self.problem.values_at(member.z) for member in self.members]
-        frame = pd.DataFrame(values, columns=list(self.problem.paths)).rename_axis(index="member")
-        return frame.assign(misfit=[member.misfit for member in self.members])
+        frame = pd.DataFrame(values, columns=list(dict.fromkeys(self.problem.paths))).rename_axis(index="member")
+        return frame.assign(misfit=[member.misfit for member in self.members], meets_targets=self.meets_targets)
 
     def posterior(self) -> "pd.DataFrame":
         """Return what the targets say of each number: a row a number, by its dotted path.
 
         ``low`` and ``high`` are the ends of its range, ``posterior_low`` and ``posterior_high`` those of its interval.
         ``width`` is the interval's width over that of the prior, both along the scale of the range: near 1 the targets
-        do not identify the number.
+        do not identify the number. Choices, and numbers of tables that can be chosen, are in :meth:`table` only.
         """
         import pandas as pd
 
         table = self.table()
         u = ndtr(np.array([member.z for member in self.members]))
         rows = []
-        for path, coordinates in zip(self.problem.paths, u.T, strict=True):
-            assumption = self.problem.rig.assumptions[path]
-            assert isinstance(assumption, Range)
+        for number, coordinates in zip(self.problem.rig.assumptions.free, u.T, strict=True):
+            path, assumption = number.path, number.assumption
+            if not isinstance(assumption, Range) or number.within is not None:
+                continue
             low, median, high = self._interval(table[path].to_numpy())
             start, _, end = self._interval(coordinates)
             width = (end - start) / self.level
@@ -121,9 +138,24 @@ class Identification:
         names = ["quantity", "unit", "stated", "error", "predicted_low", "median", "predicted_high", "held_out"]
         return pd.DataFrame(rows, columns=names).set_index("quantity")
 
+    def observations(self) -> "pd.DataFrame":
+        """Return what the members say of each observation, and the share of them in which it holds: a row each."""
+        import pandas as pd
+
+        observed = np.array([member.observed for member in self.members])
+        rows = []
+        for observation, column in zip(self.problem.targets.observations, observed.T, strict=True):
+            numbers = column[np.isfinite(column)]
+            band = self._interval(numbers) if len(numbers) else (np.nan, np.nan, np.nan)
+            share = float(np.mean([observation.holds(number) for number in column]))
+            rows.append((observation.label, observation.below, observation.above, *band, share, observation.held_out))
+        names = ["observation", "below", "above", "low", "median", "high", "holds_in", "held_out"]
+        return pd.DataFrame(rows, columns=names).set_index("observation")
+
     def as_json(self) -> dict[str, JsonValue]:
         """Return the result as plain values."""
         frames = {"members": self.table(), "posterior": self.posterior(), "predictions": self.predictions()}
+        frames |= {"observations": self.observations()}
         tables = {name: plain(frame.reset_index().to_dict("records")) for name, frame in frames.items()}
         return {
             "rig": self.problem.rig.name,

@@ -48,11 +48,12 @@ def write_identification(result: Identification, folder: str | os.PathLike[str])
 def identification_markdown(result: Identification) -> str:
     """Return a summary in Markdown: the fit, the posterior with the prior, and predictions with bands."""
     posterior, predictions = result.posterior(), result.predictions()
-    met = int((result.table()["misfit"] <= MET).sum())
+    observations = result.observations()
+    met = sum(result.meets_targets)
     unidentified = list(posterior.index[~posterior["is_identified"]])
     sentences = [
-        f"{met} of {len(result.members)} rigs meet the targets, with a mean square of the misses of at most {MET:g} "
-        "in standard deviations.",
+        f"{met} of {len(result.members)} rigs meet the targets: the mean square of their misses is at most {MET:g} "
+        "in standard deviations, and their observations hold.",
         *(f"{count} draws were left out: {reason}." for reason, count in result.left_out.items()),
     ]
     if unidentified:
@@ -72,8 +73,8 @@ def identification_markdown(result: Identification) -> str:
         "\n".join(sentences),
         f"## Numbers: their ranges, and intervals of {percent}",
         _table(posterior),
-        f"## Measured numbers, and what the rigs predict: intervals of {percent}",
-        _table(predictions),
+        *([f"## Measured numbers, and what the rigs predict: intervals of {percent}", _table(predictions)]),
+        *([f"## Observations: intervals of {percent}", _table(observations)] if len(observations) else []),
     ]
     return "\n\n".join(parts) + "\n"
 

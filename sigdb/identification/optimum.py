@@ -13,9 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.special import ndtr, ndtri
 
 from sigdb.core import FloatArray
-from sigdb.identification.problem import Problem
+from sigdb.identification.problem import FARTHEST, Problem
+from sigdb.identification.search import minimise
 
 _TOLERANCE = 1e-4
 """Relative change of cost and coordinates at which a search ends: members differ by far more."""
@@ -109,9 +111,26 @@ class Linearised:
         return self.z + np.clip(step, -3.0, 3.0)
 
 
-def drawn_member(problem: Problem, near: Linearised, rng: np.random.Generator) -> Optimum:
-    """Return a member of the posterior."""
-    prior = rng.standard_normal(len(near.z))
+def drawn_member(problem: Problem, near: Linearised | None, rng: np.random.Generator, evaluations: int) -> Optimum:
+    """Return a member of the ensemble: by least squares near a point, or by CMA-ES where there is none."""
+    prior = rng.standard_normal(len(problem.paths))
     shift = problem.is_fitted * rng.standard_normal(len(problem.value))
     value = problem.value + shift * problem.error
-    return best_optimum(problem, value, prior, [near.optimum(shift, prior), prior, near.z])
+    if near is not None:
+        return best_optimum(problem, value, prior, [near.optimum(shift, prior), prior, near.z])
+    end = minimise(
+        lambda u: problem.misfit(in_prior(u), value, prior),
+        len(prior),
+        rng,
+        start=ndtr(prior),
+        evaluations=evaluations,
+        enough=-np.inf if problem.is_fitted.any() else 0.0,
+    )
+    z = in_prior(end.point)
+    missed = problem.misses(z, value)
+    return Optimum(z=z, cost=end.value, misfit=float((missed**2).sum() / max(problem.is_fitted.sum(), 1.0)))
+
+
+def in_prior(u: FloatArray) -> FloatArray:
+    """Return the coordinates of a point of the unit cube (d,) in which the prior is a standard normal distribution."""
+    return np.clip(ndtri(u), -FARTHEST, FARTHEST)

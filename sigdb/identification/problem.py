@@ -16,7 +16,7 @@ _STEP = 1e-4
 """Step of finite differences, in standard deviations of the prior."""
 _IMPOSSIBLE = 1e3
 """Residual of each number of a rig that cannot be, in standard deviations."""
-_FARTHEST = 6.0
+FARTHEST = 6.0
 """Greatest coordinate, in standard deviations of the prior: the ends of a range, to a part in 10^9."""
 
 
@@ -65,7 +65,7 @@ class Problem:
 
     def values_at(self, z: FloatArray) -> dict[str, Choice]:
         """Return the values of the free numbers at a point (d,)."""
-        return self.rig.assumptions.from_unit(ndtr(np.clip(z, -_FARTHEST, _FARTHEST)))
+        return self.rig.assumptions.from_unit(ndtr(np.clip(z, -FARTHEST, FARTHEST)))
 
     def rig_at(self, z: FloatArray) -> Transmission:
         """Return the rig at a point (d,).
@@ -88,6 +88,35 @@ class Problem:
             return self.targets.predicted(RigResponse(self.rig_at(z)))
         except InputError:
             return None
+
+    def observed(self, z: FloatArray) -> FloatArray:
+        """Return the observed numbers (k,) of the rig at a point (d,); nan where there is none."""
+        try:
+            return self.targets.observed(RigResponse(self.rig_at(z)))
+        except InputError:
+            return np.full(len(self.targets.observations), np.nan)
+
+    def misfit(self, z: FloatArray, value: FloatArray, prior: FloatArray) -> float:
+        """Return the sum of squares that a search without derivatives makes small at a point (d,).
+
+        It is that of the misses of values (m,), of the distance from a point of the prior, where values are measured,
+        and of the misses of observations.
+        """
+        observations = self.targets.observations
+        missed = sum(
+            observation.miss(number) ** 2
+            for observation, number in zip(observations, self.observed(z) if observations else (), strict=True)
+            if not observation.held_out
+        )
+        if self.is_fitted.any() and np.isfinite(missed):
+            missed += float((self.misses(z, value) ** 2).sum() + ((z - prior) ** 2).sum())
+        return float(missed)
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether least squares apply: no observation is searched for, and no choice is free."""
+        searched = [observation for observation in self.targets.observations if not observation.held_out]
+        return not searched and not any(isinstance(free.assumption, Choices) for free in self.rig.assumptions.free)
 
     def misses(self, z: FloatArray, value: FloatArray) -> FloatArray:
         """Return by how many standard deviations the rig at a point (d,) misses values (m,); 0 for what is held out."""
@@ -113,10 +142,4 @@ def check_free(rig: Transmission) -> None:
         raise InputError(
             f"rig {rig.name!r} has no assumed number with a range to search in; give it some, for example "
             "assumed.damping_ratio = { low = 0.02, high = 0.05 }"
-        )
-    choices = [number.path for number in rig.assumptions.free if isinstance(number.assumption, Choices)]
-    if choices:
-        raise InputError(
-            f"rig {rig.name!r}: {choices[0]} is assumed as one of several choices, and the search is by least "
-            "squares, which needs ranges; decide on one of them in a copy of the rig, and identify each copy"
         )

@@ -3,7 +3,9 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from sigdb.transmission import Compliance, CoupledModes, Transmission, coupled_modes, static_compliance
+from sigdb.core import FloatArray, NotApplicableError, UnstableRigError
+from sigdb.dynamics import PeriodicRig, damaged_gear, prepare
+from sigdb.transmission import Compliance, CoupledModes, Damage, Transmission, coupled_modes, static_compliance
 
 
 @dataclass(frozen=True)
@@ -18,6 +20,7 @@ class RigResponse:
 
     rig: Transmission
     _modes: dict[float | None, CoupledModes] = field(default_factory=dict, init=False, repr=False)
+    _prepared: dict[str, PeriodicRig] = field(default_factory=dict, init=False, repr=False)
 
     def modes(self, speed_rpm: float | None = None) -> CoupledModes:
         """Return the modes at a speed, or at that of the rig."""
@@ -35,6 +38,29 @@ class RigResponse:
     def compliance(self) -> Compliance:
         """The static compliance at the sensors."""
         return static_compliance(self.rig)
+
+    def average(self, sensor: str, damage: Damage) -> tuple[int, FloatArray | None]:
+        """Return a gear's tooth count and its average (n,) with damage; None where its teeth part.
+
+        Raises
+        ------
+        InputError
+            If the damage does not fit the gear, or the torque pulls the teeth apart.
+        NotApplicableError
+            If the rig has no steady state.
+        """
+        gear = damaged_gear(self.rig, damage.gear)
+        if gear not in self._prepared:
+            self._prepared[gear] = prepare(self.rig, gear=gear)
+        prepared = self._prepared[gear]
+        teeth = damage.on_teeth(prepared.teeth)
+        try:
+            prepared.floquet_multiplier([teeth])
+        except UnstableRigError as error:
+            raise NotApplicableError(str(error)) from None
+        state = prepared.steady_state([teeth], specimens=False)[0]
+        row = list(self.rig.sensors).index(sensor)
+        return prepared.teeth, None if state.contact_loss else state.signals[row]
 
     def deflection(self, sensor: str, force_at: str | None, force: float | None) -> float:
         """Return the static displacement that a sensor sees, m, under a force along a sensor, or the rig's torque."""

@@ -11,6 +11,7 @@ from pydantic import Field, Strict, model_validator
 from scipy.optimize import linear_sum_assignment
 
 from sigdb.core import FloatArray, InputError, Section, quantity, read_toml, suggestion, validated
+from sigdb.identification.observation import Observation
 from sigdb.identification.rig_response import RigResponse
 from sigdb.transmission import CoupledModes, Transmission
 
@@ -162,24 +163,28 @@ class Targets(Section):
         default=(), description="Natural frequencies and damping ratios."
     )
     deflections: Annotated[tuple[DeflectionTarget, ...], Several] = Field(default=(), description="Static deflections.")
+    observations: Annotated[tuple[Observation, ...], Several] = Field(
+        default=(), description="Statements on averages of damaged gears, without errors."
+    )
 
     @model_validator(mode="after")
     def _has_some(self) -> Self:
-        if not self.everything:
+        held_out = [target.held_out for target in self.measured] + [seen.held_out for seen in self.observations]
+        if not held_out:
             raise ValueError("no target; give tables such as [[modes]] or [[deflections]]")
-        if all(target.held_out for target in self.everything):
+        if all(held_out):
             raise ValueError("all targets are held out, so nothing is fitted; take held_out from some")
         return self
 
     @property
-    def everything(self) -> tuple[Target, ...]:
-        """All targets, in the order of :meth:`predicted`."""
+    def measured(self) -> tuple[Target, ...]:
+        """Targets with errors, in the order of :meth:`predicted`."""
         return (*self.modes, *self.deflections)
 
     @property
     def quantities(self) -> list[Quantity]:
         """All measured numbers, in the order of :meth:`predicted`."""
-        return [number for target in self.everything for number in target.quantities]
+        return [number for target in self.measured for number in target.quantities]
 
     def check(self, rig: Transmission) -> None:
         """Refuse targets that do not fit a rig.
@@ -209,6 +214,16 @@ class Targets(Section):
         """
         deflections = [target.predicted(response) for target in self.deflections]
         return np.concatenate([self._modes(response), *deflections])
+
+    def observed(self, response: RigResponse) -> FloatArray:
+        """Return the observed numbers of a rig, in the order of :attr:`observations`; nan where there is none.
+
+        Raises
+        ------
+        InputError
+            If the rig has no steady state.
+        """
+        return np.array([observation.value(response) for observation in self.observations], float)
 
     def _modes(self, response: RigResponse) -> FloatArray:
         numbers: dict[int, list[float]] = {}

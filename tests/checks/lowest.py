@@ -12,7 +12,7 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-EXTRAS = ("dask", "excel", "readers", "test")
+EXTRAS = ("dask", "excel", "identify", "readers", "test")
 """Extras that the suite needs."""
 
 REQUIREMENT = re.compile(r"(?P<name>[\w.-]+)(\[[\w,]+\])?(>=(?P<lowest>[\w.]+))?")

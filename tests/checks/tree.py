@@ -60,7 +60,6 @@ SMALL = {
     "signature/settings.py": "a section of a recipe",
     "signature/spectrum.py": "functions that indicators and separation use",
     "signature/wigner_ville/lag_products.py": "importing it imports numba",
-    "identification/rig_response.py": "numbers of a rig that targets share, apart from the targets",
     "transmission/system/compliance.py": "the static counterpart of the modal system",
     "transmission/ensemble/draws.py": "the draws, above rigs, which know only what is assumed of them",
     "transmission/parts/rolling_bearing.py": "a part of a bearing that does not enter the dynamics",
@@ -69,6 +68,7 @@ SMALL = {
 """Small files, each with the reason why it stands alone."""
 
 NAMED_OTHERWISE = {
+    "identification/search.py": "the search by CMA-ES, which ends in a Minimum",
     "cli/options/workers.py": "options of workers: jobs and scheduler",
     "database/query.py": "statements and conditions of a user",
     "database/signals.py": "blocks of the table of signals",

@@ -55,6 +55,11 @@ quantity = "acceleration"
 
 
 @pytest.fixture(scope="session")
+def wheel_text():
+    return RIG
+
+
+@pytest.fixture(scope="session")
 def wheel(tmp_path_factory):
     path = tmp_path_factory.mktemp("wheel") / "wheel.toml"
     path.write_text(RIG, encoding="utf-8")

@@ -19,6 +19,10 @@ class Linear:
     error: np.ndarray
     is_fitted: np.ndarray
 
+    @property
+    def paths(self):
+        return range(self.G.shape[1])
+
     @cached_property
     def weighted(self):
         return self.is_fitted[:, None] * self.G / self.error[:, None]
@@ -52,7 +56,7 @@ def test_members_of_a_linear_problem_are_draws_of_its_posterior(linear):
     """Their mean and covariance are those of the normal posterior, within four standard errors of 400 members."""
     near = Linearised.near(linear, np.zeros(3))
     rng = np.random.default_rng(1)
-    z = np.array([drawn_member(linear, near, rng).z for _ in range(400)])
+    z = np.array([drawn_member(linear, near, rng, 0).z for _ in range(400)])
     covariance = np.linalg.inv(linear.weighted.T @ linear.weighted + np.eye(3))
     spread = np.sqrt(np.diag(covariance))
     assert_allclose(z.mean(axis=0), linear.closed_form(linear.value, np.zeros(3)), atol=4 * spread.max() / 20)

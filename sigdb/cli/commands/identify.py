@@ -19,12 +19,20 @@ from sigdb.cli.options.places import RIG, ExistingPath
 )
 @click.option("--members", type=click.IntRange(2), default=39, show_default=True, help="Number of rigs.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the draws.")
+@click.option(
+    "--evaluations",
+    type=click.IntRange(1),
+    default=1000,
+    show_default=True,
+    help="Most rigs tried for each member, where observations or choices need CMA-ES.",
+)
 @format_option("markdown", "json")
-def identify(rig: str, targets: Path, out: Path, members: int, seed: int, form: str) -> None:
+def identify(rig: str, targets: Path, out: Path, members: int, seed: int, evaluations: int, form: str) -> None:
     """Search in the ranges of a rig for the rigs that meet stated targets.
 
     RIG is the name of a built-in rig or a TOML file, with ranges of what is assumed. TARGETS is a TOML file with
-    measured natural frequencies, damping ratios and static deflections, each with its error.
+    measured natural frequencies, damping ratios and static deflections, each with its error, and with observations: an
+    indicator of a damaged gear that is below or above a bound.
 
     The result is an ensemble: intervals of each number, which numbers the targets do not identify, and predictions of
     what was held out. The command may be stopped at any instant; repeated, it goes on.
@@ -38,7 +46,9 @@ def identify(rig: str, targets: Path, out: Path, members: int, seed: int, form: 
     from sigdb.identification import identify as identify_rigs
 
     with show_progress() as on_progress:
-        result = identify_rigs(rig, targets, members=members, seed=seed, folder=out, on_progress=on_progress)
+        result = identify_rigs(
+            rig, targets, members=members, seed=seed, evaluations=evaluations, folder=out, on_progress=on_progress
+        )
     write_identification(result, out)
     if form == "json":
         echo_json(result.as_json())
