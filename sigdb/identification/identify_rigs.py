@@ -77,7 +77,8 @@ def identify(
     >>> import sigdb
     >>> from sigdb.identification import Targets, identify
     >>> text = sigdb.load_transmission("friswell-5.9.1").to_toml()
-    >>> text = text.replace("stiffness.2", "stiffness.1").replace("10000000.0", "5e5").replace("1000000000.0", "2e6")
+    >>> text = text.replace("stiffness.2", "stiffness.1").replace("low = 10000000.0", "low = 5e5")
+    >>> text = text.replace("high = 1000000000.0", "high = 2e6")
     >>> _ = Path("rotor.toml").write_text(text)
     >>> targets = Targets(modes=[{"frequency_hz": 13.590, "relative_error": 0.01}])
     >>> identify("rotor.toml", targets, members=2)
