@@ -23,6 +23,9 @@ OPEN = "a mesh that opens when healthy"
 REASONS = (INVALID, FREE, UNSTEADY, UNSTABLE, OPEN)
 """Why a rig cannot be."""
 
+SAMPLES_PER_TOOTH = 32
+"""Samples in a tooth pass when the contact of a healthy rig is looked at: the least force needs no more."""
+
 MOST_IN_A_ROW = 256
 """Rigs in a row that cannot be, after which an ensemble is given up."""
 
@@ -158,7 +161,9 @@ def _impossible(rig: Transmission) -> str | None:
     if not rig.meshes or operating.drive is None or not operating.torque or not operating.speed_rpm:
         return None
     try:
-        prepared = prepare(rig, gear=damaged_gear(rig, None), system=system)
+        prepared = prepare(
+            rig, gear=damaged_gear(rig, None), samples_per_tooth=SAMPLES_PER_TOOTH, system=system, refine=False
+        )
         prepared.floquet_multiplier([{}])
         state = prepared.steady_state([{}], specimens=False)
     except (UnstableRigError, NotApplicableError):  # a motion that is not finite is not applicable

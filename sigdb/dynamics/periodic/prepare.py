@@ -41,6 +41,7 @@ def prepare(
     gear: str | None = None,
     samples_per_tooth: int = SAMPLES_PER_TOOTH,
     system: ModalSystem | None = None,
+    refine: bool = True,
 ) -> PeriodicRig:
     """Prepare the periodic problem of a gear: all that its damage does not change.
 
@@ -54,6 +55,9 @@ def prepare(
         Samples in a tooth pass; n is this times the gear's teeth.
     system
         The rig's modal system, for example a truncated one; synthesised in full if left out.
+    refine
+        Whether the grid is made finer until the healthy rig's error is a quarter of the tolerance. The error is
+        estimated either way.
 
     Returns
     -------
@@ -135,7 +139,8 @@ def prepare(
             influences=Influences(solver, m, period),
         )
         prepared = replace(prepared, error=prepared.healthy_error())
-        if prepared.error < _HEALTHY_SHARE * TOLERANCE or period.refinement >= _MOST_REFINEMENT:
+        fine = prepared.error < _HEALTHY_SHARE * TOLERANCE or period.refinement >= _MOST_REFINEMENT
+        if fine or not refine:
             return prepared
         period = twice(period)
 
