@@ -1,6 +1,7 @@
 from .identification import Identification as Identification
 from .identification import Member as Member
 from .identification_text import identification_markdown as identification_markdown
+from .identification_text import identification_sentences as identification_sentences
 from .identification_text import write_identification as write_identification
 from .identify_rigs import identify as identify
 from .search import Minimum as Minimum

@@ -103,6 +103,15 @@ class Identification:
         frame = pd.DataFrame(values, columns=list(dict.fromkeys(self.problem.paths))).rename_axis(index="member")
         return frame.assign(misfit=[member.misfit for member in self.members], meets_targets=self.meets_targets)
 
+    def coordinates(self) -> "pd.DataFrame":
+        """Return the place of the members' numbers in their ranges, from 0 to 1: a row a member, a column a number."""
+        import pandas as pd
+
+        u = ndtr(np.array([member.z for member in self.members]))
+        free = self.problem.rig.assumptions.free
+        ranged = [i for i, number in enumerate(free) if isinstance(number.assumption, Range) and number.within is None]
+        return pd.DataFrame(u[:, ranged], columns=[free[i].path for i in ranged]).rename_axis(index="member")
+
     def posterior(self) -> "pd.DataFrame":
         """Return what the targets say of each number: a row a number, by its dotted path.
 
@@ -112,15 +121,13 @@ class Identification:
         """
         import pandas as pd
 
-        table = self.table()
-        u = ndtr(np.array([member.z for member in self.members]))
+        table, coordinates = self.table(), self.coordinates()
         rows = []
-        for number, coordinates in zip(self.problem.rig.assumptions.free, u.T, strict=True):
-            path, assumption = number.path, number.assumption
-            if not isinstance(assumption, Range) or number.within is not None:
-                continue
+        for path in map(str, coordinates):
+            assumption = self.problem.rig.assumptions[path]
+            assert isinstance(assumption, Range)
             low, median, high = self._interval(table[path].to_numpy())
-            start, _, end = self._interval(coordinates)
+            start, _, end = self._interval(coordinates[path].to_numpy())
             width = (end - start) / self.level
             rows.append((path, assumption.low, assumption.high, low, median, high, width, width <= NOT_IDENTIFIED))
         names = ["number", "low", "high", "posterior_low", "median", "posterior_high", "width", "is_identified"]

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sigdb.core import json_text, markdown_table
+from sigdb.core import json_text, markdown_table, publish_all
 from sigdb.identification.identification import MET, NOT_IDENTIFIED, Identification
 
 if TYPE_CHECKING:
@@ -40,8 +40,7 @@ def write_identification(result: Identification, folder: str | os.PathLike[str])
     }
     for number, rig in enumerate(result.rigs):
         contents[folder / RIGS / f"{rig.name}-{number:0{digits}d}.toml"] = rig.to_toml()
-    for path, text in contents.items():
-        path.write_text(text, encoding="utf-8")
+    publish_all(contents)
     return list(contents)
 
 
@@ -49,7 +48,26 @@ def identification_markdown(result: Identification) -> str:
     """Return a summary in Markdown: the fit, the posterior with the prior, and predictions with bands."""
     posterior, predictions = result.posterior(), result.predictions()
     observations = result.observations()
-    met = sum(result.meets_targets)
+    percent = f"{100 * result.level:.0f} %"
+    parts = [
+        f"# Identification of {result.problem.rig.name}",
+        *([result.problem.targets.title] if result.problem.targets.title else []),
+        "\n".join(identification_sentences(result)),
+        f"## Numbers: their ranges, and intervals of {percent}",
+        _table(posterior),
+        *(
+            [f"## Measured numbers, and what the rigs predict: intervals of {percent}", _table(predictions)]
+            if len(predictions)
+            else []
+        ),
+        *([f"## Observations: intervals of {percent}", _table(observations)] if len(observations) else []),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def identification_sentences(result: Identification) -> list[str]:
+    """Return sentences on the fit, on what was left out, and on the numbers that the targets do not identify."""
+    posterior, met = result.posterior(), sum(result.meets_targets)
     unidentified = list(posterior.index[~posterior["is_identified"]])
     sentences = [
         f"{met} of {len(result.members)} rigs meet the targets: the mean square of their misses is at most {MET:g} "
@@ -66,17 +84,7 @@ def identification_markdown(result: Identification) -> str:
             "Rigs that miss the targets mean that no rig of these ranges meets them, that a target is wrong, or that "
             "a mode was taken for another; compare the stated and predicted numbers below."
         )
-    percent = f"{100 * result.level:.0f} %"
-    parts = [
-        f"# Identification of {result.problem.rig.name}",
-        *([result.problem.targets.title] if result.problem.targets.title else []),
-        "\n".join(sentences),
-        f"## Numbers: their ranges, and intervals of {percent}",
-        _table(posterior),
-        *([f"## Measured numbers, and what the rigs predict: intervals of {percent}", _table(predictions)]),
-        *([f"## Observations: intervals of {percent}", _table(observations)] if len(observations) else []),
-    ]
-    return "\n\n".join(parts) + "\n"
+    return sentences
 
 
 def _table(frame: "pd.DataFrame") -> str:

@@ -20,6 +20,7 @@ __all__ = [
     "evaluation_html",
     "history_figure",
     "history_text",
+    "identification_figures",
     "overview_text",
     "recorded_figures",
     "recorded_text",
@@ -29,5 +30,6 @@ __all__ = [
     "signature_figure",
     "write_diagnosis_report",
     "write_evaluation_report",
+    "write_identification_report",
     "write_recorded_report",
 ]

@@ -15,7 +15,7 @@ from sigdb.cli.options.places import RIG, ExistingPath
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
     required=True,
-    help="Folder for the rig files, the summary and what is needed to go on.",
+    help="Folder for the rig files, the page, the tables and what is needed to go on.",
 )
 @click.option("--members", type=click.IntRange(2), default=39, show_default=True, help="Number of rigs.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the draws.")
@@ -44,12 +44,14 @@ def identify(rig: str, targets: Path, out: Path, members: int, seed: int, evalua
     from sigdb.cli.progress import show_progress
     from sigdb.identification import identification_markdown, write_identification
     from sigdb.identification import identify as identify_rigs
+    from sigdb.report import write_identification_report
 
     with show_progress() as on_progress:
         result = identify_rigs(
             rig, targets, members=members, seed=seed, evaluations=evaluations, folder=out, on_progress=on_progress
         )
     write_identification(result, out)
+    write_identification_report(result, out)
     if form == "json":
         echo_json(result.as_json())
     else:
