@@ -7,6 +7,12 @@ from sigdb.core import InputError, plain_array, shown
 
 Float64Array = NDArray[np.float64]
 
+GREATEST_COUNT = 2**24
+"""Greatest count of samples, bins, teeth or records: more would not fit into memory."""
+
+_GREATEST = 1e300
+"""Greatest sample: sums of a signal's samples stay below the greatest float."""
+
 
 def real_signal(owner: str, name: str, x: ArrayLike) -> tuple[Float64Array, float]:
     """The signal in float64, and the relative precision of the type that it came in."""
@@ -35,6 +41,12 @@ def _check_samples(owner: str, name: str, a: NDArray[np.generic]) -> None:
     if bad:
         raise InputError(
             f"{owner}: {name} must be finite, but {bad} of {a.size} samples are nan or inf; leave those signals out"
+        )
+    parts = (a.real, a.imag) if a.dtype.kind == "c" else (a,)
+    most = max(max(float(part.max(initial=0)), -float(part.min(initial=0))) for part in parts)
+    if most > _GREATEST:
+        raise InputError(
+            f"{owner}: {name} has a sample of {most:g}; give it in a unit in which it is below {_GREATEST:g}"
         )
 
 
@@ -77,10 +89,12 @@ def increasing_times(owner: str, name: str, times: ArrayLike, *, after: float) -
     return t
 
 
-def count(owner: str, name: str, value: object, *, least: int) -> int:
-    """A whole number of at least ``least``; a float or a bool is refused even where it is whole."""
+def count(owner: str, name: str, value: object, *, least: int, most: int | None = None) -> int:
+    """A whole number from ``least`` up to ``most``, if there is one; a float or a bool is refused even if it is whole."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer) or value < least:
         raise InputError(f"{owner}: {name} = {shown(value)} must be an integer >= {least}; pass such a count as int")
+    if most is not None and value > most:
+        raise InputError(f"{owner}: {name} = {shown(value)} must be at most {most}; pass a smaller count")
     return int(value)
 
 

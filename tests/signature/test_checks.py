@@ -18,6 +18,7 @@ from sigdb.signature import (
     m6a,
     m8a,
     mesh_bands,
+    mesh_pulses,
     na4,
     na4_star,
     nb4,
@@ -31,6 +32,7 @@ from sigdb.signature import (
     sideband_energy_ratio,
     sideband_index,
     sideband_level_factor,
+    synchronous_average,
     wigner_ville,
 )
 
@@ -267,3 +269,16 @@ def test_mesh_bands_takes_counts(argument):
 def test_more_bands_than_memory_holds_are_refused():
     with pytest.raises(InputError, match=r"^mesh_bands: per_mesh_order \* mesh_orders = 1000000000000 must be at most"):
         sigdb.signature.mesh_bands(8, per_mesh_order=10**12, mesh_orders=1)
+
+
+def test_samples_and_counts_have_a_limit():
+    x = np.cos(2 * np.pi * 8 * np.arange(96) / 96)
+    assert rms(1e299 * x) == pytest.approx(1e299 * np.sqrt(0.5))
+    with pytest.raises(InputError, match=r"rms: tsa has a sample of 1e\+301; give it in a unit in which it is below"):
+        rms(1e301 * x)
+    with pytest.raises(InputError, match=r"n_bins = 6145 must be at most 6144; pass a smaller count"):
+        wigner_ville(x, n_bins=6145)
+    with pytest.raises(InputError, match=r"samples_per_rev = 16777217 must be at most 16777216"):
+        synchronous_average(x, fs=96.0, pulse_times=np.arange(2.0), samples_per_rev=2**24 + 1)
+    with pytest.raises(InputError, match=r"teeth = 16777217 must be at most 16777216"):
+        mesh_pulses(x, fs=96.0, mesh_frequency=8.0, teeth=2**24 + 1)

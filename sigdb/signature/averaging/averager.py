@@ -12,7 +12,7 @@ from sigdb.core import InputError
 from sigdb.signature.averaging.record import MEMORY, Record
 from sigdb.signature.averaging.shaft_phase import GUARD, ShaftPhase
 from sigdb.signature.averaging.sinc_kernel import HALF_WIDTH, reach, sinc_table
-from sigdb.signature.checks import Float64Array, count, increasing_times, positive, real_signal
+from sigdb.signature.checks import GREATEST_COUNT, Float64Array, count, increasing_times, positive, real_signal
 
 _OWNER = "synchronous_average"
 
@@ -95,8 +95,10 @@ class SynchronousAverager:
         revolutions: int | None = None,
     ) -> None:
         self._fs = positive(_OWNER, "fs", fs)
-        self._n = count(_OWNER, "samples_per_rev", samples_per_rev, least=1)
-        self._pulses = count(_OWNER, "pulses_per_rev", pulses_per_rev, least=1) / positive(_OWNER, "ratio", ratio)
+        self._n = count(_OWNER, "samples_per_rev", samples_per_rev, least=1, most=GREATEST_COUNT)
+        self._pulses = count(_OWNER, "pulses_per_rev", pulses_per_rev, least=1, most=GREATEST_COUNT) / positive(
+            _OWNER, "ratio", ratio
+        )
         self._most = np.inf if revolutions is None else count(_OWNER, "revolutions", revolutions, least=1)
         self._record = Record()
         self._phase = ShaftPhase(_OWNER)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigdb.core import InputError, NotApplicableError, plain_array
-from sigdb.signature.checks import Float64Array, count, positive, real_signal
+from sigdb.signature.checks import GREATEST_COUNT, Float64Array, count, positive, real_signal
 
 _OWNER = "mesh_pulses"
 
@@ -84,7 +84,10 @@ def mesh_pulses(
     if record.ndim != 1:
         raise InputError(f"{_OWNER}: x of shape {record.shape} must have one axis; pass one channel")
     rate = positive(_OWNER, "fs", fs)
-    z, h = count(_OWNER, "teeth", teeth, least=1), count(_OWNER, "harmonic", harmonic, least=1)
+    z, h = (
+        count(_OWNER, "teeth", teeth, least=1, most=GREATEST_COUNT),
+        count(_OWNER, "harmonic", harmonic, least=1, most=GREATEST_COUNT),
+    )
     frequency = _frequency(mesh_frequency, record.size, rate, h)
     width = float(np.mean(frequency)) / z if bandwidth is None else positive(_OWNER, "bandwidth", bandwidth)
     window = _smoothing(width, rate, record.size)

@@ -9,12 +9,15 @@ from sigdb.signature.checks import Float64Array, count
 LagWindow = int | str | ArrayLike
 """A half-length L (Hamming), the weights h[0..L] themselves, or ``"full"``."""
 
+_MOST_BINS = 64
+"""Greatest number of bins for each sample of the signal: more interpolate nothing that can be seen."""
+
 
 def lag_weights(
     owner: str, lag_window: LagWindow, n: int, n_bins: int | None, *, circular: bool
 ) -> tuple[Float64Array, int]:
     """Return the weights h[0..L] and the count K of bins, n by default; ``owner`` is named in messages."""
-    K = n if n_bins is None else count(owner, "n_bins", n_bins, least=1)
+    K = n if n_bins is None else count(owner, "n_bins", n_bins, least=1, most=_MOST_BINS * n)
     if isinstance(lag_window, str):
         h = _full(owner, lag_window, n, circular=circular)
         # The lag of half a period is one lag, so n lags fit n bins although 2L + 1 = n + 1.
