@@ -85,9 +85,10 @@ class Problem:
     def predicted(self, z: FloatArray) -> FloatArray | None:
         """Return what would be measured (m,) of the rig at a point (d,); None for a rig that cannot be."""
         try:
-            return self.targets.predicted(RigResponse(self.rig_at(z)))
+            predicted = self.targets.predicted(RigResponse(self.rig_at(z)))
         except InputError:
             return None
+        return predicted if np.isfinite(predicted).all() else None
 
     def observed(self, z: FloatArray) -> FloatArray:
         """Return the observed numbers (k,) of the rig at a point (d,); nan where there is none."""

@@ -19,20 +19,35 @@ class RigResponse:
     """
 
     rig: Transmission
-    _modes: dict[float | None, CoupledModes] = field(default_factory=dict, init=False, repr=False)
+    _elsewhere: dict[tuple[float | None, float | None], "RigResponse"] = field(
+        default_factory=dict, init=False, repr=False
+    )
     _prepared: dict[str, PeriodicRig] = field(default_factory=dict, init=False, repr=False)
 
-    def modes(self, speed_rpm: float | None = None) -> CoupledModes:
-        """Return the modes at a speed, or at that of the rig."""
-        if speed_rpm not in self._modes:
-            rig = self.rig if speed_rpm is None else self.rig.replace({"operating.speed_rpm": speed_rpm})
-            self._modes[speed_rpm] = coupled_modes(rig)
-        return self._modes[speed_rpm]
+    def at(self, *, speed_rpm: float | None = None, torque: float | None = None) -> "RigResponse":
+        """Return the rig at another speed or torque, where they are stated."""
+        stated = {"operating.speed_rpm": speed_rpm, "operating.torque": torque}
+        values = {path: value for path, value in stated.items() if value is not None}
+        if not values:
+            return self
+        key = (speed_rpm, torque)
+        if key not in self._elsewhere:
+            self._elsewhere[key] = RigResponse(self.rig.replace(values))
+        return self._elsewhere[key]
+
+    @cached_property
+    def modes(self) -> CoupledModes:
+        """The modes."""
+        return coupled_modes(self.rig)
+
+    def gear(self, name: str | None) -> str:
+        """Return the name of a gear, of the first one if it is left out."""
+        return damaged_gear(self.rig, name)
 
     @property
     def motions(self) -> list[str]:
         """Motions of the rig, by name."""
-        return list(self.modes().moves[0])
+        return list(self.modes.moves[0])
 
     @cached_property
     def compliance(self) -> Compliance:
@@ -49,7 +64,7 @@ class RigResponse:
         NotApplicableError
             If the rig has no steady state.
         """
-        gear = damaged_gear(self.rig, damage.gear)
+        gear = self.gear(damage.gear)
         if gear not in self._prepared:
             self._prepared[gear] = prepare(self.rig, gear=gear)
         prepared = self._prepared[gear]

@@ -90,7 +90,7 @@ def minimise(
     """
     strategy = _strategy(dimensions, rng, np.full(dimensions, 0.5) if start is None else start, spread, tolerance)
     best, lowest, count = np.full(dimensions, 0.5), np.inf, 0
-    while count < evaluations and lowest > enough and not strategy.stop():
+    while count < evaluations and not strategy.stop():
         points = [np.clip(point, 0.0, 1.0) for point in strategy.ask()]
         values = []
         for point in points:
@@ -104,6 +104,8 @@ def minimise(
             values.append(value)
             if value < lowest:
                 best, lowest = point, value
+            if lowest <= enough:
+                return Minimum(point=best, value=lowest, evaluations=count)
         strategy.tell(points, values)
     return Minimum(point=best, value=lowest, evaluations=count)
 

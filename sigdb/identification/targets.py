@@ -1,7 +1,6 @@
 """Stated targets of an identification, as a TOML file has them: what is known of a rig from measurements."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Annotated, Self
@@ -11,6 +10,8 @@ from pydantic import Field, Strict, model_validator
 from scipy.optimize import linear_sum_assignment
 
 from sigdb.core import FloatArray, InputError, Section, quantity, read_toml, suggestion, validated
+from sigdb.identification.level_targets import HarmonicTarget, RunUpTarget, with_paths
+from sigdb.identification.measured_target import MeasuredTarget, Quantity, check_one_error, error_of
 from sigdb.identification.observation import Observation
 from sigdb.identification.rig_response import RigResponse
 from sigdb.transmission import CoupledModes, Transmission
@@ -21,45 +22,7 @@ _WRONG_MOTION = 100.0
 """Cost of a mode in which another body moves, far above that of any frequency."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Quantity:
-    """A measured number: its label with its unit, its value, and one standard deviation of its error."""
-
-    label: str
-    unit: str
-    value: float
-    error: float
-    held_out: bool
-
-
-def _error_of(value: float, error: float | None, relative_error: float | None) -> float:
-    return error if error is not None else (relative_error or 0.0) * abs(value)
-
-
-def _check_one_error(section: Section, what: str, error: str, relative: str = "relative_error") -> None:
-    """Refuse a measurement whose error is not stated once."""
-    stated = [name for name in (error, relative) if getattr(section, name, None) is not None]
-    if len(stated) != 1:
-        both = f"give {error} or {relative}"
-        raise ValueError(f"{what} has {' and '.join(stated) or 'no error'}; {both}, one standard deviation")
-
-
-class Target(Section):
-    """A measurement, with its error."""
-
-    held_out: bool = Field(default=False, description="Whether it is predicted instead of fitted.")
-
-    @property
-    def quantities(self) -> list[Quantity]:
-        """Its numbers, with their errors."""
-        raise NotImplementedError
-
-    def check(self, rig: Transmission) -> Iterator[str]:
-        """Yield what does not fit a rig."""
-        raise NotImplementedError
-
-
-class ModeTarget(Target):
+class ModeTarget(MeasuredTarget):
     """A measured natural frequency, its damping ratio, or both."""
 
     moves: str | None = Field(
@@ -76,7 +39,7 @@ class ModeTarget(Target):
 
     @model_validator(mode="after")
     def _has_errors(self) -> Self:
-        _check_one_error(self, f"frequency_hz = {self.frequency_hz:g}", "error_hz")
+        check_one_error(self, f"frequency_hz = {self.frequency_hz:g}", "error_hz")
         if (self.damping_ratio is None) != (self.damping_error is None):
             raise ValueError("damping_ratio and damping_error go together; give both, or none")
         return self
@@ -85,7 +48,7 @@ class ModeTarget(Target):
     def quantities(self) -> list[Quantity]:
         """The frequency, and the damping ratio where it is stated."""
         of = f"mode at {self.frequency_hz:g} Hz" + (f" ({self.moves})" if self.moves else "")
-        error = _error_of(self.frequency_hz, self.error_hz, self.relative_error)
+        error = error_of(self.frequency_hz, self.error_hz, self.relative_error)
         numbers = [Quantity(label=of, unit="Hz", value=self.frequency_hz, error=error, held_out=self.held_out)]
         if self.damping_ratio is not None and self.damping_error is not None:
             label = f"damping of the {of}"
@@ -101,7 +64,7 @@ class ModeTarget(Target):
                 yield f"moves = {self.moves!r} is no motion of rig {rig.name!r}{suggestion(self.moves, motions)}"
 
 
-class DeflectionTarget(Target):
+class DeflectionTarget(MeasuredTarget):
     """A measured static deflection that a sensor of the rig sees, under a force along a sensor or under the torque."""
 
     sensor: str = Field(description="Sensor of the rig, by its place and direction.")
@@ -115,7 +78,7 @@ class DeflectionTarget(Target):
 
     @model_validator(mode="after")
     def _has_error(self) -> Self:
-        _check_one_error(self, f"deflection = {self.deflection:g}", "error")
+        check_one_error(self, f"deflection = {self.deflection:g}", "error")
         if not self.deflection:
             raise ValueError("deflection = 0 says nothing of stiffness; state one that is not 0")
         if (self.force_at is None) != (self.force is None):
@@ -128,7 +91,7 @@ class DeflectionTarget(Target):
     def quantities(self) -> list[Quantity]:
         """The deflection."""
         load = "the torque" if self.force is None else f"{self.force:g} N at {self.force_at}"
-        error = _error_of(self.deflection, self.error, self.relative_error)
+        error = error_of(self.deflection, self.error, self.relative_error)
         label = f"deflection of {self.sensor} under {load}"
         return [Quantity(label=label, unit="m", value=self.deflection, error=error, held_out=self.held_out)]
 
@@ -163,6 +126,15 @@ class Targets(Section):
         default=(), description="Natural frequencies and damping ratios."
     )
     deflections: Annotated[tuple[DeflectionTarget, ...], Several] = Field(default=(), description="Static deflections.")
+    harmonics: Annotated[tuple[HarmonicTarget, ...], Several] = Field(
+        default=(), description="Amplitudes of mesh harmonics of healthy averages, behind an unknown smooth path."
+    )
+    run_ups: Annotated[tuple[RunUpTarget, ...], Several] = Field(
+        default=(), description="Levels against speed, behind an unknown gain."
+    )
+    path_degree: int = quantity(
+        "-", "Degree of the path in dB, a polynomial in the logarithm of the frequency.", ge=0, le=6, default=2
+    )
     observations: Annotated[tuple[Observation, ...], Several] = Field(
         default=(), description="Statements on averages of damaged gears, without errors."
     )
@@ -176,10 +148,22 @@ class Targets(Section):
             raise ValueError("all targets are held out, so nothing is fitted; take held_out from some")
         return self
 
+    @model_validator(mode="after")
+    def _has_levels_beyond_the_paths(self) -> Self:
+        for sensor in dict.fromkeys(target.sensor for target in self.harmonics):
+            fitted = [target for target in self.harmonics if target.sensor == sensor and not target.held_out]
+            count = sum(len(target.amplitudes) for target in fitted)
+            if count < self.path_degree + 2:
+                raise ValueError(
+                    f"harmonics of {sensor}: {count} fitted amplitudes are all taken up by a path of degree "
+                    f"{self.path_degree}; give {self.path_degree + 2} or more, or lower path_degree"
+                )
+        return self
+
     @property
-    def measured(self) -> tuple[Target, ...]:
+    def measured(self) -> tuple[MeasuredTarget, ...]:
         """Targets with errors, in the order of :meth:`predicted`."""
-        return (*self.modes, *self.deflections)
+        return (*self.modes, *self.deflections, *self.harmonics, *self.run_ups)
 
     @property
     def quantities(self) -> list[Quantity]:
@@ -197,7 +181,7 @@ class Targets(Section):
         problems = [
             f"{kind}.{number}: {problem}"
             for kind in type(self).model_fields
-            if kind != "title"
+            if kind not in ("title", "path_degree")
             for number, target in enumerate(getattr(self, kind), 1)
             for problem in target.check(rig)
         ]
@@ -213,7 +197,9 @@ class Targets(Section):
             If the rig has fewer modes than targets, or a force turns it freely.
         """
         deflections = [target.predicted(response) for target in self.deflections]
-        return np.concatenate([self._modes(response), *deflections])
+        run_ups = [target.predicted(response) for target in self.run_ups]
+        harmonics = with_paths(self.harmonics, response, self.path_degree)
+        return np.concatenate([self._modes(response), *deflections, *harmonics, *run_ups])
 
     def observed(self, response: RigResponse) -> FloatArray:
         """Return the observed numbers of a rig, in the order of :attr:`observations`; nan where there is none.
@@ -229,7 +215,7 @@ class Targets(Section):
         numbers: dict[int, list[float]] = {}
         for speed in dict.fromkeys(target.speed_rpm for target in self.modes):
             here = [i for i, target in enumerate(self.modes) if target.speed_rpm == speed]
-            modes = response.modes(speed)
+            modes = response.at(speed_rpm=speed).modes
             for i, mode in zip(here, matched_modes(modes, [self.modes[i] for i in here]), strict=True):
                 numbers[i] = [float(modes.frequency_hz[mode])]
                 if self.modes[i].damping_ratio is not None:

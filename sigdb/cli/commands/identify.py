@@ -31,8 +31,8 @@ def identify(rig: str, targets: Path, out: Path, members: int, seed: int, evalua
     """Search in the ranges of a rig for the rigs that meet stated targets.
 
     RIG is the name of a built-in rig or a TOML file, with ranges of what is assumed. TARGETS is a TOML file with
-    measured natural frequencies, damping ratios and static deflections, each with its error, and with observations: an
-    indicator of a damaged gear that is below or above a bound.
+    measured natural frequencies, damping ratios, static deflections, mesh harmonics or levels in a run-up, each with
+    its error, and with observations: an indicator of a damaged gear that is below or above a bound.
 
     The result is an ensemble: intervals of each number, which numbers the targets do not identify, and predictions of
     what was held out. The command may be stopped at any instant; repeated, it goes on.
