@@ -60,6 +60,7 @@ SMALL = {
     "signature/settings.py": "a section of a recipe",
     "signature/spectrum.py": "functions that indicators and separation use",
     "signature/wigner_ville/lag_products.py": "importing it imports numba",
+    "identification/measured_target.py": "what all kinds of measured targets share",
     "transmission/system/compliance.py": "the static counterpart of the modal system",
     "transmission/ensemble/draws.py": "the draws, above rigs, which know only what is assumed of them",
     "transmission/parts/rolling_bearing.py": "a part of a bearing that does not enter the dynamics",

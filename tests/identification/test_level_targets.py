@@ -92,9 +92,8 @@ def test_a_run_up_counts_but_for_its_gain(response, signals):
     ],
 )
 def test_a_mistake_is_a_sentence(rig, fields, sentence):
-    tables = {
-        kind: [{"sensor": SENSOR, "relative_error": 0.1} | table for table in tables] for kind, tables in fields.items()
-    }
+    usual = {"sensor": SENSOR, "relative_error": 0.1}
+    tables = {kind: [usual | table for table in tables] for kind, tables in fields.items()}
     with pytest.raises(InputError) as refused:
         Targets(**tables).check(rig)
     assert sentence in str(refused.value)
