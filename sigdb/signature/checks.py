@@ -90,7 +90,7 @@ def increasing_times(owner: str, name: str, times: ArrayLike, *, after: float) -
 
 
 def count(owner: str, name: str, value: object, *, least: int, most: int | None = None) -> int:
-    """A whole number from ``least`` up to ``most``, if there is one; a float or a bool is refused even if it is whole."""
+    """A whole number from ``least`` to ``most``, if there is one; a float or a bool is refused even if whole."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer) or value < least:
         raise InputError(f"{owner}: {name} = {shown(value)} must be an integer >= {least}; pass such a count as int")
     if most is not None and value > most:
