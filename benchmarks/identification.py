@@ -97,6 +97,10 @@ def twin_rig() -> Transmission:
     """Return the rotor whose numbers are drawn."""
     data = tomllib.loads((RIGS / "friswell_5.9.1.toml").read_text(encoding="utf-8"))
     data["damping_ratio"] = 0.02
+    data["shafts"]["shaft"]["segments"][0]["elements"] = 3
+    for part, node in (("small", 1), ("large", 2)):
+        data["disks"][part]["node"] = node
+    data["bearings"]["right"]["node"] = 3
     data["shafts"]["shaft"]["motions"] = ["x", "y", "rx", "ry", "rz"]
     for name in ("left", "right"):
         data["bearings"][name]["assumed"] = {

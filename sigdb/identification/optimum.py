@@ -19,7 +19,7 @@ from sigdb.core import FloatArray
 from sigdb.identification.problem import FARTHEST, Problem
 from sigdb.identification.search import minimise
 
-_TOLERANCE = 1e-4
+_TOLERANCE = 1e-3
 """Relative change of cost and coordinates at which a search ends: members differ by far more."""
 _MOST_EVALUATIONS = 40
 _POOR = 3.0
@@ -117,7 +117,7 @@ def drawn_member(problem: Problem, near: Linearised | None, rng: np.random.Gener
     shift = problem.is_fitted * rng.standard_normal(len(problem.value))
     value = problem.value + shift * problem.error
     if near is not None:
-        return best_optimum(problem, value, prior, [near.optimum(shift, prior), prior, near.z])
+        return best_optimum(problem, value, prior, [prior, near.optimum(shift, prior), near.z])
     end = minimise(
         lambda u: problem.misfit(in_prior(u), value, prior),
         len(prior),
