@@ -4,16 +4,19 @@ PYTHON ?= python3
 BIN := .venv/bin
 QUICK := data/quick
 SECONDS ?= 300
+HOURS ?= 3
 SEED ?= 1
 .DEFAULT_GOAL := help
 
-.PHONY: help quickstart test lowest fuzz check docs peers wheel clean
+.PHONY: help quickstart test lowest fuzz paper paper-search check docs peers wheel clean
 
 help:
 	@echo "make quickstart   install, make the quick database, its models and reports, query, draw"
 	@echo "make test         run the test suite"
 	@echo "make lowest       run the test suite with the lowest versions of all dependencies that pyproject.toml allows"
 	@echo "make fuzz         damage and disguise all that sigdb reads, for SECONDS=300 with SEED=1; one KIND, and of it one CASE"
+	@echo "make paper        evaluate and draw the rigs that show the paper's pictures, in 10 minutes"
+	@echo "make paper-search search for such rigs again, by SEED=1, in HOURS=3 at most; a search that was stopped goes on"
 	@echo "make check        lint, format, types, contracts of packages, names and prose"
 	@echo "make docs         build the documentation into docs/_build"
 	@echo "make peers        install what the benchmarks compare with"
@@ -67,6 +70,12 @@ lowest: .venv-lowest/test
 
 fuzz: .venv/test
 	$(BIN)/python tests/fuzz/fuzz.py --seconds $(SECONDS) --seed $(SEED) $(if $(KIND),--kind $(KIND)) $(if $(CASE),--case $(CASE))
+
+paper: .venv/base
+	$(BIN)/python pipelines/paper_identified.py
+
+paper-search: .venv/identify
+	$(BIN)/python pipelines/paper_search.py --out build/paper-search-$(SEED) --seed $(SEED) --hours $(HOURS)
 
 check: .venv/check
 	$(BIN)/ruff check .

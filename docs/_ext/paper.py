@@ -1,13 +1,16 @@
 """The page on the paper: its figures and tables, made at build time by a run of ``pipelines/paper.toml``.
 
 The directive ``claims`` makes the table of claims. With ``check`` or ``report`` it makes the table of the sensitivity
-of this kind of claims.
+of this kind of claims. The directive ``identified`` makes the tables of the identified rigs, ``claims``, ``changes`` or
+``modes``, from the stored numbers of ``make paper``.
 """
 
 import json
 import shutil
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from docutils import nodes
 from sphinx.application import Sphinx
@@ -45,7 +48,65 @@ class Claims(SphinxDirective):
         return [text_table(table.head, table.rows, sentence=3)]
 
 
+class Identified(SphinxDirective):
+    """``identified`` with the name of a table."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        path = Path(self.env.srcdir) / "guide" / "paper_identified.json"
+        self.env.note_dependency(str(path))
+        head, rows = TABLES[self.arguments[0]](json.loads(path.read_text(encoding="utf-8")))
+        return [text_table(head, rows)]
+
+
+Table = tuple[list[str], list[list[str]]]
+
+
+def _claims(numbers: dict[str, Any]) -> Table:
+    members, prior = numbers["members"], numbers["prior"]
+    rows = []
+    for claim, best in prior["best_margin"].items():
+        margins = [member["margins"][claim] for member in members]
+        rows.append(
+            [
+                claim,
+                "held out" if claim in numbers["held_out"] else "target",
+                f"{sum(margin <= 0 for margin in margins)} of {len(margins)}",
+                f"{max(margins):+.2f}",
+                f"{100 * prior['share'][claim]:.0f} %",
+                f"{best:+.2f}",
+            ]
+        )
+    drawn = f"share of {prior['in_contact_when_healthy']} random rigs"
+    head = ["claim", "role", "rigs that hold it", "greatest margin", drawn, "best random margin"]
+    return head, rows
+
+
+def _changes(numbers: dict[str, Any]) -> Table:
+    members = numbers["members"]
+    changes = list(members[0]["holds_when_changed"])
+    rows = [
+        [change, f"{sum(m['holds_when_changed'][change] for m in members)} of {len(members)}"] for change in changes
+    ]
+    return ["change", "rigs that still hold all targets"], rows
+
+
+def _modes(numbers: dict[str, Any]) -> Table:
+    rows = []
+    for number, member in enumerate(numbers["members"], 1):
+        for mode in member["modes"]:
+            moves = ", ".join(f"{part} {100 * share:.0f} %" for part, share in mode["moves"].items())
+            share = f"{100 * mode['greatest_share']:.0f} % at order {mode['at_order']}"
+            rows.append([str(number), f"{mode['order']:.2f}", f"{100 * mode['damping_ratio']:.1f} %", share, moves])
+    return ["rig", "order", "damping", "share of the response", "moves most"], rows
+
+
+TABLES: dict[str, Callable[[dict[str, Any]], Table]] = {"claims": _claims, "changes": _changes, "modes": _modes}
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     app.add_directive("claims", Claims)
+    app.add_directive("identified", Identified)
     app.connect("builder-inited", lambda app: make(Path(app.srcdir) / "generated"))
     return {"parallel_read_safe": True}

@@ -6,5 +6,6 @@ __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
     "PaperClaims",
+    "identified_rigs",
     "paper_claims",
 ]

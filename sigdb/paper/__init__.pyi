@@ -1,3 +1,4 @@
+from .identified import identified_rigs as identified_rigs
 from .results import ClaimValue as ClaimValue
 from .results import EvaluatedClaim as EvaluatedClaim
 from .results import PaperClaims as PaperClaims

@@ -26,16 +26,28 @@ def changes(tsa: FloatArray, healthy: FloatArray, teeth: int) -> FloatArray:
     return np.sqrt((by_pass(tsa - healthy, teeth) ** 2).mean(axis=1)) / healthy.std()
 
 
+def modulations(tsa: FloatArray, teeth: int) -> tuple[FloatArray, FloatArray]:
+    """Return the modulations of amplitude, relative to its mean, and of phase, in degrees of mesh phase, (n,) each."""
+    amplitude, phase = demodulate(tsa, teeth=teeth)
+    return amplitude, np.rad2deg(phase)
+
+
+def departures(modulation: FloatArray, teeth: int, tooth: int) -> tuple[float, float]:
+    """Return the greatest departures of a modulation from its median, up and down, within a tooth's pass."""
+    departure = by_pass(modulation - np.median(modulation), teeth)[tooth - 1]
+    return float(departure.max()), float(-departure.min())
+
+
 def rise(modulation: FloatArray, teeth: int, tooth: int) -> float:
     """Return the greatest departure of a modulation from its median within a tooth's pass, with its sign."""
-    departure = by_pass(modulation - np.median(modulation), teeth)[tooth - 1]
-    return float(departure[np.abs(departure).argmax()])
+    up, down = departures(modulation, teeth, tooth)
+    return up if up >= down else -down
 
 
 def rises(tsa: FloatArray, teeth: int, tooth: int) -> tuple[float, float]:
     """Return the rises of amplitude, relative to its mean, and of phase, in degrees of mesh phase, in a pass."""
-    amplitude, phase = demodulate(tsa, teeth=teeth)
-    return rise(amplitude, teeth, tooth), float(np.rad2deg(rise(phase, teeth, tooth)))
+    amplitude, phase = modulations(tsa, teeth)
+    return rise(amplitude, teeth, tooth), rise(phase, teeth, tooth)
 
 
 def highest(tsa: FloatArray, teeth: int, tooth: int) -> float:

@@ -18,6 +18,7 @@ from .ensemble.draws import draws as draws
 from .known.known_numbers import KnownNumbers as KnownNumbers
 from .known.known_rig import new_rig as new_rig
 from .library import as_transmission as as_transmission
+from .library import built_in_file as built_in_file
 from .library import built_in_transmissions as built_in_transmissions
 from .library import load_transmission as load_transmission
 from .mesh.stiffness import damaged_pair_stiffness as damaged_pair_stiffness

@@ -90,8 +90,17 @@ def built_in_transmissions() -> list[str]:
     return list(_built_in_files())
 
 
+def built_in_file(name: str) -> Traversable:
+    """Return a file from the folder of the built-in rigs, in a checkout or in a wheel."""
+    return _folder() / name
+
+
 def _built_in_files() -> dict[str, Traversable]:
-    packaged = resources.files("sigdb") / "data" / "transmissions"
-    folder: Traversable = packaged if packaged.is_dir() else Path(__file__).parents[2] / "data" / "transmissions"
+    folder = _folder()
     names = sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".toml"))
     return {name.removesuffix(".toml").replace("_", "-"): folder / name for name in names}
+
+
+def _folder() -> Traversable:
+    packaged = resources.files("sigdb") / "data" / "transmissions"
+    return packaged if packaged.is_dir() else Path(__file__).parents[2] / "data" / "transmissions"

@@ -102,7 +102,7 @@ def test_every_built_in_rig_is_described(name):
     code, out, err, _ = call("describe", name)
     assert (code, err) == (0, "")
     assert out.startswith(f"{name}: ")
-    assert out.rstrip().endswith("without a source")
+    assert "without a source" in out
     assert max(len(line) for line in out.splitlines()) < 160
 
 
