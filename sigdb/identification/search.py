@@ -115,9 +115,7 @@ def _strategy(dimensions: int, rng: np.random.Generator, start: FloatArray, spre
     try:
         import cma
     except ImportError:
-        raise InputError(
-            "this search needs the package cma; install it with: pip install 'gear-signatures[identify]'"
-        ) from None
+        raise InputError("this search needs the package cma, which is not installed: pip install cma") from None
     if dimensions < 2:
         raise InputError("CMA-ES needs two coordinates or more; give another number a range")
     options = {

@@ -6,7 +6,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from sigdb.core import InputError, JsonValue, json_text, plain
+from sigdb.core import InputError, JsonValue, json_text, plain, publish
 
 FILE = "search.jsonl"
 """Name of the record in the folder."""
@@ -37,8 +37,7 @@ class SearchRecord:
         if self._path.exists():
             self._read(self._path, digest)
         else:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._path.write_text(json_text({"inputs": digest}, indent=None), encoding="utf-8")
+            publish(self._path, json_text({"inputs": digest}, indent=None))
 
     def _read(self, path: Path, digest: str) -> None:
         text = path.read_text(encoding="utf-8", errors="replace")
@@ -54,7 +53,7 @@ class SearchRecord:
                 f"{path.parent} holds the search of another rig, other targets or another seed; choose another folder"
             )
         if whole != text:  # the last line was cut off
-            path.write_text(whole, encoding="utf-8")
+            publish(path, whole)
 
     @property
     def names(self) -> tuple[str, ...]:

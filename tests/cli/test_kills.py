@@ -140,10 +140,12 @@ class Written:
 
     ``head`` is the file that stands for all others, and absent where they are of two times. ``database`` is what
     happens to a database in ``out``: one that grows does so at each run, and one that is damaged loses a receipt.
+    ``journal`` is a file that grows while the command runs, so that its beginning may be there.
     """
 
     words: str
     head: str = ""
+    journal: str = ""
     database: str = ""
 
 
@@ -155,6 +157,7 @@ COMMANDS = {
     "verify": Written("{out}/db --repair --jobs 1", database="damaged"),
     "coverage": Written("{out}/db --cases 4 --seed 1 --jobs 1 --out {out}/match.png", database="changed"),
     "refine": Written("{out}/db --match 0.9999 --cases 2 --rounds 1 --jobs 1", database="grown"),
+    "identify": Written("luo-10dof {targets} --members 2 --out {out}", database="made", journal="search.jsonl"),
     "card": Written("{db} --out {out}/card.md"),
     "query": Written("{db} SQL --format csv --out {out}/rows.csv"),
     "show": Written("{db} 0 1 --out {out}"),
@@ -186,6 +189,7 @@ def places(folder, tmp_path_factory):
     """Files that the commands read."""
     place = tmp_path_factory.mktemp("kills")
     (place / "recipe.toml").write_text(RECIPE, encoding="utf-8")
+    (place / "targets.toml").write_text("[[modes]]\nfrequency_hz = 700.0\nrelative_error = 0.1\n", encoding="utf-8")
     (place / "run.toml").write_text(RECIPE + TARGETS, encoding="utf-8")
     rig, damage = sigdb.load_transmission("nasa-spiral-bevel"), sigdb.Damage(tooth=6, stiffness_loss=0.4)
     channels = synthetic_recording(rig, damage, sampling_rate=RATE, revolutions=20, seed=1).channels
@@ -194,7 +198,7 @@ def places(folder, tmp_path_factory):
     np.savetxt(place / "a.csv", samples, delimiter=",", header=names, comments="", fmt="%.6g")
     CliRunner().invoke(cli, ["sweep", str(place / "recipe.toml"), "--out", str(place / "db"), "--jobs", "1"])
     model = {"model": folder / "location", "trained": folder / "signatures"}
-    return {name: place / f"{name}.toml" for name in ("recipe", "run")} | {
+    return {name: place / f"{name}.toml" for name in ("recipe", "run", "targets")} | {
         "db": place / "db",
         "file": place / "a.csv",
         **model,
@@ -269,6 +273,9 @@ def check(written, out, old, new):
     """Every file is old or new, and the one that stands for all is not among files of another time."""
     left = contents(out)
     for name in {*left, *old} if written.database != "grown" else ():
+        if name == written.journal and name in left and name in new:
+            assert new[name].startswith(left[name])
+            continue
         absent = {None} if name == written.head or written.database == "damaged" else set()
         assert left.get(name) in [old.get(name), new.get(name), *absent], name
     if written.head in left:

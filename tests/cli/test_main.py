@@ -15,7 +15,7 @@ from sigdb.cli.main import ExitCode, cli
 from sigdb.cli.options import places
 
 COMMANDS = (
-    *("new-rig", "describe", "modes", "run", "sweep", "verify", "coverage", "refine", "card"),
+    *("new-rig", "describe", "modes", "run", "sweep", "verify", "coverage", "refine", "card", "identify"),
     *("query", "show", "match", "signature", "export", "train", "evaluate", "diagnose"),
 )
 SIGDB = Path(sys.executable).with_name("sigdb")

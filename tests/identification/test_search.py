@@ -36,5 +36,5 @@ def test_a_stopped_search_goes_on_to_the_same_end():
 
 def test_without_its_package_a_sentence_names_the_remedy(monkeypatch):
     monkeypatch.setitem(sys.modules, "cma", None)
-    with pytest.raises(InputError, match=r"needs the package cma; install it with: pip install 'gear-signatures"):
+    with pytest.raises(InputError, match="needs the package cma, which is not installed: pip install cma"):
         minimise(steps, 3, np.random.default_rng(1))
