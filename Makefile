@@ -72,10 +72,10 @@ fuzz: .venv/test
 	$(BIN)/python tests/fuzz/fuzz.py --seconds $(SECONDS) --seed $(SEED) $(if $(KIND),--kind $(KIND)) $(if $(CASE),--case $(CASE))
 
 paper: .venv/base
-	$(BIN)/python pipelines/paper_identified.py
+	$(BIN)/python benchmarks/paper_identified.py
 
 paper-search: .venv/identify
-	$(BIN)/python pipelines/paper_search.py --out build/paper-search-$(SEED) --seed $(SEED) --hours $(HOURS)
+	$(BIN)/python benchmarks/paper_search.py --out build/paper-search-$(SEED) --seed $(SEED) --hours $(HOURS)
 
 check: .venv/check
 	$(BIN)/ruff check .

@@ -17,7 +17,7 @@ settings.register_profile("suite", deadline=None)  # a busy machine is no failur
 settings.load_profile("suite")
 
 SLOW = (
-    *("sweep/work/test_crashes.py", "sweep", "recognition", "diagnosis", "cli", "pipeline", "recipes", "models"),
+    *("sweep", "recognition", "diagnosis", "cli", "pipeline", "recipes", "models"),
     *("docs", "architecture", "verification", "report", "database", "dynamics"),
 )
 """Folders and files that take longest, the slowest first."""

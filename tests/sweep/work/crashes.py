@@ -1,4 +1,4 @@
-"""A sweep that is killed at random instants until it is done, while a reader looks: a test, and a longer command.
+"""A sweep that is killed at random instants until it is done, while a reader looks: a command.
 
 python tests/sweep/work/crashes.py --kills 200 --seed 1
 """

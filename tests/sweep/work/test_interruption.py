@@ -1,4 +1,4 @@
-"""Unit: interrupted, or with a worker that dies, a sweep goes on to the same bytes; test_crashes.py kills it."""
+"""Unit: interrupted, or with a worker that dies, a sweep goes on to the same bytes; crashes.py kills it at random."""
 
 import contextlib
 import importlib

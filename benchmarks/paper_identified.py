@@ -1,6 +1,6 @@
 """Evaluate the identified ensemble on the paper's claims, and draw its Figures 5, 6, 8 and 9 with bands.
 
-Usage: python pipelines/paper_identified.py [--draws 150] [--numbers docs/guide/paper_identified.json]
+Usage: python benchmarks/paper_identified.py [--draws 150] [--numbers docs/guide/paper_identified.json]
                                             [--figures docs/images]
 
 The numbers are those of [the page on the paper](../docs/guide/paper.md): margins of all claims for each member, also

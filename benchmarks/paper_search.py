@@ -1,6 +1,6 @@
 """Search for rigs that show the paper's pictures, inside what is assumed of the built-in rig.
 
-Usage: python pipelines/paper_search.py [--out FOLDER] [--seed 1] [--hours 3] [--rigs 40]
+Usage: python benchmarks/paper_search.py [--out FOLDER] [--seed 1] [--hours 3] [--rigs 40]
 
 The targets are `sigdb.paper.margins.target_margins`: the paper's rules about the shifts of 1.5 and 4.5 deg and the loss
 of 50 %. The other cases are not simulated here. Each round draws rigs, and for each many profiles of its mesh, since
@@ -78,7 +78,7 @@ parts of the ranges; the step of a slope; and how many times as much as the way 
 HEADER = """\
 # A rig that shows the pictures of Choy, Polyshchuk, Zakrajsek, Handschuh, Townsend, Tribology International 29, 1996.
 # Its assumed numbers were fitted to these pictures inside the ranges of nasa_spiral_bevel.toml, by
-# pipelines/paper_search.py; docs/guide/paper.md has the targets, and what they do not tell. That the model can show
+# benchmarks/paper_search.py; docs/guide/paper.md has the targets, and what they do not tell. That the model can show
 # the pictures with these numbers is no evidence that the paper's rig had them. SI units.
 
 """
