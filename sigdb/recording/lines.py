@@ -135,6 +135,7 @@ def _unnamed(spectrum: RecordSpectrum, named: list[NamedOrder], teeth: int) -> l
     A, bin_ = spectrum.amplitude, spectrum.order[1]
     reach = max(_LOBE, int(_SKIRT / bin_))
     peaks = np.flatnonzero(maximum_filter1d(A, 2 * reach + 1) == A)
+    peaks = peaks[A[peaks] > 0]
     peaks = peaks[(A[peaks] >= _threshold(len(A)) * spectrum.level[peaks]) & (peaks > _LOBE) & (peaks < len(A) - 1)]
     peaks = peaks[~_explained(spectrum.order[peaks], named, max(_LOBE * bin_, _REFINED))]
     first = np.argsort(A[peaks] / np.maximum(spectrum.level[peaks], np.finfo(float).tiny))[::-1][:_PEAKS]

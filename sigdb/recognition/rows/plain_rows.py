@@ -28,6 +28,9 @@ class PlainRow(TypedDict, total=False):
 _NUMBERS = ("speed_rpm", "torque", *NOISE)
 _LEAST = {"averages": 1, "scatter": 0}
 
+_GREATEST = 1e60
+"""Greatest number of a row: sums of fourth powers stay below the greatest float."""
+
 
 def plain_rows(
     row: PlainRow, *, reads: Collection[Column], teeth: tuple[int, ...], unit: str | None, sensor: str
@@ -96,4 +99,6 @@ def _numbers(name: str, values: ArrayLike) -> FloatArray:
         raise InputError(f"{name} must be numbers, not {type(values).__name__}; give one number or an array") from None
     if not np.isfinite(array).all():
         raise InputError(f"{name} must be finite; leave out what is nan or inf")
+    if array.size and np.abs(array).max() > _GREATEST:
+        raise InputError(f"{name} has a value of {np.abs(array).max():g}; give it in the unit of the model")
     return array

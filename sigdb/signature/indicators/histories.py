@@ -222,7 +222,8 @@ def _quotients(u: Float64Array, scale: Float64Array, eps: float, baseline: int |
     v = d * d
     reference = _mean_over_records(np.mean(v, axis=-1), baseline)
     floor = _mean_over_records(_moments.rounding_floor(eps, scale), baseline)
-    return _moments.quotient(_moments.mean_square(v), np.square(reference), reference <= floor)
+    square = np.square(reference)  # 0 where a record is smaller than a later one by 150 powers of ten
+    return _moments.quotient(_moments.mean_square(v), square, (reference <= floor) | (square == 0))
 
 
 def _mean_over_records(a: Float64Array, baseline: int | None) -> Float64Array:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigdb.core import SIGNALS_AT_ONCE, InputError, blocks
-from sigdb.signature.checks import Float64Array, band_edges, count, real_or_complex_signal
+from sigdb.signature.checks import GREATEST_COUNT, Float64Array, band_edges, count, real_or_complex_signal
 from sigdb.signature.wigner_ville.lag_window import LagWindow, analytic, lag_weights
 
 _MOST_BANDS = 1_000_000
@@ -38,7 +38,7 @@ def mesh_bands(teeth: int, *, per_mesh_order: int = 4, mesh_orders: int = 4) -> 
     >>> mesh_bands(8, per_mesh_order=2, mesh_orders=1).tolist()
     [0.0, 2.0, 6.0, 10.0]
     """
-    z = count("mesh_bands", "teeth", teeth, least=1)
+    z = count("mesh_bands", "teeth", teeth, least=1, most=GREATEST_COUNT)
     p = count("mesh_bands", "per_mesh_order", per_mesh_order, least=1)
     last = count("mesh_bands", "mesh_orders", mesh_orders, least=1) * p
     if last > _MOST_BANDS:
