@@ -43,6 +43,9 @@ _NEAR_STATED, _NEAR_RATED = 0.05, 0.2
 _SHOWN_MESH_ORDERS = 4.5
 """Highest order of the record's spectrum, in mesh orders."""
 
+_GREATEST = 1e60
+"""Greatest sample: sums of fourth powers stay below the greatest float."""
+
 
 class _Average(TypedDict):
     """Length of an average."""
@@ -217,6 +220,12 @@ def _record(
     rig: Transmission | None,
 ) -> GearRecord:
     """Return the averaged record, by the angle from the tacho or from the phase of the mesh."""
+    most = max(float(signal.samples.max()), -float(signal.samples.min()))  # nan where they are read in blocks
+    if most > _GREATEST:
+        raise InputError(
+            f"{recording.source}: channel {signal.name} has a sample of {most:g}; give it in a unit in which it is "
+            f"below {_GREATEST:g}"
+        )
     average: _Average = {"samples_per_tooth": settings.samples_per_tooth, "revolutions": settings.revolutions}
     if not settings.mesh_phase:
         waveform = tacho_in_blocks(source) if isinstance(source, RecordingBlocks) else None

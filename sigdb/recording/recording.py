@@ -18,10 +18,6 @@ Edge = Literal["rising", "falling"]
 """Edge of a tacho's pulse."""
 
 
-_GREATEST = 1e60
-"""Greatest sample: sums of fourth powers stay below the greatest float."""
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channel:
     """One measured signal, evenly sampled.
@@ -69,11 +65,6 @@ class Channel:
             )
         if not np.isfinite(self.samples).all():
             raise InputError(f"channel {self.name}: samples must be finite; fill or cut what is missing")
-        most = max(float(self.samples.max()), -float(self.samples.min()))
-        if most > _GREATEST:
-            raise InputError(
-                f"channel {self.name}: a sample of {most:g}; give it in a unit in which it is below {_GREATEST:g}"
-            )
         for name, value, lowest in (("sampling_rate", self.sampling_rate, 0.0), ("start", self.start, -np.inf)):
             if isinstance(value, bool) or not isinstance(value, numbers.Real) or not lowest < value < np.inf:
                 rule = "a positive number, in Hz" if name == "sampling_rate" else "a finite number, in s"

@@ -41,7 +41,6 @@ def test_an_unknown_channel_is_told_with_those_there_are():
         (np.zeros(0), 1.0, r"shape \(0,\)"),
         (np.zeros(3, np.float32), 1.0, "type float32"),
         (np.array([0.0, np.nan]), 1.0, "must be finite"),
-        (np.array([1.0, -1e61]), 1.0, r"a sample of 1e\+61; give it in a unit"),
         (np.zeros(3), 0.0, "sampling_rate = 0.0 must be a positive number"),
         (np.zeros(3), np.nan, "sampling_rate = nan must be a positive number"),
     ],
