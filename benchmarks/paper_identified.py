@@ -33,14 +33,14 @@ from sigdb.paper.identified import (
     changed_rigs,
     distances,
     margins_of,
-    with_outputs,
+    with_one_sensor,
 )
 from sigdb.paper.margins import HELD_OUT
 from sigdb.paper.signals import LOSSES, SHIFTS, TEETH, PaperSignals, signals_of
 from sigdb.report import ReportSettings, save_figure
 from sigdb.report.panels import INK, draw_distribution, draw_signal, mark_passes
 from sigdb.signature import order_spectrum
-from sigdb.transmission import Transmission, coupled_modes, draws, modal_system
+from sigdb.transmission import Range, Transmission, coupled_modes, draws, modal_system
 
 BAND = "#9fc5b4"
 OUTPUT = "displacement"
@@ -96,14 +96,14 @@ def modes(rig: Transmission) -> list[dict[str, Any]]:
 
 def prior_numbers(count: int) -> dict[str, Any]:
     """Return the share of rigs drawn from the ranges that hold each claim, of those in contact without damage."""
-    rig = with_outputs(sigdb.load_transmission(PRIOR), (OUTPUT,))
+    rig = with_one_sensor(sigdb.load_transmission(PRIOR), OUTPUT)
     found = []
     for _, values in zip(range(count), draws(rig, rng=1), strict=False):
         try:
             member = rig.with_assumed(values)
             prepared = prepare(member, gear=GEAR)
             if prepared.steady_state([{}], specimens=False)[0].min_compression > 0:
-                found.append(RigMargins.of(signals_of(member, prepared, OUTPUT), prepared))
+                found.append(RigMargins.of(signals_of(member, prepared, SENSOR), prepared))
         except SigdbError:
             continue
     claims = list(found[0].margins)
@@ -127,8 +127,8 @@ def common(rigs: Sequence[Transmission]) -> dict[str, Any]:
         there = [row[number.path] for row in values if number.path in row]
         if not there or number.path in found:
             continue
-        if all(isinstance(value, float) for value in there):
-            u = [number.assumption.unit(value) for value in there]  # type: ignore[union-attr, arg-type]
+        if isinstance(number.assumption, Range):
+            u = [number.assumption.unit(value) for value in there]
             found[number.path] = {"least": min(there), "greatest": max(there), "part": [min(u), max(u)]}
         else:
             found[number.path] = {str(value): there.count(value) for value in sorted(set(there), key=str)}
@@ -163,7 +163,8 @@ def _columns(title: str, columns: list[Column], healthy: list[FloatArray], panel
     with matplotlib.rc_context({"font.size": 8, "axes.titlesize": 9, "axes.titlelocation": "left"}):
         figure = Figure(figsize=(4.0 * len(columns), 1.9 * len(panels) + 0.6), layout="constrained")
         FigureCanvasAgg(figure)
-        figure.suptitle(f"{title}; bands: {len(healthy)} identified rigs", fontsize=10)
+        rigs = f"bands of {len(healthy)} identified rigs" if len(healthy) > 1 else "the identified rig"
+        figure.suptitle(f"{title}; {rigs}", fontsize=10)
         grid = figure.subplots(len(panels), len(columns), squeeze=False, sharey="row", sharex="row")
         for axes, (name, signals, damaged) in zip(grid.T, columns, strict=True):
             axes[0].set_title(name)
@@ -240,7 +241,7 @@ def _distribution(ax: Axes, signals: list[FloatArray], healthy: list[FloatArray]
         W = measures.distribution(tsa)
         mean += W / measures.ridge(W, TEETH) / len(signals)
     draw_distribution(ax, mean, TEETH, 2 * TEETH, damaged, limit=0.5)
-    ax.set(ylabel="order (mean distribution)", xlabel="angle, deg")
+    ax.set(ylabel="order", xlabel="angle, deg")
 
 
 Panel = Callable[[Axes, list[FloatArray], list[FloatArray], tuple[int, ...]], None]

@@ -13,10 +13,8 @@ far. `evaluations.txt` holds the result of each evaluation: a search that was st
 """
 
 import argparse
-import csv
 import json
 import time
-import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,45 +22,31 @@ from typing import Any
 
 import cma
 import numpy as np
-import tomli_w
+from paper_cases import LOST, QuickMesh, QuickResponse, exact_targets, targets_of
+from paper_ensemble import write_ensemble
 from scipy.optimize import minimize
 from threadpoolctl import threadpool_limits
 
 import sigdb
 from sigdb.core import FloatArray, SigdbError
-from sigdb.dynamics import prepare
-from sigdb.dynamics.damage_forces import damage_change
 from sigdb.paper.identified import (
-    ENSEMBLE,
-    GEAR,
     MESH,
     NO_EFFECT,
     PRIOR,
-    changed_rigs,
-    margins_of,
-    with_output,
-    with_outputs,
+    with_one_sensor,
 )
-from sigdb.paper.margins import TARGET_LOSS, TARGET_SHIFTS, Margin, pass_margins, target_margins
-from sigdb.paper.signals import TEETH, TOOTH, PaperSignals
+from sigdb.paper.margins import Margin, pass_margins, target_margins
 from sigdb.transmission import (
     Mesh,
     Range,
-    ToothDamage,
     Transmission,
-    built_in_file,
-    modal_system,
-    pair_stiffness,
-    pairs_in_contact,
 )
 from sigdb.transmission.parts.described import Described
 
-OUTPUTS = ("displacement",)
-"""Motions of the pinion that are searched; in a velocity order 1 is too weak for P3, in an acceleration more so."""
-SHIFTED = tuple({TOOTH: ToothDamage(phase_shift_deg=shift)} for shift in TARGET_SHIFTS)
-LOST = {TOOTH: ToothDamage(stiffness_loss=TARGET_LOSS)}
-COARSE, FINE, MODES = 32, 64, 12
-"""Samples in a tooth pass, first and when a rig nearly holds all, and elastic modes of each rotor."""
+OUTPUT = "displacement"
+"""Motion of the pinion that is searched; in a velocity order 1 is too weak for P3, in an acceleration more so."""
+COARSE, FINE = 32, 64
+"""Samples in a tooth pass, first and when a rig nearly holds all."""
 
 STRUCTURES, PROFILES, STARTS = 300, 30, 8
 """Rigs drawn in a round, profiles drawn for each, and starts of CMA-ES."""
@@ -75,13 +59,6 @@ FINISH = 200
 WALKS, STRIDES, STRIDE, MOST, NEXT, STIFF = 30, 60, 0.05, 0.05, 0.005, 100.0
 """Walks from a rig that holds all; their strides at most; the length of a stride, and its greatest part in a number, as
 parts of the ranges; the step of a slope; and how many times as much as the way a lacking margin counts."""
-HEADER = """\
-# A rig that shows the pictures of Choy, Polyshchuk, Zakrajsek, Handschuh, Townsend, Tribology International 29, 1996.
-# Its assumed numbers were fitted to these pictures inside the ranges of nasa_spiral_bevel.toml, by
-# benchmarks/paper_search.py; docs/guide/paper.md has the targets, and what they do not tell. That the model can show
-# the pictures with these numbers is no evidence that the paper's rig had them. SI units.
-
-"""
 P5_WEIGHT, NEARLY = 4.0, 3.0
 """Weight of P5 in the cost, and the cost by P5 alone with which a drawn rig is evaluated in full."""
 INSIDE = 0.05
@@ -93,88 +70,6 @@ CONTACT = 0.2
 IN_REACH = 0.03
 """Cost below which a rig is solved in full."""
 IMPOSSIBLE = 1e3
-
-
-class QuickResponse:
-    """Signals of a rig on a coarse grid, without estimates of their error, for any profile of its mesh.
-
-    The periodic equations are solved by tooth passes: with a healthy mesh the passes differ by their phase alone.
-    Damage changes the few samples in contact with it.
-    """
-
-    def __init__(self, rig: Transmission, samples: int) -> None:
-        self.samples = samples
-        system = modal_system(rig, component_modes=MODES)
-        omega = abs(rig.speed("pinion-shaft")) * np.arange(TEETH * samples // 2 + 1)
-        self.transfer = (1 / (1j * omega[:, None] - system.poles)) @ (system.outputs * system.inputs[:, 0]).T
-        self.transfer += system.direct[:, 0]
-        i = np.arange(samples)
-        lags = (np.arange(TEETH)[:, None, None] * samples + i[:, None] - i) % (TEETH * samples)
-        self.blocks = np.fft.fft(np.fft.irfft(self.transfer[:, 0], TEETH * samples)[lags], axis=0)[: TEETH // 2 + 1]
-        self.base_pitch = rig.geometries[MESH].base_pitch
-
-    def with_mesh(self, mesh: Mesh) -> "QuickMesh":
-        """Return the response with a mesh of the same mean stiffness."""
-        return QuickMesh(self, mesh)
-
-
-class QuickMesh:
-    """A quick response with one profile of the mesh."""
-
-    def __init__(self, response: QuickResponse, mesh: Mesh) -> None:
-        self.response, self.mesh, self.samples = response, mesh, response.samples
-        passing = pairs_in_contact(np.arange(self.samples) / self.samples)
-        self.varying = mesh.stiffness * (pair_stiffness(mesh.profile, passing).sum(axis=0) - 1)
-        one = np.eye(self.samples)
-        self.healthy = np.tile(
-            np.linalg.solve(one + response.blocks[0].real * self.varying, np.ones(self.samples)), TEETH
-        )
-        inverse = np.linalg.solve(one + response.blocks * self.varying, response.blocks)
-        self.influence = np.fft.irfft(inverse, TEETH, axis=0)
-
-    def signals(self, damage: dict[int, ToothDamage]) -> tuple[FloatArray, float]:
-        """Return the signals (outputs, n) of a case, and the least compression relative to the static one."""
-        delta, stiffness = self.healthy, np.tile(self.varying, TEETH)
-        if damage:
-            change = damage_change(self.mesh, GEAR, TEETH, self.response.base_pitch, damage, self.samples)
-            at, added = change.samples, change.stiffness[0]
-            passes = (np.arange(TEETH)[:, None, None] - at // self.samples) % TEETH
-            columns = self.influence[passes, np.arange(self.samples)[:, None], at % self.samples].reshape(-1, len(at))
-            local = np.linalg.solve(np.eye(len(at)) + columns[at] * added, self.healthy[at])
-            delta = self.healthy - columns @ (added * local)
-            stiffness[at] += added
-        force = np.fft.rfft(-stiffness * delta)
-        return np.fft.irfft(self.response.transfer[:, 1:].T * force, TEETH * self.samples), float(delta.min())
-
-    def targets(self, output: int) -> PaperSignals:
-        """Return the signals of the targets' cases for an output."""
-        states = [self.signals(damage) for damage in ({}, *SHIFTED, LOST)]
-        return targets_of([signals[output] for signals, _ in states], min(least for _, least in states))
-
-
-def targets_of(signals: Sequence[FloatArray], least: float) -> PaperSignals:
-    """Return the targets' cases: healthy, both shifts and the loss. The cases that are held out are not there."""
-    healthy, *shifted, lost = signals
-    unknown = np.full_like(healthy, np.nan)
-    return PaperSignals(
-        teeth=TEETH,
-        healthy=healthy,
-        shifts=dict(zip(TARGET_SHIFTS, shifted, strict=True)),
-        elsewhere=unknown,
-        losses={TARGET_LOSS: lost},
-        pitted=unknown,
-        broken=unknown,
-        min_compression=least,
-    )
-
-
-def exact_targets(rig: Transmission, output: int) -> PaperSignals:
-    """Return the signals of the targets' cases as `sigdb.simulate` makes them."""
-    prepared = prepare(rig, gear=GEAR)
-    prepared.floquet_multiplier([{}])
-    prepared.floquet_multiplier([LOST])
-    states = [prepared.steady_state([damage], specimens=False)[0] for damage in ({}, *SHIFTED, LOST)]
-    return targets_of([state.signals[output] for state in states], min(float(s.min_compression) for s in states))
 
 
 def lacking_of(margins: Sequence[Margin]) -> dict[str, float]:
@@ -204,12 +99,13 @@ class Search:
     out: Path
     seed: int
     seconds: float
+    rigs: int
     evaluations: int = 0
-    found: list[tuple[int, FloatArray]] = field(default_factory=list)
+    found: list[FloatArray] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.prior = sigdb.load_transmission(PRIOR)
-        self.rig = with_outputs(self.prior, OUTPUTS)
+        self.rig = with_one_sensor(self.prior, OUTPUT)
         self.assumptions = self.rig.assumptions
         paths = [number.path for number in self.assumptions.free]
         self.ranges = np.array([isinstance(number.assumption, Range) for number in self.assumptions.free])
@@ -228,8 +124,9 @@ class Search:
 
     @property
     def over(self) -> bool:
-        """Whether the time is up; stored steps take none."""
-        return self.steps >= len(self.stored) and time.monotonic() > self.ends
+        """Whether there are enough rigs, or the time is up; stored steps take none."""
+        late = self.steps >= len(self.stored) and time.monotonic() > self.ends
+        return late or len(self.found) >= self.rigs
 
     def step(self, evaluate: Callable[[], list[list[float]]], evaluations: int) -> list[list[float]]:
         """Return the result of a step, stored or new."""
@@ -258,19 +155,17 @@ class Search:
         both = self.active(u) & self.active(v)
         return float(np.sqrt(np.mean((u - v)[both] ** 2)))
 
-    def screen(self) -> list[tuple[float, int, FloatArray]]:
-        """Draw a rig with many profiles; return cost, output and point of its best one for each output, if any."""
+    def screen(self) -> list[tuple[float, FloatArray]]:
+        """Draw a rig with many profiles; return cost and point of its best one, if any."""
         u = self.rng.random(len(self.ranges))
         profiles = self.rng.random((PROFILES, int(self.of_profile.sum())))
         points = np.tile(u, (PROFILES, 1))
         points[:, self.of_profile] = profiles
-        best: dict[int, tuple[float, int, FloatArray]] = {}
-        for cost, output, number in self.step(lambda: self._screened(points), PROFILES):
-            candidate = cost, int(output), points[int(number)]
-            best[int(output)] = min(best.get(int(output), candidate), candidate, key=lambda start: start[0])
-        return list(best.values())
+        nearly = self.step(lambda: self._screened(points), PROFILES)
+        return [(cost, points[int(number)]) for cost, number in sorted(nearly)[:1]]
 
     def _screened(self, points: FloatArray) -> list[list[float]]:
+        """Return the cost and the number of each point that nearly holds P5."""
         try:
             rig = self.at(points[0])
             response = QuickResponse(rig, COARSE)
@@ -279,85 +174,87 @@ class Search:
         mesh, nearly = rig.meshes[MESH], []
         for number, u in enumerate(points):
             quick = QuickMesh(response, mesh.model_copy(update={"profile": self._profile(mesh, u)}))
-            healthy, least = quick.signals({})
-            lost, open_by = quick.signals(LOST)
-            for output in range(len(OUTPUTS)) if least > 0 else ():
-                signals = targets_of([healthy[output], healthy[output], healthy[output], lost[output]], open_by)
-                if cost_of(list(pass_margins(signals)), open_by) < NEARLY:
-                    targets = quick.targets(output)
-                    nearly.append([cost_of(target_margins(targets), targets.min_compression), output, number])
+            healthy, least = quick.signal({})
+            lost, open_by = quick.signal(LOST)
+            if (
+                least > 0
+                and cost_of(list(pass_margins(targets_of([healthy, healthy, healthy, lost], open_by))), open_by)
+                < NEARLY
+            ):
+                targets = quick.targets()
+                nearly.append([cost_of(target_margins(targets), targets.min_compression), number])
         return nearly
 
     def _profile(self, mesh: Mesh, u: FloatArray) -> Described:
         values = self.assumptions.from_unit(u)
-        kept: dict[str, object] = {}
+        kept: dict[str, Any] = {}
         for path, value in values.items():
             name, _, component = path.removeprefix(f"meshes.{MESH}.profile.").partition(".")
             if path == f"meshes.{MESH}.profile" or not path.startswith(f"meshes.{MESH}.profile."):
                 continue
-            kept[name] = (*kept.get(name, ()), value) if component else value  # type: ignore[misc]
+            kept[name] = (*kept.get(name, ()), value) if component else value
         return mesh.profile.model_copy(update=kept)
 
-    def cost(self, output: int, u: FloatArray, samples: int) -> float:
+    def cost(self, u: FloatArray, samples: int) -> float:
         """Return the cost of a rig."""
-        ((cost,),) = self.step(lambda: [[self._cost(output, u, samples)]], 1)
+        ((cost,),) = self.step(lambda: [[self._cost(u, samples)]], 1)
         return cost
 
-    def _cost(self, output: int, u: FloatArray, samples: int) -> float:
+    def _cost(self, u: FloatArray, samples: int) -> float:
         try:
             rig = self.at(u)
-            targets = QuickResponse(rig, samples).with_mesh(rig.meshes[MESH]).targets(output)
+            targets = QuickResponse(rig, samples).with_mesh(rig.meshes[MESH]).targets()
         except (SigdbError, np.linalg.LinAlgError):
             return IMPOSSIBLE
         return cost_of(target_margins(targets), targets.min_compression)
 
-    def report(self, what: str, u: FloatArray | None = None, output: int = 0) -> None:
+    def report(self, what: str, u: FloatArray | None = None) -> None:
         """Print how far the search is, and the claims that a rig lacks."""
         lacking = ""
         if u is not None and self.steps >= len(self.stored):
             rig = self.at(u)
-            targets = QuickResponse(rig, FINE).with_mesh(rig.meshes[MESH]).targets(output)
+            targets = QuickResponse(rig, FINE).with_mesh(rig.meshes[MESH]).targets()
             margins = {name: round(m, 2) for name, m in lacking_of(target_margins(targets)).items()}
             lacking = f", contact {targets.min_compression:.2f}, lacking {margins}"
         print(f"{time.strftime('%X')} {self.evaluations} evaluations: {what}{lacking}", flush=True)
 
-    def margins(self, output: int, u: FloatArray) -> FloatArray:
+    def margins(self, u: FloatArray) -> FloatArray:
         """Return the margins of a rig, and what its contact lacks."""
-        (margins,) = self.step(lambda: [self._margins(output, u)], 1)
+        (margins,) = self.step(lambda: [self._margins(u)], 1)
         return np.array(margins)
 
-    def _margins(self, output: int, u: FloatArray) -> list[float]:
+    def _margins(self, u: FloatArray) -> list[float]:
         rig = self.at(u)
-        targets = QuickResponse(rig, FINE).with_mesh(rig.meshes[MESH]).targets(output)
+        targets = QuickResponse(rig, FINE).with_mesh(rig.meshes[MESH]).targets()
         margins = [margin.value for margin in target_margins(targets)] + [-targets.min_compression / CONTACT]
         return [float(margin) for margin in np.clip(margins, -2, 5)]
 
-    def keep_if_it_holds(self, output: int, u: FloatArray) -> bool:
+    def keep_if_it_holds(self, u: FloatArray) -> bool:
         """Keep a rig that is apart from the others and, solved in full, holds all targets."""
-        if any(self.distance(u, other) < APART for _, other in self.found):
+        if any(self.distance(u, other) < APART for other in self.found):
             return False
-        ((holds,),) = self.step(lambda: [[float(self._holds(output, u))]], 1)
+        ((holds,),) = self.step(lambda: [[float(self._holds(u))]], 1)
         if holds:
-            self.found.append((output, u))
-            line = {"evaluations": self.evaluations, "output": OUTPUTS[output], "unit": [round(x, 9) for x in u]}
+            self.found.append(u)
+            line = {"evaluations": self.evaluations, "unit": [round(x, 9) for x in u]}
             self.found_file.write(json.dumps(line) + "\n")
             self.found_file.flush()
-            self.report(f"rig {len(self.found)}, {OUTPUTS[output]}")
+            self.report(f"rig {len(self.found)}")
         return bool(holds)
 
-    def _holds(self, output: int, u: FloatArray) -> bool:
+    def _holds(self, u: FloatArray) -> bool:
         try:
-            targets = exact_targets(self.at(u), output)
+            targets = exact_targets(self.at(u))
         except SigdbError:
             return False
         return targets.min_compression > 0 and all(margin.value <= 0 for margin in target_margins(targets))
 
 
 class Run:
-    """A CMA-ES run over the ranges of one choice of output, hand, places and kind of profile."""
+    """A CMA-ES run over the ranges of one choice of hand, places and kind of profile. It goes on by generations."""
 
-    def __init__(self, search: Search, output: int, u: FloatArray, sigma: float, samples: int) -> None:
-        self.search, self.output, self.u, self.active, self.samples = search, output, u, search.active(u), samples
+    def __init__(self, search: Search, u: FloatArray, sigma: float, samples: int) -> None:
+        self.search, self.u, self.active, self.samples = search, u, search.active(u), samples
         options = {"bounds": [0, 1], "popsize": 16, "seed": int(search.rng.integers(1, 2**31)), "verbose": -9}
         self.es = cma.CMAEvolutionStrategy(u[self.active].clip(0.02, 0.98), sigma, options)
         self.best, self.point = np.inf, u[self.active]
@@ -377,36 +274,36 @@ class Run:
             for x in points:
                 u = self.u.copy()
                 u[self.active] = np.clip(x, 0, 1)
-                cost = self.search.cost(self.output, u, self.samples)
-                if self.samples == FINE and cost < IN_REACH and self.search.keep_if_it_holds(self.output, u):
+                cost = self.search.cost(u, self.samples)
+                if self.samples == FINE and cost < IN_REACH and self.search.keep_if_it_holds(u):
                     return u
                 costs.append(cost)
             self.es.tell(points, costs)
             if min(costs) < self.best:
                 self.best, self.point = min(costs), self.es.best.x
-        self.search.report(f"cost {self.best:.4g} in {self.output}", self.best_point(), self.output)
+        self.search.report(f"cost {self.best:.4g}", self.best_point())
         return None
 
 
-def rounds(search: Search, rigs: int) -> None:
+def rounds(search: Search) -> None:
     """Draw, race and lead away from rigs that were found, until there are enough or the time is up."""
-    while not search.over and len(search.found) < rigs:
+    while not search.over:
         starts = [start for _ in range(STRUCTURES) if not search.over for start in search.screen()]
         starts.sort(key=lambda start: start[0])
         search.report(f"starts with costs {[round(start[0], 2) for start in starts[:STARTS]]}")
-        runs = [Run(search, output, u, 0.15, COARSE) for _, output, u in starts[:STARTS]]
+        runs = [Run(search, u, 0.15, COARSE) for _, u in starts[:STARTS]]
         for keep, generations in RACE:
             runs = sorted(runs, key=lambda run: run.best)[:keep]
             for run in runs:
                 run.go(generations)
         best = min(runs, key=lambda run: run.best)
         if best.best < NEAR:
-            u = Run(search, best.output, best.best_point(), 0.05, FINE).go(FINISH)
+            u = Run(search, best.best_point(), 0.05, FINE).go(FINISH)
             if u is not None:
-                wander(search, best.output, u)
+                wander(search, u)
 
 
-def wander(search: Search, output: int, start: FloatArray) -> None:
+def wander(search: Search, start: FloatArray) -> None:
     """Walk from a rig that holds all in random directions, along which the rules go on to hold."""
     for _ in range(WALKS):
         u, active = start.copy(), search.active(start)
@@ -415,14 +312,14 @@ def wander(search: Search, output: int, start: FloatArray) -> None:
         for _ in range(STRIDES):
             if search.over:
                 return
-            here = search.margins(output, u)
+            here = search.margins(u)
             slopes = np.empty((len(here), len(ahead)))
             for k, i in enumerate(np.flatnonzero(active)):
                 beside = u.copy()
                 beside[i] += NEXT if u[i] < 0.5 else -NEXT
-                slopes[:, k] = (search.margins(output, beside) - here) / (beside[i] - u[i])
+                slopes[:, k] = (search.margins(beside) - here) / (beside[i] - u[i])
             u[active] = np.clip(u[active] + _stride(here, slopes, ahead, u[active]), 0, 1)
-            if search.keep_if_it_holds(output, u):
+            if search.keep_if_it_holds(u):
                 break
 
 
@@ -441,64 +338,6 @@ def _stride(here: FloatArray, slopes: FloatArray, ahead: FloatArray, u: FloatArr
     return np.asarray(minimize(cost, np.clip(0 * ahead, least, greatest), jac=True, bounds=bounds).x)
 
 
-def write_ensemble(search: Search, folder: Path) -> None:
-    """Write the rigs that were found, the first as a rig file, all as a table, those first that bear most changes."""
-    rigs = []
-    for output, u in search.found:
-        rig = with_output(search.prior.with_assumed(search.assumptions.from_unit(u)), OUTPUTS[output])
-        results = [margins_of(changed) for _, changed in changed_rigs(rig)]
-        held = [result is not None and result.holds_targets for result in results]
-        rigs.append((float(np.mean(held)), output, u, rig))
-    rigs.sort(key=lambda found: -found[0])
-    paths = list(dict.fromkeys(number.path for number in search.assumptions.free))
-    with (folder / ENSEMBLE).open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["output", *paths])
-        for _, output, u, _ in rigs:
-            values = search.assumptions.from_unit(u)
-            texts = (f"{v:.10g}" if isinstance(v, float) else str(v) for v in (values.get(p, "") for p in paths))
-            writer.writerow([OUTPUTS[output], *texts])
-    (folder / ENSEMBLE).with_suffix(".toml").write_text(rig_file(rigs[0][3]), encoding="utf-8")
-
-
-def rig_file(rig: Transmission) -> str:
-    """Return the text of a rig file, with the fitted numbers named as such."""
-    data = rig.model_dump()
-    data["name"] = f"{PRIOR}-identified"
-    data["title"] = "NASA Lewis spiral bevel gear fatigue rig, with assumed numbers fitted to the paper's pictures"
-    for path in rig.assumptions.values_of(rig):
-        *parents, name = path.split(".")
-        if name.isdigit():
-            name = parents.pop()
-        part = data
-        for parent in parents:
-            part = part[int(parent) if parent.isdigit() else parent]
-        before = part["sources"].get(name, "")
-        if path not in NO_EFFECT and before.startswith("assumed: "):
-            part["sources"][name] = f"fitted: to the paper's pictures, inside what is assumed: {before[9:]}"
-    prior = tomllib.loads(built_in_file("nasa_spiral_bevel.toml").read_text(encoding="utf-8"))
-    return HEADER + tomli_w.dumps(_as_stated(data, prior))
-
-
-def _as_stated(value: Any, prior: Any) -> Any:
-    """Return the fields that the prior's file states, and those of a profile that have a source: no defaults."""
-    if isinstance(value, list | tuple):
-        return (
-            [_as_stated(*pair) for pair in zip(value, prior, strict=True)] if isinstance(prior, list) else list(value)
-        )
-    if not isinstance(value, dict):
-        return value
-    if "amplitudes" in value or "contact_ratio" in value:
-        return {
-            name: field for name, field in value.items() if name in {"kind", "sources", "assumed", *value["sources"]}
-        }
-    return {
-        name: field if name in ("sources", "assumed") else _as_stated(field, prior[name])
-        for name, field in value.items()
-        if name in prior
-    }
-
-
 def main() -> None:
     """Search and report what was found."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
@@ -508,11 +347,11 @@ def main() -> None:
     parser.add_argument("--rigs", type=int, default=40)
     parser.add_argument("--ensemble", type=Path, default=Path("data/transmissions"))
     given = parser.parse_args()
-    search = Search(given.out, given.seed, given.hours * 3600)
+    search = Search(given.out, given.seed, given.hours * 3600, given.rigs)
     with threadpool_limits(1):
-        rounds(search, given.rigs)
+        rounds(search)
         if search.found:
-            write_ensemble(search, given.ensemble)
+            write_ensemble(search.prior, search.found, OUTPUT, given.ensemble)
     print(f"{search.evaluations} evaluations, {len(search.found)} rigs in {given.out / 'found.jsonl'}")
 
 

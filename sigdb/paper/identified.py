@@ -1,7 +1,7 @@
 """The rigs that show the paper's pictures, found by a search inside what is assumed of the built-in rig."""
 
 import csv
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -18,8 +18,6 @@ PRIOR, GEAR, SENSOR, MESH = "nasa-spiral-bevel", "pinion", "pinion-vertical", "m
 """The rig whose ranges are the prior, and what the paper looks at."""
 ENSEMBLE = "nasa_spiral_bevel_identified.csv"
 """Values of the members' free numbers by dotted path: a line for each member. `output` is the sensor's quantity."""
-OUTPUTS = ("displacement", "velocity")
-"""Motions of the pinion that the search may look at; an acceleration loses the low orders."""
 NO_EFFECT = ("meshes.main.backlash",)
 """Numbers that linear signals do not depend on; all members have the prior's."""
 
@@ -66,10 +64,10 @@ def with_output(rig: Transmission, output: str, name: str | None = None) -> Tran
     return validated(Transmission, data, owner=f"rig {data['name']!r}")
 
 
-def with_outputs(rig: Transmission, outputs: Sequence[str] = OUTPUTS) -> Transmission:
-    """Return a rig with a sensor of the pinion for each of some quantities, by its name, and no other sensor."""
+def with_one_sensor(rig: Transmission, output: str) -> Transmission:
+    """Return a rig whose only sensor is that at the pinion, with another quantity."""
     data = rig.model_dump()
-    data["sensors"] = {output: {**data["sensors"][SENSOR], "quantity": output} for output in outputs}
+    data["sensors"] = {SENSOR: {**data["sensors"][SENSOR], "quantity": output}}
     return validated(Transmission, data, owner=f"rig {rig.name!r}")
 
 
