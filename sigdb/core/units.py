@@ -212,7 +212,7 @@ def _unit(written: str) -> "Unit | None":
     text = f"1{text.lstrip()}" if text.lstrip().startswith("/") else text
     try:
         return _registry().parse_units(text)
-    except Exception:  # pint raises a dozen kinds for what it cannot read
+    except Exception:  # pint: PintError, TokenError, AssertionError and TypeError, by what it cannot read
         return None
 
 

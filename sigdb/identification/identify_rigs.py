@@ -22,7 +22,7 @@ EVALUATIONS = 1000
 _STARTS = 4
 """Searches for the most probable rig: from the rig as it is, then from draws of the prior."""
 _MOST_TRIES = 4
-"""Draws for each member, of which some may be rigs that cannot be."""
+"""Draws for each member: some give rigs that cannot be."""
 
 
 @small_matrices

@@ -1,5 +1,6 @@
 """A target that is a measurement: its numbers, each with its error."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -33,16 +34,16 @@ def check_one_error(section: Section, what: str, error: str, relative: str = "re
         raise ValueError(f"{what} has {' and '.join(stated) or 'no error'}; {both}, one standard deviation")
 
 
-class MeasuredTarget(Section):
+class MeasuredTarget(Section, ABC):
     """A measurement, with its error."""
 
     held_out: bool = Field(default=False, description="Whether it is predicted instead of fitted.")
 
     @property
+    @abstractmethod
     def quantities(self) -> list[Quantity]:
         """Its numbers, with their errors."""
-        raise NotImplementedError
 
+    @abstractmethod
     def check(self, rig: Transmission) -> Iterator[str]:
         """Yield what does not fit a rig."""
-        raise NotImplementedError

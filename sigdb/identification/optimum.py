@@ -71,7 +71,7 @@ def optimum(problem: Problem, value: FloatArray, prior: FloatArray, start: Float
 
 
 def best_optimum(problem: Problem, value: FloatArray, prior: FloatArray, starts: list[FloatArray]) -> Optimum:
-    """Return the best of the searches from several starts, of which later ones are needed after poor ends only."""
+    """Return the best of the searches from several starts; a good end makes later starts needless."""
     ends: list[Optimum] = []
     for start in starts:
         ends.append(optimum(problem, value, prior, start))

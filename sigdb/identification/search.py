@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -110,7 +111,7 @@ def minimise(
     return Minimum(point=best, value=lowest, evaluations=count)
 
 
-def _strategy(dimensions: int, rng: np.random.Generator, start: FloatArray, spread: float, tolerance: float):  # type: ignore[no-untyped-def]
+def _strategy(dimensions: int, rng: np.random.Generator, start: FloatArray, spread: float, tolerance: float) -> Any:
     """Return the strategy of the package, whose random numbers all come from a generator."""
     try:
         import cma

@@ -1,7 +1,8 @@
-"""A heavy wheel on a short stiff shaft, in two equal bearings of which only a range is known."""
+"""A heavy wheel on a short stiff shaft in two equal bearings with a range, and a published gear pair."""
 
 import pytest
 
+from sigdb.identification.rig_response import RigResponse
 from sigdb.transmission import load_transmission
 
 RIG = """
@@ -64,3 +65,13 @@ def wheel(tmp_path_factory):
     path = tmp_path_factory.mktemp("wheel") / "wheel.toml"
     path.write_text(RIG, encoding="utf-8")
     return load_transmission(path)
+
+
+@pytest.fixture(scope="session")
+def rig():
+    return load_transmission("chaari-8dof")
+
+
+@pytest.fixture(scope="session")
+def response(rig):
+    return RigResponse(rig)

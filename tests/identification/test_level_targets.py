@@ -7,21 +7,10 @@ from numpy.testing import assert_allclose
 import sigdb
 from sigdb.core import InputError
 from sigdb.identification import Targets
-from sigdb.identification.rig_response import RigResponse
 from sigdb.signature import order_spectrum
 
 SENSOR, TEETH = "pinion-vertical", 20
 SPEEDS = (1300.0, 1500.0)
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sigdb.load_transmission("chaari-8dof")
-
-
-@pytest.fixture(scope="module")
-def response(rig):
-    return RigResponse(rig)
 
 
 @pytest.fixture(scope="module")

@@ -8,21 +8,10 @@ import sigdb
 from sigdb.core import InputError
 from sigdb.identification import Targets, identification_markdown, identify
 from sigdb.identification.observation import Observation
-from sigdb.identification.rig_response import RigResponse
 from sigdb.signature import demodulate, kurtosis
 
 DAMAGE = {"tooth": 6, "stiffness_loss": 0.3}
 SENSOR = "pinion-vertical"
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return sigdb.load_transmission("chaari-8dof")
-
-
-@pytest.fixture(scope="module")
-def response(rig):
-    return RigResponse(rig)
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Numbers of a rig of which something is assumed: where they are, what they refer to, and their order."""
+"""Numbers of a rig with ranges, choices or ties: where they are, what they refer to, and their order."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -44,6 +44,12 @@ class Assumed:
     def is_free(self) -> bool:
         """Whether it has a value of its own: a tie, and choices that go with others, have none."""
         return isinstance(self.assumption, Range) or (isinstance(self.assumption, Choices) and self.target is None)
+
+    @property
+    def own(self) -> Range | Choices:
+        """The range or choices of a free number."""
+        assert not isinstance(self.assumption, Tie), self.path
+        return self.assumption
 
     def exists(self, chosen: Mapping[str, object]) -> bool:
         """Return whether the number exists, by the choices of tables."""

@@ -62,7 +62,9 @@ def _with_table(data: Any, path: Path, choices: Choices, label: Choice) -> Any:
         dict(now) | {"kind": kind} if name == kind else {"kind": label} if name == label else table
         for name, table in zip(choices.labels, choices.choices, strict=True)
     ]
-    data = with_value(data, path, dict(choices.choices[choices.labels.index(label)]))  # type: ignore[arg-type]
+    table = choices.choices[choices.labels.index(label)]
+    assert isinstance(table, dict)
+    data = with_value(data, path, dict(table))
     assumed = value_in(data, ".".join(path[:-1]))["assumed"]
     assumed[path[-1]] = {"choices": tables}
     return data

@@ -2,7 +2,8 @@
 
 They stand with the number's source, in the table ``assumed`` of its part:
 
-- ``{low = 0.8e8, high = 2.0e8, scale = "log"}``: a range. ``of`` names another number, of which it is a multiple then.
+- ``{low = 0.8e8, high = 2.0e8, scale = "log"}``: a range. With ``of``, the path of another number, it is one
+  of multiples of that.
 - ``{choices = [2, 3, 4]}``: one of these. ``as`` names another number with choices, whose i-th goes with the i-th here.
 - ``{as = "bearings.pinion-front.stiffness", factor = 1.0}``: a tie.
 """
@@ -56,12 +57,13 @@ class Range(Section):
             return float(min(max(self.low * (self.high / self.low) ** u, self.low), self.high))
         return float(self.low + u * (self.high - self.low))
 
-    def unit(self, value: float) -> float:
-        """Return the coordinate of a value, from 0 to 1."""
+    def unit(self, value: Choice) -> float:
+        """Return the coordinate of a number, from 0 to 1."""
+        number = float(value)
         if self.scale == "log":
-            u = math.log(value / self.low) / math.log(self.high / self.low)
+            u = math.log(number / self.low) / math.log(self.high / self.low)
         else:
-            u = (value - self.low) / (self.high - self.low)
+            u = (number - self.low) / (self.high - self.low)
         return min(max(u, 0.0), 1.0)
 
     def holds(self, value: object) -> bool:

@@ -13,7 +13,7 @@ from sigdb.core import FloatArray, InputError, suggestion
 from sigdb.transmission.dotted_path import check_teeth_free, full_path, value_at
 from sigdb.transmission.ensemble.assumed import Assumed, assumed_in, in_order, with_target
 from sigdb.transmission.ensemble.assumed_values import agree, following, value_in, value_of, with_number
-from sigdb.transmission.ensemble.assumption import Assumption, Choice, Choices, Range, Tie
+from sigdb.transmission.ensemble.assumption import Assumption, Choice, Choices, Range
 from sigdb.transmission.parts.described import item, shown
 
 if TYPE_CHECKING:
@@ -97,8 +97,7 @@ class Assumptions(Mapping[str, Assumption]):
         chosen = dict(self.chosen)
         for number, x in zip(self.free, point.tolist(), strict=True):
             if number.exists(chosen):
-                assert not isinstance(number.assumption, Tie)
-                values[number.path] = number.assumption.at(x)
+                values[number.path] = number.own.at(x)
                 if number.path in chosen:
                     chosen[number.path] = values[number.path]
         return values
@@ -115,9 +114,8 @@ class Assumptions(Mapping[str, Assumption]):
         point = np.full(len(self.free), 0.5)
         for i, number in enumerate(self.free):
             if number.path in values and number.exists(chosen):
-                assert not isinstance(number.assumption, Tie)
                 _check(rig, number, values[number.path])
-                point[i] = number.assumption.unit(values[number.path])  # type: ignore[arg-type]
+                point[i] = number.own.unit(values[number.path])
         return point
 
     def values_of(self, rig: "Transmission") -> dict[str, Choice]:
@@ -215,7 +213,7 @@ def _check(rig: "Transmission", number: Assumed, value: object) -> None:
     InputError
         If it is.
     """
-    if not number.assumption.holds(value):  # type: ignore[union-attr]
+    if not number.own.holds(value):
         text = f"{value:g}" if isinstance(value, float) else repr(value)
         what = f"{number.path} = {text}" + (f" times {number.target}" if number.target else "")
         raise InputError(

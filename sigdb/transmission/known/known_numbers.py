@@ -13,12 +13,16 @@ MOST_STAGES = 3
 def _stages(value: object) -> object:
     """Return pairs of tooth counts from texts such as '23/67' or '23/67,19/81', from pairs, or from a list of these."""
     if isinstance(value, str):
-        return [_pair(text) for text in value.split(",")]
+        return _pairs(value)
     if isinstance(value, Sequence) and any(isinstance(item, str) for item in value):
-        return [pair for text in value for pair in (_stages(text) if isinstance(text, str) else [text])]  # type: ignore[attr-defined]
+        return [pair for item in value for pair in (_pairs(item) if isinstance(item, str) else [item])]
     if isinstance(value, Sequence) and len(value) == 2 and all(isinstance(item, int) for item in value):
         return [value]
     return value
+
+
+def _pairs(text: str) -> list[tuple[int, int]]:
+    return [_pair(part) for part in text.split(",")]
 
 
 def _pair(text: str) -> tuple[int, int]:

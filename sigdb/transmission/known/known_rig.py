@@ -1,4 +1,4 @@
-"""A rig of which little is numbers, filled with numbers of the right size and their ranges."""
+"""A rig from the few numbers that are known of it: the others are of the right size and have ranges."""
 
 import tomllib
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ def new_rig(
     energy_method: bool = False,
     name: str = "new-rig",
 ) -> Transmission:
-    """Return a rig of one to three spur or helical stages, of which only a few numbers are known.
+    """Return a rig of one to three spur or helical stages from the few numbers that are known of it.
 
     All other numbers follow from rules of machine design. Each has a source that names its rule, and most have a range
     in ``assumed``. They are of the right size, which is no proof of strength.
@@ -79,7 +79,7 @@ def new_rig(
 
 
 def known_rig_text(numbers: KnownNumbers, name: str, *, energy_method: bool) -> str:
-    """Return the text of the rig file of a rig of which some numbers are known.
+    """Return the text of a rig file from the known numbers of the rig.
 
     Raises
     ------

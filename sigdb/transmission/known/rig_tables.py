@@ -24,7 +24,7 @@ from sigdb.transmission.rig import Transmission
 from sigdb.transmission.summary.rig_text import Table
 
 _STATED = "derived: as stated to new-rig"
-_STEEL = "published: EN 1993-1-1, steel"
+_STEEL = "published: EN 1993-1-1 and EN 1991-1-1, steel"
 _PLACE = "derived: its place on the shaft"
 _AXIS = [0.0, 0.0, 1.0]
 _GRAVITY = 9.81
@@ -38,7 +38,7 @@ def spread(value: float, low: float, high: float, *, scale: str = "log") -> dict
 
 
 class RigTables:
-    """The tables of a rig of which tooth counts, speed and torque are numbers, and perhaps the modules.
+    """The tables of a rig with known tooth counts, speed and torque, and perhaps known modules.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from sigdb.transmission.mesh.cylindrical_pair import CylindricalPair
 from sigdb.transmission.mesh.iso_6336 import iso_mesh_stiffness
 
 MODULES = (0.5, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 32.0)
-"""Series I of ISO 54, mm."""
+"""Series I of ISO 54, mm; below 1 mm that of DIN 780."""
 PRESSURE_ANGLE_DEG = 20.0
 ALLOWABLE_BENDING = 2.5e8
 """Root stress for which teeth are sized, Pa: case-hardened steel with a safety of 1.5 to 2."""

@@ -52,9 +52,8 @@ VICTIMS = ("worker", "parent", "group")
 class Reader(threading.Thread):
     """Opens a database again and again, and compares all that it sees with the undisturbed one."""
 
-    def __init__(self, undisturbed: Path, seed: int, pause: float) -> None:
+    def __init__(self, undisturbed: Path, seed: int) -> None:
         super().__init__(daemon=True)
-        self._pause = pause
         self.folder: Path | None = None
         self.error: BaseException | None = None
         self.reads: Counter[int] = Counter()
@@ -65,7 +64,7 @@ class Reader(threading.Thread):
         self._signals = whole.signals(self._cases["id"])
 
     def run(self) -> None:
-        while not self._ended.wait(self._pause):
+        while not self._ended.wait(0.2):
             try:
                 with self._looking:
                     if self.folder is not None:
@@ -186,10 +185,8 @@ def check(process: Process, log: Path) -> None:
     assert process.returncode in (0, -signal.SIGKILL) or gave_up, (process.returncode, said)
 
 
-def crash(folder: Path, *, kills: int, seed: int, pause: float = 0.2) -> str:
+def crash(folder: Path, *, kills: int, seed: int) -> str:
     """Kill sweeps ``kills`` times in all and go on until each is done; what was done, in a sentence.
-
-    A reader looks every ``pause`` seconds.
 
     Raises
     ------
@@ -207,7 +204,7 @@ def crash(folder: Path, *, kills: int, seed: int, pause: float = 0.2) -> str:
     assert first.returncode == 0
     assert len(expected) == 2 + 2 + 3 + 3
 
-    reader = Reader(folder / "undisturbed", seed, pause)
+    reader = Reader(folder / "undisturbed", seed)
     reader.start()
     died: Counter[str] = Counter()
     rounds = 0

@@ -1,6 +1,7 @@
 """Unit: a run is plan minus receipts, and its rows are the same bit for bit for any number of jobs."""
 
 import importlib
+import importlib.util
 import json
 import os
 import shutil
@@ -17,6 +18,9 @@ from sigdb.core.errors import CorruptionError, DatabaseError, InputError
 from sigdb.sweep import run
 
 BEGINNING = importlib.import_module("sigdb.sweep.work.describe_database")
+_SPEC = importlib.util.spec_from_file_location("crashes", Path(__file__).with_name("crashes.py"))
+CRASHES = importlib.util.module_from_spec(_SPEC)
+_SPEC.loader.exec_module(CRASHES)
 BUILT_IN = Path(__file__).parents[3] / "data" / "transmissions" / "nasa_spiral_bevel.toml"
 
 
@@ -246,3 +250,10 @@ def test_another_version_does_not_go_on(parts_plan, copy, monkeypatch):
         with pytest.raises(InputError, match=r"was begun with sigdb \S+, this is 99\.0\.0, whose rows may differ"):
             run(parts_plan, copy, jobs=1)
         (copy / "sigdb.toml").unlink(missing_ok=True)  # then the receipts say so
+
+
+def test_a_reader_sees_whole_parts_while_a_sweep_runs(parts_plan, parts_text, parts_folder, tmp_path):
+    """It opens the database whenever something is finished, and finds rows of the undisturbed one."""
+    reader = CRASHES.Reader(parts_folder, seed=1)
+    run(parts_plan, tmp_path / "db", recipe=parts_text, jobs=1, on_progress=lambda _: reader.look(tmp_path / "db"))
+    assert {2048, 4096, 5060} <= set(reader.reads)
