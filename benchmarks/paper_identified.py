@@ -1,6 +1,6 @@
 """Evaluate the identified ensemble on the paper's claims, and draw its Figures 5, 6, 8 and 9 with bands.
 
-Usage: python benchmarks/paper_identified.py [--draws 150] [--numbers docs/guide/paper_identified.json]
+Usage: python benchmarks/paper_identified.py [--draws 500] [--numbers docs/guide/paper_identified.json]
                                             [--figures docs/images]
 
 The numbers are those of [the page on the paper](../docs/guide/paper.md): margins of all claims for each member, also
@@ -252,7 +252,7 @@ PANELS_OF_SHIFTS: tuple[Panel, ...] = (_signal, _amplitude, _phase, _spectrum, _
 def main() -> None:
     """Evaluate and draw."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--draws", type=int, default=150)
+    parser.add_argument("--draws", type=int, default=500)
     parser.add_argument("--numbers", type=Path, default=Path("docs/guide/paper_identified.json"))
     parser.add_argument("--figures", type=Path, default=Path("docs/images"))
     given = parser.parse_args()

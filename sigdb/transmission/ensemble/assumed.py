@@ -46,7 +46,7 @@ class Assumed:
         return isinstance(self.assumption, Range) or (isinstance(self.assumption, Choices) and self.target is None)
 
     @property
-    def own(self) -> Range | Choices:
+    def domain(self) -> Range | Choices:
         """The range or choices of a free number."""
         assert not isinstance(self.assumption, Tie), self.path
         return self.assumption

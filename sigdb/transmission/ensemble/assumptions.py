@@ -97,7 +97,7 @@ class Assumptions(Mapping[str, Assumption]):
         chosen = dict(self.chosen)
         for number, x in zip(self.free, point.tolist(), strict=True):
             if number.exists(chosen):
-                values[number.path] = number.own.at(x)
+                values[number.path] = number.domain.at(x)
                 if number.path in chosen:
                     chosen[number.path] = values[number.path]
         return values
@@ -115,7 +115,7 @@ class Assumptions(Mapping[str, Assumption]):
         for i, number in enumerate(self.free):
             if number.path in values and number.exists(chosen):
                 _check(rig, number, values[number.path])
-                point[i] = number.own.unit(values[number.path])
+                point[i] = number.domain.unit(values[number.path])
         return point
 
     def values_of(self, rig: "Transmission") -> dict[str, Choice]:
@@ -213,7 +213,7 @@ def _check(rig: "Transmission", number: Assumed, value: object) -> None:
     InputError
         If it is.
     """
-    if not number.own.holds(value):
+    if not number.domain.holds(value):
         text = f"{value:g}" if isinstance(value, float) else repr(value)
         what = f"{number.path} = {text}" + (f" times {number.target}" if number.target else "")
         raise InputError(
