@@ -26,6 +26,7 @@ from .plain_values import JsonValue as JsonValue
 from .plain_values import json_text as json_text
 from .plain_values import markdown_table as markdown_table
 from .plain_values import plain as plain
+from .plain_values import without_keys as without_keys
 from .progress import SIGNALS_AT_ONCE as SIGNALS_AT_ONCE
 from .progress import OnProgress as OnProgress
 from .progress import OnStep as OnStep

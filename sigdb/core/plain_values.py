@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 from datetime import date
 from math import isfinite
 from pathlib import PurePath
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -89,3 +89,16 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     lines = ([text.replace("|", "\\|") for text in cells] for cells in (head, *rows))
     first, *others = ("| " + " | ".join(cells) + " |" for cells in lines)
     return "\n".join([first, "|" + " --- |" * len(head), *others])
+
+
+def without_keys(value: Any, keys: Sequence[str]) -> Any:
+    """Return nested dictionaries and lists without some keys of the dictionaries.
+
+    Examples
+    --------
+    >>> without_keys({"a": 1, "b": [{"a": 2, "c": 3}]}, ("a",))
+    {'b': [{'c': 3}]}
+    """
+    if isinstance(value, dict):
+        return {key: without_keys(item, keys) for key, item in value.items() if key not in keys}
+    return [without_keys(item, keys) for item in value] if isinstance(value, list) else value

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sigdb.core import BoolArray, InputError, suggestion
+from sigdb.core import BoolArray, InputError, suggestion, without_keys
 from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.splits.split import ASIDE, TEST, TRAINING, Split, specimen_folds
 
@@ -258,15 +258,11 @@ def changed_parts(form: Mapping[str, str], resolved: Mapping[str, Any]) -> list[
 
 
 def _form(resolved: Mapping[str, Any], left_out: tuple[str, ...]) -> dict[str, str]:
-    parts = {f"rig.{name}": _without(part, left_out) for name, part in resolved["rig"].items() if name not in _NOT_FORM}
+    parts = {
+        f"rig.{name}": without_keys(part, left_out) for name, part in resolved["rig"].items() if name not in _NOT_FORM
+    }
     parts |= {name: resolved[name] for name in ("solver",) if name in resolved}
     return {
         name: hashlib.sha256(json.dumps(part, sort_keys=True, default=str).encode()).hexdigest()
         for name, part in sorted(parts.items())
     }
-
-
-def _without(value: object, keys: tuple[str, ...]) -> object:
-    if isinstance(value, dict):
-        return {key: _without(item, keys) for key, item in value.items() if key not in keys}
-    return [_without(item, keys) for item in value] if isinstance(value, list) else value

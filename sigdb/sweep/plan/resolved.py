@@ -4,6 +4,7 @@ import hashlib
 import json
 from typing import TYPE_CHECKING, Any
 
+from sigdb.core import without_keys
 from sigdb.database import FORMAT
 from sigdb.dynamics import DEFAULT_SOLVER
 from sigdb.transmission import preset_teeth
@@ -36,7 +37,7 @@ def hash_of(resolved: dict[str, Any]) -> str:
 
 def without_sources(resolved: dict[str, Any]) -> dict[str, Any]:
     """Return a resolved recipe without title, sources of the rig's numbers and what is assumed of them."""
-    return resolved | {"rig": _without(resolved["rig"], ("sources", "assumed", "title"))}
+    return resolved | {"rig": without_keys(resolved["rig"], ("sources", "assumed", "title"))}
 
 
 def _presets(plan: "Plan") -> dict[str, list[dict[str, object]]]:
@@ -47,14 +48,6 @@ def _presets(plan: "Plan") -> dict[str, list[dict[str, object]]]:
         for name in plan.design.named_patterns
         if name not in plan.design.patterns
     }
-
-
-def _without(value: object, keys: tuple[str, ...]) -> object:
-    if isinstance(value, dict):
-        return {key: _without(item, keys) for key, item in value.items() if key not in keys}
-    if isinstance(value, list):
-        return [_without(item, keys) for item in value]
-    return value
 
 
 def same_content(content: object, other: object) -> bool:
