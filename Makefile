@@ -7,6 +7,8 @@ SECONDS ?= 300
 HOURS ?= 3
 SEED ?= 1
 .DEFAULT_GOAL := help
+# Installations leave compiling to the first import, so that each module must be compiled once, not in each process.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help quickstart test lowest fuzz paper paper-search check docs peers wheel clean
 
