@@ -2,15 +2,15 @@
 
 from collections.abc import Callable
 from contextvars import ContextVar
-from functools import wraps
+from functools import cache, wraps
 from typing import ParamSpec, TypeVar
 
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 _Arguments = ParamSpec("_Arguments")
 _Result = TypeVar("_Result")
 _LIMITED: ContextVar[bool] = ContextVar("_LIMITED", default=False)
-"""Whether a function that is running has set one thread already: finding the libraries takes milliseconds."""
+"""Whether a function that is running has set one thread already."""
 
 
 def small_matrices(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
@@ -33,7 +33,7 @@ def small_matrices(function: Callable[_Arguments, _Result]) -> Callable[_Argumen
     def alone(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> _Result:
         if _LIMITED.get():
             return function(*args, **kwargs)
-        with threadpool_limits(1, user_api="blas"):
+        with _libraries().limit(limits=1, user_api="blas"):
             token = _LIMITED.set(True)
             try:
                 return function(*args, **kwargs)
@@ -41,3 +41,9 @@ def small_matrices(function: Callable[_Arguments, _Result]) -> Callable[_Argumen
                 _LIMITED.reset(token)
 
     return alone
+
+
+@cache
+def _libraries() -> ThreadpoolController:
+    """Return the libraries of linear algebra: finding them takes milliseconds, and the first call has imported them."""
+    return ThreadpoolController()

@@ -10,10 +10,10 @@ import time
 
 import pytest
 
-from sigdb.cli.main import cli, main
 from sigdb.core.errors import DatabaseError
 from sigdb.database.store.store import Store
 from sigdb.sweep import run
+from sigdb.sweep.work.engines import Processes, WorkerDiedError
 
 PARTS = 3
 SWEEP_RUN = importlib.import_module("sigdb.sweep.work.run")
@@ -65,34 +65,13 @@ def receipts(folder, name="rows"):
 
 
 def test_interrupted_from_the_keyboard(recipe, start, tmp_path, parts_folder, digests):
-    """Ctrl-C reaches the whole group; the exit code is 130, without a traceback."""
+    """Ctrl-C reaches the whole group: nothing half is there, and the sweep goes on to the same bytes."""
     folder = tmp_path / "signatures"
     process = start()
     wait_for(process, lambda: receipts(folder) >= 1)
     os.killpg(process.pid, signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130
-    _check_interrupted(recipe, folder, err, parts_folder, digests)
-
-
-def test_interrupted_in_this_process(recipe, tmp_path, parts_folder, digests, monkeypatch, capsys):
-    folder, make = tmp_path / "signatures", SWEEP_RUN._MAKERS["rows"]
-
-    def interrupted(plan, store, part):
-        if part == 1:
-            raise KeyboardInterrupt
-        return make(plan, store, part)
-
-    monkeypatch.setitem(SWEEP_RUN._MAKERS, "rows", interrupted)
-    monkeypatch.setattr(sys, "argv", ["sigdb", "sweep", str(recipe.path), "--out", str(folder), "--jobs", "1"])
-    with pytest.raises(SystemExit, match="130"):
-        main(cli, "sigdb")
-    monkeypatch.undo()
-    _check_interrupted(recipe, folder, capsys.readouterr().err, parts_folder, digests)
-
-
-def _check_interrupted(recipe, folder, err, parts_folder, digests):
-    """The sentence is there, nothing half is, and the sweep goes on to the same bytes."""
     assert "interrupted; what is finished is kept, and the same command goes on" in err
     assert "Traceback" not in err
     assert not (folder / ".owner").exists()
@@ -102,16 +81,15 @@ def _check_interrupted(recipe, folder, err, parts_folder, digests):
 
 
 def deadly(marker, maker):
-    """A maker whose process is killed: once where there is a marker to leave, else always. Pickled by value."""
+    """A maker whose process is killed at part 1, unless there is a marker that it died before. Pickled by value."""
 
     def make(plan, store, part):
         import os as worker_os
         import signal as worker_signal
 
-        if marker is None or part == 1:
+        if part == 1:
             try:
-                if marker is not None:
-                    worker_os.close(worker_os.open(marker, worker_os.O_CREAT | worker_os.O_EXCL))
+                worker_os.close(worker_os.open(marker, worker_os.O_CREAT | worker_os.O_EXCL))
                 worker_os.kill(worker_os.getpid(), worker_signal.SIGKILL)
             except FileExistsError:
                 pass
@@ -132,10 +110,16 @@ def test_a_worker_that_dies_does_not_end_the_sweep(
 
 
 def test_workers_that_keep_dying_end_the_sweep_with_a_sentence(parts_plan, parts_text, tmp_path, monkeypatch):
-    monkeypatch.setattr(SWEEP_RUN, "_WORKER_DEATHS", 1)
-    monkeypatch.setitem(SWEEP_RUN._MAKERS, "rows", deadly(None, SWEEP_RUN._MAKERS["rows"]))
-    with pytest.raises(DatabaseError, match=r"keep dying .* 0 of 5060 rows are kept; run .* with fewer --jobs"):
+    deaths = []
+
+    def receipts(self, *arguments):
+        deaths.append(self)
+        raise WorkerDiedError
+
+    monkeypatch.setattr(Processes, "receipts", receipts)
+    with pytest.raises(DatabaseError, match=r"keep dying .* 0 of 5 templates are kept; run .* with fewer --jobs"):
         run(parts_plan, tmp_path / "signatures", recipe=parts_text, jobs=2)
+    assert len(deaths) == 3
 
 
 def test_two_writers_of_one_file_do_not_disturb_each_other(tmp_path, monkeypatch):

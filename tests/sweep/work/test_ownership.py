@@ -3,6 +3,8 @@
 import json
 import os
 import socket
+import subprocess
+import sys
 import time
 
 import pytest
@@ -11,7 +13,7 @@ from pyarrow import fs
 from sigdb.core.errors import DatabaseError
 from sigdb.database.store.store import Store
 from sigdb.sweep.work import ownership
-from sigdb.sweep.work.ownership import OWNER, ownership_of
+from sigdb.sweep.work.ownership import LOCK, OWNER, ownership_of
 
 ME = f"process {os.getpid()} on {socket.gethostname()}"
 
@@ -47,6 +49,19 @@ def test_a_second_owner_is_refused_with_the_first_ones_name(kind, request):
         assert owner_of(store)["process"] == os.getpid()
     assert store.size(OWNER) is None
     with ownership_of(store):
+        pass
+
+
+def test_the_lock_of_another_process_is_respected_until_it_dies(directory):
+    holds = "import filelock, sys; lock = filelock.FileLock(sys.argv[1]); lock.acquire(); print('held'); input()"
+    line = [sys.executable, "-u", "-c", holds, str(directory.folder / LOCK)]
+    directory.folder.mkdir()
+    with subprocess.Popen(line, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
+        assert other.stdout.readline() == b"held\n"
+        with pytest.raises(DatabaseError, match="already running on it"), ownership_of(directory):
+            pass
+        other.kill()
+    with ownership_of(directory):
         pass
 
 

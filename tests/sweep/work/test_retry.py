@@ -1,6 +1,7 @@
 """Unit: ``retry_failed`` makes parts again that hold templates or rows without a result, and no others."""
 
 import importlib
+import shutil
 
 import numpy as np
 import pytest
@@ -39,18 +40,23 @@ def plan(plan_of):
     return plan_of(TEXT.format(losses=[round(0.005 * k, 3) for k in range(1, 64)]))
 
 
-@pytest.fixture
-def failed(plan, tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def made(plan, tmp_path_factory):
     """A database in which the march of the last template did not come to rest, and its rows have no result."""
 
     def unsettled(*arguments, **options):
         raise SigdbError("the motion did not settle")
 
-    monkeypatch.setattr(MARCH, "settle", unsettled)
-    summary = run(plan, tmp_path / "db", jobs=1)
-    monkeypatch.undo()
-    assert summary.failed == 33
-    return tmp_path / "db"
+    folder = tmp_path_factory.mktemp("failed") / "db"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(MARCH, "settle", unsettled)
+        assert run(plan, folder, jobs=1).failed == 33
+    return folder
+
+
+@pytest.fixture
+def failed(made, tmp_path):
+    return shutil.copytree(made, tmp_path / "db")
 
 
 def times(folder):
