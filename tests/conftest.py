@@ -14,7 +14,7 @@ from sigdb.dynamics.march.marcher import Marcher, MeshTables
 from sigdb.transmission import MeshElement, ModalSystem
 from sigdb.transmission.system.assembly import assemble
 
-settings.register_profile("suite", deadline=None)  # a busy machine is no failure
+settings.register_profile("suite", deadline=None, max_examples=40)  # a busy machine is no failure
 settings.load_profile("suite")
 
 SLOW = (
@@ -64,6 +64,16 @@ def _no_waiting_for_disks():
     """No power fails here, so that files need not reach the disk."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, "fsync", lambda descriptor: None)
+        yield
+
+
+@pytest.fixture(scope="session")
+def few_trees():
+    """Boosting of a quarter of the trees, which suffice for small databases."""
+    from sigdb.recognition.estimators import pooled_location
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(pooled_location._BOOSTED, "max_iter", 25)
         yield
 
 

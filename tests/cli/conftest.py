@@ -45,7 +45,7 @@ def one_thread():
 
 
 @pytest.fixture(scope="session")
-def _trained(tmp_path_factory):
+def _trained(tmp_path_factory, few_trees):
     folder = tmp_path_factory.mktemp("cli")
     (folder / "recipe.toml").write_text(RECIPE, encoding="utf-8")
     recipe = load_recipe(folder / "recipe.toml")

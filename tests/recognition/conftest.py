@@ -44,7 +44,7 @@ def one_thread():
 
 
 @pytest.fixture(scope="session")
-def make_database(tmp_path_factory):
+def make_database(tmp_path_factory, few_trees):
     def make(*, seed=1, specimens=6, healthy=24, grid=ALL_TEETH, sensor="pinion-vertical", **measured):
         folder = tmp_path_factory.mktemp("database")
         case = {"seed": seed, "specimens": specimens, "healthy": healthy, "grid": grid, "sensor": sensor}

@@ -227,31 +227,42 @@ def test_only_what_is_not_applicable_leaves_the_bound_out(location_model, databa
         evaluate(location_model, database)
 
 
-def test_templates_are_decomposed_once_for_each_operating_point(location_model, severity_model, database, monkeypatch):
-    """They were read and decomposed twice: for the bound, and again for the model's efficiency."""
-    calls, of = [], Hypotheses.of.__func__
-    monkeypatch.setattr(
-        Hypotheses, "of", classmethod(lambda cls, *args, **options: calls.append(options) or of(cls, *args, **options))
-    )
-    for model in (location_model, severity_model):
+@pytest.fixture(scope="module")
+def bounded(location_model, severity_model, database):
+    """Evaluations with the bound and criteria, each with how often it decomposed templates and drew resamples."""
+    criteria = CriteriaSettings(loss_db=0.25, a90_ratio=1.05, mae_ratio=1.05, ece=0.01, undercovered_cells=0.01)
+    calls, of, resample = [], Hypotheses.of.__func__, Specimens._resample
+
+    def decompose(cls, *given, **options):
+        calls.append("templates")
+        return of(cls, *given, **options)
+
+    def counted(model):
         calls.clear()
-        evaluation = evaluate(model, database)
+        return evaluate(model, database, criteria=criteria), tuple(calls)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Hypotheses, "of", classmethod(decompose))
+        patch.setattr(Specimens, "_resample", lambda self, count: calls.append(count) or resample(self, count))
+        return [counted(model) for model in (location_model, severity_model)]
+
+
+def test_templates_are_decomposed_once_for_each_operating_point(bounded):
+    """They were read and decomposed twice: for the bound, and again for the model's efficiency."""
+    for evaluation, calls in bounded:
         assert evaluation.bound is not None
         assert len(evaluation.efficiency) > 0
-        assert len(calls) == 1
+        assert calls.count("templates") == 1
 
 
-def test_resamples_are_drawn_once_where_all_rows_have_one_noise(location_model, database, monkeypatch):
+def test_resamples_are_drawn_once_where_all_rows_have_one_noise(bounded):
     """Every table and metric took its own 1000 resamples before."""
-    draws, resample = [], Specimens._resample
-    monkeypatch.setattr(Specimens, "_resample", lambda self, count: draws.append(count) or resample(self, count))
-    evaluate(location_model, database)
-    assert draws == [2]
+    _, calls = bounded[0]
+    assert [call for call in calls if call != "templates"] == [2]
 
 
-def test_an_evaluation_holds_bound_and_criteria_as_json(location_model, severity_model, database):
-    criteria = CriteriaSettings(loss_db=0.25, a90_ratio=1.05, mae_ratio=1.05, ece=0.01, undercovered_cells=0.01)
-    evaluations = [evaluate(model, database, criteria=criteria) for model in (location_model, severity_model)]
+def test_an_evaluation_holds_bound_and_criteria_as_json(bounded):
+    evaluations = [evaluation for evaluation, _ in bounded]
     for evaluation in evaluations:
         read = json.loads(json.dumps(evaluation.as_json(), allow_nan=False))
         assert len(read["criteria"]) == len(evaluation.criteria) >= 4

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import beta, t
+from scipy.special import betaincinv, stdtrit
 
 from sigdb.core import FloatArray, IntArray
 
@@ -83,7 +83,7 @@ def _bound(alarms: int, index: IntArray, rows: IntArray, confidence: float) -> f
     """Return the upper bound of the rate if the rows of the highest scores are alarms; ``index`` is their specimens."""
     p = float(_shares(alarms, index, rows).mean())
     worth = _worth(max(alarms, min(len(rows), len(index) // 2)), index, rows, confidence)
-    return float(beta.ppf(confidence, p * worth + 1, (1 - p) * worth)) if p < 1 else 1.0
+    return float(betaincinv(p * worth + 1, (1 - p) * worth, confidence)) if p < 1 else 1.0
 
 
 def _worth(alarms: int, index: IntArray, rows: IntArray, confidence: float) -> float:
@@ -91,7 +91,7 @@ def _worth(alarms: int, index: IntArray, rows: IntArray, confidence: float) -> f
     shares, n, specimens = _shares(alarms, index, rows), len(index), len(rows)
     p, variance = shares.mean(), shares.var(ddof=1) / specimens
     independent = p * (1 - p) / variance if variance > 0 else n
-    quantiles = t.ppf(confidence, n - 1) / t.ppf(confidence, specimens - 1)
+    quantiles = stdtrit(n - 1, confidence) / stdtrit(specimens - 1, confidence)
     return float(min(independent * quantiles**2, n))
 
 

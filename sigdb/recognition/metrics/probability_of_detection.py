@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.special import expit, logit
-from scipy.stats import norm
+from scipy.special import expit, logit, ndtri
 
 from sigdb.core import FloatArray
 from sigdb.recognition.metrics.detection import counts, is_resolved, thresholds
@@ -58,7 +57,7 @@ class PodCurve:
         """Return the lower confidence bound (Wald) of the probability of detection at severities a."""
         x = np.stack([np.ones_like(a), a], axis=-1)
         error = np.sqrt(np.einsum("...i,ij,...j", x, self.covariance, x))
-        return np.asarray(expit(self.intercept + self.slope * a - norm.ppf(confidence) * error))
+        return np.asarray(expit(self.intercept + self.slope * a - ndtri(confidence) * error))
 
     def severity(self, probability: float = 0.9) -> float:
         """Return the severity that is detected with this probability: a90."""
@@ -66,7 +65,7 @@ class PodCurve:
 
     def severity_bound(self, probability: float = 0.9, *, confidence: float = 0.95) -> float:
         """Return the severity at which the lower confidence bound has this probability: a90/95; NaN if it never has."""
-        z, (intercept, slope), ((u, v), (_, w)) = norm.ppf(confidence), (self.intercept, self.slope), self.covariance
+        z, (intercept, slope), ((u, v), (_, w)) = ndtri(confidence), (self.intercept, self.slope), self.covariance
         # (excess + slope a)^2 = z^2 (u + 2 v a + w a^2), of which the root with the left side's base positive.
         excess = intercept - logit(probability)
         roots = np.roots([slope**2 - z**2 * w, 2 * (slope * excess - z**2 * v), excess**2 - z**2 * u])

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
-from scipy.stats import norm
-from scipy.stats import t as student
+from scipy.special import ndtr, stdtr, stdtrit
 
 from sigdb.core import FloatArray, InputError, plain_array
 from sigdb.recognition.metrics.estimate import Estimate
@@ -94,8 +93,8 @@ def above_bound(
     if mean == 0:
         return Excess(value=0.0, p_value=0.5, significant=False)
     with np.errstate(divide="ignore"):
-        of_specimens = student.sf(np.divide(mean, error), freedom)
-        of_rows = norm.sf(np.divide(mean * np.sqrt(len(gain)), gain.std(ddof=1)))
+        of_specimens = stdtr(freedom, -np.divide(mean, error))
+        of_rows = ndtr(-np.divide(mean * np.sqrt(len(gain)), gain.std(ddof=1)))
     p_value = float(max(of_specimens, of_rows))
     return Excess(value=mean, p_value=p_value, significant=p_value < 1 - level)
 
@@ -176,4 +175,4 @@ def _error(metric: Metric, model: Estimate, bound: Estimate, rows: pd.DataFrame)
 def _quantile(level: float, rows: pd.DataFrame) -> float:
     """Return the quantile of Student's t; a bootstrap over S specimens has (S - 1) / S of the variance."""
     S = rows["specimen"].nunique()
-    return float(np.sqrt(S / (S - 1)) * student.ppf(level, S - 1)) if S > 1 else np.inf
+    return float(np.sqrt(S / (S - 1)) * stdtrit(S - 1, level)) if S > 1 else np.inf

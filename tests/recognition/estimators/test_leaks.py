@@ -90,7 +90,7 @@ def test_noise_level_and_noise_draw_tell_nothing_of_the_damage(database):
     rows = database.features()
     folds = make_split("S1", rows, seed=1, folds=3).folds(rows)
     noise = rows[["scatter", "snr_db", "averages", "index_error"]].assign(of_median=lambda one: one["scatter"].rank())
-    learnt = HistGradientBoostingClassifier(max_iter=50, early_stopping=False, random_state=0)
+    learnt = HistGradientBoostingClassifier(max_iter=20, early_stopping=False, random_state=0)
     learnt.fit(noise[folds == TRAINING], rows["tooth"][folds == TRAINING])
     tooth = rows["tooth"][folds == TEST].to_numpy()
     damaged = tooth > 0

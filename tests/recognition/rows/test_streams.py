@@ -40,7 +40,7 @@ class Watched:
         return self._database.batches(where, table=table, rows=rows, **options)
 
 
-@pytest.mark.parametrize(("target", "asked"), [("location", 256), ("severity", 96), ("detection", 256)])
+@pytest.mark.parametrize(("target", "asked"), [("severity", 96), ("detection", 256)])
 def test_arrays_are_read_in_bounded_batches(many_specimens, without_boosting, monkeypatch, target, asked):
     watched = Watched(many_specimens)
     monkeypatch.setattr("sigdb.recognition.rows.streams.ROWS_AT_ONCE", 50)
