@@ -9,6 +9,9 @@ The published rotor is the geared turbo-generator of the same book: its 13 publi
 of 0.01 %, and ranges of +-30 % for both lateral stiffnesses of its four bearings. The search begins away from those
 published.
 
+Another table compares derivatives in closed form with differences of whole responses: the time of one derivative by
+both, and their greatest deviation relative to the greatest derivative.
+
     nice -n 5 python benchmarks/identification.py [--twins 40] [--json FILE] [--folder FOLDER]
 """
 
@@ -20,11 +23,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measuring import environment, print_table
+from measuring import environment, print_table, timed
 
 from sigdb.identification import Targets, identify
 from sigdb.identification.problem import Problem
-from sigdb.transmission import Transmission, coupled_modes, load_transmission
+from sigdb.transmission import Range, Transmission, coupled_modes, load_transmission
 from sigdb.transmission.rig import transmission_of
 
 RIGS = Path(__file__).parents[1] / "data" / "transmissions"
@@ -36,6 +39,24 @@ OFF = (0.8, 1.15, 1.2, 0.85, 1.1, 0.9, 0.75, 1.25)
 Rows = list[dict[str, Any]]
 
 
+def _levels(sensor: str, *speeds_rpm: float) -> Rows:
+    """Return targets of six mesh harmonics at each speed."""
+    return [
+        {"sensor": sensor, "speed_rpm": speed, "amplitudes": [1.0] * 6, "relative_error": 0.1} for speed in speeds_rpm
+    ]
+
+
+NUMBERS, STEP = 4, 1e-3
+"""Numbers of each rig by which derivatives are taken, and the step of differences, in standard deviations."""
+CASES = (
+    ("nasa-spiral-bevel", {"modes": [{"frequency_hz": 200.0 * k, "relative_error": 0.01} for k in range(1, 7)]}),
+    ("spur-test-rig", {"harmonics": _levels("pinion-vertical", 1500.0, 1800.0)}),
+    ("nasa-spiral-bevel", {"harmonics": _levels("pinion-housing-vertical", 12000.0, 14400.0)}),
+    ("two-stage-gearbox", {"harmonics": _levels("input-vertical", 1800.0)}),
+)
+"""Rigs with targets, of which only kind and number count here."""
+
+
 def main() -> None:
     """Print the tables, and write a JSON document with the same numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -43,12 +64,48 @@ def main() -> None:
     parser.add_argument("--twins", type=int, default=40, help="number of twins; 40 by default")
     parser.add_argument("--folder", type=Path, help="folder that keeps the searches, so that they go on")
     options = parser.parse_args()
-    tables = {"published rotor": published_rotor(options.folder), **twins(options.twins, options.folder)}
+    tables = {
+        "derivatives": [derivatives(*case) for case in CASES],
+        "published rotor": published_rotor(options.folder),
+        **twins(options.twins, options.folder),
+    }
     machine = environment("numpy", "scipy")
     for title, rows in tables.items():
         print_table(title, rows)
     if options.json is not None:
         options.json.write_text(json.dumps({"machine": machine, "tables": tables}, indent=1) + "\n", encoding="utf-8")
+
+
+def derivatives(name: str, tables: dict[str, Any]) -> dict[str, Any]:
+    """Return a row on derivatives of a rig's response: their times, and how far the two methods are apart.
+
+    A difference takes one whole response. The derivatives compared are central ones, of two responses each.
+    """
+    rig = load_transmission(name)
+    free = rig.assumptions.free
+    ranged = [number for number, each in enumerate(free) if isinstance(each.assumption, Range)]
+    chosen = ranged[:: len(ranged) // NUMBERS][:NUMBERS]
+    problem, z = Problem(rig, Targets(**tables)), np.full(len(free), -0.3)
+    by_differences, seconds, closed, less = [], 0.0, [], 0.0
+    problem.slope(z, chosen[0])
+    for number in chosen:
+        step = STEP * np.eye(len(z))[number]
+        (forth, back), took = timed(lambda step=step: [problem.misses(z + s * step, problem.value) for s in (1, -1)])
+        by_differences.append((forth - back) / (2 * STEP))
+        seconds += took / 2
+    problem.slope(z, chosen[0])
+    for number in chosen:
+        slope, took = timed(lambda number=number: problem.slope(z, number))
+        closed.append(slope)
+        less += took
+    return {
+        "rig": name,
+        "targets": ", ".join(tables),
+        "difference_ms": 1e3 * seconds / len(chosen),
+        "closed_form_ms": 1e3 * less / len(chosen),
+        "ratio": seconds / less,
+        "greatest_deviation": float(np.abs(np.subtract(closed, by_differences)).max() / np.abs(by_differences).max()),
+    }
 
 
 def published_rotor(folder: Path | None) -> Rows:

@@ -9,6 +9,7 @@ from sigdb.dynamics.march.transient import Orbit, Transient, settle
 from sigdb.dynamics.period import check_in_one_mesh as check_in_one_mesh
 from sigdb.dynamics.period import common_period as common_period
 from sigdb.dynamics.period import damaged_gear as damaged_gear
+from sigdb.dynamics.periodic.healthy_sensitivity import HealthySensitivity as HealthySensitivity
 from sigdb.dynamics.periodic.periodic import PeriodicRig
 from sigdb.dynamics.periodic.prepare import prepare
 from sigdb.dynamics.periodic.steady_state import SteadyState, superpose

@@ -47,20 +47,12 @@ class Optimum:
 
 def optimum(problem: Problem, value: FloatArray, prior: FloatArray, start: FloatArray) -> Optimum:
     """Return the point that comes nearest to values (m,) and to a point (d,) of the prior, from a start (d,)."""
-    seen: dict[bytes, FloatArray] = {}
-
-    def misses(z: FloatArray) -> FloatArray:
-        key = z.tobytes()
-        if key not in seen:
-            seen.clear()
-            seen[key] = problem.misses(z, value)
-        return seen[key]
 
     def residuals(z: FloatArray) -> FloatArray:
-        return np.concatenate([misses(z), z - prior])
+        return np.concatenate([problem.misses(z, value), z - prior])
 
     def slopes(z: FloatArray) -> FloatArray:
-        return np.vstack([problem.slopes(z, misses(z), value), np.eye(len(z))])
+        return np.vstack([problem.slopes(z), np.eye(len(z))])
 
     ended = least_squares(
         residuals, start, jac=slopes, ftol=_TOLERANCE, xtol=_TOLERANCE, gtol=_TOLERANCE, max_nfev=_MOST_EVALUATIONS
@@ -101,8 +93,7 @@ class Linearised:
     @classmethod
     def near(cls, problem: Problem, z: FloatArray) -> "Linearised":
         """Return a problem as it is near a point (d,)."""
-        misses = problem.misses(z, problem.value)
-        return cls(z=z, misses=misses, slopes=problem.slopes(z, misses, problem.value))
+        return cls(z=z, misses=problem.misses(z, problem.value), slopes=problem.slopes(z))
 
     def optimum(self, shift: FloatArray, prior: FloatArray) -> FloatArray:
         """Return where the optimum would be for values shifted by standard deviations (m,), and a prior point (d,)."""

@@ -1,6 +1,6 @@
 """The problem of an identification: from a point of what is assumed of a rig to the numbers that were measured."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -37,6 +37,7 @@ class Problem:
 
     rig: Transmission
     targets: Targets
+    _last: dict[bytes, RigResponse] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
     def paths(self) -> tuple[str, ...]:
@@ -82,18 +83,36 @@ class Problem:
         member = possible_rig(self.rig, self.values_at(z))
         return member if isinstance(member, str) else None
 
+    def response(self, z: FloatArray) -> RigResponse:
+        """Return the response of the rig at a point (d,); that of the point before is kept.
+
+        Raises
+        ------
+        InputError
+            If the numbers do not go together.
+        """
+        key = z.tobytes()
+        if key not in self._last:
+            response = RigResponse(self.rig_at(z))
+            self._last.clear()
+            self._last[key] = response
+        return self._last[key]
+
     def predicted(self, z: FloatArray) -> FloatArray | None:
         """Return what would be measured (m,) of the rig at a point (d,); None for a rig that cannot be."""
         try:
-            predicted = self.targets.predicted(RigResponse(self.rig_at(z)))
+            return self._finite(self.response(z))
         except InputError:
             return None
+
+    def _finite(self, response: RigResponse) -> FloatArray | None:
+        predicted = self.targets.predicted(response)
         return predicted if np.isfinite(predicted).all() else None
 
     def observed(self, z: FloatArray) -> FloatArray:
         """Return the observed numbers (k,) of the rig at a point (d,); nan where there is none."""
         try:
-            return self.targets.observed(RigResponse(self.rig_at(z)))
+            return self.targets.observed(self.response(z))
         except InputError:
             return np.full(len(self.targets.observations), np.nan)
 
@@ -124,11 +143,25 @@ class Problem:
         predicted = self.predicted(z)
         return self.is_fitted * (_IMPOSSIBLE if predicted is None else (predicted - value) / self.error)
 
-    def slopes(self, z: FloatArray, at_z: FloatArray, value: FloatArray) -> FloatArray:
-        """Return the derivatives (m, d) of :meth:`misses`, which are ``at_z`` (m,) at the point itself."""
-        steps = np.where(z > 0, -_STEP, _STEP)  # towards the middle
-        columns = [self.misses(z + step * unit, value) for step, unit in zip(steps, np.eye(len(z)), strict=True)]
-        return np.column_stack([(moved - at_z) / step for moved, step in zip(columns, steps, strict=True)])
+    def slopes(self, z: FloatArray) -> FloatArray:
+        """Return the derivatives (m, d) of :meth:`misses` at a point (d,); 0 where no rig can be."""
+        return np.column_stack([self.slope(z, number) for number in range(len(z))])
+
+    def slope(self, z: FloatArray, number: int) -> FloatArray:
+        """Return the derivative (m,) of :meth:`misses` by a coordinate; 0 where no rig can be.
+
+        The rig's matrices and mesh stiffness are differenced; modes and averages follow them in closed form.
+        """
+        moved, step = z.copy(), -_STEP if z[number] > 0 else _STEP  # towards the middle
+        moved[number] += step
+        before = self.predicted(z)
+        if before is None:
+            return np.zeros(len(self.value))
+        try:
+            after = self._finite(self.response(z).nearby(self.rig_at(moved)))
+        except InputError:
+            after = None
+        return np.zeros(len(self.value)) if after is None else self.is_fitted * (after - before) / (step * self.error)
 
 
 def check_free(rig: Transmission) -> None:

@@ -61,8 +61,12 @@ from .system.elements import elements_from as elements_from
 from .system.elements import meshes_among as meshes_among
 from .system.elements import nonlinear_among as nonlinear_among
 from .system.elements import static_forces as static_forces
+from .system.equations import Equations as Equations
+from .system.equations import equations_of as equations_of
 from .system.modal import CoupledModes as CoupledModes
 from .system.modal import ModalSystem as ModalSystem
 from .system.modal import coupled_modes as coupled_modes
 from .system.modal import modal_system as modal_system
+from .system.modal import synthesise as synthesise
+from .system.sensitivity import Sensitivity as Sensitivity
 from .system.small_matrices import small_matrices as small_matrices

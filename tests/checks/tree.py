@@ -33,6 +33,7 @@ SMALL = {
     "core/notes.py": "a type of its own that all packages use",
     "recognition/idle_cores.py": "training and evaluation use it",
     "transmission/system/small_matrices.py": "transmission and dynamics use it",
+    "transmission/system/sensitivity.py": "derivatives of a rig, which dynamics and identification use",
     "core/plain_arrays.py": "one check that all packages use",
     "core/progress.py": "types and one function that all packages use",
     "core/streams.py": "the random streams, apart from all that draws",

@@ -30,7 +30,7 @@ class Linear:
     def misses(self, z, value):
         return self.is_fitted * (self.G @ z - value) / self.error
 
-    def slopes(self, z, at_z, value):
+    def slopes(self, z):
         return self.weighted
 
     def closed_form(self, value, prior):

@@ -5,19 +5,18 @@ in those coordinates, with the mean mesh stiffness and gyroscopics, give one com
 """
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
-from scipy.linalg import block_diag, eigh, null_space
+from scipy.linalg import eigh, null_space
 
-from sigdb.core import ComplexArray, FloatArray, InputError
+from sigdb.core import ComplexArray, FloatArray, InputError, IntArray
 from sigdb.transmission.parts.usual_ranges import unusual_numbers
 from sigdb.transmission.rig import Transmission
-from sigdb.transmission.system.assembly import Assembly, assemble
+from sigdb.transmission.system.assembly import Assembly
 from sigdb.transmission.system.elements import Element, mesh_elements, meshes_among
+from sigdb.transmission.system.equations import FREE, Equations, equations_of
 from sigdb.transmission.system.small_matrices import small_matrices
-
-_FREE = 1e-12
-"""Square of a mode's frequency, as a fraction of the greatest, below which the mode moves freely."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,18 +119,96 @@ class CoupledModes:
     damping_ratio: FloatArray
     moves: tuple[dict[str, float], ...]
 
+    @classmethod
+    def at(cls, poles: ComplexArray, moves: tuple[dict[str, float], ...]) -> Self:
+        """Return the modes of poles (m,), with their shares of energy."""
+        return cls(
+            frequency_hz=poles.imag / (2 * np.pi),
+            damping_ratio=-poles.real / np.abs(poles),
+            moves=moves,
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
-class _Synthesis:
-    """The coupled eigenproblem, solved: ``shapes`` (n, m) and ``participation`` (m, n) in the rig's coordinates."""
+class Synthesis:
+    """The modes of a rig with m poles: ``H(s) = shapes diag(1 / (s - poles)) participation`` in its n coordinates.
 
-    parts: Assembly
+    Attributes
+    ----------
+    equations
+        The rig's equations of motion.
+    poles
+        (m,) complex, 1/s.
+    shapes
+        (n, m) right eigenvectors.
+    participation
+        (m, n) left eigenvectors.
+    """
+
+    equations: Equations
     poles: ComplexArray
     shapes: ComplexArray
     participation: ComplexArray
 
+    def system(self) -> ModalSystem:
+        """Return the linear system of the meshes and sensors."""
+        rig, poles = self.equations.rig, self.poles
+        inputs = self.participation @ self.equations.forces
+        displacement, order = self.equations.displacements @ self.shapes, self.equations.derivatives
+        first_moment = ((displacement * poles) @ inputs).real
+        return ModalSystem(
+            poles=poles,
+            inputs=inputs,
+            outputs=displacement * poles ** order[:, None],
+            direct=np.where(order[:, None] == 2, first_moment, 0.0),
+            meshes=tuple(rig.meshes),
+            sensors=tuple(rig.sensors),
+            mesh_stiffness=self.equations.parts.mesh_stiffness,
+            unbalanced=rig.unbalanced,
+            elements=mesh_elements(rig),
+        )
+
+    @property
+    def oscillating(self) -> IntArray:
+        """Places of the modes, one of each conjugate pair, by rising magnitude of their poles."""
+        upper = np.flatnonzero(self.poles.imag >= 0)
+        return upper[np.argsort(np.abs(self.poles[upper]), kind="stable")]
+
+    def modes(self) -> CoupledModes:
+        """Return the natural frequencies, damping ratios and shares of energy."""
+        upper = self.oscillating
+        moves = tuple(_energy_shares(self.equations.parts, self.shapes[:, i]) for i in upper)
+        return CoupledModes.at(self.poles[upper], moves)
+
 
 @small_matrices
+def synthesise(rig: Transmission, *, component_modes: int | None = None) -> Synthesis:
+    """Return the modes of a rig at its operating point; see :func:`modal_system`."""
+    equations = equations_of(rig, component_modes)
+    parts, basis, mass = equations.parts, equations.basis, equations.mass
+    stiffness = (equations.stiffness + equations.stiffness.T) / 2
+
+    # The train's free rotation compresses nothing; kept, it would be a defective double pole at zero.
+    turning = np.linalg.lstsq(basis, parts.free_rotation, rcond=None)[0]
+    elastic = null_space((mass @ turning)[None])
+    squares, modes = eigh(elastic.T @ stiffness @ elastic, elastic.T @ mass @ elastic)
+    _check_supported(rig, parts, basis @ elastic, squares, modes)
+    phi = elastic @ modes
+
+    n = len(squares)
+    # Cross terms of bearings may make stiffness unsymmetric: they couple the symmetric part's modes.
+    crossed = phi.T @ (equations.stiffness - stiffness) @ phi
+    state = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(squares) - crossed, -phi.T @ equations.damping @ phi]])
+    poles, right = np.linalg.eig(state)
+    left = np.linalg.inv(right)
+    return Synthesis(
+        equations=equations,
+        poles=poles,
+        shapes=basis @ phi @ right[:n],
+        participation=left[:, n:] @ (basis @ phi).T,
+    )
+
+
 def modal_system(rig: Transmission, *, component_modes: int | None = None) -> ModalSystem:
     """Modal synthesis of a rig at its operating point.
 
@@ -161,25 +238,7 @@ def modal_system(rig: Transmission, *, component_modes: int | None = None) -> Mo
     >>> bool(np.isclose(compliance, 1 / system.mesh_stiffness[0]))
     True
     """
-    synthesis = _synthesise(rig, component_modes)
-    parts, poles = synthesis.parts, synthesis.poles
-    inputs = synthesis.participation @ np.column_stack(
-        [parts.meshes, parts.torque, parts.load, parts.unbalance, parts.friction]
-    )
-    displacement = np.vstack([parts.meshes.T, parts.sensors]) @ synthesis.shapes
-    order = np.array([0] * len(rig.meshes) + [sensor.derivative for sensor in rig.sensors.values()])
-    first_moment = ((displacement * poles) @ inputs).real
-    return ModalSystem(
-        poles=poles,
-        inputs=inputs,
-        outputs=displacement * poles ** order[:, None],
-        direct=np.where(order[:, None] == 2, first_moment, 0.0),
-        meshes=tuple(rig.meshes),
-        sensors=tuple(rig.sensors),
-        mesh_stiffness=parts.mesh_stiffness,
-        unbalanced=rig.unbalanced,
-        elements=mesh_elements(rig),
-    )
+    return synthesise(rig, component_modes=component_modes).system()
 
 
 def coupled_modes(rig: Transmission, *, component_modes: int | None = None) -> CoupledModes:
@@ -196,15 +255,7 @@ def coupled_modes(rig: Transmission, *, component_modes: int | None = None) -> C
     -------
     CoupledModes
     """
-    synthesis = _synthesise(rig, component_modes)
-    upper = np.flatnonzero(synthesis.poles.imag >= 0)
-    upper = upper[np.argsort(np.abs(synthesis.poles[upper]), kind="stable")]
-    poles = synthesis.poles[upper]
-    return CoupledModes(
-        frequency_hz=poles.imag / (2 * np.pi),
-        damping_ratio=-poles.real / np.abs(poles),
-        moves=tuple(_energy_shares(synthesis.parts, synthesis.shapes[:, i]) for i in upper),
-    )
+    return synthesise(rig, component_modes=component_modes).modes()
 
 
 def _energy_shares(parts: Assembly, shape: ComplexArray | FloatArray) -> dict[str, float]:
@@ -214,89 +265,10 @@ def _energy_shares(parts: Assembly, shape: ComplexArray | FloatArray) -> dict[st
     return {name: share / total for name, share in sorted(shares.items(), key=lambda item: -item[1])}
 
 
-def _synthesise(rig: Transmission, component_modes: int | None) -> _Synthesis:
-    parts = assemble(rig)
-    basis = _component_basis(parts, component_modes)
-    mass, stiffness = basis.T @ parts.mass @ basis, basis.T @ parts.stiffness @ basis
-    h = basis.T @ parts.meshes
-    full = stiffness + h @ np.diag(parts.mesh_stiffness) @ h.T
-    stiffness = (full + full.T) / 2
-    damping = basis.T @ (parts.damping + parts.gyroscopic) @ basis
-    damping = damping + _rotor_damping(rig, parts, basis, mass, stiffness)
-
-    # The train's free rotation compresses nothing; kept, it would be a defective double pole at zero.
-    turning = np.linalg.lstsq(basis, parts.free_rotation, rcond=None)[0]
-    elastic = null_space((mass @ turning)[None])
-    squares, modes = eigh(elastic.T @ stiffness @ elastic, elastic.T @ mass @ elastic)
-    _check_supported(rig, parts, basis @ elastic, squares, modes)
-    phi = elastic @ modes
-
-    n = len(squares)
-    # Cross terms of bearings may make stiffness unsymmetric: they couple the symmetric part's modes.
-    crossed = phi.T @ (full - stiffness) @ phi
-    state = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(squares) - crossed, -phi.T @ damping @ phi]])
-    poles, right = np.linalg.eig(state)
-    left = np.linalg.inv(right)
-    return _Synthesis(
-        parts=parts,
-        poles=poles,
-        shapes=basis @ phi @ right[:n],
-        participation=left[:, n:] @ (basis @ phi).T,
-    )
-
-
-def _component_basis(parts: Assembly, count: int | None) -> FloatArray:
-    """(n, r) columns: each rotor's component modes and attachment modes, and the casing's modes."""
-    if count is None:
-        return np.eye(len(parts.mass))
-    forces = [parts.meshes, parts.friction, parts.bearings, parts.torque, parts.load, parts.unbalance]
-    interfaces = np.column_stack([*forces, parts.sensors.T])
-    blocks, order = [], []
-    for dofs in parts.rotors.values():
-        take = np.ix_(dofs, dofs)
-        blocks.append(_rotor_basis(parts.mass[take], parts.stiffness[take], interfaces[dofs], count))
-        order += dofs
-    blocks.append(np.eye(len(parts.casing)))
-    basis = np.zeros((len(parts.mass), sum(block.shape[1] for block in blocks)))
-    basis[order + parts.casing] = block_diag(*blocks)
-    return basis
-
-
-def _rotor_basis(mass: FloatArray, stiffness: FloatArray, forces: FloatArray, count: int) -> FloatArray:
-    """Free rotation, the modes that take part most, and the static response to every interface force."""
-    squares, modes = eigh((stiffness + stiffness.T) / 2, mass)
-    rigid = modes[:, squares < _FREE * squares[-1]]
-    squares, elastic = squares[rigid.shape[1] :], modes[:, rigid.shape[1] :]
-    share = (elastic.T @ forces) ** 2 / squares[:, None]
-    share /= share.sum(axis=0).clip(min=1e-300)
-    kept = np.sort(np.argsort(-share.max(axis=1), kind="stable")[:count])
-    attachment = elastic @ ((elastic.T @ forces) / squares[:, None])
-    columns = np.column_stack([elastic[:, kept], attachment])
-    scale = np.linalg.norm(columns, axis=0)
-    left, singular, _ = np.linalg.svd(columns[:, scale > 0] / scale[scale > 0], full_matrices=False)
-    return np.column_stack([rigid, left[:, singular > 1e-10 * singular[0]]])
-
-
-def _rotor_damping(
-    rig: Transmission, parts: Assembly, basis: FloatArray, mass: FloatArray, stiffness: FloatArray
-) -> FloatArray:
-    """Damping matrix that gives every mode of the rotors, on a fixed casing, the rig's damping ratio.
-
-    It acts on the motion relative to ``q_s = -K_rr^-1 K_rc q_c``, with which the rotors follow the casing statically. A
-    mode ``K_rr phi = w^2 M_rr phi`` takes part in that motion by ``phi' M_rr q_s = -phi' K_rc q_c / w^2``.
-    """
-    count = basis.shape[1] - len(parts.casing)
-    m, k = mass[:count, :count], stiffness[:count, :count]
-    squares, modes = eigh(k, m)
-    carried = stiffness[count:, :count] @ modes / np.where(squares > _FREE * squares[-1], squares, np.inf)
-    relative = np.vstack([m @ modes, carried])
-    return relative * (2 * rig.damping_ratio * np.sqrt(squares.clip(min=0))) @ relative.T
-
-
 def _check_supported(
     rig: Transmission, parts: Assembly, basis: FloatArray, squares: FloatArray, modes: FloatArray
 ) -> None:
-    if squares[0] < _FREE * squares[-1]:
+    if squares[0] < FREE * squares[-1]:
         moving = next(iter(_energy_shares(parts, basis @ modes[:, 0])))
         if unusual := unusual_numbers(rig.model_dump()):
             raise InputError(f"rig {rig.name!r}: {moving} can move freely by these numbers: {'; '.join(unusual)}")
