@@ -15,6 +15,7 @@ __all__ = [
     "Recording",
     "RecordingBlocks",
     "RecordingSettings",
+    "Repeatability",
     "Surroundings",
     "read_in_blocks",
     "read_recording",

@@ -3,6 +3,7 @@ from .blocks.recording_blocks import read_in_blocks as read_in_blocks
 from .blocks.recording_blocks import read_of_any_size as read_of_any_size
 from .evidence.presence import MeshPresence as MeshPresence
 from .evidence.presence import NoMeshError as NoMeshError
+from .evidence.repeatability import Repeatability as Repeatability
 from .files.python_recording import recording_from as recording_from
 from .files.read import read_recording as read_recording
 from .files.settings import FileOptions as FileOptions

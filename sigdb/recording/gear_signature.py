@@ -12,6 +12,7 @@ from sigdb.recording.blocks.averaged_record import tacho_in_blocks
 from sigdb.recording.blocks.recording_blocks import RecordingBlocks
 from sigdb.recording.evidence.gear_record import GearRecord, at_true_speed, gear_record
 from sigdb.recording.evidence.presence import NoMeshError
+from sigdb.recording.evidence.repeatability import repeatability
 from sigdb.recording.first_look.envelope_spectrum import envelope_spectrum
 from sigdb.recording.first_look.indicator_intervals import indicator_intervals
 from sigdb.recording.first_look.order_map import OrderMap, order_map
@@ -134,6 +135,9 @@ def recorded_signature(
         speed_track=angle.speed_track(),
         kept=result.record.kept,
         presence=presence,
+        repeatability=repeatability(
+            x, samples_per_rev=n, teeth=gear.teeth, highest=result.lowest_nyquist_order, presence=presence
+        ),
         highest_order=highest,
         order_spectrum=pd.DataFrame({"order": order, "amplitude": np.abs(c)}),
         record_spectrum=pd.DataFrame({name: getattr(spectrum, name) for name in ("order", "amplitude", "level")}),

@@ -7,6 +7,7 @@ import pandas as pd
 
 from sigdb.core import FloatArray, InputError, Note, plain
 from sigdb.recording.evidence.presence import MeshPresence
+from sigdb.recording.evidence.repeatability import Repeatability
 from sigdb.recording.first_look.envelope_spectrum import EnvelopeSpectrum
 from sigdb.recording.first_look.order_map import OrderMap
 from sigdb.signature import FEATURES, features
@@ -69,6 +70,9 @@ class RecordedSignature:
         Amplitude by order and speed of a run-up or coast-down; None where the speed changes by less than 10 %.
     notes
         Notes on the reading, the angle and the average, in this order.
+    repeatability
+        Whether one event stands at one place of the gear's turn, without a healthy recording; None where the signature
+        was not computed from the revolutions of a recording.
     """
 
     source: str
@@ -98,6 +102,7 @@ class RecordedSignature:
     envelope: EnvelopeSpectrum
     order_map: OrderMap | None
     notes: tuple[Note, ...]
+    repeatability: Repeatability | None = None
 
     def row(self, *, torque: float, speed_rpm: float | None = None) -> pd.DataFrame:
         """Return a row with the columns that estimators read, as in a database.

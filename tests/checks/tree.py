@@ -43,6 +43,7 @@ SMALL = {
     "database/store/seal.py": "the one way in which files are sealed",
     "dynamics/time_profile.py": "a public type of input",
     "measurement/settings.py": "a section of a recipe",
+    "recording/evidence/least_event.py": "the power of a decision, apart from the decision",
     "recognition/bound/noise_bands.py": "the bands of noise, used by tables and pages",
     "recognition/calibration/cells.py": "the cells that both kinds of intervals are calibrated in",
     "recognition/metrics/evaluated.py": "the contract between evaluation, targets and metrics",

@@ -1,5 +1,6 @@
 """The signature of a recording as tables of text."""
 
+from collections.abc import Iterator
 from math import isnan
 from pathlib import PureWindowsPath
 
@@ -147,9 +148,18 @@ def fact_rows(signature: RecordedSignature) -> list[tuple[str, str]]:
         ("averages", _averages(signature)),
         ("rms kept", _kept(signature)),
         ("mesh", f"{'present' if signature.presence.present else 'not present'}: {signature.presence.reason}"),
+        *_repeats(signature),
         ("scatter", "unknown for one revolution" if isnan(signature.scatter) else f"{signature.scatter:.4g} ({unit})"),
         ("highest order", f"{order:.1f}, {order / teeth:.1f} mesh orders"),
     ]
+
+
+def _repeats(signature: RecordedSignature) -> Iterator[tuple[str, str]]:
+    """Yield the fact on what repeats in each turn, with its ratio and the limit that healthy gears set."""
+    repeats = signature.repeatability
+    if repeats is not None:
+        ratio = "" if isnan(repeats.energy_ratio) else f" (ratio {repeats.energy_ratio:.3g}, limit {repeats.limit:.3g})"
+        yield "one event", f"{repeats.reason}{ratio}"
 
 
 def _kept(signature: RecordedSignature) -> str:
