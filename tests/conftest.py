@@ -78,6 +78,16 @@ def few_trees():
 
 
 @pytest.fixture(scope="session")
+def few_draws():
+    """A diagnosis is calibrated on a quarter of the averages, which suffices where the answer is clear."""
+    from sigdb.diagnosis import bank
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bank, "_DRAWS", 500)
+        yield
+
+
+@pytest.fixture(scope="session")
 def oscillator():
     """A unit mass on one mesh, ``x'' + 2 zeta w x' + (w^2 - mean) x + mesh force = force + others``, in the kernel.
 

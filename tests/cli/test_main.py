@@ -129,10 +129,8 @@ def test_missing_places_are_refused_before_slow_imports(shell):
 
 
 def test_exit_codes_are_those_of_the_process(shell, tmp_path):
-    for arguments in (["modes", "nothing"], ["query", tmp_path / "missing", "select 1"]):
-        done = shell(*arguments)
-        assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
-    assert shell("modes", "nasa-spiral-bevel", "--count", "1").returncode == 0
+    done = shell("query", tmp_path / "missing", "select 1")
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ The processes are forked before anything is read, and so import nothing again.
     python left_unread.py DIRECTORY
 """
 
+import gc
 import os
 import signal
 import sys
@@ -47,6 +48,7 @@ def slowly(*place, read=Store.get_range):
 
 
 Store.get_range = slowly
+gc.freeze()  # what is imported is shared by all, and not looked through by each at its end
 children = []
 for number in range(40):
     child = os.fork()

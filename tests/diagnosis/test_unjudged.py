@@ -9,7 +9,7 @@ import sigdb
 from sigdb.recording import Channel, Recording
 from sigdb.report import diagnosis_text, write_diagnosis_report
 
-FS, SECONDS = 6400, 4
+FS, SECONDS = 6400, 2
 T = np.arange(SECONDS * FS) / FS
 
 

@@ -32,7 +32,7 @@ def write(path, recording):
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory):
+def files(tmp_path_factory, few_draws):
     """A healthy gear, one with damage at its sixth tooth, and the sixth twice as loud; noise; a short record."""
     folder = tmp_path_factory.mktemp("recordings")
     rig, errors = sigdb.load_transmission("nasa-spiral-bevel"), 2e-6 * np.cos(np.arange(12.0) ** 2)
@@ -126,7 +126,7 @@ def test_without_a_healthy_recording_it_is_said_what_is_missing(leave, files, fo
     assert "missing\n  A healthy recording of the same rig by the same channel" in out
 
 
-@pytest.mark.parametrize(("rate", "said"), [(RATE / 4, "0.251 times"), (2 * RATE, "2.01 times"), (RATE, None)])
+@pytest.mark.parametrize(("rate", "said"), [(RATE / 4, "0.251 times"), (RATE, None)])
 def test_a_speed_far_from_the_rigs_asks_for_the_sampling_rate(leave, files, folder, monkeypatch, rate, said):
     """Templates that are made for the recording have its speed, so that they say nothing."""
     stored = TemplateBank.of(sigdb.open(folder / "signatures"))

@@ -24,6 +24,22 @@ from sigdb.transmission import coupled_modes
 SCALARS = "select id, tooth, snr_db, index_error, fm4, status, contact_loss from cases order by id limit 70"
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _evaluated_once():
+    """Commands of the same model and criteria find its evaluation computed."""
+    known = {}
+
+    def remembered(model, database, **options):
+        asked = model.target, model.learner, repr(options)
+        if asked not in known:
+            known[asked] = evaluate(model, database, **options)
+        return known[asked]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sigdb.pipeline.models.evaluate", remembered)
+        yield
+
+
 @pytest.fixture(scope="module")
 def modes():
     return coupled_modes(sigdb.load_transmission("nasa-spiral-bevel"))
@@ -277,7 +293,7 @@ def test_evaluate_leaves_with_1_when_a_model_is_above_the_bound(folder, monkeypa
 
 def test_evaluate_as_json(invoke, folder, database):
     rows = json.loads(invoke("evaluate", folder / "location", folder / "signatures", "--format", "json").stdout)
-    evaluation = evaluate(load_model(folder / "location"), database)
+    evaluation = evaluate_model(load_model(folder / "location"), database)
     metrics = evaluation.metrics | {"bound": evaluation.bound}
     assert {tuple(row) for row in rows} == {("estimator", "metric", "value", "low", "high")}
     assert len(rows) == sum(map(len, metrics.values()))
