@@ -33,7 +33,7 @@ def fuzzing(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "cases"), [(["--cases", "160"], 160), (["--formats", "damage", "--cases", "1600"], 240)]
+    ("arguments", "cases"), [(["--cases", "80"], 80), (["--formats", "damage", "--cases", "800"], 120)]
 )
 def test_recordings_of_every_kind_hold(tmp_path, arguments, cases):
     done = fuzz(*arguments, "--seconds", "800", "--seed", "20", "--keep", str(tmp_path))

@@ -178,11 +178,13 @@ def test_no_rows(database, tmp_path, kind):
 
 
 @both
-def test_more_rows_than_a_batch(parts_folder, tmp_path, kind):
-    database = sigdb.open(parts_folder)
-    file = READERS[kind](database.export(tmp_path / f"parts.{kind}").path)
-    assert_array_equal(file.column("id"), np.arange(5060))
-    assert_array_equal(file.matrix("tsa"), database.signals(np.arange(5060))["tsa"])
+def test_more_rows_than_a_batch(database, tmp_path, monkeypatch, kind):
+    monkeypatch.setattr("sigdb.database.export.export._BATCH", 100)
+    ids = database.cases("teeth = 12")["id"]
+    file = READERS[kind](database.export(tmp_path / f"parts.{kind}", where="teeth = 12").path)
+    assert len(ids) > 200
+    assert_array_equal(file.column("id"), ids)
+    assert_array_equal(file.matrix("tsa"), database.signals(ids)["tsa"])
 
 
 def test_what_a_mat_file_cannot_hold(database, tmp_path, monkeypatch):

@@ -53,10 +53,10 @@ def test_residuals_of_the_bank(bank, templates):
     assert_allclose(bank.cases[RMS].to_numpy(), np.sqrt(np.mean(z**2, axis=1)), rtol=1e-6)
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_against_all_turns_of_all(bank, templates, seed):
-    rng = np.random.default_rng(seed)
-    x = np.roll(templates[rng.integers(3000)], rng.integers(N)) + rng.normal(size=N) * rng.choice([0, 0.1, 0.5])
+@pytest.mark.parametrize("noise", [0, 0.1, 0.5])
+def test_against_all_turns_of_all(bank, templates, noise):
+    rng = np.random.default_rng(0)
+    x = np.roll(templates[rng.integers(3000)], rng.integers(N)) + noise * rng.normal(size=N)
     z, z_t = without_regular(x), without_regular(templates)
     turned = np.stack([np.roll(z_t, s, axis=1) for s in range(N)])
     distance = np.sqrt(np.mean((z - turned) ** 2, axis=-1))

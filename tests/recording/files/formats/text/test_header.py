@@ -253,7 +253,7 @@ def test_fields_in_quotes_hold_separators_and_line_ends(tmp_path):
     assert_array_equal(read.columns[1].values, X)
 
 
-@pytest.mark.parametrize("lines", [201, 700, 3000])
+@pytest.mark.parametrize("lines", [201, 1500])
 def test_long_headers(tmp_path, lines):
     header = [f"Setting {i}: {i % 7}" for i in range(lines)]
     read = contents(tmp_path / "run.csv", [*header, "Time,a1,tacho", "s,g,V", *rows()])
