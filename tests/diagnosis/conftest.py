@@ -5,4 +5,4 @@ import pytest
 
 @pytest.fixture(scope="session", autouse=True)
 def _few_draws(few_draws):
-    yield
+    return few_draws

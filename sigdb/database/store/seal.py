@@ -7,6 +7,8 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Mapping
+from copy import deepcopy
+from functools import lru_cache
 from typing import Any
 
 import tomli_w
@@ -42,12 +44,20 @@ def unsealed(text: bytes, *, name: str) -> dict[str, Any]:
         If a byte of it has changed.
     """
     first, _, rest = text.partition(b"\n")
-    line, load = (_TOML, tomllib.loads) if name.endswith(".toml") else (_JSON, json.loads)
+    line, load = (_TOML, _from_toml) if name.endswith(".toml") else (_JSON, json.loads)
     if first + b"\n" != line.format(hashlib.sha256(rest).hexdigest()).encode():
         raise DamagedFileError(name, "is damaged or was edited")
     content: dict[str, Any] = load(text.decode())
     content.pop("sha256")
     return content
+
+
+def _from_toml(text: str) -> dict[str, Any]:
+    """Return the content of TOML text, a copy of that of the last time: a sweep opens its database again and again."""
+    return deepcopy(_parsed(text))
+
+
+_parsed = lru_cache(maxsize=8)(tomllib.loads)
 
 
 def _sealed(line: str, rest: str) -> bytes:
