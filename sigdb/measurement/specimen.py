@@ -28,12 +28,17 @@ def tooth_cycle(teeth: int, mate_teeth: int) -> int:
     return mate_teeth // math.gcd(teeth, mate_teeth)
 
 
-def index_errors(stream: np.random.Generator, teeth: int, mate_teeth: int) -> FloatArray:
+RUNOUT_ORDERS = (1, 2)
+"""Orders of the slow part of a gear's errors, cycles per revolution: run-out, and an oval pitch curve."""
+
+
+def index_errors(stream: np.random.Generator, teeth: int, mate_teeth: int, *, runout: float = 0.0) -> FloatArray:
     """Draw the index errors that a synchronous average sees, for an ``index_error`` of 1.
 
     Both gears draw independent standard normal errors, one a tooth, and have their mean removed. In an average over
     whole tooth cycles a mate's errors enter only through their mean over the teeth that meet the same tooth:
-    ``e_j = gear_j + mean of mate over the teeth that meet j``.
+    ``e_j = gear_j + mean of mate over the teeth that meet j``. With ``runout`` both gears have a slow part too, sines
+    of the orders 1 and 2 of random amplitude and phase; see :func:`pitch_errors`.
 
     Parameters
     ----------
@@ -41,6 +46,8 @@ def index_errors(stream: np.random.Generator, teeth: int, mate_teeth: int) -> Fl
         The specimen's random stream.
     teeth, mate_teeth : int
         Tooth counts of the averaged gear and of its mate.
+    runout : float
+        Root mean square amplitude of each of the two slow orders, in multiples of ``index_error``.
 
     Returns
     -------
@@ -54,21 +61,47 @@ def index_errors(stream: np.random.Generator, teeth: int, mate_teeth: int) -> Fl
     (12,)
     """
     gear, mate = (draw - draw.mean() for draw in (stream.standard_normal(teeth), stream.standard_normal(mate_teeth)))
+    if runout:
+        gear, mate = (each + runout * slow_errors(stream, len(each)) for each in (gear, mate))
     meets = (np.arange(teeth)[:, None] + teeth * np.arange(tooth_cycle(teeth, mate_teeth))) % mate_teeth
     return gear + mate[meets].mean(axis=1)
 
 
-def index_error_covariance(teeth: int, mate_teeth: int) -> FloatArray:
+def slow_errors(stream: np.random.Generator, teeth: int) -> FloatArray:
+    """Draw the slow part of a gear's errors: sines of orders 1 and 2 with a root mean square amplitude of 1.
+
+    Parameters
+    ----------
+    stream : numpy.random.Generator
+        Random stream; it gives four numbers.
+    teeth : int
+        Tooth count.
+
+    Returns
+    -------
+    (teeth,) float64
+        Errors, without unit. Amplitudes follow a Rayleigh law, and phases are uniform.
+    """
+    angle = 2 * np.pi * np.outer(RUNOUT_ORDERS, np.arange(teeth)) / teeth
+    waves = np.concatenate([np.cos(angle), np.sin(angle)])
+    return np.asarray(stream.standard_normal(len(waves)) @ waves / math.sqrt(2))
+
+
+def index_error_covariance(teeth: int, mate_teeth: int, *, runout: float = 0.0) -> FloatArray:
     """Return the covariance of :func:`index_errors`.
 
     With g = gcd(teeth, mate_teeth), teeth whose numbers agree modulo g meet the same teeth of the mate:
-    ``C_ij = delta(i = j) - 1 / teeth + (g / mate_teeth) (delta(i = j modulo g) - 1 / g)``. It is circulant: turning a
-    specimen does not change its law.
+    ``C_ij = delta(i = j) - 1 / teeth + (g / mate_teeth) (delta(i = j modulo g) - 1 / g)``. Each slow order k of the
+    gear adds ``runout^2 / 2 cos(2 pi k (i - j) / teeth)``. One of the mate adds the same with its own tooth count, if k is
+    a multiple of ``mate_teeth / g``; else it leaves nothing in the mean over the teeth that meet the same tooth. The
+    covariance is circulant: turning a specimen does not change its law.
 
     Parameters
     ----------
     teeth, mate_teeth : int
         Tooth counts of the averaged gear and of its mate.
+    runout : float
+        As in :func:`index_errors`.
 
     Returns
     -------
@@ -84,7 +117,11 @@ def index_error_covariance(teeth: int, mate_teeth: int) -> FloatArray:
     common = math.gcd(teeth, mate_teeth)
     gear = (apart == 0) - 1 / teeth
     mate = ((apart % common == 0) - 1 / common) * common / mate_teeth
-    return np.asarray(gear + mate)
+    orders = [(k, teeth) for k in RUNOUT_ORDERS] + [
+        (k, mate_teeth) for k in RUNOUT_ORDERS if k % (mate_teeth // common) == 0
+    ]
+    slow = runout**2 / 2 * sum(np.cos(2 * np.pi * k * apart / count) for k, count in orders)
+    return np.asarray(gear + mate + slow if runout else gear + mate)
 
 
 def noise_deviation(reference_variance: FloatArray, snr_db: FloatArray) -> FloatArray:

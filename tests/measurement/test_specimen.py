@@ -80,12 +80,22 @@ class UnitStream:
         return piece
 
 
-@pytest.mark.parametrize(("teeth", "mate_teeth"), [(12, 36), (36, 12), (13, 36), (12, 18), (17, 17), (2, 3)])
-def test_covariance_is_that_of_the_linear_map_that_draws_the_errors(teeth, mate_teeth):
-    length = teeth + mate_teeth
-    columns = [index_errors(UnitStream(k, length), teeth, mate_teeth) for k in range(length)]
+@pytest.mark.parametrize("runout", [0.0, 1.5])
+@pytest.mark.parametrize(("teeth", "mate_teeth"), [(12, 36), (36, 12), (13, 36), (12, 18), (12, 24), (17, 17), (2, 3)])
+def test_covariance_is_that_of_the_linear_map_that_draws_the_errors(teeth, mate_teeth, runout):
+    """A mate of as many teeth, or twice as many, keeps its slow orders; one of 18 or 36 teeth leaves none."""
+    length = teeth + mate_teeth + 8
+    columns = [index_errors(UnitStream(k, length), teeth, mate_teeth, runout=runout) for k in range(length)]
     linear = np.array(columns).T
-    assert_allclose(index_error_covariance(teeth, mate_teeth), linear @ linear.T, rtol=0, atol=1e-14)
+    found = index_error_covariance(teeth, mate_teeth, runout=runout)
+    assert_allclose(found, linear @ linear.T, rtol=0, atol=1e-14)
+
+
+def test_slow_orders_leave_the_white_part_as_it_is():
+    white, both = (index_errors(specimen_stream(1, 0), 12, 36, runout=runout) for runout in (0.0, 2.0))
+    slow = np.abs(np.fft.rfft(both - white))
+    assert_allclose(slow[[0, 3, 4, 5, 6]], 0, atol=1e-13)
+    assert (slow[[1, 2]] > 0.1).all()
 
 
 def test_covariance_by_hand():

@@ -133,10 +133,13 @@ class Hypotheses:
             database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor, where=where
         )
         mates = [mate_teeth(database, template) for template in templates]
-        return cls.from_templates(templates, teeth=teeth, mate_teeth=mates)
+        runout = float(database.manifest.resolved["sweep"].get("runout", 0.0))
+        return cls.from_templates(templates, teeth=teeth, mate_teeth=mates, runout=runout)
 
     @classmethod
-    def from_templates(cls, templates: Sequence[Template], *, teeth: int, mate_teeth: ArrayLike) -> Self:
+    def from_templates(
+        cls, templates: Sequence[Template], *, teeth: int, mate_teeth: ArrayLike, runout: float = 0.0
+    ) -> Self:
         """The hypotheses of some templates of one tooth count, for the first of their sensors.
 
         Parameters
@@ -147,10 +150,12 @@ class Hypotheses:
             Tooth count of the damaged gear.
         mate_teeth
             Tooth count of its mate: one for all, or (templates,).
+        runout
+            Amplitude of the slow orders of the index errors, over ``index_error``.
         """
         mates = np.broadcast_to(np.asarray(mate_teeth, int), len(templates))
         decomposed = [
-            _modes(template.specimen_response[0], index_error_covariance(teeth, int(mate)))
+            _modes(template.specimen_response[0], index_error_covariance(teeth, int(mate), runout=runout))
             for template, mate in zip(templates, mates, strict=True)
         ]
         harmonic = [template.harmonic_response[0].reshape(template.signals.shape[1], -1) for template in templates]

@@ -34,6 +34,13 @@ class SweepSettings(Section):
     gear: str | None = Field(default=None, description="The damaged gear; the first mesh's driving gear if left out.")
     seed: int = quantity("-", "Seed of samples, specimens and noise.", ge=0, default=0)
     specimens: int = quantity("-", "Number of pairs of gears, each with its own index errors.", ge=1, default=1)
+    runout: float = quantity(
+        "-",
+        "Amplitude of the orders 1 and 2 of both gears' index errors, rms over specimens, over index_error.",
+        ge=0,
+        default=0.0,
+        exclude_if=lambda runout: runout == 0,
+    )
     draws: int = quantity("-", "Number of noise draws of each case and specimen.", ge=1, default=1)
     healthy: int = quantity(
         "-",

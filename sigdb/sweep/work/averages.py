@@ -37,10 +37,12 @@ class SpecimenErrors:
     ----------
     seed
         Seed of the plan.
+    runout
+        Amplitude of the slow orders of the errors, over ``index_error``.
     """
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
+    def __init__(self, seed: int, runout: float = 0.0) -> None:
+        self._seed, self._runout = seed, runout
         self._drawn: dict[tuple[int, int, int], FloatArray] = {}
 
     def draw(self, specimens: Iterable[int], teeth: int, mate_teeth: int) -> FloatArray:
@@ -50,7 +52,8 @@ class SpecimenErrors:
     def _of_specimen(self, specimen: int, teeth: int, mate_teeth: int) -> FloatArray:
         key = specimen, teeth, mate_teeth
         if key not in self._drawn:
-            self._drawn[key] = index_errors(specimen_stream(self._seed, specimen), teeth, mate_teeth)
+            stream = specimen_stream(self._seed, specimen)
+            self._drawn[key] = index_errors(stream, teeth, mate_teeth, runout=self._runout)
         return self._drawn[key]
 
 

@@ -27,7 +27,8 @@ def make_rows(plan: Plan, store: Store, schema: Schema, start: int, stop: int) -
 
     ``start`` begins a noise block. The tables have the columns of ``schema``.
     """
-    templates, errors, planned = TemplateReader(store, plan.sensors), SpecimenErrors(plan.seed), plan.table(start, stop)
+    templates, errors = TemplateReader(store, plan.sensors), SpecimenErrors(plan.seed, plan.design.runout)
+    planned = plan.table(start, stop)
     schemas = {table: schema.arrow(table) for table in ("features", "signals")}
     columns = {
         field.name: pa.array(planned[field.name], field.type, from_pandas=True)

@@ -207,11 +207,12 @@ def test_covariance_is_that_of_a_mate_that_is_not_swept(database):
     assert_allclose(modes @ modes.T, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("mate_teeth", [30, 36])
-def test_covariance_is_that_of_the_template_and_of_its_own_mate(make_database, mate_teeth):
-    """The mate's tooth count is swept: 12 teeth meet 36 in twelve groups, 30 in six."""
+@pytest.mark.parametrize(("mate_teeth", "runout"), [(30, 0.0), (36, 3.8)])
+def test_covariance_is_that_of_the_template_its_own_mate_and_the_runout(make_database, mate_teeth, runout):
+    """The mate's tooth count is swept: 12 teeth meet 36 in twelve groups, 30 in six. The row has such errors."""
     grid = "tooth = 1\nstiffness_loss = 0.2\ngear.teeth = [30, 36]"
-    swept = make_database(seed=5, specimens=1, healthy=1, grid=grid, averages=180)
+    specimens = f"1\nrunout = {runout}"
+    swept = make_database(seed=5, specimens=specimens, healthy=1, grid=grid, averages=180, snr_db=60.0)
     hypotheses = at_the_point(swept, 12)[1]
     assert len(hypotheses.cases) == 4
     of_mate = np.flatnonzero((hypotheses.cases["gear.teeth"] == mate_teeth) & ~hypotheses.healthy)[0]
@@ -219,8 +220,12 @@ def test_covariance_is_that_of_the_template_and_of_its_own_mate(make_database, m
     stored = swept.templates().set_index("template").loc[number, "specimen_response"]
     response = np.reshape(stored.astype(float), (-1, 12))
     modes = hypotheses.modes[of_mate] * hypotheses.gains[of_mate]
-    expected = response @ index_error_covariance(12, mate_teeth) @ response.T
+    expected = response @ index_error_covariance(12, mate_teeth, runout=runout) @ response.T
     assert_allclose(modes @ modes.T, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    row = swept.cases(f"template = {number}").iloc[0]
+    errors = row["index_error"] * index_errors(specimen_stream(5, int(row["specimen"])), 12, mate_teeth, runout=runout)
+    change = swept.signals([row["id"]])["tsa"][0] - hypotheses.signal[of_mate]
+    assert_allclose(change, response @ errors, rtol=0, atol=0.01 * np.std(hypotheses.signal[of_mate]))
 
 
 def test_the_true_hypothesis_is_the_most_likely_where_there_is_little_noise(database):

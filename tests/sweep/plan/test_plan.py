@@ -33,6 +33,7 @@ GRID = "[[sweep.grid]]\nstiffness_loss = 0.2\n"
     [
         "seed = 1\n" + GRID,
         "specimens = 2\n" + GRID,
+        "runout = 3.8\n" + GRID,
         GRID.replace("0.2", "0.3"),
         GRID + "[measurement]\nsnr_db = 1.0\n",
         GRID + "[signature]\nsamples_per_tooth = 32\n",
@@ -51,6 +52,7 @@ def test_whatever_changes_rows_changes_the_hash(plan_of, other):
         GRID + '[recognition]\nlearner = "lda"\n',
         GRID + "tooth = 'all'\n",
         'gear = "pinion"\n' + GRID,
+        "runout = 0.0\n" + GRID,
         GRID + "[measurement]\naverages = 102\n",
     ],
 )

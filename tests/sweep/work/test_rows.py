@@ -284,8 +284,8 @@ def test_specimens_are_kept_no_longer_than_the_work_on_a_part(small, small_plan,
     """They stayed in a cache of the process, 65 536 of them, whatever the sweep."""
     kept = []
 
-    def drawn(stream, teeth, mate_teeth):
-        errors = index_errors(stream, teeth, mate_teeth)
+    def drawn(stream, teeth, mate_teeth, **law):
+        errors = index_errors(stream, teeth, mate_teeth, **law)
         kept.append(weakref.ref(errors))
         return errors
 
