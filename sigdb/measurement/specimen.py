@@ -92,9 +92,9 @@ def index_error_covariance(teeth: int, mate_teeth: int, *, runout: float = 0.0) 
 
     With g = gcd(teeth, mate_teeth), teeth whose numbers agree modulo g meet the same teeth of the mate:
     ``C_ij = delta(i = j) - 1 / teeth + (g / mate_teeth) (delta(i = j modulo g) - 1 / g)``. Each slow order k of the
-    gear adds ``runout^2 / 2 cos(2 pi k (i - j) / teeth)``. One of the mate adds the same with its own tooth count, if k is
-    a multiple of ``mate_teeth / g``; else it leaves nothing in the mean over the teeth that meet the same tooth. The
-    covariance is circulant: turning a specimen does not change its law.
+    gear adds ``runout^2 / 2 cos(2 pi k (i - j) / teeth)``. One of the mate adds the same with its own tooth count, if k
+    is a multiple of ``mate_teeth / g``; else it leaves nothing in the mean over the teeth that meet the same tooth.
+    The covariance is circulant: turning a specimen does not change its law.
 
     Parameters
     ----------
