@@ -140,10 +140,11 @@ def _large_folders(root: Path, modules: list[Path]) -> Iterator[str]:
 
 def _wrong_size(name: str, path: Path) -> Iterator[str]:
     source = path.read_text(encoding="utf-8")
-    lines, code = len(source.splitlines()), code_lines(source)
+    lines = len(source.splitlines())
     if lines > MOST_LINES:
         yield f"{lines} lines, at most {MOST_LINES}"
-    small = code < LEAST_CODE_LINES and lines < LEAST_LINES
+    code = code_lines(source) if lines < LEAST_LINES else LEAST_CODE_LINES
+    small = code < LEAST_CODE_LINES
     if small and Path(name).parent.as_posix() not in PLUG_INS and name not in SMALL:
         yield f"{code} code lines: join its neighbour, or give a reason in the table of small files"
     if not small and name in SMALL:
