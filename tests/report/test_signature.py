@@ -132,7 +132,7 @@ def test_of_many_teeth_a_few_are_numbered():
     assert_allclose(marked(axes), [(350, 360), (0, 10)], atol=1e-9)
 
 
-@pytest.mark.parametrize("value", [0.0, 3.0, 1e-9])
+@pytest.mark.parametrize("value", [0.0, 1e-9])
 def test_a_constant_signal_is_drawn(value, tmp_path):
     save_figure(drawn(np.full(12 * 34, value)), tmp_path / "constant.png")
     assert (tmp_path / "constant.png").stat().st_size > 1000

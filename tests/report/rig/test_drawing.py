@@ -1,5 +1,6 @@
 """Unit: the drawing of a rig, its Campbell diagram, and its page of text."""
 
+from functools import cache
 from math import pi
 
 import numpy as np
@@ -17,6 +18,11 @@ SMALL = ("friswell-5.9.1", "luo-10dof")
 
 def rig(name):
     return sigdb.load_transmission(name)
+
+
+@cache
+def drawing(name):
+    return rig_figure(rig(name))
 
 
 def words(figure):
@@ -39,7 +45,7 @@ def spread(texts):
 
 @pytest.mark.parametrize("name", built_in_transmissions())
 def test_a_drawing_names_every_part_and_no_word_hides_another(name):
-    one, figure = rig(name), rig_figure(rig(name))
+    one, figure = rig(name), drawing(name)
     told = "\n".join(words(figure))
     sensors = [key for key, sensor in one.sensors.items() if sensor.gear]
     for part in (*one.shafts, *one.gears, *one.disks, *one.bearings, *one.meshes, *one.couplings, *sensors):
@@ -49,7 +55,7 @@ def test_a_drawing_names_every_part_and_no_word_hides_another(name):
 
 @pytest.mark.parametrize("name", built_in_transmissions())
 def test_every_word_of_a_drawing_is_inside_it(name):
-    figure = rig_figure(rig(name))
+    figure = drawing(name)
     figure.canvas.draw()
     for text in figure.axes[0].texts:
         box = text.get_window_extent(figure.canvas.get_renderer())
