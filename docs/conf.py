@@ -24,6 +24,7 @@ extensions = [
     "paper",
     "pictures",
     "signatures",
+    "stored",
 ]
 
 exclude_patterns = ["_build", "_ext", "_static", "generated", "images"]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, overload
 
 from sigdb.core import InputError, NotApplicableError, UnstableRigError
-from sigdb.dynamics.period import damaged_gear
+from sigdb.dynamics.period import damaged_gear, repeats
 from sigdb.dynamics.periodic.prepare import prepare
 from sigdb.transmission import Choice, Seed, Transmission, as_transmission, draws, modal_system, small_matrices
 
@@ -85,7 +85,8 @@ def ensemble(rig: "Transmission | str | PathLike[str]", n: int, *, rng: Seed = N
 
     The draws are points of a scrambled Sobol sequence over the ranges and choices; member k does not depend on n. A
     draw is left out if a rule refuses it, a part moves freely, the torque pulls the teeth of a mesh apart, the varying
-    mesh stiffness makes it unstable, or a mesh opens without damage, by the linear periodic solution.
+    mesh stiffness makes it unstable, or a mesh opens without damage, by the linear periodic solution. A hunting train
+    that repeats too late for that solution is only held to the first two of these.
 
     Parameters
     ----------
@@ -152,7 +153,10 @@ def possible_rig(rig: Transmission, values: Mapping[str, Choice]) -> Transmissio
 
 @small_matrices
 def _impossible(rig: Transmission) -> str | None:
-    """Return why a rig cannot be; None for one that can. Without torque through meshes only its parts must be held."""
+    """Return why a rig cannot be; None for one that can.
+
+    Without torque through meshes, or where these repeat too late for a periodic solution, only its parts must be held.
+    """
     try:
         system = modal_system(rig)
     except InputError:
@@ -160,10 +164,11 @@ def _impossible(rig: Transmission) -> str | None:
     operating = rig.operating
     if not rig.meshes or operating.drive is None or not operating.torque or not operating.speed_rpm:
         return None
+    gear = damaged_gear(rig, None)
+    if not repeats(rig, gear):
+        return None
     try:
-        prepared = prepare(
-            rig, gear=damaged_gear(rig, None), samples_per_tooth=SAMPLES_PER_TOOTH, system=system, refine=False
-        )
+        prepared = prepare(rig, gear=gear, samples_per_tooth=SAMPLES_PER_TOOTH, system=system, refine=False)
         prepared.floquet_multiplier([{}])
         state = prepared.steady_state([{}], specimens=False)
     except (UnstableRigError, NotApplicableError):  # a motion that is not finite is not applicable

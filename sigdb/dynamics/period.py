@@ -101,6 +101,15 @@ def common_period(rig: Transmission, gear: str) -> tuple[int, tuple[int, ...]]:
     )
 
 
+def repeats(rig: Transmission, gear: str) -> bool:
+    """Return whether the meshes repeat soon enough for a periodic solution; see :func:`common_period`."""
+    try:
+        common_period(rig, gear)
+    except InputError:
+        return False
+    return True
+
+
 def check_in_one_mesh(rig: Transmission, gear: str) -> None:
     """Refuse damage and index errors of a gear that takes part in several meshes.
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from sigdb.core import FloatArray, InputError
+from sigdb.core import BoolArray, FloatArray, InputError
 from sigdb.dynamics import possible_rig
 from sigdb.identification.rig_response import RigResponse
 from sigdb.identification.targets import Targets
@@ -101,13 +101,32 @@ class Problem:
     def predicted(self, z: FloatArray) -> FloatArray | None:
         """Return what would be measured (m,) of the rig at a point (d,); None for a rig that cannot be."""
         try:
-            return self._finite(self.response(z))
+            predicted = self.targets.predicted(self.response(z))
         except InputError:
             return None
-
-    def _finite(self, response: RigResponse) -> FloatArray | None:
-        predicted = self.targets.predicted(response)
         return predicted if np.isfinite(predicted).all() else None
+
+    def _searched(self, z: FloatArray, rig: Transmission | None = None) -> FloatArray | None:
+        """Return what a search compares (m,) of the rig at a point (d,), or of one nearby; None if it cannot be."""
+        targets, compared = self._targets_searched
+        predicted = self.value.copy()
+        try:
+            here = self.response(z)
+            predicted[compared] = targets.predicted(here if rig is None else here.nearby(rig))
+        except InputError:
+            return None
+        return predicted if np.isfinite(predicted).all() else None
+
+    @cached_property
+    def _targets_searched(self) -> tuple[Targets, BoolArray]:
+        """The targets without those held out, and their numbers (m,); all modes, which are matched together."""
+        fitted = {
+            kind: tuple(target for target in getattr(self.targets, kind) if not target.held_out)
+            for kind in ("deflections", "harmonics", "run_ups")
+        }
+        compared = self.is_fitted > 0
+        compared[: sum(len(target.quantities) for target in self.targets.modes)] = True
+        return self.targets.model_copy(update=fitted), compared
 
     def observed(self, z: FloatArray) -> FloatArray:
         """Return the observed numbers (k,) of the rig at a point (d,); nan where there is none."""
@@ -140,7 +159,7 @@ class Problem:
 
     def misses(self, z: FloatArray, value: FloatArray) -> FloatArray:
         """Return by how many standard deviations the rig at a point (d,) misses values (m,); 0 for what is held out."""
-        predicted = self.predicted(z)
+        predicted = self._searched(z)
         return self.is_fitted * (_IMPOSSIBLE if predicted is None else (predicted - value) / self.error)
 
     def slopes(self, z: FloatArray) -> FloatArray:
@@ -154,14 +173,14 @@ class Problem:
         """
         moved, step = z.copy(), -_STEP if z[number] > 0 else _STEP  # towards the middle
         moved[number] += step
-        before = self.predicted(z)
-        if before is None:
-            return np.zeros(len(self.value))
+        before = self._searched(z)
         try:
-            after = self._finite(self.response(z).nearby(self.rig_at(moved)))
+            after = None if before is None else self._searched(z, self.rig_at(moved))
         except InputError:
             after = None
-        return np.zeros(len(self.value)) if after is None else self.is_fitted * (after - before) / (step * self.error)
+        if before is None or after is None:
+            return np.zeros(len(self.value))
+        return self.is_fitted * (after - before) / (step * self.error)
 
 
 def check_free(rig: Transmission) -> None:

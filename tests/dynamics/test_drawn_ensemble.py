@@ -1,14 +1,18 @@
 """Unit and verification: rigs drawn from what is assumed of one, and those that are left out."""
 
+import json
 from itertools import islice
+from pathlib import Path
 
 import pytest
 
 import sigdb
 from sigdb.core.errors import InputError, UnstableRigError
-from sigdb.dynamics import drawn_ensemble, possible_rig
-from sigdb.dynamics.drawn_ensemble import FREE, INVALID, MOST_IN_A_ROW, OPEN, UNSTABLE
-from sigdb.transmission import Transmission, draws
+from sigdb.dynamics import drawn_ensemble, possible_rig, prepare
+from sigdb.dynamics.drawn_ensemble import FREE, INVALID, MOST_IN_A_ROW, OPEN, UNSTABLE, UNSTEADY
+from sigdb.transmission import Transmission, draws, new_rig
+
+GUIDE = Path(__file__).parents[2] / "docs" / "guide"
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +80,16 @@ def test_a_mesh_that_opens_is_left_out(rig):
         assert sigdb.simulate(rig.with_assumed(values)).min_mesh_force < 0
 
 
+def test_a_hunting_train_is_drawn_though_it_has_no_periodic_solution():
+    """Its meshes repeat after 67 turns of the input shaft, later than a periodic solution goes."""
+    train = new_rig("23/67,19/81", speed="1480 rpm", torque="45 N m")
+    with pytest.raises(InputError, match="do not repeat within 60 revolutions"):
+        prepare(train)
+    rigs = sigdb.ensemble(train, 2, rng=1)
+    assert len(rigs) == 2
+    assert rigs.left_out[UNSTEADY] == 0
+
+
 def test_an_unstable_rig_is_left_out(rig):
     data = rig.model_dump()
     data["damping_ratio"] = 0.004
@@ -116,3 +130,16 @@ def _bare(value):
     if isinstance(value, dict):
         return {key: _bare(item) for key, item in value.items() if key != "assumed"}
     return [_bare(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def test_stored_numbers_of_unknown_rigs_are_as_the_page_says():
+    document = json.loads((GUIDE / "ensemble.json").read_text(encoding="utf-8"))
+    rows = {(row["rig"], row["sensor"], row["named"]): row for row in document["tables"]["unknown rigs"]}
+    spur = rows["spur-test-rig", "pinion-vertical", "exactly"]
+    assert spur["8_drawn_rigs"] > 0.94
+    assert max(spur["shipped_rig"], spur["one_drawn_rig"]) < 0.8
+    bevel = rows["nasa-spiral-bevel", "pinion-vertical", "within one"]
+    assert bevel["8_drawn_rigs"] > bevel["shipped_rig"] > bevel["one_drawn_rig"]
+    assert rows["nasa-spiral-bevel", "pinion-vertical", "exactly"]["8_drawn_rigs"] < 0.5
+    assert rows["nasa-spiral-bevel", "pinion-housing-vertical", "within one"]["8_drawn_rigs"] < 0.5
+    assert "{stored} ensemble.json unknown rigs\n" in (GUIDE / "known_and_assumed.md").read_text(encoding="utf-8")

@@ -81,6 +81,8 @@ class Hill:
             out = np.matmul(H, at_harmonics(force.swapaxes(0, 1), k))  # (L, outputs, columns)
             if free is not None:
                 out += at_harmonics(free.swapaxes(0, 1), k)
+            if not out.any():
+                continue
             # SciPy's wrapper counts the pivots from 1 in place while it solves: threads must not share them.
             delta = lu_solve(
                 (lu, pivots.copy()), out[:, :meshes].swapaxes(0, 1).reshape(-1, columns), check_finite=False

@@ -216,8 +216,8 @@ class RigTables:
             "pressure_angle_deg": "published: ISO 53, the standard basic rack",
             "line_of_centres": "derived: the shafts stand side by side",
             "backlash": "assumed: rule of 0.05 modules",
-            "damping": "assumed: a tenth of the critical one of the gears as solid disks; Kasuba and Evans (1981) have "
-            "0.03 to 0.17",
+            "damping": "assumed: a tenth of the critical one of the gears as solid disks; 0.03 to 0.17 is usual, after "
+            "Kasuba and Evans (1981)",
         }
         width = {"low": size.least_width, "high": size.most_width, "scale": "log"}
         assumed: dict[str, Mapping[str, Any]] = {
@@ -242,14 +242,16 @@ class RigTables:
             section=ProfileError,
             values={"amplitude": size.relief},
             sources={
-                "amplitude": "assumed: rule of tip relief by the deflection of one pair of teeth, as ISO/TR 15144"
+                "amplitude": "assumed: rule of tip relief by the deflection of one pair of teeth, after ISO/TR 15144-1"
             },
             assumed={"amplitude": spread(size.relief, 0.5, 2.0)},
         )
 
     def _module_source(self, size: StageSize) -> str:
         if self.numbers.module is None:
-            return f"assumed: rule of series I of ISO 54, {size.bending / 1e6:.0f} MPa of bending at the root"
+            return (
+                f"assumed: rule of modules after ISO 54, series I, {size.bending / 1e6:.0f} MPa of bending at the root"
+            )
         if self.numbers.helix_angle_deg:
             return f"derived: {size.module * 1e3:g} mm, as stated to new-rig, over the cosine of the helix angle"
         return _STATED
@@ -318,7 +320,7 @@ class RigTables:
                 },
                 sources={
                     "node": _PLACE,
-                    "stiffness": f"assumed: rule of Kraemer (1993) for nine balls of 0.3 bores under {load:.3g} N"
+                    "stiffness": f"assumed: after Kraemer (1993), nine balls of 0.3 bores under {load:.3g} N"
                     if name == left
                     else "assumed: as the other bearing of the shaft",
                 },

@@ -9,7 +9,7 @@ from sigdb.transmission.mesh.cylindrical_pair import CylindricalPair
 from sigdb.transmission.mesh.iso_6336 import iso_mesh_stiffness
 
 MODULES = (0.5, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 32.0)
-"""Series I of ISO 54, mm; below 1 mm that of DIN 780."""
+"""Modules after series I of ISO 54, mm; below 1 mm after that of DIN 780-1, which agrees with it from 1 mm on."""
 PRESSURE_ANGLE_DEG = 20.0
 ALLOWABLE_BENDING = 2.5e8
 """Root stress for which teeth are sized, Pa: case-hardened steel with a safety of 1.5 to 2."""
@@ -158,9 +158,15 @@ def shaft_diameter(torque: float, gears: list[tuple[float, float]]) -> tuple[flo
 
 
 def bearing_stiffness(bore: float, load: float) -> float:
-    """Return the radial stiffness of a ball bearing, N/m, by Kraemer's formula for nine balls of 0.3 bores.
+    """Return the radial stiffness of a ball bearing, N/m, by a formula [1]_ after Kraemer, for nine balls of 0.3 bores.
 
-    The load is at least a hundredth of the dynamic capacity, of about 2e7 Pa on the bore squared, as makers ask for.
+    It is that along the load. Across the load it is about half as great, which the ranges of new rigs hold. The load is
+    at least a hundredth of the dynamic capacity, of about 2e7 Pa on the bore squared, as makers ask for.
+
+    References
+    ----------
+    .. [1] M. I. Friswell, J. E. T. Penny, S. D. Garvey, A. W. Lees, "Dynamics of Rotating Machines", Cambridge, 2010,
+           section on rolling-element bearings; E. Kraemer, "Dynamics of Rotors and Foundations", Springer, 1993.
 
     Examples
     --------

@@ -37,6 +37,8 @@ samples_per_tooth = 32
 sensors = ["pinion-vertical"]
 """
 MATCH, CASES = 0.99, 12
+STIFFNESS = {1: 3.0e8, 2: 1.5e8}
+"""Mesh stiffness of the members of an ensemble, N/m."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -394,3 +396,20 @@ def test_a_database_of_another_version_is_refused(copy, monkeypatch):
     monkeypatch.setattr(importlib.import_module("sigdb.sweep.work.describe_database"), "__version__", "99.0")
     with pytest.raises(InputError, match=r"was begun with sigdb .*, this is 99\.0, whose rows may differ"):
         refine(copy, jobs=1)
+
+
+def test_cases_of_an_ensemble_are_of_its_members(make):
+    """Each appended case is of a member, and its signature is that of the member's rig."""
+    grid = "[[sweep.grid]]\ntooth = 1\nstiffness_loss = [0.1, 0.5]\n"
+    values = ", ".join(f'{{ "meshes.main.stiffness" = {k} }}' for k in STIFFNESS.values())
+    folder = make(f"{HEAD}\n[sweep.ensemble]\nmembers = 2\nvalues = [{values}]\n{grid}{TAIL}")
+    refine(folder, match=0.999, cases=8, rounds=1, jobs=1)
+    found = sigdb.open(folder).templates()
+    appended = found[(found["template"] >= 64) & (found["tooth"] == 1)]
+    assert set(appended["rig_member"]) == {1, 2}
+    rig = sigdb.load_transmission("nasa-spiral-bevel")
+    for _, row in appended.drop_duplicates("rig_member").iterrows():
+        member = rig.with_assumed({"meshes.main.stiffness": STIFFNESS[row["rig_member"]]})
+        damage = sigdb.Damage(tooth=1, stiffness_loss=row["stiffness_loss"])
+        y = sigdb.simulate(member, damage, solver=Periodic(samples_per_tooth=32)).signal("pinion-vertical")
+        assert_allclose(row["tsa"], y, atol=1e-5 * np.abs(y).max())
