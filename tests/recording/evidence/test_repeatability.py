@@ -1,10 +1,13 @@
 """Verification: an event at one place of the turn is seen; pitch errors, noise and disturbances are none."""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from sigdb.recording.evidence import repeatability as module
 from sigdb.recording.evidence.presence import MeshPresence
 from sigdb.recording.evidence.repeatability import repeatability
 
@@ -71,7 +74,7 @@ def test_units_and_the_begin_of_the_turn_do_not_matter():
     ("disturbance", "reason"),
     [
         (120 * burst(104.0, period=R * TEETH), "as of a disturbance"),
-        (4.0 * burst(12.0) * (PASSES > R * TEETH / 2), "as of a disturbance"),
+        (8.0 * burst(12.0) * (PASSES > R * TEETH / 2), "as of a disturbance"),
     ],
 )
 def test_a_disturbance_is_no_event(disturbance, reason):
@@ -120,3 +123,12 @@ def test_a_record_with_nothing_but_the_mesh_holds_no_event():
     found = answer(gear(errors=0.0, noise=0.0))
     assert found.answer == "nothing"
     assert found.least_event < 1.1e-6
+
+
+def test_the_limit_is_the_counted_one():
+    """The documentation holds the numbers of the benchmark that counted the healthy gears."""
+    text = (Path(__file__).parents[3] / "docs/guide/repeatability.json").read_text(encoding="utf-8")
+    counted = json.loads(text)["counted"]
+    assert counted["limit"] <= module.LIMIT < counted["limit"] + 0.1
+    assert (counted["false_alarm_rate"], counted["healthy_gears"]) == (module.FALSE_ALARM_RATE, module.HEALTHY_GEARS)
+    assert 1 / (counted["of_each_kind"] + 1) <= module.FALSE_ALARM_RATE
