@@ -64,8 +64,8 @@ class Repeatability:
     least_event
         rms of the smallest short pulse, over the rms of the average, that would have been seen with a probability of
         0.95 if added to the record; nan where one of the whole rms would not have been seen, and where a pulse stands
-        out. A damaged tooth is no short pulse: its response rings on, and needs twice that rms in the median, and much more in
-        some rigs.
+        out. A damaged tooth is no short pulse: its response rings on, and needs twice that rms in the median, and much
+        more in some rigs.
     """
 
     answer: EventAnswer
