@@ -78,12 +78,12 @@ def few_trees():
 
 
 @pytest.fixture(scope="session")
-def few_draws():
-    """A diagnosis is calibrated on a quarter of the averages, which suffices where the answer is clear."""
-    from sigdb.diagnosis import bank
+def few_tries():
+    """The power of a diagnosis comes from one rig at each tooth, which suffices where the answer is clear."""
+    from sigdb.diagnosis.change import power
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bank, "_DRAWS", 500)
+        patch.setattr(power, "_MOST_TRIES", 12)
         yield
 
 

@@ -6,5 +6,10 @@ __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
     "Diagnosis",
+    "Finding",
+    "HealthyLaw",
+    "LevelChange",
+    "Location",
+    "Power",
     "diagnose",
 ]

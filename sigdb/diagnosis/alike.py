@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sigdb.core import FloatArray, InputError, Note
+from sigdb.diagnosis.change.change import USED
 from sigdb.recording import PULSE_SHARE, RecordedSignature, in_unit_of
 
 MARKS_DISAGREE = "marks-disagree"
@@ -26,8 +27,6 @@ _MIRRORED = 0.1
 """Difference from one, and from each other, of the shares of two pulses from which on one is the other inverted."""
 _SAME_BAND = 0.02
 """Relative difference of the highest orders below which they are one band."""
-_USED = 0.9
-"""Share of the lower highest order up to which both recordings are flat."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +36,7 @@ class Pair:
     Attributes
     ----------
     signature, healthy
-        The signatures, in one unit and one band of orders. Neither is absolute where the marks do not agree.
+        The signatures, in one unit. Neither is absolute where the marks do not agree.
     notes
         Notes on what was changed and on what differs.
     """
@@ -57,7 +56,7 @@ def make_alike(signature: RecordedSignature, healthy: RecordedSignature) -> Pair
     """
     _check_pair(signature, healthy)
     healthy, units = in_unit_of(healthy, signature)
-    (signature, healthy), band = _one_band(signature, healthy)
+    band = _band_note(signature, healthy)
     marks = _marks_note(signature, healthy) if signature.absolute and healthy.absolute else ()
     if any(note.code == MARKS_DISAGREE for note in marks):
         signature, healthy = (replace(each, absolute=False) for each in (signature, healthy))
@@ -121,28 +120,18 @@ def _channel_note(signature: RecordedSignature, healthy: RecordedSignature) -> I
         yield Note(code="channels-differ", text=text, values=values)
 
 
-def _one_band(
-    signature: RecordedSignature, healthy: RecordedSignature
-) -> tuple[tuple[RecordedSignature, RecordedSignature], tuple[Note, ...]]:
-    """Return both without the orders that one of them does not hold: there the other would look like a change."""
+def _band_note(signature: RecordedSignature, healthy: RecordedSignature) -> tuple[Note, ...]:
+    """Return a note if one of the recordings reaches to higher orders, which are then not compared."""
     low, high = sorted((signature.highest_order, healthy.highest_order))
-    highest = _USED * low
+    highest = USED * low
     if high - low <= _SAME_BAND * high or highest >= len(signature.tsa) / 2:
-        return (signature, healthy), ()
+        return ()
     text = (
         f"The recording reaches to order {signature.highest_order:.1f}, the healthy one to "
         f"{healthy.highest_order:.1f}, by their sampling rates and speeds: they are compared up to order {highest:.1f}."
     )
     values = {"recording": signature.highest_order, "healthy": healthy.highest_order, "compared": highest}
-    return (_below(signature, highest), _below(healthy, highest)), (
-        Note(code="bands-differ", text=text, values=values),
-    )
-
-
-def _below(signature: RecordedSignature, highest: float) -> RecordedSignature:
-    X = np.fft.rfft(signature.tsa)
-    X[int(highest) + 1 :] = 0
-    return replace(signature, tsa=np.fft.irfft(X, len(signature.tsa)), highest_order=highest)
+    return (Note(code="bands-differ", text=text, values=values),)
 
 
 class _Phases:
@@ -159,7 +148,7 @@ class _Phases:
         n, Z = len(signature.tsa), signature.teeth
         X, Y = np.fft.rfft(signature.tsa), np.fft.rfft(healthy.tsa)
         orders = np.arange(len(X))
-        held = orders <= _USED * min(signature.highest_order, healthy.highest_order)
+        held = orders <= USED * min(signature.highest_order, healthy.highest_order)
         used = held & (orders > 0) & _audible(X, signature.noise, n) & _audible(Y, healthy.noise, n)
         cross = np.where(used, X * np.conj(Y), 0)
         self._cross = np.divide(cross, np.abs(cross), out=np.zeros_like(cross), where=used)

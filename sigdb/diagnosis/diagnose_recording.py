@@ -1,17 +1,17 @@
-"""Diagnosis of a recording with its rig, a healthy recording, and a model or a database."""
+"""Diagnosis of a recording with healthy recordings, and a rig, its tooth counts, a model or a database."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, Unpack, cast
+from typing import TypedDict, Unpack, cast
 
-from sigdb.core import InputError, Note, validated
-from sigdb.database import open as open_database
-from sigdb.diagnosis.bank import rig_bank
-from sigdb.diagnosis.diagnosis import Diagnosis, absent_gears, diagnose_signature, unjudged
-from sigdb.diagnosis.notes import rig_speed_notes
-from sigdb.recognition import TemplateBank, changed_parts, load_model, model_form
+from sigdb.core import InputError, validated
+from sigdb.diagnosis.change.templates import Templates
+from sigdb.diagnosis.diagnose_signature import absent_gears, diagnose_signature
+from sigdb.diagnosis.diagnosis import Diagnosis, unjudged
+from sigdb.diagnosis.notes import reading_notes, rig_speed_notes
+from sigdb.diagnosis.rig_templates import Source, averaged_gear_of, stored_bank
 from sigdb.recording import (
     AngleOptions,
     AveragingSettings,
@@ -21,29 +21,31 @@ from sigdb.recording import (
     Recording,
     RecordingBlocks,
     RecordingSettings,
-    in_unit,
     read_of_any_size,
     recorded_signature,
 )
-from sigdb.transmission import Transmission, load_transmission
+from sigdb.transmission import Transmission, load_transmission, new_rig
 
-_INDEX_ERROR = 2e-6
+AnyRecording = Recording | RecordingBlocks | str | PathLike[str]
+"""A recording, its blocks, or the path of a file."""
+
 _SAMPLES_PER_TOOTH = 64
 _READING = set(RecordingSettings.model_fields) - set(AveragingSettings.model_fields) - {"torque"}
 """Options of reading a recording that are not options of its average too."""
 
+_ASSUMED_TORQUE = 50.0
+"""Torque, N m, for which a rig of tooth counts is sized where none is given; assumed."""
 
-@dataclass(frozen=True, kw_only=True)
-class _Templates:
-    """A template bank and notes on its source."""
+_ASSUMED_RPM = 1500.0
+"""Speed, rpm, of a rig of tooth counts before the recording's speed is known."""
 
-    bank: TemplateBank
-    notes: tuple[Note, ...] = ()
 
-    @property
-    def samples_per_tooth(self) -> int:
-        point = self.bank.points[0]
-        return point.samples // point.teeth
+class _Stored(TypedDict):
+    """Model or database whose templates are used, and the sensor."""
+
+    model: str | PathLike[str] | None
+    database: str | PathLike[str] | None
+    sensor: str | None
 
 
 class DiagnosisOptions(FileOptions, AngleOptions, total=False):
@@ -53,45 +55,56 @@ class DiagnosisOptions(FileOptions, AngleOptions, total=False):
 
 
 def diagnose(
-    recording: Recording | RecordingBlocks | str | PathLike[str],
-    rig: Transmission | str | PathLike[str],
+    recording: AnyRecording,
+    rig: Transmission | str | PathLike[str] | None = None,
     *,
-    healthy: Recording | RecordingBlocks | str | PathLike[str] | None = None,
+    healthy: AnyRecording | Sequence[AnyRecording] = (),
+    teeth: str | int | None = None,
+    module: float | str | None = None,
     model: str | PathLike[str] | None = None,
     database: str | PathLike[str] | None = None,
     gear: str | None = None,
     sensor: str | None = None,
     torque: float | None = None,
-    index_error: float = _INDEX_ERROR,
+    healthy_torque: Sequence[float] = (),
+    load: float | None = None,
+    healthy_load: Sequence[float] = (),
     **options: Unpack[DiagnosisOptions],
 ) -> Diagnosis:
-    """Diagnose a gear from a recording: whether it is damaged, at which tooth and how severely.
+    """Diagnose a gear from a recording: whether a tooth stands out, which, how severely, and what would have been seen.
 
-    The averaged recording is compared with simulated templates of the rig. A ``healthy`` recording of the same rig by
-    the same channel gives the path from the mesh to the sensor and the errors of these gears. Without it, the recording
-    is taken to be of the simulated rig itself.
+    The average of the recording is compared with that of healthy recordings of the same machine by the same channel. A
+    tooth stands out where the difference between the mesh harmonics is a short pulse, or has the shape of simulated
+    damage, more than healthy recordings show. Where none does, damage is added to the recording itself, and the same
+    decision says how much of it would have been seen.
 
     Parameters
     ----------
     recording : Recording, RecordingBlocks, str or path-like
         From :func:`sigdb.read_recording` or :func:`sigdb.recording.read_in_blocks`, or the path of a file.
-    rig : Transmission, str or path-like
-        The rig, with one mesh; or its name or file.
-    healthy : Recording, RecordingBlocks, str or path-like, optional
-        A healthy recording, read and averaged like the other.
+    rig : Transmission, str or path-like, optional
+        The rig, with one mesh; or its name or file. Severity needs it.
+    healthy : recording or sequence of recordings
+        Healthy recordings, read and averaged like the other. Several, at other loads or speeds, give better limits.
+    teeth : str or int, optional
+        Instead of a rig, the tooth counts of the averaged gear and its mate, ``"32/80"``, or of that gear alone.
+    module : float or str, optional
+        Module of the pair of ``teeth``, m or with a unit; by default a usual range.
     model : str or path-like, optional
-        Folder or name of a trained model whose templates are used.
+        Folder or name of a trained model whose templates are used. It needs the rig.
     database : str or path-like, optional
         A database of the rig whose templates are used. Without model and database the templates are simulated, at the
         recording's speed and torque.
     gear : str, optional
         Gear on the averaged shaft; the first mesh's driving gear if left out.
     sensor : str, optional
-        Sensor of the rig. By default it is the sensor with the channel's name, otherwise the first of database or rig.
+        Sensor of the rig. By default it is the sensor with the channel's name, otherwise the rig's last.
     torque : float, optional
         Torque in N m, as the rig's ``operating.torque``. By default it is the recording's, otherwise the rig's.
-    index_error : float
-        Size of the gears' index errors, m, where templates are simulated; assumed.
+    healthy_torque : sequence of float, optional
+        Torque of each healthy recording, N m; by default those that the recordings state.
+    load, healthy_load : float and sequence of float, optional
+        Instead of torques, the load of the recording and of each healthy recording in any one unit, such as per cent.
     **options
         Fields of :class:`sigdb.recording.AveragingSettings`: ``channel``, ``mesh_phase``, ``speed_rpm``,
         ``revolutions`` and others. For the path of a file also fields of :class:`sigdb.recording.RecordingSettings`:
@@ -101,138 +114,151 @@ def diagnose(
     -------
     Diagnosis
         The answer with its evidence. It is ``cannot be judged`` where the gear is not to be seen in one of the
-        recordings.
+        recordings, or where no damage of the range would have been seen.
 
     Raises
     ------
     InputError
         If a file cannot be read, the rig has several meshes, or the recording does not fit it.
     """
-    rig = rig if isinstance(rig, Transmission) else load_transmission(str(rig))
-    gear = _gear(rig, gear)
-    reading, averaging = _split_options(options, recording, healthy)
-    damaged, reference = _read(recording, reading), None if healthy is None else _read(healthy, reading)
-    torque = torque if torque is not None else damaged.torque if damaged.torque is not None else rig.operating.torque
-    templates = _stored_templates(rig, model=model, database=database, sensor=sensor)
-    samples = templates.samples_per_tooth if templates else _SAMPLES_PER_TOOTH
+    references = _listed(healthy)
+    source, gear, count = _source(
+        rig, teeth, module, gear, model=model, database=database, sensor=sensor, torque=torque
+    )
+    reading, averaging = _split_options(options, [recording, *references])
+    run, others = _read(recording, reading), [_read(each, reading) for each in references]
+    samples = source.samples_per_tooth or _SAMPLES_PER_TOOTH
     defaults: dict[str, object] = {"gear": gear, "samples_per_tooth": samples}
+    if gear is None:
+        defaults = {"teeth": count, "samples_per_tooth": samples}
+    if not source.described and "speed_rpm" not in averaging:
+        defaults["speed_range_rpm"] = _ANY_RPM
     settings = validated(AveragingSettings, defaults | averaging, owner="diagnose")
-    signatures = {"recording": _signature(damaged, settings, rig)}
-    if reference is not None:
-        signatures["healthy"] = _signature(reference, settings, rig)
-    present = {name: each for name, each in signatures.items() if isinstance(each, RecordedSignature)}
+    signatures = {"recording": _signature(run, settings, source.rig)}
+    signatures |= {f"healthy {i + 1}": _signature(each, settings, source.rig) for i, each in enumerate(others)}
+    present = [each for each in signatures.values() if isinstance(each, RecordedSignature)]
     reasons = absent_gears(signatures)
     if reasons:
-        return unjudged(present.get("recording"), present.get("healthy"), reasons, teeth=rig.gears[gear].teeth)
-    signature, healthy_signature = present["recording"], present.get("healthy")
-    speed_rpm = signature.speed_rpm / abs(rig.ratio(rig.gears[gear].shaft))
-    if templates is None:
-        bank = rig_bank(
-            rig,
+        results = signatures["recording"]
+        signature = results if isinstance(results, RecordedSignature) else None
+        healthies = [each for each in present if each is not signature]
+        notes = tuple(reading_notes(present[0], present[1:])) if present else ()
+        return unjudged(signature, healthies, reasons, teeth=count, reading=notes)
+    signature, *healthy_signatures = present
+    loads, healthy_loads = _loads(run, others, torque, healthy_torque, load, healthy_load)
+    templates: Templates | None = None
+    assumed: tuple[str, ...] = ()
+    notes = source.notes
+    if healthy_signatures and source.rig is not None and gear is not None:
+        speed_rpm = signature.speed_rpm / abs(source.rig.ratio(source.rig.gears[gear].shaft))
+        at = next((value for value in (torque, run.torque) if value is not None), source.rig.operating.torque)
+        if source.described and source.bank is None:
+            notes = (*notes, *rig_speed_notes(source.rig.operating.speed_rpm, speed_rpm))
+        templates, assumed = source.templates(
             gear=gear,
-            sensor=_sensor(rig, sensor, signature.channel),
+            sensor=sensor,
+            channel=signature.channel,
             speed_rpm=speed_rpm,
-            torque=torque,
+            torque=at,
             samples_per_tooth=samples,
-            index_error=index_error,
         )
-        templates = _Templates(bank=bank, notes=tuple(rig_speed_notes(rig.operating.speed_rpm, speed_rpm)))
-    if healthy_signature is None:
-        signature = in_unit(signature, rig.sensors[templates.bank.sensor].unit)
     diagnosis = diagnose_signature(
         signature,
-        templates.bank,
-        speed_rpm=speed_rpm,
-        torque=torque,
-        healthy=healthy_signature,
+        healthy_signatures,
+        templates=templates,
+        torque=loads,
+        healthy_torques=healthy_loads,
+        assumed=assumed,
     )
-    return replace(diagnosis, notes=(*templates.notes, *diagnosis.notes))
+    return replace(diagnosis, notes=(*notes, *diagnosis.notes))
+
+
+_ANY_RPM = (300.0, 6000.0)
+"""Range in which an unknown speed is searched, rev/min."""
+
+
+def _listed(healthy: AnyRecording | Sequence[AnyRecording]) -> list[AnyRecording]:
+    return [healthy] if isinstance(healthy, Recording | RecordingBlocks | str | PathLike) else list(healthy)
+
+
+def _source(
+    rig: Transmission | str | PathLike[str] | None,
+    teeth: str | int | None,
+    module: float | str | None,
+    gear: str | None,
+    *,
+    torque: float | None,
+    **stored: Unpack[_Stored],
+) -> tuple[Source, str | None, int]:
+    """Return the source of the templates, the averaged gear, and its tooth count."""
+    if rig is not None and teeth is not None:
+        raise InputError("rig and teeth are given together; the rig has the tooth counts")
+    if rig is not None:
+        machine = rig if isinstance(rig, Transmission) else load_transmission(str(rig))
+        bank, notes = stored_bank(machine, **stored)
+        named = averaged_gear_of(machine, gear)
+        return Source(rig=machine, described=True, bank=bank, notes=notes), named, machine.gears[named].teeth
+    if stored["model"] is not None or stored["database"] is not None:
+        raise InputError("model or database is given without the rig of its templates; give the rig")
+    if teeth is None:
+        raise InputError("neither a rig nor tooth counts are given; give a rig, or teeth such as 32/80")
+    text = str(teeth)
+    if text.strip().isdigit():
+        if gear is not None:
+            raise InputError(f"gear = {gear!r} is given with one tooth count; give both counts, such as {text}/80")
+        return Source(rig=None, described=False), None, int(text)
+    pair = new_rig(
+        teeth=text,
+        speed=_ASSUMED_RPM,
+        torque=_ASSUMED_TORQUE if torque is None else torque,
+        module=module,
+        name="assumed-rig",
+    )
+    named = averaged_gear_of(pair, gear)
+    return Source(rig=pair, described=False), named, pair.gears[named].teeth
+
+
+def _loads(
+    run: Recording | RecordingBlocks,
+    others: Sequence[Recording | RecordingBlocks],
+    torque: float | None,
+    healthy_torque: Sequence[float],
+    load: float | None,
+    healthy_load: Sequence[float],
+) -> tuple[float | None, list[float | None]]:
+    """Return the torque, or the load, of the recording and of each healthy one."""
+    for name, values in (("healthy_torque", healthy_torque), ("healthy_load", healthy_load)):
+        if values and len(values) != len(others):
+            raise InputError(f"{name} has {len(values)} values for {len(others)} healthy recordings; give one of each")
+    unknown: list[float | None] = [None] * len(others)
+    if healthy_load or load is not None:
+        return load, [*healthy_load] or unknown
+    return run.torque if torque is None else torque, [*healthy_torque] or [each.torque for each in others]
 
 
 def _split_options(
-    options: Mapping[str, object],
-    recording: Recording | RecordingBlocks | str | PathLike[str],
-    healthy: Recording | RecordingBlocks | str | PathLike[str] | None,
+    options: Mapping[str, object], recordings: Sequence[AnyRecording]
 ) -> tuple[FileOptions, dict[str, object]]:
     """Return the options of reading and those of averaging; a field of both is an option of averaging."""
     averaging = {name: value for name, value in options.items() if name not in _READING}
     reading = {name: value for name, value in options.items() if name in _READING}
-    if reading and all(isinstance(source, Recording | RecordingBlocks | None) for source in (recording, healthy)):
+    if reading and all(isinstance(source, Recording | RecordingBlocks) for source in recordings):
         raise InputError(
             f"{', '.join(reading)}: options of reading a file, and no recording is a path; give them to read_recording"
         )
     return cast(FileOptions, reading), averaging
 
 
-def _read(
-    recording: Recording | RecordingBlocks | str | PathLike[str], options: FileOptions
-) -> Recording | RecordingBlocks:
+def _read(recording: AnyRecording, options: FileOptions) -> Recording | RecordingBlocks:
     if isinstance(recording, Recording | RecordingBlocks):
         return recording
     return read_of_any_size(Path(recording), **options)
 
 
 def _signature(
-    recording: Recording | RecordingBlocks, settings: AveragingSettings, rig: Transmission
+    recording: Recording | RecordingBlocks, settings: AveragingSettings, rig: Transmission | None
 ) -> RecordedSignature | NoMeshError:
     try:
         return recorded_signature(recording, settings, rig=rig)
     except NoMeshError as error:
         return error
-
-
-def _stored_templates(
-    rig: Transmission,
-    *,
-    model: str | PathLike[str] | None,
-    database: str | PathLike[str] | None,
-    sensor: str | None,
-) -> _Templates | None:
-    """Return the templates of a model or a database; None without both."""
-    if model is not None and database is not None:
-        raise InputError("model and database are given together; templates are taken from one of them")
-    if database is not None:
-        opened = open_database(str(database))
-        changed = changed_parts(model_form(opened.manifest.resolved), _description(rig))
-        return _Templates(bank=TemplateBank.of(opened, sensor=sensor), notes=_rig_notes("database", changed))
-    if model is None:
-        return None
-    loaded = load_model(str(model))
-    templates = loaded.estimators.get("templates")
-    bank = None if templates is None else templates.template_bank
-    if bank is None:
-        raise InputError(f"{model} holds no templates; train it on a database of a rig with one mesh")
-    changed = changed_parts(loaded.form, _description(rig))
-    return _Templates(bank=bank, notes=_rig_notes("model", changed))
-
-
-def _description(rig: Transmission) -> dict[str, Any]:
-    """Return a rig as the description of a database has it."""
-    return {"rig": rig.model_dump(mode="json", exclude_none=True)}
-
-
-def _rig_notes(source: str, changed: list[str]) -> tuple[Note, ...]:
-    """Return a note on the parts in which the rig of the templates differs from the rig of the recording."""
-    parts = ", ".join(changed)
-    text = f"The {source} is of a rig that differs in {parts}."
-    return (Note(code="other-rig", text=text, values={"source": source, "parts": parts}),) if changed else ()
-
-
-def _gear(rig: Transmission, requested: str | None) -> str:
-    """Return the averaged gear; templates of its teeth must be turns of each other."""
-    if requested is not None and requested not in rig.gears:
-        raise InputError(f"gear = {requested!r} is not a gear of {rig.name}; it has {', '.join(rig.gears)}")
-    gear = requested or (next(iter(rig.meshes.values())).driving if rig.meshes else None)
-    if gear is None or not rig.turns_exactly(gear):
-        raise InputError(
-            f"rig {rig.name} has {len(rig.meshes)} meshes; a recording is compared with templates of a rig with one: "
-            "describe the gear pair of interest as a rig of its own"
-        )
-    return gear
-
-
-def _sensor(rig: Transmission, requested: str | None, channel: str) -> str:
-    """Return the requested sensor of the rig, the sensor with the channel's name, or the first."""
-    if requested is not None and requested not in rig.sensors:
-        raise InputError(f"sensor = {requested!r} is not a sensor of {rig.name}; it has {', '.join(rig.sensors)}")
-    return requested or (channel if channel in rig.sensors else next(iter(rig.sensors)))

@@ -1,65 +1,51 @@
 """Notes of a diagnosis: missing information, the reading of the recordings, and other facts about the answer."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from sigdb.core import Note
-from sigdb.diagnosis.healthy_reference import HealthyReference
-from sigdb.recognition import PointTemplates
+from sigdb.diagnosis.change.finding import Finding
 from sigdb.recording import SPEED_DOUBT, RecordedSignature
 
-_CHANGED_DB = 3.0
-"""Change of a mesh harmonic, dB, above which the two recordings are not of the same state of the rig."""
+_UNLIKE = 0.5
+"""Correlation of the errors of the teeth below which the gears may be others."""
 
 _FAR_SPEED = 1.8
 """Quotient of a recorded and a rig's speed above which a note asks for the sampling rate; mistakes are twofold."""
 
-_FAR = 0.02
-"""Relative distance from the templates' operating point above which a note reports it."""
 
-
-def missing_notes(signature: RecordedSignature, healthy: RecordedSignature | None, *, mark: bool) -> Iterator[Note]:
+def missing_notes(signature: RecordedSignature, healthy: Sequence[RecordedSignature], *, mark: bool) -> Iterator[Note]:
     """Yield the notes on missing information that would improve the answer, a tacho mark among it."""
-    if healthy is None:
+    if not healthy:
         yield Note(
             code="no-healthy-recording",
-            text="A healthy recording of the same rig by the same channel. Without it the diagnosis assumes the "
-            "simulated rig's path from the mesh to the sensor, and cannot separate errors of these gears from damage.",
+            text="A healthy recording of the same machine by the same channel. Without it only an event that repeats "
+            "in nearly every revolution can be seen, and errors of these gears cannot be separated from small damage.",
         )
     if not mark:
         text = "A tacho mark: without it teeth are counted from where the average begins."
         yield Note(code="no-tacho-mark", text=text)
-    for where, recording in (("", signature), (" in the healthy recording", healthy)):
-        for note in () if recording is None else recording.notes:
+    for where, recording in (("", signature), *((" in the healthy recording", each) for each in healthy)):
+        for note in recording.notes:
             if note.code == SPEED_DOUBT:
                 yield replace(note, text=f"A reliable speed{where}: {note.text}.")
 
 
-def reading_notes(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[Note]:
+def reading_notes(signature: RecordedSignature, healthy: Sequence[RecordedSignature]) -> Iterator[Note]:
     """Yield the notes on reading and averaging; of the healthy recording those that differ in more than numbers."""
     yield from (note for note in signature.notes if note.code != SPEED_DOUBT)
     subjects = [_subject(note) for note in signature.notes]
-    for note in () if healthy is None else healthy.notes:
-        if note.code != SPEED_DOUBT and _subject(note) not in subjects:
-            values = {**note.values, "recording": "healthy"}
-            yield replace(note, text=f"healthy recording: {note.text}", values=values)
+    for each in healthy:
+        for note in each.notes:
+            if note.code != SPEED_DOUBT and _subject(note) not in subjects:
+                subjects.append(_subject(note))
+                values = {**note.values, "recording": "healthy"}
+                yield replace(note, text=f"healthy recording: {note.text}", values=values)
 
 
 def _subject(note: Note) -> tuple[str, dict[str, str]]:
     """Return the code of a note with those of its values that are no numbers."""
     return note.code, {name: value for name, value in note.values.items() if isinstance(value, str)}
-
-
-def operating_point_notes(point: PointTemplates, speed_rpm: float, torque: float) -> Iterator[Note]:
-    """Yield the notes on a speed or torque that differs from that of the templates."""
-    quantities = (("speed", speed_rpm, "rpm", point.speed_rpm), ("torque", torque, "N m", point.torque))
-    for name, value, unit, simulated in quantities:
-        if abs(value - simulated) > _FAR * abs(simulated):
-            yield Note(
-                code=f"other-{name}",
-                text=f"The templates have a {name} of {simulated:g} {unit}, the recording {value:g} {unit}.",
-                values={"templates": simulated, "recording": value},
-            )
 
 
 def rig_speed_notes(rated_rpm: float, speed_rpm: float) -> Iterator[Note]:
@@ -74,22 +60,52 @@ def rig_speed_notes(rated_rpm: float, speed_rpm: float) -> Iterator[Note]:
         )
 
 
-def path_notes(reference: HealthyReference | None) -> Iterator[Note]:
-    """Yield the notes on the transfer path and its change since the healthy recording."""
-    if reference is None:
-        return
-    used = reference.path.harmonics
-    harmonics = f"mesh harmonic{'s' if len(used) > 1 else ''} {', '.join(map(str, used))}"
-    text = f"The path from the mesh to the sensor is that of {harmonics} of the healthy recording."
-    yield Note(code="path", text=text, values={"harmonics": len(used)})
-    least, most = float(reference.change_db.min()), float(reference.change_db.max())
-    if reference.changed or max(-least, most) > _CHANGED_DB:
-        yield Note(
-            code="changed-path",
-            text=f"Since the healthy recording the mesh harmonics have changed by {least:+.1f} to {most:+.1f} dB: "
-            "load, mounting or sensor may not be the same, and other changes need not be damage.",
-            values={"least_db": least, "most_db": most},
+def turn_notes(finding: Finding, *, absolute: bool) -> Iterator[Note]:
+    """Yield the notes on the turn between the averages, and on how alike their teeth are."""
+    change = finding.change
+    Z = change.teeth
+    if not absolute:
+        text = (
+            f"Without a common tacho mark the healthy average was turned by {change.turn * Z:.3f} teeth, where it fits "
+            "best."
         )
+        yield Note(code="turned", text=text, values={"teeth": change.turn * Z})
+    alike = f"{change.likeness:.2f}"
+    if change.likeness < _UNLIKE and not finding.stands_out:
+        yield Note(
+            code="teeth-unlike",
+            text=f"The errors of the teeth in the two recordings have a correlation of {alike}: too little to know "
+            "that these are the same gears in the same position.",
+            values={"likeness": change.likeness},
+        )
+    if finding.wider:
+        text = (
+            "The recordings differ more than parts of one healthy recording do, by load, speed, sensor or all teeth "
+            "alike; the limits were raised, and rest on other machines. Five healthy recordings or more would replace "
+            "them."
+        )
+        yield Note(code="wider-than-healthy", text=text, values={"middle": change.middle})
+
+
+def method_notes(finding: Finding) -> Iterator[Note]:
+    """Yield the note where the simulation and the healthy recordings alone disagree."""
+    template = finding.template
+    if template is None:
+        return
+    pulse, shape = finding.pulse.greatest > finding.pulse_limit, template.greatest > finding.template_limit
+    if finding.likelihood is not None:
+        shape = shape or finding.likelihood.greatest > finding.likelihood_limit
+    if pulse != shape:
+        which, rest = (
+            ("the healthy recordings alone", "the templates of the rig")
+            if pulse
+            else (
+                "the templates of the rig",
+                "the healthy recordings alone",
+            )
+        )
+        text = f"By {which} a tooth stands out, by {rest} none does: the answer is that of the former."
+        yield Note(code="methods-disagree", text=text, values={"pulse": pulse, "template": shape})
 
 
 def fm4_notes(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[Note]:

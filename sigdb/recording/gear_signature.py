@@ -14,7 +14,7 @@ from sigdb.recording.evidence.gear_record import GearRecord, at_true_speed, gear
 from sigdb.recording.evidence.presence import NoMeshError
 from sigdb.recording.evidence.repeatability import repeatability
 from sigdb.recording.first_look.envelope_spectrum import envelope_spectrum
-from sigdb.recording.first_look.indicator_intervals import indicator_intervals
+from sigdb.recording.first_look.indicator_intervals import indicator_intervals, revolution_groups
 from sigdb.recording.first_look.order_map import OrderMap, order_map
 from sigdb.recording.lines import average_noise, record_spectrum, spectral_lines
 from sigdb.recording.notes import (
@@ -128,6 +128,7 @@ def recorded_signature(
         tsa=average.tsa,
         scatter=scatter,
         noise=average_noise(x, samples_per_rev=n, scatter=scatter, highest=highest, averages=M),
+        groups=revolution_groups(x, samples_per_rev=n, cycle=gear.cycle)[0],
         averages=M,
         dropped=result.available - M,
         cycle=gear.cycle,

@@ -38,6 +38,8 @@ class RecordedSignature:
     noise
         (n / 2 + 1,) standard deviation of white noise with the density of the average's noise at each order, estimated
         between the lines of the record; nan for a single revolution.
+    groups
+        (G, n) averages of up to 24 groups of consecutive revolutions, whole tooth cycles where ten such groups fit.
     averages, dropped
         Revolutions in the average, and the other revolutions of the recording.
     cycle
@@ -86,6 +88,7 @@ class RecordedSignature:
     tsa: FloatArray
     scatter: float
     noise: FloatArray
+    groups: FloatArray
     averages: int
     dropped: int
     cycle: int | None
@@ -148,9 +151,10 @@ class RecordedSignature:
         dict
             Attributes by name. Tables are columns by name, notes have ``code``, ``text`` and ``values``, and None
             stands for a number that is unknown. ``envelope`` is split: its table is ``envelope_spectrum``.
-            ``order_map`` holds the mesh harmonics only.
+            ``order_map`` holds the mesh harmonics only. ``groups`` is left out.
         """
-        values = {name: _plain(value) for name, value in vars(self).items() if name not in ("envelope", "order_map")}
+        apart = ("envelope", "order_map", "groups")
+        values = {name: _plain(value) for name, value in vars(self).items() if name not in apart}
         envelope = {name: _plain(value) for name, value in vars(self.envelope).items() if name != "spectrum"}
         return {
             **values,
@@ -255,4 +259,5 @@ def _scaled(signature: RecordedSignature, unit: str, factor: float) -> RecordedS
         tsa=signature.tsa * factor,
         scatter=signature.scatter * factor,
         noise=signature.noise * factor,
+        groups=signature.groups * factor,
     )

@@ -2,30 +2,29 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 import numpy as np
-import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.projections.polar import PolarAxes
 
 from sigdb.core import FloatArray, json_text, plain, publish_all
-from sigdb.diagnosis import Comparison, Diagnosis
+from sigdb.diagnosis import Diagnosis, Finding
 from sigdb.report.evaluation.style import drawing, lay_grid
 from sigdb.report.page import CaptionedFigure, page
 from sigdb.report.panels import DAMAGE, HEALTHY, INK, draw_spectrum, mark_passes
 from sigdb.report.text_table import PLAIN, Terminal, TextTable, number
 
-TITLES = {
-    "stiffness_loss": "stiffness loss",
-    "phase_shift_deg": "phase shift, deg",
-    "damaged_teeth": "damaged teeth",
-    "tooth": "tooth",
-    "probability": "probability",
-    "reduced_chi2": "reduced chi-square",
-}
-"""Titles of quantities of a diagnosis."""
+TITLES = {"stiffness_loss": "stiffness loss", "phase_shift_deg": "phase shift, deg", "damaged_teeth": "damaged teeth"}
+"""Titles of quantities of a severity."""
+
+_SHOWN_MESH_ORDERS = 4.5
+"""Highest order of the spectrum, in mesh orders."""
 
 
-def write_diagnosis_report(diagnosis: Diagnosis, folder: str | Path, *, title: str | None = None) -> Path:
+def write_diagnosis_report(
+    diagnosis: Diagnosis, folder: str | Path, *, title: str | None = None, command: str | None = None
+) -> Path:
     """Write the page of a diagnosis, ``index.html``, and its numbers, ``diagnosis.json``.
 
     Parameters
@@ -36,6 +35,8 @@ def write_diagnosis_report(diagnosis: Diagnosis, folder: str | Path, *, title: s
         Folder of the page; it is created if it does not exist.
     title : str, optional
         Heading; by default it names the recording.
+    command : str, optional
+        Command that makes the page again, for the reader.
 
     Returns
     -------
@@ -45,11 +46,12 @@ def write_diagnosis_report(diagnosis: Diagnosis, folder: str | Path, *, title: s
     folder = Path(folder)
     numbers = diagnosis.as_json() | {"signals": plain(_signals(diagnosis))}
     index = folder / "index.html"
-    publish_all({folder / "diagnosis.json": json_text(numbers), index: diagnosis_html(diagnosis, title=title)})
+    html = diagnosis_html(diagnosis, title=title, command=command)
+    publish_all({folder / "diagnosis.json": json_text(numbers), index: html})
     return index
 
 
-def diagnosis_html(diagnosis: Diagnosis, *, title: str | None = None) -> str:
+def diagnosis_html(diagnosis: Diagnosis, *, title: str | None = None, command: str | None = None) -> str:
     """Return the page as one text without scripts; pictures are part of it.
 
     Parameters
@@ -58,26 +60,26 @@ def diagnosis_html(diagnosis: Diagnosis, *, title: str | None = None) -> str:
         The diagnosis.
     title
         Heading; by default it names the recording.
+    command
+        Command that makes the page again.
     """
-    nearest, severity = _nearest(diagnosis), diagnosis.severity
-    names = [name for name in TITLES if name in nearest]
-    comparison, signature = diagnosis.comparison, diagnosis.signature
+    severity, signature = diagnosis.severity, diagnosis.signature
     of = "" if signature is None else f" of {Path(signature.source).name}"
-    undamaged = comparison is not None and 0 in comparison.candidates
     return page(
         "diagnosis.html",
         title=title or f"Diagnosis{of}",
-        alarm=diagnosis.kind != "none",
+        alarm=diagnosis.exit_code != 0,
         answer=diagnosis.answer,
         evidence=_evidence(diagnosis),
-        severity_heading=f"How severe{', if damaged' if undamaged else ''}",
-        severity=[] if severity is None else _severity_rows(severity),
-        missing=diagnosis.missing,
-        notes=diagnosis.notes,
-        nearest_head=[TITLES[name] for name in names],
-        nearest=[[_cell(name, value) for name, value in row.items()] for row in nearest[names].to_dict("records")],
+        lights=lights(diagnosis),
+        severity=[] if severity is None else _severity_rows(diagnosis),
+        statistics=_statistics(diagnosis.finding),
+        assumed=diagnosis.assumed,
+        missing=[note.text for note in diagnosis.missing],
+        notes=[note.text for note in diagnosis.notes],
         pictures=list(diagnosis_figures(diagnosis)),
-        reading=diagnosis.reading,
+        reading=[note.text for note in diagnosis.reading],
+        command=command,
     )
 
 
@@ -96,112 +98,137 @@ def diagnosis_text(diagnosis: Diagnosis, *, terminal: Terminal = PLAIN) -> str:
     str
         Several lines.
     """
-    lines = [diagnosis.answer, _evidence(diagnosis)]
+    lines = [diagnosis.answer, _evidence(diagnosis), ""]
+    lines += [f"  {name:<7}{state:<12}{text}".rstrip() for name, state, text in lights(diagnosis)]
     if diagnosis.severity is not None:
-        ends = ("estimate", "low", "high")
-        rows = [
-            [row["target"], *(number(row[name], 3) for name in ends)] for row in diagnosis.severity.to_dict("records")
-        ]
-        lines += ["", TextTable(("severity", *ends), rows).text(terminal, indent=2)]
-    nearest = _nearest(diagnosis)
-    names = [name for name in TITLES if name in nearest]
-    rows = [[number(row[name], 3) for name in names] for row in nearest.to_dict("records")]
-    if rows:
-        lines += ["", "nearest templates", TextTable(names, rows).text(terminal, indent=2)]
-    sections = (("missing", diagnosis.missing), ("notes", diagnosis.notes), ("reading", diagnosis.reading))
-    for heading, notes in sections:
-        if notes:
-            lines += ["", heading, *(f"  {note.text}" for note in notes)]
+        head = ("severity", "estimate", "90 % interval")
+        lines += ["", TextTable(head, _severity_rows(diagnosis)).text(terminal, indent=2)]
+    if rows := _statistics(diagnosis.finding):
+        lines += ["", "statistics", TextTable(("", "value", "limit"), rows).text(terminal, indent=2)]
+    sections = (
+        ("assumed", diagnosis.assumed),
+        ("missing", [note.text for note in diagnosis.missing]),
+        ("notes", [note.text for note in diagnosis.notes]),
+        ("reading", [note.text for note in diagnosis.reading]),
+    )
+    for heading, sentences in sections:
+        if sentences:
+            lines += ["", heading, *(f"  {sentence}" for sentence in sentences)]
     return "\n".join(lines) + "\n"
+
+
+def lights(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
+    """Return the three lights: ``level``, ``sensor`` and ``tooth``, each with its state and a sentence.
+
+    The state is ``unchanged``, ``changed`` or ``unknown``.
+    """
+    level, finding = diagnosis.level, diagnosis.finding
+    if level is None or finding is None:
+        return [(name, "unknown", "") for name in ("level", "sensor", "tooth")]
+    sensor = level.cause in ("sensor gain", "polarity", "load or mounting")
+    text = f"mesh harmonics {level.mesh_db.min():+.1f} to {level.mesh_db.max():+.1f} dB" if len(level.mesh_db) else ""
+    teeth = ", ".join(str(each.tooth) for each in diagnosis.locations)
+    return [
+        ("level", "changed" if level.changed else "unchanged", text),
+        ("sensor", "changed" if sensor else "unchanged", f"likelier cause: {level.cause}" if level.changed else ""),
+        ("tooth", "changed" if diagnosis.locations else "unchanged", f"tooth {teeth}" if teeth else ""),
+    ]
 
 
 def diagnosis_figures(diagnosis: Diagnosis) -> Iterator[CaptionedFigure]:
     """Yield the pictures of a diagnosis."""
-    signature, comparison = diagnosis.signature, diagnosis.comparison
+    signature, finding = diagnosis.signature, diagnosis.finding
     if signature is None:
         return
     unit = signature.unit or "unit not stated"
-    if comparison is not None:
-        yield from _comparison_figures(diagnosis, comparison, unit)
+    if finding is not None and finding.change.bands:
+        yield CaptionedFigure(
+            "Where on the gear",
+            "Energy of the change between mesh harmonics by tooth pass, relative to the median over the turn; red: "
+            "teeth that stand out. A damaged tooth shows about one pass after its first contact.",
+            _gear(finding, diagnosis.candidates),
+        )
+    if diagnosis.reference is not None:
+        yield CaptionedFigure(
+            "Recording and healthy reference",
+            "Averages over one revolution. Numbers: tooth passes, counted from the tacho mark, or from where the "
+            "average begins where there is none.",
+            _averages(signature.tsa, diagnosis.reference, signature.teeth, diagnosis.candidates, unit),
+        )
     yield CaptionedFigure(
         "The averaged recording",
-        f"Order spectrum of {signature.channel}, peak amplitudes; marks at the mesh harmonics.",
-        _spectrum(signature.tsa, signature.teeth, unit),
+        f"Order spectrum of {signature.channel}, peak amplitudes, over that of the healthy reference where there is "
+        "one; marks at the mesh harmonics.",
+        _spectrum(signature.tsa, diagnosis.reference, signature.teeth, unit),
     )
-
-
-def _comparison_figures(diagnosis: Diagnosis, comparison: Comparison, unit: str) -> Iterator[CaptionedFigure]:
-    yield CaptionedFigure(
-        "Difference from a healthy gear",
-        "Recording and nearest template, each less the healthy template, against the angle of rotation. Numbers: tooth "
-        "passes, counted from the tacho mark, or from where the average begins where there is none.",
-        _difference(comparison, len(comparison.probability) - 1, unit),
-    )
-    if diagnosis.kind != "outside":
-        yield CaptionedFigure(
-            "Which tooth",
-            "Probability of no damage and of each first damaged tooth, if one of the templates is true. Red: in the "
-            "set that holds the truth with a probability of 0.9.",
-            _teeth(diagnosis.teeth),
-        )
-
-
-def _nearest(diagnosis: Diagnosis) -> pd.DataFrame:
-    """Return the nearest templates; none where nothing was compared."""
-    return pd.DataFrame() if diagnosis.comparison is None else diagnosis.comparison.nearest
 
 
 def _signals(diagnosis: Diagnosis) -> dict[str, FloatArray]:
-    comparison, signature = diagnosis.comparison, diagnosis.signature
-    averages = {} if signature is None else {"tsa": signature.tsa}
-    if comparison is None:
-        return averages
-    return averages | {
-        "compared": comparison.x,
-        "template": comparison.template,
-        "healthy": comparison.healthy,
-    }
+    averages = {} if diagnosis.signature is None else {"tsa": diagnosis.signature.tsa}
+    return averages if diagnosis.reference is None else averages | {"healthy": diagnosis.reference}
 
 
-def _severity_rows(severity: pd.DataFrame) -> list[list[str]]:
-    return [
-        [TITLES[row["target"]], f"{row['estimate']:.3g}", _interval(row["low"], row["high"])]
-        for row in severity.to_dict("records")
-    ]
-
-
-def _cell(name: object, value: float) -> str:
-    return "none" if name == "tooth" and value == 0 else f"{value:.3g}"
+def _severity_rows(diagnosis: Diagnosis) -> list[list[str]]:
+    rows = [] if diagnosis.severity is None else diagnosis.severity.to_dict("records")
+    return [[TITLES[row["target"]], f"{row['estimate']:.3g}", _interval(row["low"], row["high"])] for row in rows]
 
 
 def _interval(low: float, high: float) -> str:
     return f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
 
 
-def _evidence(diagnosis: Diagnosis) -> str:
-    """Return the fit of the nearest template, and the probability of damage where a template fits."""
-    comparison = diagnosis.comparison
-    if comparison is None:
-        return "Nothing was compared: without the mesh a recording says nothing on the gear's teeth, damaged or not."
-    fit = (
-        f"The squared residual of the nearest template is {comparison.reduced_chi2:.2g} times that of the noise; up to "
-        f"{comparison.limit:.2g} a template fits."
+def _statistics(finding: Finding | None) -> list[list[str]]:
+    if finding is None:
+        return []
+    named = (
+        ("healthy recordings alone (pulses)", finding.pulse, finding.pulse_limit),
+        ("templates, free amplitudes", finding.template, finding.template_limit),
+        ("templates behind the path", finding.likelihood, finding.likelihood_limit),
     )
-    if diagnosis.kind == "outside":
-        return f"{fit} Probabilities and templates below are those of the least bad fit, and no evidence."
-    return f"Probability of damage {diagnosis.p_damage:.3g}, at even odds before the recording. {fit}"
+    return [
+        [name, number(statistic.greatest, 3), number(limit, 3)]
+        for name, statistic, limit in named
+        if statistic is not None
+    ]
 
 
-def _difference(comparison: Comparison, teeth: int, unit: str) -> Figure:
-    first, count = (int(comparison.nearest[name].iloc[0]) for name in ("tooth", "damaged_teeth"))
-    damaged = tuple((first - 1 + i) % teeth + 1 for i in range(count)) if first else ()
-    angle = np.arange(len(comparison.x)) * 360 / len(comparison.x)
-    curves = (("recording", comparison.x, HEALTHY), ("nearest template", comparison.template, INK))
+def _evidence(diagnosis: Diagnosis) -> str:
+    """Return the rate of false alarms, and how it was counted."""
+    law = diagnosis.law
+    if law is None:
+        return "Nothing was compared."
+    return (
+        f"False alarms: at most one in {1 / law.false_alarms:.0f} healthy recordings, since none of {law.pieces} "
+        "independent healthy pieces reaches the limit. Statistics are relative to what noise alone exceeds once in "
+        "1000."
+    )
+
+
+def _gear(finding: Finding, damaged: tuple[int, ...]) -> Figure:
+    energy = finding.change.tooth_map
+    Z = len(energy)
+    angle = 2 * np.pi * (np.arange(Z) + 0.5) / Z
+    colours = [DAMAGE if tooth in damaged else HEALTHY for tooth in range(1, Z + 1)]
+    with drawing() as figure:
+        axes = cast(PolarAxes, figure.add_subplot(projection="polar"))
+        axes.bar(angle, energy, width=2 * np.pi / Z * 0.9, color=colours, bottom=0.0)
+        axes.set_theta_zero_location("N")
+        axes.set_theta_direction(-1)
+        marked = range(0, Z, max(1, -(-Z // 16)))
+        axes.set_xticks([angle[tooth] for tooth in marked], [str(tooth + 1) for tooth in marked], fontsize=8)
+        axes.set_rlabel_position(90 / Z)
+        axes.tick_params(axis="y", labelsize=7)
+        axes.grid(color="#d9d9d9", linewidth=0.6)
+    return figure
+
+
+def _averages(tsa: FloatArray, healthy: FloatArray, teeth: int, damaged: tuple[int, ...], unit: str) -> Figure:
+    angle = np.arange(len(tsa)) * 360 / len(tsa)
     with drawing() as figure:
         axes = figure.subplots()
         lay_grid(axes)
-        for label, signal, colour in curves:
-            axes.plot(angle, signal - comparison.healthy, color=colour, linewidth=1.2, label=label)
+        axes.plot(angle, healthy, color=HEALTHY, linewidth=2.0, label="healthy reference")
+        axes.plot(angle, tsa, color=INK, linewidth=1.0, label="recording")
         axes.margins(y=0.12)
         mark_passes(axes, teeth, damaged)
         axes.set(xlabel="angle, deg", ylabel=unit)
@@ -209,21 +236,9 @@ def _difference(comparison: Comparison, teeth: int, unit: str) -> Figure:
     return figure
 
 
-def _teeth(teeth: pd.DataFrame) -> Figure:
+def _spectrum(tsa: FloatArray, healthy: FloatArray | None, teeth: int, unit: str) -> Figure:
     with drawing() as figure:
         axes = figure.subplots()
-        lay_grid(axes)
-        colours = [DAMAGE if candidate else HEALTHY for candidate in teeth["candidate"]]
-        axes.bar(teeth["tooth"], teeth["probability"], color=colours)
-        marked = range(0, len(teeth), -(-len(teeth) // 14))
-        axes.set_xticks(marked, ["none" if tooth == 0 else str(tooth) for tooth in marked])
-        axes.set(ylim=(0, 1), xlabel="first damaged tooth", ylabel="probability")
-    return figure
-
-
-def _spectrum(tsa: FloatArray, teeth: int, unit: str) -> Figure:
-    with drawing() as figure:
-        axes = figure.subplots()
-        draw_spectrum(axes, tsa, teeth, min(4.5 * teeth, len(tsa) / 2))
+        draw_spectrum(axes, tsa, teeth, min(_SHOWN_MESH_ORDERS * teeth, len(tsa) / 2), healthy)
         axes.set(xlabel="order, 1/rev", ylabel=unit)
     return figure

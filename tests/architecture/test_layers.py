@@ -152,7 +152,7 @@ def test_the_command_of_the_sweep_only_calls_the_command_line():
     ("library", "layers"),
     [
         ("matplotlib", {"report"}),
-        ("sklearn", {"recognition"}),
+        ("sklearn", {"diagnosis", "recognition"}),
         ("skops", {"recognition"}),
         ("duckdb", {"database"}),
         ("click", {"cli"}),

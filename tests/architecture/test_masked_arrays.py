@@ -10,7 +10,6 @@ import pytest
 from sigdb import dynamics, measurement, recognition, signature
 from sigdb.core.errors import InputError
 from sigdb.database.matching.nearest import checked_average, whole_shifts
-from sigdb.diagnosis.transfer_path import transfer_path
 from sigdb.dynamics.excitation import checked_index_errors
 from sigdb.recognition.rows.batch import Batch
 from sigdb.recording import Channel, Recording, recording_from
@@ -81,7 +80,6 @@ CALLS = {
     "index_errors": (lambda e: checked_index_errors(e, TEETH), np.zeros(TEETH)),
     "time profile": (lambda t: dynamics.TimeProfile(t, np.ones(3)), np.arange(3.0)),
     "noise_deviation": (lambda v: measurement.noise_deviation(v, np.ones(3)), np.ones(3)),
-    "transfer_path": (lambda x: transfer_path(x, SIGNAL, teeth=TEETH, noise=0.01), SIGNAL),
     "channel": (lambda x: Channel(name="a", samples=x, sampling_rate=FS), SIGNAL),
     "recording": (
         lambda t: Recording(

@@ -41,6 +41,7 @@ SMALL = {
     "database/matching/outside_threshold.py": "one file of a database: its writer and its reader",
     "database/matching/residuals.py": "the quantity that matching compares, used by its index and its search",
     "database/store/seal.py": "the one way in which files are sealed",
+    "diagnosis/change/path.py": "the path, which templates and the power use",
     "dynamics/time_profile.py": "a public type of input",
     "measurement/settings.py": "a section of a recipe",
     "recording/evidence/least_event.py": "the power of a decision, apart from the decision",

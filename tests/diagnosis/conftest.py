@@ -4,5 +4,5 @@ import pytest
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _few_draws(few_draws):
-    return few_draws
+def _few_tries(few_tries):
+    return few_tries

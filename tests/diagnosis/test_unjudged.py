@@ -58,17 +58,17 @@ def test_noise_is_not_judged(run, healthy, which, tmp_path):
     found = sigdb.diagnose(
         recording(run),
         "spur-test-rig",
-        healthy=None if healthy is None else recording(healthy, "new.csv"),
+        healthy=[] if healthy is None else recording(healthy, "new.csv"),
         mesh_phase=True,
     )
-    assert (found.kind, found.comparison, found.severity) == ("cannot be judged", None, None)
+    assert (found.kind, found.exit_code, found.finding, found.severity) == ("cannot be judged", 3, None, None)
     assert found.answer == f"Cannot be judged: no mesh of 19 teeth stands out {which}"
     facts = json.loads(json.dumps(found.as_json(), allow_nan=False))
-    assert (facts["p_damage"], facts["teeth"], facts["nearest"]) == (None, [], [])
+    assert (facts["statistics"], facts["teeth"], facts["power"]) == (None, [], None)
     assert {note["code"] for note in facts["notes"]} == {"no-mesh"}
     named = {note["values"]["recording"] for note in facts["notes"]}
-    assert named == {RUN: {"recording"}, HEALTHY: {"healthy"}, BOTH: {"recording", "healthy"}}[which]
+    assert named == {RUN: {"recording"}, HEALTHY: {"healthy 1"}, BOTH: {"recording", "healthy 1"}}[which]
     assert diagnosis_text(found).startswith(found.answer)
     page = write_diagnosis_report(found, tmp_path).read_text(encoding="utf-8")
     assert f'<p class="alarm"><strong>{found.answer}</strong></p>' in page
-    assert "Nearest templates" not in page
+    assert "Statistics and their limits" not in page

@@ -38,7 +38,7 @@ folds = 3
 
 
 @pytest.fixture(scope="session")
-def made(tmp_path_factory, few_trees, few_draws):
+def made(tmp_path_factory, few_trees, few_tries):
     """The folder, made once."""
     folder = tmp_path_factory.mktemp("reader")
     shutil.copytree(ROOT / "pipelines", folder / "pipelines")

@@ -53,6 +53,7 @@ def of_a_recording(x, teeth):
         tsa=x,
         scatter=0.0,
         noise=np.zeros(len(x) // 2 + 1),
+        groups=np.asarray(x)[None],
         averages=1,
         dropped=0,
         cycle=None,

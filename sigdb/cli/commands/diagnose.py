@@ -1,5 +1,6 @@
 """``sigdb diagnose``."""
 
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,44 +18,67 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("recording", type=RECORDING)
-@click.option("--rig", type=RIG, required=True, help="Built-in rig or TOML file, with one mesh.")
 @click.option(
     "--healthy",
     type=RECORDING,
-    help="Healthy recording of the same rig by the same channel; it shows the path from mesh to sensor.",
+    multiple=True,
+    help="Healthy recording of the same machine by the same channel. Give it several times: recordings at other loads "
+    "and speeds make the limits better.",
 )
-@click.option("--model", help="Folder or name of a trained model whose templates are used.")
+@click.option("--rig", type=RIG, help="Built-in rig or TOML file, with one mesh. Severity needs it.")
+@click.option(
+    "--teeth",
+    metavar="COUNTS",
+    help="Instead of a rig: the tooth counts of the averaged gear and its mate, 32/80, or of the averaged gear, 32.",
+)
+@click.option("--module", help="Module of the pair of --teeth, such as 2mm; by default a usual range.")
+@click.option("--model", help="Folder or name of a trained model whose templates are used; needs --rig.")
 @click.option(
     "--db",
     "database",
     type=DATABASE,
-    help="Database whose templates are used; without --model and --db they are simulated now.",
+    help="Database whose templates are used; without --model and --db they are simulated now. Needs --rig.",
 )
 @click.option("--gear", help="Gear on the averaged shaft; by default the mesh's driving gear.")
-@click.option("--sensor", help="The rig's sensor; by default that of the channel's name, or the first one.")
+@click.option("--sensor", help="The rig's sensor; by default that of the channel's name, or the last one.")
 @click.option("--torque", type=Quantity("N m"), help="Torque, N m; by default that of the rig's operating point.")
+@click.option(
+    "--healthy-torque",
+    type=Quantity("N m"),
+    multiple=True,
+    help="Torque of each --healthy, N m, in their order; by default what the recordings state.",
+)
+@click.option("--load", type=float, help="Instead of a torque: load in any unit, such as per cent.")
+@click.option("--healthy-load", type=float, multiple=True, help="Load of each --healthy, in their order.")
 @recording_options
 @format_option("table", "json")
 @click.option("--out", type=click.Path(path_type=Path), help="Also write a page and its numbers into this folder.")
 def diagnose(
     recording: Path,
-    rig: str,
-    healthy: Path | None,
+    healthy: tuple[Path, ...],
+    rig: str | None,
+    teeth: str | None,
+    module: str | None,
     model: str | None,
     database: str | None,
     gear: str | None,
     sensor: str | None,
     torque: float | None,
+    healthy_torque: tuple[float, ...],
+    load: float | None,
+    healthy_load: tuple[float, ...],
     form: str,
     out: Path | None,
     reading: "RecordingOptions",
     averaging: "AngleOptions",
-) -> None:
-    """Diagnose a recording: damage or none, the tooth, the severity, or why there is no answer.
+) -> int:
+    """Diagnose a recording: whether a tooth stands out, which, how severely, and what would have been seen.
+
+    The exit code is 0 if no tooth stands out, 1 if one does, 2 for bad input, and 3 if it cannot be judged.
 
     \b
     Example:
-      sigdb diagnose run.csv --rig rig.toml --healthy new.csv --tacho tacho --out diagnosis
+      sigdb diagnose run.csv --healthy new.csv --teeth 32/80 --tacho tacho --out diagnosis
     """
     from sigdb.diagnosis import diagnose as diagnose_recording
     from sigdb.recording import read_of_any_size
@@ -63,12 +87,17 @@ def diagnose(
     diagnosis = diagnose_recording(
         read_of_any_size(recording, **reading),
         rig,
-        healthy=None if healthy is None else read_of_any_size(healthy, **reading),
+        healthy=[read_of_any_size(each, **reading) for each in healthy],
+        teeth=teeth,
+        module=module,
         model=model,
         database=database,
         gear=gear,
         sensor=sensor,
         torque=torque,
+        healthy_torque=healthy_torque,
+        load=load,
+        healthy_load=healthy_load,
         **averaging,
     )
     if form == "json":
@@ -76,4 +105,6 @@ def diagnose(
     else:
         click.echo(diagnosis_text(diagnosis, terminal=Terminal.of(sys.stdout)), nl=False)
     if out is not None:
-        click.echo(f"page: {write_diagnosis_report(diagnosis, out)}", err=True)
+        command = shlex.join(["sigdb", *sys.argv[1:]])
+        click.echo(f"page: {write_diagnosis_report(diagnosis, out, command=command)}", err=True)
+    return diagnosis.exit_code

@@ -106,20 +106,20 @@ def in_options(message: str) -> str:
     return _NAMED.sub(lambda match: _SPELT[match[1]] if match[1] else f"({_SPELT[match[2]]})", message)
 
 
-def recording_options(command: Callable[..., None]) -> Callable[..., None]:
+def recording_options(command: Callable[..., int | None]) -> Callable[..., int | None]:
     """Add the options of a recording and of its average to a command.
 
     The command gets them as ``reading``, the options of a file, and ``averaging``, the options of the average.
     """
 
     @wraps(command)
-    def call(**options: Any) -> None:
+    def call(**options: Any) -> int | None:
         reading = {name: options.pop(name) for name in _FILE}
         averaging = {name: options.pop(name) for name in _ANGLE}
         if reading["tacho"] is not None and averaging["mesh_phase"]:
             raise click.UsageError("Give either --tacho or --mesh-phase.")
         try:
-            command(reading=reading, averaging=averaging, **options)
+            return command(reading=reading, averaging=averaging, **options)
         except InputError as error:
             raise InputError(in_options(str(error))) from None
 

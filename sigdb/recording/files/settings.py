@@ -95,7 +95,7 @@ class RecordingSettings(Section):
 
 
 class FileOptions(TypedDict, total=False):
-    """Fields of :class:`RecordingSettings` except the torque, as keyword arguments; None leaves a field out."""
+    """Fields of :class:`RecordingSettings` except teeth and torque, as keyword arguments; None leaves a field out."""
 
     sampling_rate: float | None
     names: Sequence[str] | None
@@ -116,11 +116,11 @@ class FileOptions(TypedDict, total=False):
     hysteresis: float | None
     edge: Edge | None
     ratio: float | str | None
-    teeth: int | None
     speed_rpm: float | None
 
 
 class RecordingOptions(FileOptions, total=False):
     """Fields of :class:`RecordingSettings` as keyword arguments; None leaves a field out."""
 
+    teeth: int | None
     torque: float | None

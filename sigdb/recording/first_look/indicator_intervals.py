@@ -69,11 +69,11 @@ def indicator_intervals(
     from scipy.stats import t as student
 
     rows = x.reshape(-1, samples_per_rev)
-    groups, size = _groups(len(rows), cycle)
+    means, size = revolution_groups(x, samples_per_rev=samples_per_rev, cycle=cycle)
+    groups = len(means)
     if groups < _LEAST_GROUPS:
         return pd.DataFrame({"indicator": list(INDICATORS), "low": np.nan, "high": np.nan})
-    sums = rows[: groups * size].reshape(groups, size, samples_per_rev).sum(axis=1)
-    without = (sums.sum(axis=0) - sums) / ((groups - 1) * size)
+    without = (means.sum(axis=0) - means) / (groups - 1)
     centre = indicators(rows.mean(axis=0), teeth=teeth)
     quantile = float(student.ppf((1 + LEVEL) / 2, groups - 1))
     scale = quantile * np.sqrt((groups - 1) * groups * size / averages)
@@ -85,6 +85,16 @@ def indicator_intervals(
         low, high = float(middle - half), float(middle + half)
         table.append((name, np.exp(low), np.exp(high)) if positive else (name, low, high))
     return pd.DataFrame(table, columns=["indicator", "low", "high"])
+
+
+def revolution_groups(x: FloatArray, *, samples_per_rev: int, cycle: int | None = None) -> tuple[FloatArray, int]:
+    """Return the averages (G, samples_per_rev) of groups of consecutive revolutions, and the revolutions in each.
+
+    There are at most 24 groups, of whole tooth cycles where at least ten fit.
+    """
+    rows = x.reshape(-1, samples_per_rev)
+    groups, size = _groups(len(rows), cycle)
+    return rows[: groups * size].reshape(groups, size, samples_per_rev).mean(axis=1), size
 
 
 def _groups(revolutions: int, cycle: int | None) -> tuple[int, int]:

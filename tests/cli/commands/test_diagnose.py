@@ -7,7 +7,6 @@ import pytest
 
 import sigdb
 from sigdb.core import InputError
-from sigdb.recognition import TemplateBank
 from sigdb.recording import Surroundings, synthetic_recording
 
 RATE = 102.4e3
@@ -32,7 +31,7 @@ def write(path, recording):
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory, few_draws):
+def files(tmp_path_factory, few_tries):
     """A healthy gear, one with damage at its sixth tooth, and the sixth twice as loud; noise; a short record."""
     folder = tmp_path_factory.mktemp("recordings")
     rig, errors = sigdb.load_transmission("nasa-spiral-bevel"), 2e-6 * np.cos(np.arange(12.0) ** 2)
@@ -57,41 +56,54 @@ def files(tmp_path_factory, few_draws):
     return folder
 
 
-def test_the_answer_is_on_the_terminal(leave, files, folder):
+def test_the_answer_is_on_the_terminal_and_damage_has_its_exit_code(leave, files, folder):
     options = ("--healthy", files / "healthy.csv", "--db", folder / "signatures")
     code, out, err = leave("diagnose", files / "sixth.csv", *TACHO, *options)
-    assert (code, err) == (0, "")
-    assert out.startswith("Damage at tooth 6.\nProbability of damage ")
-    assert "nearest templates" in out
-    assert "notes\n" in out
-    assert "\n  The path from the mesh to the sensor is that of mesh harmonics 1, 2, 3" in out
+    assert (code, err) == (1, "")
+    assert out.startswith("One tooth stands out: 6")
+    assert "False alarms: at most one in " in out
+    assert "\n  tooth  changed     tooth 6\n" in out
+    assert "assumed\n  The stored templates at " in out
     assert "missing" not in out
 
 
 def test_a_healthy_gear_is_not_called_damaged(leave, files, folder):
     options = ("--healthy", files / "healthy.csv", "--db", folder / "signatures", "--format", "json")
     code, out, _ = leave("diagnose", files / "again.csv", *TACHO, *options)
-    assert code == 0
     found = json.loads(out)
-    assert (found["kind"], found["answer"], found["severity"]) == ("none", "No tooth damage found.", None)
+    assert (code, found["exit_code"], found["severity"], found["teeth"]) == (0, 0, None, [])
+    assert found["kind"] in ("no change", "level changed")
+    assert found["power"]["smallest"] <= 0.4
+    assert "would have been seen at any tooth with probability 0.95" in found["answer"]
 
 
 def test_json_and_page_tell_the_same(leave, files, folder, tmp_path):
     out = tmp_path / "report"
     options = ("--healthy", files / "healthy.csv", "--model", folder / "location", "--format", "json", "--out", out)
     code, text, err = leave("diagnose", files / "sixth.csv", *TACHO, *options)
-    assert (code, err) == (0, f"page: {out / 'index.html'}\n")
+    assert (code, err) == (1, f"page: {out / 'index.html'}\n")
     found = json.loads(text)
-    assert (found["kind"], found["answer"], found["absolute"]) == ("tooth", "Damage at tooth 6.", True)
+    assert (found["kind"], found["absolute"], found["teeth"][0]["tooth"]) == ("one tooth", True, 6)
     loss = next(one for one in found["severity"] if one["target"] == "stiffness_loss")
     assert loss["low"] <= 0.4 <= loss["high"]
     written = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
     assert {name: written[name] for name in found} == found
     assert set(map(len, written["signals"].values())) == {768}
     page = (out / "index.html").read_text(encoding="utf-8")
-    assert "<strong>Damage at tooth 6.</strong>" in page
+    assert f"<strong>{found['answer']}</strong>" in page
     assert page.count("<img") == 3
     assert "<script" not in page
+
+
+def test_a_tooth_count_alone_is_enough_and_several_healthy_recordings_are_counted(leave, files):
+    """No rig: a pulse stands out of what two healthy recordings show, or its power is stated."""
+    reading = ("--sampling-rate", RATE, "--tacho", "tacho", "--teeth", 12, "--format", "json")
+    healthy = ("--healthy", files / "healthy.csv", "--healthy", files / "again.csv")
+    code, out, err = leave("diagnose", files / "sixth.csv", *reading, *healthy)
+    found = json.loads(out)
+    assert (code, err, found["severity"], found["statistics"]["template"]) == (found["exit_code"], "", None, None)
+    assert found["false_alarms"]["pieces"] > 40
+    assert found["kind"] != "no change" or found["power"]["quantity"] == "pulse"
 
 
 def test_recordings_that_are_too_large_are_diagnosed_in_blocks(leave, files, folder, monkeypatch):
@@ -102,43 +114,46 @@ def test_recordings_that_are_too_large_are_diagnosed_in_blocks(leave, files, fol
     with pytest.raises(InputError, match="in blocks"):
         sigdb.read_recording(files / "sixth.csv", sampling_rate=RATE)
     code, blocks, err = leave("diagnose", files / "sixth.csv", *TACHO, *options)
-    assert (code, err) == (0, "")
+    assert (code, err) == (1, "")
     expected, found = json.loads(whole), json.loads(blocks)
-    assert found["answer"] == expected["answer"] == "Damage at tooth 6."
-    assert found["p_damage"] == pytest.approx(expected["p_damage"])
+    assert found["answer"] == expected["answer"]
+    assert found["statistics"]["score"] == pytest.approx(expected["statistics"]["score"])
 
 
 def test_without_a_tacho_teeth_are_counted_from_the_beginning(leave, files, folder):
     options = ("--healthy", files / "healthy.csv", "--db", folder / "signatures", "--mesh-phase", "--format", "json")
     code, out, err = leave("diagnose", files / "sixth.csv", *READ, *options)
-    assert (code, err) == (0, "")
+    assert (code, err) == (1, "")
     found = json.loads(out)
     assert not found["absolute"]
     assert [note["code"] for note in found["missing"]] == ["no-tacho-mark", "speed-doubt"]
     assert found["missing"][1]["text"].startswith("A reliable speed in the healthy recording: ")
-    assert found["p_damage"] > 0.9
 
 
-def test_without_a_healthy_recording_it_is_said_what_is_missing(leave, files, folder):
-    code, out, _ = leave("diagnose", files / "sixth.csv", *TACHO, "--db", folder / "signatures", "--unit", "m/s")
-    assert code == 0
-    assert out.startswith("Outside the database: neither a healthy gear nor any simulated damage fits")
-    assert "missing\n  A healthy recording of the same rig by the same channel" in out
+def test_without_a_healthy_recording_the_answer_is_whether_an_event_repeats(leave, files):
+    code, out, err = leave("diagnose", files / "sixth.csv", *TACHO, "--format", "json")
+    found = json.loads(out)
+    assert (code, err) == (found["exit_code"], "")
+    assert found["kind"] in ("one event", "nothing stands out", "cannot be judged")
+    assert found["repeatability"]["revolutions"] == 102
+    assert [note["code"] for note in found["missing"]] == ["no-healthy-recording"]
 
 
 @pytest.mark.parametrize(("rate", "said"), [(RATE / 4, "0.251 times"), (RATE, None)])
 def test_a_speed_far_from_the_rigs_asks_for_the_sampling_rate(leave, files, folder, monkeypatch, rate, said):
     """Templates that are made for the recording have its speed, so that they say nothing."""
-    stored = TemplateBank.of(sigdb.open(folder / "signatures"))
-    monkeypatch.setattr("sigdb.diagnosis.diagnose_recording.rig_bank", lambda *args, **options: stored)
+    nothing = (None, ())
+    monkeypatch.setattr("sigdb.diagnosis.rig_templates.Source.templates", lambda self, **options: nothing)
     options = (*READ[:2], "--sampling-rate", rate, "--tacho", "tacho", "--format", "json")
-    code, out, _ = leave("diagnose", files / "sixth.csv", *options)
-    assert code == 0
+    _, out, _ = leave("diagnose", files / "sixth.csv", "--healthy", files / "healthy.csv", *options)
     notes = [note["text"] for note in json.loads(out)["notes"] if note["code"] == "far-from-rig-speed"]
     assert len(notes) == (said is not None)
     if said:
         assert f"{said} the rig's operating speed of 14400 rpm" in notes[0]
         assert notes[0].endswith("check the sampling rate and the tacho.")
+
+
+HEALTHY = ("--healthy", "{files}/healthy.csv")
 
 
 @pytest.mark.parametrize(
@@ -148,11 +163,18 @@ def test_a_speed_far_from_the_rigs_asks_for_the_sampling_rate(leave, files, fold
         (["{files}/sixth.csv", *TACHO, "--rig", "nothing"], "no built-in rig 'nothing'"),
         (["{files}/sixth.csv", *TACHO, "--rig", "two-stage-gearbox"], "has 2 meshes"),
         (["{files}/sixth.csv", *TACHO, "--gear", "wheel"], "gear = 'wheel' is not a gear of nasa-spiral-bevel"),
-        (["{files}/sixth.csv", *TACHO, "--sensor", "wheel"], "sensor = 'wheel' is not a sensor of nasa-spiral-bevel"),
+        (
+            ["{files}/sixth.csv", *TACHO, *HEALTHY, "--sensor", "wheel"],
+            "sensor = 'wheel' is not a sensor of nasa-spiral",
+        ),
         (["{files}/sixth.csv", *TACHO, "--db", "{db}", "--sensor", "wheel"], "wheel"),
         (["{files}/sixth.csv", *TACHO, "--channel", "a9"], "a9"),
         (["{files}/sixth.csv", *READ], "no channel is known as its tacho"),
-        (["{files}/sixth.csv", *TACHO, "--unit", "g", "--db", "{db}"], "the simulated sensor in 'm/s'"),
+        (["{files}/sixth.csv", *READ[2:], "--tacho", "tacho"], "neither a rig nor tooth counts are given"),
+        (["{files}/sixth.csv", *TACHO, "--teeth", "12/36"], "rig and teeth are given together"),
+        (["{files}/sixth.csv", *READ[2:], "--tacho", "tacho", "--teeth", "12", "--db", "{db}"], "without the rig"),
+        (["{files}/sixth.csv", *READ[2:], "--tacho", "tacho", "--teeth", "12.5"], "12.5"),
+        (["{files}/sixth.csv", *TACHO, *HEALTHY, "--healthy-torque", "1", "--healthy-torque", "2"], "2 values for 1"),
         (["{files}/short.csv", *TACHO, "--db", "{db}"], "short.csv"),
         (["{files}/sixth.csv", *TACHO, "--db", "{files}"], "is not a sigdb database"),
         (["{files}/sixth.csv", *TACHO, "--model", "{files}"], "is not a model folder"),
@@ -167,6 +189,14 @@ def test_bad_input_is_told_in_one_line(leave, files, folder, tmp_path, arguments
     assert line.startswith("sigdb: error: ")
     assert says in line
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("name", "which"), [("noise", "of this recording"), ("sixth", "of the healthy recording")])
+def test_a_gear_that_is_not_there_is_not_judged(leave, files, name, which):
+    healthy = files / ("healthy.csv" if name == "noise" else "noise.csv")
+    code, out, err = leave("diagnose", files / f"{name}.csv", *TACHO, "--healthy", healthy)
+    assert (code, err) == (3, "")
+    assert out.startswith(f"Cannot be judged: no mesh of 12 teeth stands out {which}.\n")
 
 
 def test_two_sources_of_the_angle_are_refused(leave, files):

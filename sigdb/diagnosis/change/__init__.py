@@ -1,0 +1,1 @@
+"""The change of an average since healthy recordings: its statistics, their limits, and their power."""

@@ -1,0 +1,170 @@
+"""Statistics of a change that one damaged tooth raises: short pulses of any shape, and the templates of rigs."""
+
+from dataclasses import dataclass
+from functools import cache
+from math import lgamma, log
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import gammaincc
+
+from sigdb.core import FloatArray, IntArray
+from sigdb.diagnosis.change.change import PLACES, Change, envelopes
+from sigdb.diagnosis.change.templates import BehindPath
+
+WIDTHS = (0.4, 0.8, 1.6)
+"""Widths of the pulses, in tooth passes over pi."""
+
+NOISE_ALARMS = 1e-3
+"""Probability that noise alone exceeds its limit somewhere in the turn."""
+
+INDEPENDENT = 2.0
+"""Places in a tooth pass at which a statistic of noise is independent: a band is one tooth order wide, and the two
+sides of a harmonic are independent."""
+
+_WIDTHS_THAT_DIFFER = 2
+"""Number of independent pulses of the three widths."""
+
+_EXPECTED = 50.0
+"""Energy of a template over noise, of all bands, for which the bands are weighted: that of damage that is just seen."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Statistic:
+    """A statistic over the turn, relative to the limit that noise alone exceeds with a probability of 0.001.
+
+    Attributes
+    ----------
+    value
+        (8 Z,) statistic at each place.
+    best
+        (8 Z,) number of the pulse or template with the greatest value at each place.
+    ratio
+        (8 Z,) logarithm of the likelihood ratio of that pulse or template to none, over the misfit.
+    """
+
+    value: FloatArray
+    best: IntArray
+    ratio: FloatArray
+
+    @property
+    def greatest(self) -> float:
+        """Greatest value over the turn."""
+        return float(self.value.max(initial=0.0))
+
+    @property
+    def place(self) -> float:
+        """Place of the greatest value, in tooth passes after the beginning of the average."""
+        return float(np.argmax(self.value)) / PLACES
+
+
+@cache
+def noise_limit(shape: float, tries: float) -> float:
+    """Return the value that the greatest of independent noise energies exceeds with a probability of 0.001.
+
+    The squared magnitude of one complex amplitude of noise, relative to its mean, follows the exponential law; the sum
+    over B bands the gamma law with shape B. The probability for the greatest of N is at most N times that for one.
+
+    Parameters
+    ----------
+    shape
+        Shape of the gamma law: the bands B.
+    tries
+        Number N.
+
+    Examples
+    --------
+    >>> round(noise_limit(1, 1), 3), round(float(-np.log(1e-3)), 3)
+    (6.908, 6.908)
+    """
+    wanted = log(NOISE_ALARMS / tries)
+    return float(brentq(lambda x: _log_tail(shape, x) - wanted, 1e-9, 1e4 + 10 * shape))
+
+
+def _log_tail(shape: float, x: float) -> float:
+    tail = float(gammaincc(shape, x))
+    return log(tail) if tail > 1e-290 else (shape - 1) * log(x) - x - lgamma(shape)
+
+
+def nothing(change: Change) -> Statistic:
+    """Return the statistic of a change without a band in which anything could be seen."""
+    zero = np.zeros(PLACES * change.teeth)
+    return Statistic(value=zero, best=np.zeros(zero.size, int), ratio=zero)
+
+
+def pulse_statistic(change: Change) -> Statistic:
+    """Return the energy of short pulses at each place of the turn, relative to what the rest of the turn shows.
+
+    A pulse of width c has the amplitudes ``d_k = exp(-(pi c (k - h Z) / Z)^2 / 2) / s_k`` in the band of harmonic h,
+    with the deviation s_k. Its complex amplitude is free in each band, so the path and the shape of the pulse need not
+    be known. The statistic is the greatest over three widths of ::
+
+        e(u) = sum_h |sum_k d_k r_k exp(2 pi j k u)|^2 / sum_k d_k^2 / m,
+
+    with the residual r and its median energy m over the turn, where that is above that of noise.
+    """
+    Z = change.teeth
+    if not change.bands:
+        return nothing(change)
+    values = np.zeros((len(WIDTHS), PLACES * Z))
+    for number, width in enumerate(WIDTHS):
+        shapes = [
+            np.exp(-0.5 * ((band.orders - band.harmonic * Z) * np.pi / Z * width) ** 2) / band.deviation
+            for band in change.bands
+        ]
+        parts = [shape * band.residual for shape, band in zip(shapes, change.bands, strict=True)]
+        powers = np.array([np.sum(shape**2) for shape in shapes])
+        values[number] = (envelopes(change, parts) / powers[:, None]).sum(axis=0)
+    ratio = values.max(axis=0) / change.middle
+    limit = noise_limit(float(len(change.bands)), _WIDTHS_THAT_DIFFER * INDEPENDENT * Z)
+    return Statistic(value=ratio / limit, best=values.argmax(axis=0), ratio=ratio)
+
+
+def template_statistic(change: Change, templates: BehindPath) -> Statistic:
+    """Return the likelihood ratio of damage to none at each place of the turn, over the misfit that it leaves.
+
+    In each band the difference D of a template from its healthy rig, turned by u, is fitted with a free complex
+    amplitude: the path and the model's stiffness need not be right, only the shape of the difference about a mesh
+    harmonic. With the residual r and its deviation s, its energy R, and the degrees of freedom f that are left, the
+    statistic is the greatest over templates of ::
+
+        F(u) = sum_h w_h e_h(u) / max(1, (R - sum_h e_h(u)) / f),
+        e_h(u) = |sum_k (D_k / s_k)^* r_k exp(2 pi j k u)|^2 / S_h,    S_h = sum_k |D_k / s_k|^2,
+
+    relative to the limit of noise. The weights ``w_h = c S_h / (1 + c S_h)`` are those of amplitudes of the expected
+    size, where c makes the sum of all c S_h 50, the energy of damage that is just seen. So bands in which the damage is
+    far below the noise behind the path take no part. The sum of weighted exponential laws is approximated by a gamma
+    law with the same mean and variance [1]_.
+
+    Parameters
+    ----------
+    change
+        Change of the run.
+    templates
+        Shapes of the templates behind the path.
+
+    References
+    ----------
+    .. [1] Satterthwaite, "An approximate distribution of estimates of variance components", Biometrics Bulletin 2(6),
+       1946, doi:10.2307/3002019.
+    """
+    shapes = [templates.shapes[:, band.orders] / band.deviation for band in change.bands]
+    powers = np.array([np.sum(np.abs(shape) ** 2, axis=1) for shape in shapes])
+    if not len(shapes) or not np.all(powers.sum(axis=0) > 0):
+        return nothing(change)
+    expected = powers * (_EXPECTED / powers.sum(axis=0))
+    weight = expected / (1 + expected)
+    parts = [np.conj(shape) * band.residual for shape, band in zip(shapes, change.bands, strict=True)]
+    energy = envelopes(change, parts) / np.maximum(powers, np.finfo(float).tiny)[:, :, None]
+    level = sum(band.level for band in change.bands)
+    left = max(change.degrees - len(change.bands), 1)
+    misfit = np.maximum(1.0, (level - energy.sum(axis=0)) / left)
+    ratio = (weight[:, :, None] * energy).sum(axis=0) / misfit
+    scale = (weight**2).sum(axis=0) / weight.sum(axis=0)
+    degrees = weight.sum(axis=0) / scale
+    tries = len(templates.shapes) * INDEPENDENT * change.teeth
+    limits = scale * np.array([noise_limit(round(float(shape), 2), tries) for shape in degrees])
+    value = ratio / limits[:, None]
+    best = value.argmax(axis=0)
+    place = np.arange(value.shape[1])
+    return Statistic(value=value[best, place], best=best, ratio=ratio[best, place])

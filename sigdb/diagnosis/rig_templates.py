@@ -1,0 +1,179 @@
+"""Templates for a recording: of a described rig and its ensemble, of tooth counts alone, of a database or a model."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from sigdb.core import InputError, Note, SigdbError
+from sigdb.database import open as open_database
+from sigdb.diagnosis.change.templates import Templates
+from sigdb.dynamics import ensemble
+from sigdb.recognition import TemplateBank, changed_parts, load_model, model_form
+from sigdb.transmission import Transmission
+
+MEMBERS = 8
+"""Rigs of an ensemble."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """Source of templates.
+
+    Attributes
+    ----------
+    rig
+        The rig; None with a tooth count alone, for which there are no templates.
+    described
+        Whether the rig is described, or only its tooth counts are known.
+    bank
+        Templates of a database or a model; None where they are simulated.
+    notes
+        Notes on the source.
+    """
+
+    rig: Transmission | None
+    described: bool
+    bank: TemplateBank | None = None
+    notes: tuple[Note, ...] = ()
+
+    @property
+    def samples_per_tooth(self) -> int | None:
+        """Samples in a tooth pass of stored templates; None where any will do."""
+        if self.bank is None:
+            return None
+        point = self.bank.points[0]
+        return point.samples // point.teeth
+
+    def templates(
+        self,
+        *,
+        gear: str | None,
+        sensor: str | None,
+        channel: str,
+        speed_rpm: float,
+        torque: float,
+        samples_per_tooth: int,
+    ) -> tuple[Templates | None, tuple[str, ...]]:
+        """Return the templates at the operating point of a recording, and what was assumed for them, in sentences.
+
+        Parameters
+        ----------
+        gear
+            Averaged gear.
+        sensor
+            The rig's sensor; by default that of the channel's name, or the last, which is the farthest from the shaft.
+        channel
+            Channel of the recording.
+        speed_rpm, torque
+            Speed and torque of the rig's operating point, rpm and N m.
+        samples_per_tooth
+            Samples of the average in a tooth pass.
+        """
+        if self.rig is None or gear is None:
+            return None, ("Nothing on the machine but the tooth count.",)
+        if self.bank is not None:
+            teeth = np.array([self.rig.gears[gear].teeth])
+            (nearest,) = self.bank.nearest(np.array([speed_rpm]), np.array([torque]), teeth)
+            point = self.bank.points[nearest]
+            return Templates.stored(point, source="stored templates"), (
+                f"The stored templates at {point.speed_rpm:.5g} rpm and {point.torque:.5g} N m stand for this machine.",
+            )
+        named = _sensor(self.rig, sensor, channel)
+        at = self.rig.replace({"operating.speed_rpm": speed_rpm, "operating.torque": torque})
+        rigs, sentence = _rigs(at, described=self.described)
+        try:
+            templates = Templates.simulated(
+                rigs,
+                gear=gear,
+                sensor=named,
+                samples_per_tooth=samples_per_tooth,
+                source=sentence,
+                described=self.described,
+            )
+        except SigdbError as error:
+            raise InputError(
+                f"rig {at.name} has no templates at {speed_rpm:.5g} rpm and {torque:.5g} N m: {error}; check the "
+                "sampling rate, the tacho and the torque"
+            ) from error
+        if not len(templates.spectra):
+            raise InputError(
+                f"rig {at.name} has no templates at {speed_rpm:.5g} rpm and {torque:.5g} N m, where the teeth of its "
+                f"gears part; its operating point is {self.rig.operating.speed_rpm:.5g} rpm and "
+                f"{self.rig.operating.torque:.5g} N m: check the sampling rate, the tacho and the torque"
+            )
+        return templates, (sentence, f"The sensor sits where the rig's sensor {named} does, behind any smooth path.")
+
+
+def _rigs(rig: Transmission, *, described: bool) -> tuple[list[Transmission], str]:
+    """Return the rig and members of its ensemble, and a sentence on them."""
+    if not rig.assumptions.free:
+        return [rig], f"All numbers of rig {rig.name} hold."
+    members = list(ensemble(rig, MEMBERS - described, rng=0))
+    if not described:
+        return members, (
+            f"One of {len(members)} rigs of these tooth counts resembles this machine: sizes, bearings and inertias "
+            "were drawn from usual ranges."
+        )
+    return [
+        rig,
+        *members,
+    ], f"Rig {rig.name}, or one of {len(members)} rigs from the ranges of its assumed numbers, holds."
+
+
+def stored_bank(
+    rig: Transmission,
+    *,
+    model: str | PathLike[str] | None,
+    database: str | PathLike[str] | None,
+    sensor: str | None,
+) -> tuple[TemplateBank | None, tuple[Note, ...]]:
+    """Return the templates of a model or a database, and notes; None without both."""
+    if model is not None and database is not None:
+        raise InputError("model and database are given together; templates are taken from one of them")
+    if database is not None:
+        opened = open_database(str(database))
+        changed = changed_parts(model_form(opened.manifest.resolved), _description(rig))
+        return TemplateBank.of(opened, sensor=sensor), _rig_notes("database", changed)
+    if model is None:
+        return None, ()
+    loaded = load_model(str(model))
+    templates = loaded.estimators.get("templates")
+    bank = None if templates is None else templates.template_bank
+    if bank is None:
+        raise InputError(f"{model} holds no templates; train it on a database of a rig with one mesh")
+    return bank, _rig_notes("model", changed_parts(loaded.form, _description(rig)))
+
+
+def _description(rig: Transmission) -> Mapping[str, Any]:
+    """Return a rig as the description of a database has it."""
+    return {"rig": rig.model_dump(mode="json", exclude_none=True)}
+
+
+def _rig_notes(source: str, changed: list[str]) -> tuple[Note, ...]:
+    """Return a note on the parts in which the rig of the templates differs from the rig of the recording."""
+    parts = ", ".join(changed)
+    text = f"The {source} is of a rig that differs in {parts}."
+    return (Note(code="other-rig", text=text, values={"source": source, "parts": parts}),) if changed else ()
+
+
+def averaged_gear_of(rig: Transmission, requested: str | None) -> str:
+    """Return the averaged gear; templates of its teeth must be turns of each other."""
+    if requested is not None and requested not in rig.gears:
+        raise InputError(f"gear = {requested!r} is not a gear of {rig.name}; it has {', '.join(rig.gears)}")
+    gear = requested or (next(iter(rig.meshes.values())).driving if rig.meshes else None)
+    if gear is None or not rig.turns_exactly(gear):
+        raise InputError(
+            f"rig {rig.name} has {len(rig.meshes)} meshes; a recording is compared with templates of a rig with one: "
+            "describe the gear pair of interest as a rig of its own"
+        )
+    return gear
+
+
+def _sensor(rig: Transmission, requested: str | None, channel: str) -> str:
+    """Return the requested sensor of the rig, the sensor with the channel's name, or the last."""
+    if requested is not None and requested not in rig.sensors:
+        raise InputError(f"sensor = {requested!r} is not a sensor of {rig.name}; it has {', '.join(rig.sensors)}")
+    return requested or (channel if channel in rig.sensors else list(rig.sensors)[-1])
