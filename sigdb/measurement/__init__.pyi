@@ -1,6 +1,6 @@
-from .pitch_errors import PitchTolerances as PitchTolerances
-from .pitch_errors import pitch_errors as pitch_errors
-from .pitch_errors import pitch_tolerances as pitch_tolerances
+from .pitch_error_law import PitchTolerances as PitchTolerances
+from .pitch_error_law import pitch_errors as pitch_errors
+from .pitch_error_law import pitch_tolerances as pitch_tolerances
 from .settings import MeasurementSettings as MeasurementSettings
 from .specimen import index_error_covariance as index_error_covariance
 from .specimen import index_errors as index_errors

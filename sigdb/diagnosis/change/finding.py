@@ -21,7 +21,7 @@ _WIDER = 1.5
 _ENOUGH = 5
 """Number of healthy recordings from which on their differences say what other loads and mountings do."""
 
-_CAUTION = 1.2
+_CAUTION = 1.25
 """Factor of every limit; assumed. The greatest of n pieces alone would be exceeded once in n + 1."""
 
 _PULSE_MARGIN, _TEMPLATE_MARGIN = 1.5, 1.6

@@ -49,9 +49,9 @@ def path_gain(measured: AverageSpectrum, simulated: ComplexArray) -> ComplexArra
     return np.where(k < measured.highest_order, magnitude * np.exp(1j * phase), 0)
 
 
-def wandering(stream: np.random.Generator, spectrum: AverageSpectrum) -> ComplexArray:
-    """Return a random error (n / 2 + 1,) of a path's gain, relative to it: 30 %, independent twice a mesh harmonic."""
+def wandering(stream: np.random.Generator, spectrum: AverageSpectrum, deviation: float) -> ComplexArray:
+    """Return a random relative gain (n / 2 + 1,) with errors of a deviation, independent twice a mesh harmonic."""
     k = np.arange(spectrum.groups.shape[1])
     nodes = np.arange(0, len(k) + spectrum.teeth, spectrum.teeth / 2)
-    errors = stream.normal(0, GAIN_ERROR, (2, len(nodes)))
+    errors = stream.normal(0, deviation, (2, len(nodes)))
     return np.asarray(np.exp(np.interp(k, nodes, errors[0]) + 1j * np.interp(k, nodes, errors[1])))

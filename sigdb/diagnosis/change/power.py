@@ -8,7 +8,7 @@ import pandas as pd
 
 from sigdb.core import ComplexArray, FloatArray
 from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
-from sigdb.diagnosis.change.path import wandering
+from sigdb.diagnosis.change.path import GAIN_ERROR, wandering
 from sigdb.diagnosis.change.templates import BehindPath
 
 SEEN = 0.95
@@ -19,6 +19,9 @@ LOSSES = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 
 PULSES = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0)
 """Rms values of the pulses that are added, relative to that of the average, where no rig is known."""
+
+_SHAPE_ERROR = 0.7
+"""Deviation of the relative error of a pulse's spectrum, twice a mesh harmonic: damage is no ideal pulse. Assumed."""
 
 _MOST_TRIES = 160
 """Most pairs of a tooth and a rig; with more teeth, each is tried with fewer of the rigs, in turn."""
@@ -75,7 +78,7 @@ def power(
     """Return the damage that a recording would have shown, by adding damage to it and asking the decision itself.
 
     Damage of one tooth is added at every tooth of every rig behind the path that the healthy mesh harmonics give. The
-    gain of the path errs at random between them: by 30 %, twice a mesh harmonic. The value that is seen is results by
+    gain of the path errs at random between them: by 30 %, twice a mesh harmonic, and that of pulses by 70 %. The value that is seen is results by
     bisection, so a greater damage counts as seen where a smaller one is.
 
     Parameters
@@ -95,13 +98,14 @@ def power(
     rms = float(np.sqrt(np.sum(np.abs(run.mean[1:]) ** 2)))
     values, additions = _damage(templates) if templates is not None else _pulses(run, healthy)
     Z, k = run.teeth, np.arange(len(run.mean))
+    error = GAIN_ERROR if templates is not None else _SHAPE_ERROR
     rigs = min(len(additions), max(_MOST_TRIES // Z, 1))
     needed = np.full((Z, rigs), np.inf)
     share = np.full((len(values), Z, rigs), np.nan)
     for tooth in range(Z):
         for number in range(rigs):
             addition = additions[(tooth * rigs + number) % len(additions)]
-            at_tooth = addition.spectra * wandering(stream, run) * np.exp(-2j * np.pi * k * tooth / Z)
+            at_tooth = addition.spectra * wandering(stream, run, error) * np.exp(-2j * np.pi * k * tooth / Z)
             share[:, tooth, number] = np.sqrt(np.sum(np.abs(at_tooth) ** 2, axis=1)) / rms
             index = _first(decide, run, at_tooth)
             if index < len(values):
@@ -175,7 +179,7 @@ def _at(values: FloatArray, losses: FloatArray, simulated: ComplexArray) -> Comp
 
 
 def _pulses(run: AverageSpectrum, healthy: AverageSpectrum) -> tuple[FloatArray, list[_Addition]]:
-    """Return pulses of three widths whose spectrum about each mesh harmonic has the share of that harmonic."""
+    """Return pulses of four widths whose spectrum about each mesh harmonic has the share of that harmonic."""
     values, Z = np.array(PULSES), run.teeth
     X = healthy.mean
     k = np.arange(len(X))
@@ -183,7 +187,7 @@ def _pulses(run: AverageSpectrum, healthy: AverageSpectrum) -> tuple[FloatArray,
     held = (k > 0) & (k < run.highest_order)
     rms = float(np.sqrt(np.sum(np.abs(run.mean[1:]) ** 2)))
     results = []
-    for width in (0.4, 0.8, 1.6):
+    for width in (0.4, 0.8, 1.6, 3.2):
         shape = np.where(held, X[nearest] * np.exp(-0.5 * ((k - nearest) * np.pi / Z * width) ** 2), 0)
         shape = shape / np.sqrt(np.sum(np.abs(shape) ** 2)) * rms
         results.append(_Addition(spectra=values[:, None] * shape))

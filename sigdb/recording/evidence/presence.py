@@ -116,9 +116,10 @@ def mesh_presence(
     The gear is present where ``p_value`` is at most 0.001 and all of these hold: ``p_neighbours`` is at most 0.5, no
     comb ``h Z + s``, ``|s| > 2``, and no mesh of another tooth count has 1.25 E + 15 of evidence, where E, a sum of
     -ln p like p_neighbours', is the evidence of this one. Orders of a half or a third of the teeth have at most
-    E + 10. The lines have no common spacing of another gear. Harmonics that are no multiples of 2, or 3, stand out as
-    well, with a combined p of at most 0.01; else the gear has twice or three times as many teeth. A single line is a
-    gear's only where no line between the whole orders is stronger.
+    E + 10. The lines have no common spacing of another gear, or the sidebands between them stand out together, with p
+    of at most 0.01. Harmonics that are no multiples of 2, or 3, stand out as well, with a combined p of at most 0.01;
+    else the gear has twice or three times as many teeth. A single line is a gear's only where no line between the whole
+    orders is stronger.
 
     Parameters
     ----------
@@ -167,6 +168,9 @@ def mesh_presence(
     side = orders[(about > 0) & (about <= _SIDEBANDS)]
     combs = _Combs(np.abs(np.fft.rfft(x[: M * n].reshape(M, n).mean(axis=0))[: top + 1]) ** 2, Z)
     lines = np.flatnonzero(line < math.log(_LINE))
+    spacing = int(np.gcd.reduce(lines, initial=0))
+    if spacing > 1 and _combined(line[side[side % spacing > 0]]) <= _OTHERS:
+        spacing = 1  # Pitch errors of a low order are strong; the other orders are weak, and no noise.
     p_mesh, p_revolution = _combined(line[mesh]), _p_revolution(line, side, mesh)
     sums = [order for m in mates for order in (m, *(mesh - m), *(mesh + m))]
     between = np.array([order for order in sums if order < top and abs(order * M - round(order) * M) > _GUARD + 1])
@@ -180,7 +184,7 @@ def mesh_presence(
         "p_mesh": p_mesh,
         "p_revolution": p_revolution,
         "p_neighbours": _combined(combs.log_p(mesh)),
-        "spacing": int(np.gcd.reduce(lines, initial=0)),
+        "spacing": spacing,
         "mesh_lines": float(np.count_nonzero(lines % Z == 0)),
         "multiple": _multiple(line, mesh, Z),
     }
