@@ -78,8 +78,8 @@ def power(
     """Return the damage that a recording would have shown, by adding damage to it and asking the decision itself.
 
     Damage of one tooth is added at every tooth of every rig behind the path that the healthy mesh harmonics give. The
-    gain of the path errs at random between them: by 30 %, twice a mesh harmonic, and that of pulses by 70 %. The value that is seen is results by
-    bisection, so a greater damage counts as seen where a smaller one is.
+    gain of the path errs at random between them: by 30 %, twice a mesh harmonic, and that of pulses by 70 %. The value
+    that is seen is found by bisection, so a greater damage counts as seen where a smaller one is.
 
     Parameters
     ----------
