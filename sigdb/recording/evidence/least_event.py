@@ -9,19 +9,19 @@ from sigdb.recording.evidence.residual_bands import ResidualBands
 
 PROBABILITY = 0.95
 """Share of the added events that must be seen."""
-_EVENTS = 60
+_EVENTS = 40
 """Events that are added, at places spread evenly over the turn."""
-_LEAST = 1e-6
+_LEAST = 1e-3
 """Smallest event that is tried."""
-_STEPS = 11
-"""Steps of the search, which halve the logarithmic interval: 1 % at the end."""
+_STEPS = 7
+"""Steps of the search, which halve the logarithmic interval: 6 % at the end."""
 
 
 def least_event(bands: ResidualBands, spectrum: ComplexArray, limit: float) -> float:
     """Return the smallest event that is seen at 95 of 100 places of the turn, over the rms of the average.
 
     An event is one short pulse with the spectrum of the residual's own level, all orders of the bands together, and a
-    phase of its own in each band. Sixty of them are added, one at a time.
+    phase of its own in each band. Forty of them are added, one at a time.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def least_event(bands: ResidualBands, spectrum: ComplexArray, limit: float) -> f
     Returns
     -------
     float
-        rms of the event over that of the average without its mean, not below 1e-6; nan if an event of the average's
+        rms of the event over that of the average without its mean, not below 1e-3; nan if an event of the average's
         whole rms would not have been seen.
     """
     residual = spectrum[bands.orders]
