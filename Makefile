@@ -10,7 +10,7 @@ SEED ?= 1
 # Installations leave compiling to the first import, so that each module must be compiled once, not in each process.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help quickstart test lowest fuzz paper paper-search check docs peers wheel clean
+.PHONY: help quickstart test lowest fuzz paper paper-search check types lint docs peers wheel clean
 
 help:
 	@echo "make quickstart   install, make the quick database, its models and reports, query, draw"
@@ -79,10 +79,14 @@ paper: .venv/base
 paper-search: .venv/identify
 	$(BIN)/python benchmarks/paper_search.py --out build/paper-search-$(SEED) --seed $(SEED) --hours $(HOURS)
 
-check: .venv/check
+check: types lint
+
+types: .venv/check
+	$(BIN)/mypy
+
+lint: .venv/check
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python tests/checks/tree.py
 	$(BIN)/python tests/checks/prose.py

@@ -18,6 +18,7 @@ COMPARED = {"face_load": "with published values", "force_per_torque": "with the 
 """Fields that nothing but a comparison reads, which shows that their neighbours are right."""
 
 
+@cache
 def public() -> set[str]:
     """Names for users, which nothing in sigdb needs to use."""
     return {
@@ -31,6 +32,7 @@ def public() -> set[str]:
     }
 
 
+@cache
 def used() -> set[str]:
     """Names that are read, imported, or in a text that is no docstring (``getattr``, tables of names)."""
     names: set[str] = set()

@@ -68,9 +68,9 @@ def with_value(column, row, value):
 
 @pytest.mark.parametrize("deep", [False, True])
 def test_a_whole_database_is_whole(small_run, parts_folder, deep):
-    """All kinds of damage, contact loss and two tooth counts, every row and template made again."""
-    for folder in (small_run[0], parts_folder):
-        assert verify(folder, deep=deep, sample=ALL) == ()
+    """All kinds of damage, contact loss and two tooth counts, every row and template made again; of parts a row."""
+    for folder, sample in ((small_run[0], ALL), (parts_folder, 1)):
+        assert verify(folder, deep=deep, sample=sample) == ()
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +131,7 @@ def test_any_flipped_bit_is_found(small_copy, copy, where):
     paths = files_of(folder)
     sizes = np.array([path.stat().st_size for path in paths])
     chosen = [(paths[k], offset) for k in range(len(paths)) for offset in (0, sizes[k] - 1)]
-    for k in [*rng.integers(len(paths), size=12), *rng.choice(len(paths), size=12, p=sizes / sizes.sum())]:
+    for k in [*rng.integers(len(paths), size=6), *rng.choice(len(paths), size=6, p=sizes / sizes.sum())]:
         chosen.append((paths[k], int(rng.integers(sizes[k]))))
     for path, offset in chosen:
         content = path.read_bytes()

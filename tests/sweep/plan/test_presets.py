@@ -68,7 +68,6 @@ def test_an_unknown_pattern_names_presets_too(plan_of):
     [
         ("nasa-spiral-bevel", "pinion", 12, 3),
         ("nasa-spiral-bevel", "gear", 36, 1),
-        ("two-stage-gearbox", "middle-wheel", 80, 2),
         ("two-stage-gearbox", "middle-pinion", 48, 4),
     ],
 )

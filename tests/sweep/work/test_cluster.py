@@ -26,9 +26,10 @@ def test_the_same_bytes_and_a_killed_worker_s_part_is_made_again(
     def kill():
         while not list(folder.glob("receipts/templates-*.json")):
             time.sleep(0.005)
-        pid = next(iter(cluster.workers.values())).pid
-        os.kill(pid, signal.SIGKILL)
-        killed.append(pid)
+        worker = next(iter(cluster.workers.values()))
+        worker.close_gracefully()  # no other takes its place
+        os.kill(worker.pid, signal.SIGKILL)
+        killed.append(worker)
 
     killer = threading.Thread(target=kill)
     killer.start()
