@@ -22,27 +22,29 @@ HEADER = """\
 """
 
 
-def write_ensemble(prior: Transmission, points: Sequence[FloatArray], output: str, folder: Path) -> None:
-    """Write the rigs at points of the unit cube: a table, by how many changes they bear, and the first as a rig file.
+def write_ensemble(prior: Transmission, found: Sequence[tuple[int, FloatArray]], output: str, folder: Path) -> None:
+    """Write the rigs that were found: a table, by how many changes they bear, and the first as a rig file.
 
-    The sensor at the pinion has the quantity ``output``.
+    ``found`` has the number of evaluations and the point of the unit cube of each. The sensor at the pinion has the
+    quantity ``output``. Of rigs that bear as many changes, the one with the greatest margins comes first.
     """
     rigs, cube = [], prior.assumptions
-    for u in points:
+    for evaluations, u in found:
         rig = with_output(prior.with_assumed(cube.from_unit(u)), output)
         results = [margins_of(changed) for _, changed in changed_rigs(rig)]
-        held = [result is not None and result.holds_targets for result in results]
-        rigs.append((float(np.mean(held)), u, rig))
-    rigs.sort(key=lambda found: -found[0])
+        held = sum(result is not None and result.holds_targets for result in results)
+        own = margins_of(rig)
+        rigs.append((-held, np.inf if own is None else own.worst_target, evaluations, u, rig))
+    rigs.sort(key=lambda row: row[:2])
     paths = list(dict.fromkeys(number.path for number in cube.free))
     with (folder / ENSEMBLE).open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["output", *paths])
-        for _, u, _ in rigs:
+        writer.writerow(["output", "evaluations", *paths])
+        for *_, evaluations, u, _ in rigs:
             values = cube.from_unit(u)
             texts = (f"{v:.10g}" if isinstance(v, float) else str(v) for v in (values.get(p, "") for p in paths))
-            writer.writerow([output, *texts])
-    (folder / ENSEMBLE).with_suffix(".toml").write_text(rig_file(rigs[0][2]), encoding="utf-8")
+            writer.writerow([output, evaluations, *texts])
+    (folder / ENSEMBLE).with_suffix(".toml").write_text(rig_file(rigs[0][-1]), encoding="utf-8")
 
 
 def rig_file(rig: Transmission) -> str:

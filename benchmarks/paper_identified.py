@@ -4,8 +4,9 @@ Usage: python benchmarks/paper_identified.py [--draws 500] [--numbers docs/guide
                                             [--figures docs/images]
 
 The numbers are those of [the page on the paper](../docs/guide/paper.md): margins of all claims for each member, also
-of those that the search did not use; the share of changes under which a member still holds its targets; the modes that
-carry the response; and the share of rigs drawn at random from the same ranges that hold each claim.
+of those that the search did not use; the changes under which a member still holds its targets; the modes that carry the
+response; the targets in other motions and with other profiles; and the share of rigs drawn at random from the same
+ranges that hold each claim.
 """
 
 import argparse
@@ -19,36 +20,43 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from paper_cases import QuickResponse, targets_of
 from threadpoolctl import threadpool_limits
 
 import sigdb
-from sigdb.core import FloatArray, SigdbError, json_text
+from sigdb.core import FloatArray, SigdbError, json_text, validated
 from sigdb.dynamics import prepare
 from sigdb.paper import identified_rigs, measures
 from sigdb.paper.identified import (
     GEAR,
+    MESH,
+    NO_EFFECT,
     PRIOR,
     SENSOR,
     RigMargins,
     changed_rigs,
     distances,
+    evaluations,
     margins_of,
     with_one_sensor,
 )
-from sigdb.paper.margins import HELD_OUT
-from sigdb.paper.signals import LOSSES, SHIFTS, TEETH, PaperSignals, signals_of
-from sigdb.report import ReportSettings, save_figure
+from sigdb.paper.margins import HELD_OUT, TARGET_CASES, target_margins, worst
+from sigdb.paper.signals import LOSSES, SHIFTS, TEETH, TOOTH, PaperSignals, signals_of
+from sigdb.report import ReportSettings, save_figure, signature_figure
 from sigdb.report.panels import INK, draw_distribution, draw_signal, mark_passes
 from sigdb.signature import order_spectrum
-from sigdb.transmission import Range, Transmission, coupled_modes, draws, modal_system
+from sigdb.transmission import Mesh, Range, Transmission, coupled_modes, draws, modal_system
 
 BAND = "#9fc5b4"
 OUTPUT = "displacement"
 """The motion that the identified rigs look at, in which rigs of the prior are evaluated too."""
-SHOWN_MODES = 4
-"""Modes listed for a member, by their share in the pinion's response to mesh forces."""
-ORDERS = np.arange(1, 15)
-"""Orders at which modes are compared: those of the paper's distributions up to a little above the mesh order."""
+OUTPUTS = ("displacement", "velocity", "acceleration")
+ORDERS = (1, 4, 8, 12)
+"""Orders at which modes are compared: those of the paper's distributions."""
+RATIOS, FLANKS, COARSE = np.linspace(1.15, 2.0, 12), np.linspace(0.1, 0.6, 8), 32
+"""Contact ratios and flanks of the trapezoids that are tried on a member, and samples in a tooth pass for them."""
+TOGETHER = 0.25
+"""Part of a range within which all members lie where they are said to have a number in common."""
 
 
 def member_numbers(rig: Transmission, evaluated: RigMargins) -> dict[str, Any]:
@@ -63,35 +71,63 @@ def member_numbers(rig: Transmission, evaluated: RigMargins) -> dict[str, Any]:
         "profile": rig.meshes["main"].profile.kind,
         **asdict(evaluated),
         "holds_when_changed": targets,
+        "outputs": output_margins(rig),
+        "best_trapezoid": best_trapezoid(rig),
         "modes": modes(rig),
     }
 
 
 def modes(rig: Transmission) -> list[dict[str, Any]]:
-    """Return the modes with the greatest shares in the sensor's response to a mesh force at low orders."""
+    """Return for each order the mode with the greatest share in the sensor's response to a mesh force."""
     system, all_modes = modal_system(rig), coupled_modes(rig)
     row = 1 + list(rig.sensors).index(SENSOR)
     speed = abs(rig.speed(rig.gears[GEAR].shaft))
     upper = np.flatnonzero(system.poles.imag > 0)
     residues = system.outputs[row, upper] * system.inputs[upper, 0]
-    answers = np.abs(residues / (1j * speed * ORDERS[:, None] - system.poles[upper]))
+    answers = np.abs(residues / (1j * speed * np.array(ORDERS)[:, None] - system.poles[upper]))
     share = answers / answers.sum(axis=1, keepdims=True)
-    greatest = np.argsort(-share.max(axis=0), kind="stable")[:SHOWN_MODES]
     listed = []
-    for i in sorted(greatest, key=lambda i: system.poles[upper][i].imag):
-        pole = system.poles[upper][i]
+    for order, shares in zip(ORDERS, share, strict=True):
+        pole = system.poles[upper][shares.argmax()]
         near = int(np.argmin(np.abs(all_modes.frequency_hz - pole.imag / (2 * np.pi))))
-        moves = list(all_modes.moves[near].items())[:2]
         listed.append(
             {
+                "at_order": order,
                 "order": float(pole.imag / speed),
                 "damping_ratio": float(-pole.real / abs(pole)),
-                "greatest_share": float(share[:, i].max()),
-                "at_order": int(ORDERS[share[:, i].argmax()]),
-                "moves": {part: round(energy, 2) for part, energy in moves},
+                "share": float(shares.max()),
+                "moves": {part: round(energy, 2) for part, energy in list(all_modes.moves[near].items())[:2]},
             }
         )
     return listed
+
+
+def output_margins(rig: Transmission) -> dict[str, dict[str, float]]:
+    """Return the margins of the targets where the sensor sees each motion."""
+    data = rig.model_dump()
+    data["sensors"] = {output: {**data["sensors"][SENSOR], "quantity": output} for output in OUTPUTS}
+    prepared = prepare(validated(Transmission, data, owner=f"rig {rig.name!r}"), gear=GEAR)
+    states = [prepared.steady_state([damage], specimens=False)[0] for damage in TARGET_CASES]
+    return {
+        output: worst(target_margins(targets_of([state.signals[row] for state in states], 1.0)))
+        for row, output in enumerate(OUTPUTS)
+    }
+
+
+def best_trapezoid(rig: Transmission) -> float:
+    """Return the least greatest margin of the targets with a trapezoid as the profile, on a coarse grid."""
+    response, mesh = QuickResponse(with_one_sensor(rig, OUTPUT), COARSE), rig.meshes[MESH]
+    data = mesh.model_dump()
+    margins = []
+    for ratio in RATIOS:
+        for flank in FLANKS:
+            data["profile"] = {"kind": "trapezoid", "contact_ratio": float(ratio), "flank": float(flank)}
+            try:
+                targets = response.with_mesh(validated(Mesh, data, owner=MESH)).targets()
+            except SigdbError:
+                continue
+            margins.append(max(margin.value for margin in target_margins(targets)))
+    return min(margins)
 
 
 def prior_numbers(count: int) -> dict[str, Any]:
@@ -129,7 +165,13 @@ def common(rigs: Sequence[Transmission]) -> dict[str, Any]:
             continue
         if isinstance(number.assumption, Range):
             u = [number.assumption.unit(value) for value in there]
-            found[number.path] = {"least": min(there), "greatest": max(there), "part": [min(u), max(u)]}
+            part = [min(u), max(u)]
+            found[number.path] = {
+                "least": min(there),
+                "greatest": max(there),
+                "part": part,
+                "in_common": part[1] - part[0] <= TOGETHER and number.path not in NO_EFFECT,
+            }
         else:
             found[number.path] = {str(value): there.count(value) for value in sorted(set(there), key=str)}
     return found
@@ -157,6 +199,19 @@ def figures(signals: Sequence[PaperSignals], rigs: Sequence[Transmission], folde
     ):
         figure = _columns(title, columns, healthy, panels)
         save_figure(figure, folder / f"identified-figure-{name}.png", ReportSettings(dots_per_inch=90))
+
+
+def draw_readme(signals: PaperSignals, rig: Transmission, folder: Path) -> None:
+    """Draw the first member's signature with half of a tooth's stiffness lost, for README."""
+    figure = signature_figure(
+        signals.losses[max(LOSSES)],
+        teeth=TEETH,
+        sensor=SENSOR,
+        unit=rig.sensors[SENSOR].unit,
+        title="The identified rig with half of the stiffness of tooth 6 lost, no noise",
+        damaged=(TOOTH,),
+    )
+    save_figure(figure, folder / "signature.png", ReportSettings(dots_per_inch=110))
 
 
 def _columns(title: str, columns: list[Column], healthy: list[FloatArray], panels: Sequence["Panel"]) -> Figure:
@@ -215,7 +270,9 @@ def _amplitude(ax: Axes, signals: list[FloatArray], healthy: list[FloatArray], d
 def _phase(ax: Axes, signals: list[FloatArray], healthy: list[FloatArray], damaged: tuple[int, ...]) -> None:
     """Phase modulation of the mesh order, less its median."""
     curves = np.array([measures.modulations(tsa, TEETH)[1] for tsa in signals])
-    _band(ax, curves - np.median(curves, axis=1, keepdims=True), damaged)
+    # Where the amplitude nearly vanishes the phase may turn once around: within half a turn it goes on.
+    turned = (curves - np.median(curves, axis=1, keepdims=True) + 180) % 360 - 180
+    _band(ax, turned, damaged)
     ax.set_ylabel("phase modulation, deg")
 
 
@@ -261,8 +318,10 @@ def main() -> None:
         prepared = [prepare(rig, gear=GEAR) for rig in rigs]
         signals = [signals_of(rig, solver, SENSOR) for rig, solver in zip(rigs, prepared, strict=True)]
         figures(signals, rigs, given.figures)
+        draw_readme(signals[0], rigs[0], given.figures)
         numbers = {
             "held_out": HELD_OUT,
+            "evaluations": evaluations(),
             "members": [
                 member_numbers(rig, RigMargins.of(s, solver))
                 for rig, s, solver in zip(rigs, signals, prepared, strict=True)

@@ -1,6 +1,6 @@
 """Search for rigs that show the paper's pictures, inside what is assumed of the built-in rig.
 
-Usage: python benchmarks/paper_search.py [--out FOLDER] [--seed 1] [--hours 3] [--rigs 40]
+Usage: python benchmarks/paper_search.py [--out FOLDER] [--seed 1] [--hours 3] [--rigs 12]
 
 The targets are `sigdb.paper.margins.target_margins`: the paper's rules about the shifts of 1.5 and 4.5 deg and the loss
 of 50 %. The other cases are not simulated here. Each round draws rigs, and for each many profiles of its mesh, since
@@ -16,7 +16,7 @@ import argparse
 import json
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,11 +24,10 @@ import cma
 import numpy as np
 from paper_cases import LOST, QuickMesh, QuickResponse, exact_targets, targets_of
 from paper_ensemble import write_ensemble
-from scipy.optimize import minimize
-from threadpoolctl import threadpool_limits
+from paper_walk import CONTACT, FINE, Walk, WalkedRig
 
 import sigdb
-from sigdb.core import FloatArray, SigdbError
+from sigdb.core import BoolArray, FloatArray, SigdbError
 from sigdb.paper.identified import (
     MESH,
     NO_EFFECT,
@@ -42,11 +41,12 @@ from sigdb.transmission import (
     Transmission,
 )
 from sigdb.transmission.parts.described import Described
+from sigdb.transmission.system.small_matrices import small_matrices
 
 OUTPUT = "displacement"
 """Motion of the pinion that is searched; in a velocity order 1 is too weak for P3, in an acceleration more so."""
-COARSE, FINE = 32, 64
-"""Samples in a tooth pass, first and when a rig nearly holds all."""
+COARSE = 32
+"""Samples in a tooth pass at first; when a rig nearly holds all there are `FINE`."""
 
 STRUCTURES, PROFILES, STARTS = 300, 30, 8
 """Rigs drawn in a round, profiles drawn for each, and starts of CMA-ES."""
@@ -56,17 +56,17 @@ NEAR = 1.0
 """Cost below which the last run goes on with more samples."""
 FINISH = 200
 """Generations of that run."""
-WALKS, STRIDES, STRIDE, MOST, NEXT, STIFF = 30, 60, 0.05, 0.05, 0.005, 100.0
-"""Walks from a rig that holds all; their strides at most; the length of a stride, and its greatest part in a number, as
-parts of the ranges; the step of a slope; and how many times as much as the way a lacking margin counts."""
+WALKS, EDGE_STRIDE, STRIDE, LEAST_PART = 8, (0.4, np.inf), (1.0, 0.8), 0.2
+"""Walks towards the same point at most; part of the way that one tries, and change of a margin by a single number in
+it, from the first rig and from others; and the least part after some have failed."""
+WALK_INSIDE, FARTHER_INSIDE = 0.02, 0.08
+"""Margins at which a walk ends, and to which a rig is led that is kept, if it is found."""
 P5_WEIGHT, NEARLY = 4.0, 3.0
 """Weight of P5 in the cost, and the cost by P5 alone with which a drawn rig is evaluated in full."""
 INSIDE = 0.05
 """Margin that the search keeps, so that what it finds is not on the edge of a rule."""
 APART = 0.2
 """Least distance of two rigs of an ensemble: the root mean square of the differences as parts of the ranges."""
-CONTACT = 0.2
-"""Compression, relative to the static one, that counts as a whole margin."""
 IN_REACH = 0.03
 """Cost below which a rig is solved in full."""
 IMPOSSIBLE = 1e3
@@ -102,6 +102,7 @@ class Search:
     rigs: int
     evaluations: int = 0
     found: list[FloatArray] = field(default_factory=list)
+    found_after: list[int] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.prior = sigdb.load_transmission(PRIOR)
@@ -144,7 +145,7 @@ class Search:
         """Return the rig at a point of the unit cube."""
         return self.rig.with_assumed(self.assumptions.from_unit(u))
 
-    def active(self, u: FloatArray) -> FloatArray:
+    def active(self, u: FloatArray) -> BoolArray:
         """Return which coordinates are ranges of numbers that the rig has."""
         values = self.assumptions.from_unit(u)
         chosen = {path: values.get(path, kind) for path, kind in self.assumptions.chosen.items()}
@@ -218,24 +219,35 @@ class Search:
             lacking = f", contact {targets.min_compression:.2f}, lacking {margins}"
         print(f"{time.strftime('%X')} {self.evaluations} evaluations: {what}{lacking}", flush=True)
 
-    def margins(self, u: FloatArray) -> FloatArray:
-        """Return the margins of a rig, and what its contact lacks."""
-        (margins,) = self.step(lambda: [self._margins(u)], 1)
-        return np.array(margins)
+    def walk(self, u: FloatArray, ahead: FloatArray, push: float) -> FloatArray | None:
+        """Return a rig that holds all, between a point and it plus ``ahead`` or near there, if it is found."""
+        ((evaluations, *end),) = self.step(lambda: [self._walk(u, ahead, push)], 0)
+        self.evaluations += int(evaluations)
+        return np.array(end) if end else None
 
-    def _margins(self, u: FloatArray) -> list[float]:
-        rig = self.at(u)
-        targets = QuickResponse(rig, FINE).with_mesh(rig.meshes[MESH]).targets()
-        margins = [margin.value for margin in target_margins(targets)] + [-targets.min_compression / CONTACT]
-        return [float(margin) for margin in np.clip(margins, -2, 5)]
+    def _walk(self, u: FloatArray, ahead: FloatArray, push: float) -> list[float]:
+        walked = WalkedRig(self.at, u, self.active(u), self.of_profile)
+        walk = Walk(walked.parts, walked.slopes, walked.kinked, WALK_INSIDE)
+        x = walk.walk(u[walked.active], ahead[walked.active], push)
+        if x is None:
+            return [walked.evaluations]
+        if self.is_apart(walked.at(x)):
+            farther = replace(walk, inside=FARTHER_INSIDE).back(x, walked.parts(x))
+            x = x if farther is None else farther
+        return [walked.evaluations, *walked.at(x)]
+
+    def is_apart(self, u: FloatArray) -> bool:
+        """Return whether a rig is apart from those that were found."""
+        return all(self.distance(u, other) >= APART for other in self.found)
 
     def keep_if_it_holds(self, u: FloatArray) -> bool:
         """Keep a rig that is apart from the others and, solved in full, holds all targets."""
-        if any(self.distance(u, other) < APART for other in self.found):
+        if not self.is_apart(u):
             return False
         ((holds,),) = self.step(lambda: [[float(self._holds(u))]], 1)
         if holds:
             self.found.append(u)
+            self.found_after.append(self.evaluations)
             line = {"evaluations": self.evaluations, "unit": [round(x, 9) for x in u]}
             self.found_file.write(json.dumps(line) + "\n")
             self.found_file.flush()
@@ -285,6 +297,7 @@ class Run:
         return None
 
 
+@small_matrices
 def rounds(search: Search) -> None:
     """Draw, race and lead away from rigs that were found, until there are enough or the time is up."""
     while not search.over:
@@ -300,42 +313,28 @@ def rounds(search: Search) -> None:
         if best.best < NEAR:
             u = Run(search, best.best_point(), 0.05, FINE).go(FINISH)
             if u is not None:
-                wander(search, u)
+                wander(search)
 
 
-def wander(search: Search, start: FloatArray) -> None:
-    """Walk from a rig that holds all in random directions, along which the rules go on to hold."""
-    for _ in range(WALKS):
-        u, active = start.copy(), search.active(start)
-        ahead = search.rng.normal(size=int(active.sum()))
-        ahead *= STRIDE / np.linalg.norm(ahead)
-        for _ in range(STRIDES):
-            if search.over:
-                return
-            here = search.margins(u)
-            slopes = np.empty((len(here), len(ahead)))
-            for k, i in enumerate(np.flatnonzero(active)):
-                beside = u.copy()
-                beside[i] += NEXT if u[i] < 0.5 else -NEXT
-                slopes[:, k] = (search.margins(beside) - here) / (beside[i] - u[i])
-            u[active] = np.clip(u[active] + _stride(here, slopes, ahead, u[active]), 0, 1)
-            if search.keep_if_it_holds(u):
+def wander(search: Search) -> None:
+    """Walk from rigs that were found towards random points, until there are enough or the time is up.
+
+    The first rig is on the edge of the rules: once there are others, walks begin at these.
+    """
+    while not search.over:
+        begins = search.found[1:] or search.found
+        u = begins[search.rng.integers(len(begins))]
+        towards, (part, push) = search.rng.random(len(u)), EDGE_STRIDE if len(search.found) == 1 else STRIDE
+        for _ in range(WALKS):
+            if search.over or part < LEAST_PART:
                 break
-
-
-def _stride(here: FloatArray, slopes: FloatArray, ahead: FloatArray, u: FloatArray) -> FloatArray:
-    """Return the change nearest to a stride ahead with which, by their slopes, the margins hold."""
-    least, greatest = np.maximum(-MOST, -u), np.minimum(MOST, 1 - u)
-
-    def lacking(change: FloatArray) -> FloatArray:
-        return np.maximum(0, here + slopes @ change + INSIDE)
-
-    def cost(change: FloatArray) -> tuple[float, FloatArray]:
-        short, away = lacking(change), change - ahead
-        return float(away @ away + STIFF * short @ short), 2 * (away + STIFF * slopes.T @ short)
-
-    bounds = list(zip(least, greatest, strict=True))
-    return np.asarray(minimize(cost, np.clip(0 * ahead, least, greatest), jac=True, bounds=bounds).x)
+            walked = search.walk(u, part * (towards - u), push)
+            if walked is None:
+                part /= 2
+            elif search.keep_if_it_holds(walked):
+                break
+            else:
+                u = walked
 
 
 def main() -> None:
@@ -344,14 +343,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("build/paper-search"))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--hours", type=float, default=3.0)
-    parser.add_argument("--rigs", type=int, default=40)
+    parser.add_argument("--rigs", type=int, default=12)
     parser.add_argument("--ensemble", type=Path, default=Path("data/transmissions"))
     given = parser.parse_args()
     search = Search(given.out, given.seed, given.hours * 3600, given.rigs)
-    with threadpool_limits(1):
-        rounds(search)
-        if search.found:
-            write_ensemble(search.prior, search.found, OUTPUT, given.ensemble)
+    rounds(search)
+    if search.found:
+        write_ensemble(search.prior, list(zip(search.found_after, search.found, strict=True)), OUTPUT, given.ensemble)
     print(f"{search.evaluations} evaluations, {len(search.found)} rigs in {given.out / 'found.jsonl'}")
 
 

@@ -1,13 +1,14 @@
 """The page on the paper: its figures and tables, made at build time by a run of ``pipelines/paper.toml``.
 
 The directive ``claims`` makes the table of claims. With ``check`` or ``report`` it makes the table of the sensitivity
-of this kind of claims. The directive ``identified`` makes the tables of the identified rigs, ``claims``, ``changes`` or
-``modes``, from the stored numbers of ``make paper``.
+of this kind of claims. The directive ``identified`` makes the tables of the identified rigs, ``claims``, ``members``,
+``changes``, ``outputs``, ``modes`` or ``numbers``, from the stored numbers of ``make paper``.
 """
 
 import json
 import shutil
 import tempfile
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -92,17 +93,74 @@ def _changes(numbers: dict[str, Any]) -> Table:
     return ["change", "rigs that still hold all targets"], rows
 
 
-def _modes(numbers: dict[str, Any]) -> Table:
+def _members(numbers: dict[str, Any]) -> Table:
     rows = []
     for number, member in enumerate(numbers["members"], 1):
-        for mode in member["modes"]:
-            moves = ", ".join(f"{part} {100 * share:.0f} %" for part, share in mode["moves"].items())
-            share = f"{100 * mode['greatest_share']:.0f} % at order {mode['at_order']}"
-            rows.append([str(number), f"{mode['order']:.2f}", f"{100 * mode['damping_ratio']:.1f} %", share, moves])
-    return ["rig", "order", "damping", "share of the response", "moves most"], rows
+        targets = {claim: m for claim, m in member["margins"].items() if claim not in numbers["held_out"]}
+        nearest = max(targets, key=lambda claim: targets[claim])
+        held = [claim for claim in numbers["held_out"] if member["margins"][claim] <= 0]
+        changes = [change for change, holds in member["holds_when_changed"].items() if holds]
+        rows.append(
+            [
+                str(number),
+                f"{targets[nearest]:+.3f} ({nearest})",
+                f"{member['contact']:.2f}",
+                f"{member['min_compression']:+.2f}",
+                f"{len(held)} of {len(numbers['held_out'])}",
+                f"{len(changes)} of {len(member['holds_when_changed'])}",
+            ]
+        )
+    head = ["rig", "greatest margin of a target", "least compression, targets", "all cases"]
+    return [*head, "held-out claims that hold", "changes under which it holds"], rows
 
 
-TABLES: dict[str, Callable[[dict[str, Any]], Table]] = {"claims": _claims, "changes": _changes, "modes": _modes}
+def _outputs(numbers: dict[str, Any]) -> Table:
+    members = numbers["members"]
+    outputs = list(members[0]["outputs"])
+    rows = []
+    for claim in members[0]["outputs"][outputs[0]]:
+        cells = [[member["outputs"][output][claim] for member in members] for output in outputs]
+        rows.append([claim, *(f"{sum(m <= 0 for m in cell)} of {len(cell)}, best {min(cell):+.2f}" for cell in cells)])
+    return ["claim", *outputs], rows
+
+
+def _modes(numbers: dict[str, Any]) -> Table:
+    rows = []
+    for modes in zip(*(member["modes"] for member in numbers["members"]), strict=True):
+        moves = Counter(max(mode["moves"], key=lambda part: mode["moves"][part]) for mode in modes)
+        rows.append(
+            [
+                str(modes[0]["at_order"]),
+                _range([mode["order"] for mode in modes], ".1f"),
+                _range([100 * mode["damping_ratio"] for mode in modes], ".1f") + " %",
+                _range([100 * mode["share"] for mode in modes], ".0f") + " %",
+                ", ".join(f"{part} in {count}" for part, count in moves.most_common()),
+            ]
+        )
+    return ["at order", "order of its greatest mode", "damping", "share of the response", "moves most"], rows
+
+
+def _range(values: list[float], form: str) -> str:
+    low, high = format(min(values), form), format(max(values), form)
+    return low if low == high else f"{low} to {high}"
+
+
+def _numbers(numbers: dict[str, Any]) -> Table:
+    rows = []
+    for path, row in numbers["numbers"].items():
+        if row.get("in_common"):
+            rows.append([path, f"{row['least']:.4g} to {row['greatest']:.4g}", _range(row["part"], ".2f")])
+    return ["number", "in all rigs", "part of its range"], rows
+
+
+TABLES: dict[str, Callable[[dict[str, Any]], Table]] = {
+    "claims": _claims,
+    "members": _members,
+    "changes": _changes,
+    "outputs": _outputs,
+    "modes": _modes,
+    "numbers": _numbers,
+}
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -7,7 +7,7 @@ from sphinx.application import Sphinx
 import sigdb
 from sigdb.report import ReportSettings, save_figure, signature_figure
 
-RIG, SENSOR = "nasa-spiral-bevel", "pinion-vertical"
+RIG, SENSOR = "nasa-spiral-bevel-identified", "pinion-vertical"
 CASES = {
     "healthy": ("No damage, no noise", None),
     "damaged": ("Tooth 6 with half of its stiffness lost, no noise", sigdb.Damage(tooth=6, stiffness_loss=0.5)),
@@ -15,7 +15,7 @@ CASES = {
 
 
 def draw(folder: Path) -> None:
-    """Draw the signature of every case, clean, on the built-in rig."""
+    """Draw the signature of every case, clean, on the rig that shows the paper's pictures."""
     rig = sigdb.load_transmission(RIG)
     for name, (title, damage) in CASES.items():
         response = sigdb.simulate(rig, damage)

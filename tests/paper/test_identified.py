@@ -1,6 +1,7 @@
 """Validation: the rigs of the identified ensemble hold their targets, are apart, and have the stored numbers."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from sigdb.paper.margins import HELD_OUT
 
 ROOT = Path(__file__).parents[2]
 NUMBERS = json.loads((ROOT / "docs" / "guide" / "paper_identified.json").read_text(encoding="utf-8"))
+PAGE = " ".join((ROOT / "docs" / "guide" / "paper.md").read_text(encoding="utf-8").split())
 
 
 @pytest.fixture(scope="module")
@@ -68,3 +70,32 @@ def test_a_change_moves_one_kind_of_number(rigs):
     assert changes["speed +3 %"].value("operating.speed_rpm") == pytest.approx(1.03 * 14400)
     stiffness = rigs[0].bearings["gear-left"].stiffness[0]
     assert changes["bearings -15 %"].bearings["gear-left"].stiffness[0] == pytest.approx(0.85 * stiffness)
+
+
+def on_page(pattern):
+    """The whole numbers of the only sentence of the page that has a pattern."""
+    (groups,) = re.findall(pattern, PAGE)
+    return [int(number.replace(" ", "")) for number in groups]
+
+
+def holding(claim):
+    """How many members hold a claim."""
+    return sum(member["margins"][claim] <= 0 for member in NUMBERS["members"])
+
+
+def test_the_page_states_the_stored_numbers():
+    members = len(NUMBERS["members"])
+    assert on_page(r"In ([\d ]+) evaluations it found (\d+) rigs that hold all targets") == [
+        identified.evaluations(),
+        members,
+    ]
+    assert NUMBERS["evaluations"] == identified.evaluations()
+    changes = [sum(member["holds_when_changed"].values()) for member in NUMBERS["members"]]
+    assert on_page(r"(\d+) of the (\d+) rigs hold all targets under none of the (\d+) changes") == [
+        changes.count(0),
+        members,
+        len(NUMBERS["members"][0]["holds_when_changed"]),
+    ]
+    assert on_page(r"P8 holds by its number in (\d+) of (\d+)") == [holding("P8"), members]
+    assert on_page(r"P9 holds in (\d+) of (\d+)") == [holding("P9"), members]
+    assert NUMBERS["least_distance"] == pytest.approx(identified.distances(identified_rigs()).min(), rel=1e-6)
