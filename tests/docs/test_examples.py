@@ -113,7 +113,11 @@ NOT_RUN = {
 }
 """Beginnings of commands of pages that are parsed only, each with the reason."""
 
-WITHOUT_PAGE = ("sigdb signature run.csv --sampling-rate 12800", "sigdb describe ")
+WITHOUT_PAGE = (
+    "sigdb signature run.csv --sampling-rate 12800",
+    "sigdb signature run.csv --teeth 32",
+    "sigdb describe ",
+)
 """Beginnings of commands that run without --out: drawing takes seconds, and other tests draw these pages."""
 
 HERE = {"DB": "data/quick/signatures", "signatures": "data/quick/signatures", "2925": "25"}
