@@ -1,420 +1,342 @@
-"""What models of a periodic database lose on raw recordings, by cause.
+"""How often a diagnosis of recordings is right, against the simplest detector and classical indicators.
 
-A database of `pipelines/quick.toml`, at a level of noise where the best rule is often wrong, trains templates, LDA and
-boosting. They are asked about averages of raw recordings of the same rig: marched in time with backlash, sampled by a
-sensor and a tacho, cut at the tacho's pulses and averaged, as a measurement would be. The cases are those of the
-database in the same shares, the gears are new ones. One ingredient is switched on at a time, then many together.
-Noise has the same density as in the database, and is drawn alike in all lines, so that lines differ by their cause.
+Damage is injected into healthy recordings of a synthetic twin, and of a public test stand. Right is no tooth for a
+healthy pair, and for an injected one a tooth with the true one in its interval or next to it. Wrong is a tooth where
+none is damaged, another tooth, and 'no change' where at least the damage was injected that the answer says it would
+have seen. Other answers without a tooth miss the damage; 'cannot be judged' abstains.
 
-A loss in decibels says by how much the database's noise may grow until the Bayes rule errs as often. `loss` is against
-that rule without any ingredient, `cause` is that less the loss of the line without any. Intervals are of 95 %, by a
-bootstrap over cases, each of which has gears of its own.
-
-    python benchmarks/measured.py [--json | --markdown] [--cases N] [--repeats N] [--snr-db X]
+    python benchmarks/measured.py [--spectraquest FOLDER] [--json FILE] [--page FILE]
 """
 
 import argparse
 import json
-import tempfile
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import sys
+from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
-from measuring import environment, print_table, timed
+from gearbox_twin import TEETH
+from healthy_only import MeanTurn, pulse
+from injection import PAIR, RIGS, SPEED, Injection, mesh_angle
+from measured_cases import EMPTY, FILES, NEAR_RPM, Machine, Question, SpectraQuest, TwinMachine, questions
+from measured_page import page
+from measuring import environment, timed
+from scipy.stats import binomtest
 from threadpoolctl import threadpool_limits
 
 import sigdb
-from sigdb.core.streams import specimen_stream
-from sigdb.database import Database
-from sigdb.dynamics import PeriodicRig, prepare
-from sigdb.measurement import index_errors
-from sigdb.pipeline import load_recipe
-from sigdb.recognition import ErrorCurve, OperatingPoint, above_bound, error_curve, operating_points, train
-from sigdb.recording import Surroundings
-from sigdb.recording.synthetic.motion import Motion, simulate_motion
-from sigdb.recording.synthetic.recording import record
-from sigdb.recording.synthetic.sensors import relative_density
-from sigdb.signature import difference_signal, fm4, mesh_bands, pooled_wigner_ville, synchronous_average, tacho_pulses
-from sigdb.sweep import run
+from sigdb.core import FloatArray, InputError
+from sigdb.diagnosis import Diagnosis, diagnose
+from sigdb.diagnosis.change.templates import Templates
+from sigdb.diagnosis.diagnose_signature import diagnose_signature
+from sigdb.diagnosis.rig_templates import Source
+from sigdb.recording import RecordedSignature, recorded_signature
+from sigdb.signature import na4_star, residual_signal
 from sigdb.transmission import Transmission
 
-RECIPE = Path(__file__).parents[1] / "pipelines" / "quick.toml"
-SNR_DB, CASES, REPEATS = -22.0, 240, 3
-RATE, LOW_RATE = 204.8e3, 51.2e3
-STEPS_PER_TOOTH = 128
-"""The march is right to 1e-4 of the peak-to-peak then."""
-SPECIMENS, NOISE = 90_001, 1_000
-"""Seeds of the new gears and of the recordings."""
-LEARNERS = ("templates", "lda", "boosting")
-RESAMPLES = 1000
-Rows = list[dict[str, Any]]
+STORED = Path(__file__).with_suffix(".json")
+PAGE = Path(__file__).parents[1] / "docs" / "theory" / "diagnosis_rates.md"
+SAMPLES_PER_TOOTH = 64
+TOOTH = ("one tooth", "several teeth")
+QUIET = ("no change", "level changed")
+SEEN = 0.95
+"""Probability with which an answer says that it would have seen damage."""
+WITHIN, VAGUE = 1.5, 2
+"""Distance from the true place at which a tooth is the true one or next to it, and half the widest interval."""
+Row = dict[str, Any]
 
-SPEED = {"speed": {"depth": 0.01, "period": 0.25}}
-TORQUE = {"torque": {"depth": 0.09, "period": 0.25}}
-SHAFTS = {
-    "shafts": (
-        {"shaft": "gear-shaft", "harmonics": (1.0, 2.0, 4.0), "amplitude": 1.0},
-        {"harmonics": (0.737, 1.474), "amplitude": 1.0},
-    )
-}
-WHOLE = {"shafts": ({"shaft": "gear-shaft", "harmonics": (3.0,), "amplitude": 0.5},)}
-"""The third harmonic of the gear's shaft is the first of the pinion's: no average parts them."""
-BEARINGS = {
-    "bearings": (
-        {
-            "bearing": {
-                "rolling_elements": 13,
-                "rolling_diameter": 0.0127,
-                "pitch_diameter": 0.0825,
-                "contact_angle_deg": 15.0,
-            },
-            "outer": 1.0,
-            "inner": 1.0,
-        },
-    )
-}
-MOUNTING = {"path": {"frequency": 28e3, "damping_ratio": 0.03}}
-JITTER = {"tacho": {"jitter": 10e-6}}
-COLOUR, REDDER = {"corner_frequency": 20e3}, {"corner_frequency": 2e3}
-
-
-@dataclass(frozen=True, kw_only=True)
-class Cause:
-    """Ingredients that are switched on together.
-
-    Attributes
-    ----------
-    surroundings
-        Those that are no noise.
-    colour
-        What differs of the noise.
-    rate
-        Sampling rate, Hz.
-    like_at_mesh
-        Whether coloured noise has the density of the white one at the mesh frequency, and not its variance.
-    """
-
-    surroundings: dict[str, Any] = field(default_factory=dict)
-    colour: dict[str, float] = field(default_factory=dict)
-    rate: float = RATE
-    like_at_mesh: bool = False
-
-
-CAUSES = {
-    "none": Cause(),
-    "speed wanders by 1 %": Cause(surroundings=SPEED),
-    "speed 1 % above": Cause(surroundings={"speed": {"offset": 0.01}}),
-    "speed 3 % above": Cause(surroundings={"speed": {"offset": 0.03}}),
-    "torque wanders by 9 %": Cause(surroundings=TORQUE),
-    "torque 9 % below": Cause(surroundings={"torque": {"offset": -0.09}}),
-    "tones of other shafts": Cause(surroundings=SHAFTS),
-    "tone at a whole order": Cause(surroundings=WHOLE),
-    "tones of bearings": Cause(surroundings=BEARINGS),
-    "gain 20 % low": Cause(surroundings={"path": {"frequency": 90e3, "damping_ratio": 0.7, "gain": 0.8}}),
-    "mounting, 28 kHz": Cause(surroundings=MOUNTING),
-    "housing wall, 7 kHz": Cause(surroundings={"path": {"frequency": 7e3, "damping_ratio": 0.05}}),
-    "coloured noise, same variance": Cause(colour=COLOUR),
-    "coloured noise, same at mesh": Cause(colour=REDDER, like_at_mesh=True),
-    "tacho jitter, 10 us": Cause(surroundings=JITTER),
-    "sampled at 51.2 kHz": Cause(rate=LOW_RATE),
-    "together": Cause(
-        surroundings=SPEED | TORQUE | SHAFTS | BEARINGS | MOUNTING | JITTER, colour=REDDER, like_at_mesh=True
-    ),
-}
-"""Each with sizes that are assumed, within what tests of such rigs held: speed 6 %, torque 18 % (published)."""
+ATTRIBUTION = (
+    "SpectraQuest Gearbox Fault Diagnostics Simulator, as published in the repository kokikwbt/predictive-maintenance, "
+    "commit 8b0fa93, datasets/gfd, CC-BY-SA"
+)
 
 
 def main() -> None:
-    """Print the tables, the table of the docs, or a JSON document with the same numbers."""
+    """Answer the questions about a machine, and write the JSON document and the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    shown = parser.add_mutually_exclusive_group()
-    shown.add_argument("--json", action="store_true", help="print JSON")
-    shown.add_argument("--markdown", action="store_true", help="print the table of docs/theory/measured.md")
-    parser.add_argument("--cases", type=int, default=CASES, help=f"damages with a tooth and gears each; {CASES}")
-    parser.add_argument("--repeats", type=int, default=REPEATS, help=f"recordings of each case; {REPEATS}")
-    parser.add_argument("--snr-db", type=float, default=SNR_DB, help=f"noise of the database; {SNR_DB}")
+    parser.add_argument("--spectraquest", type=Path, help="folder with the public recordings; without it, the twin")
+    parser.add_argument("--json", type=Path, default=STORED, help=f"its section is replaced there; {STORED.name}")
+    parser.add_argument("--page", type=Path, default=PAGE, help="the page that is made from it")
     given = parser.parse_args()
-    machine = environment("numpy", "scipy", "scikit-learn", "numba")
-    with tempfile.TemporaryDirectory() as folder, threadpool_limits(1):
-        tables, seconds = timed(lambda: measure(Path(folder), given.cases, given.repeats, given.snr_db))
-    machine |= {"averages a line": given.cases * given.repeats, "seconds of processor": round(seconds)}
-    if given.json:
-        print(json.dumps({"machine": machine, "snr_db": given.snr_db, "tables": tables}, indent=1))
-        return
-    print(", ".join(f"{key} {value}" for key, value in machine.items()))
-    if given.markdown:
-        print_markdown(tables)
-        return
-    for title, rows in tables.items():
-        print_table(title, rows)
+    machine = TwinMachine() if given.spectraquest is None else SpectraQuest(given.spectraquest)
+    document = json.loads(given.json.read_text(encoding="utf-8")) if given.json.exists() else {}
+    with threadpool_limits(1):
+        document[machine.name] = section(machine)
+    document = {name: document[name] for name in ("twin", "spectraquest") if name in document}
+    given.json.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    given.page.write_text(page(document), encoding="utf-8")
 
 
-def measure(folder: Path, cases: int, repeats: int, snr_db: float) -> dict[str, Rows]:
-    """Tables by title."""
-    database = made_database(folder, snr_db)
-    (point,), _ = operating_points(database)
-    curve = error_curve([point], draws=4000)
-    models = {target: train(database, target) for target in ("location", "severity")}
-    chosen = drawn_cases(database, point, cases)
-    recipe = load_recipe(RECIPE)
-    prepared = prepare(recipe.rig, gear=recipe.sections.sweep.gear)
-    recorder = Recorder(rig=recipe.rig, prepared=prepared, cases=chosen, snr_db=snr_db)
-    found = recorder.averages(CAUSES, repeats)
-    wrong = {
-        name: {
-            learner: models["location"].estimators[learner].predict(rows) != rows["tooth"].to_numpy()
-            for learner in LEARNERS
+def section(machine: Machine) -> Row:
+    """Return the section of a machine."""
+    rows, power, seconds = [], [], 0.0
+    for question in questions(machine):
+        row, spent = timed(lambda question=question: answer(machine, question))
+        seconds += spent
+        rows.append(row)
+        print(_line(row), file=sys.stderr, flush=True)
+        if row["empty"] or row["loss"] is not None or row["power"] is None:
+            continue
+        found, spent = timed(lambda question=question, row=row: injected_at_power(machine, question, row))
+        seconds += spent
+        power.append(found)
+        print("   power:", found["smallest"], found["seen"], file=sys.stderr, flush=True)
+    made = environment("numpy", "scipy") | {"seconds of processor": round(seconds)}
+    made.pop("load")
+    found = {"made by": made, "thresholds": thresholds(rows), "power": power_share(power), "questions": rows}
+    if isinstance(machine, SpectraQuest):
+        found = {"attribution": ATTRIBUTION, "recordings": FILES, "sha256": machine.checksums()} | found
+    return found
+
+
+def answer(machine: Machine, question: Question) -> Row:
+    """Return the answer of a diagnosis and the statistics of the others, for one question."""
+    pair = question.pair
+    row: Row = {
+        "number": question.number,
+        "kind": pair.kind,
+        "angle": question.angle,
+        "given": question.given,
+        "run": pair.run,
+        "healthy": list(pair.healthy),
+        "channel": pair.channel,
+        "loss": None if question.injection is None else question.injection.loss,
+        "empty": pair.kind in EMPTY,
+    }
+    recording, angle = machine.measured(pair.run)
+    if question.injection is not None:
+        recording, share = question.injection.into(recording, pair.channel, angle)
+        row |= {"rig": question.injection.rig, "tooth": question.injection.tooth, "share_of_rms": _short(share)}
+    try:
+        found = diagnosis_of(machine, question, recording)
+    except InputError as error:
+        return row | {
+            "answer": "refused",
+            "outcome": "right" if row["empty"] else "abstains",
+            "why": str(error),
+            "power": None,
         }
-        for name, rows in found.items()
-    }
-    return {
-        "The bound": bound_rows(point, curve, found["none"], wrong["none"]),
-        "Location": location_rows(curve, wrong, repeats),
-        "Severity": severity_rows(models["severity"].estimators, found, repeats),
-        "What was recorded": recorded_rows(found),
-    }
+    row |= {"answer": found.kind, "named": [[each.tooth, each.low, each.high] for each in found.locations]}
+    row["power"] = None if found.power is None else _plain_power(found)
+    row |= dict(zip(("outcome", "why"), outcome(found, row, question, angle, recording), strict=True))
+    if row["empty"]:
+        return row
+    row["score"] = _short(found.finding.score) if found.finding is not None else None
+    row["indicators"] = indicator_changes(found.signature, *found.healthy[:1])
+    row["floor"] = floor_of(machine, question, recording)
+    return row
 
 
-def made_database(folder: Path, snr_db: float) -> Database:
-    """The quick recipe at another level of noise."""
-    text = RECIPE.read_text(encoding="utf-8").replace("snr_db = -10.0", f"snr_db = {snr_db}")
-    path = folder / "recipe.toml"
-    path.write_text(text, encoding="utf-8")
-    recipe = load_recipe(path)
-    run(recipe.plan(), folder / "signatures", recipe=recipe.text, jobs=1)
-    return sigdb.open(folder / "signatures")
+def diagnosis_of(machine: Machine, question: Question, recording: Any) -> Diagnosis:
+    """Return the diagnosis with the facts that the question gives.
+
+    With a rig or both counts it is that of :func:`sigdb.diagnosis.diagnose`, but for templates at the nominal speed,
+    which all questions share.
+    """
+    pair = question.pair
+    if question.given == "teeth":
+        options: Row = _by_angle(question) | {"load": pair.load, "healthy_load": pair.healthy_load}
+        healthy = [machine.measured(name)[0] for name in pair.healthy]
+        return diagnose(recording, healthy=healthy, channel=pair.channel, teeth=TEETH, **options)
+    return diagnose_signature(
+        _signature(recording, question),
+        [_healthy_signature(machine, name, question) for name in pair.healthy],
+        templates=_templates(question.given),
+        torque=pair.load,
+        healthy_torques=pair.healthy_load or None,
+    )
 
 
-def drawn_cases(database: Database, point: OperatingPoint, count: int) -> pd.DataFrame:
-    """Rows of the database, as evenly over its templates and teeth as its own rows are."""
-    rows = point.rows.sort_values(["place", "tooth", "specimen"])
-    places = ((np.arange(count) + 0.5) * len(rows) / count).astype(int)
-    columns = "tooth, damaged_teeth, phase_shift_deg, stiffness_loss, averages, index_error, speed_rpm, torque, teeth"
-    cases = database.sql(f"select id, {columns} from cases order by id").set_index("id")
-    return cases.loc[rows.index[places]].reset_index(drop=True)
+def _by_angle(question: Question) -> Row:
+    return {"mesh_phase": True, "speed_rpm": NEAR_RPM} if question.angle == "mesh phase" else {}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Recorder:
-    """Makes averages of recordings of cases."""
-
-    rig: Transmission
-    prepared: PeriodicRig
-    cases: pd.DataFrame
-    snr_db: float
-
-    def averages(self, causes: Mapping[str, Cause], repeats: int) -> dict[str, pd.DataFrame]:
-        """By cause rows as the models read them, some recordings of each case in turn."""
-        found: dict[str, Rows] = {name: [] for name in causes}
-        for i, (_, case) in enumerate(self.cases.iterrows()):
-            motions: dict[Any, Motion] = {}  # causes that march alike share one
-            for name, cause in causes.items():
-                surroundings = Surroundings(**cause.surroundings, noise=self._noise(cause))
-                key = (surroundings.speed, surroundings.torque, cause.rate)
-                if key not in motions:
-                    motions[key] = self._motion(i, case, surroundings, cause.rate)
-                for seed in range(NOISE + i * repeats, NOISE + (i + 1) * repeats):
-                    recording = record(motions[key], surroundings, seed=seed)
-                    found[name].append({"case": i} | dict(case) | averaged(recording, case))
-        types = {"tooth": int, "teeth": int, "averages": int}
-        return {name: _with_features(pd.DataFrame(rows).astype(types)) for name, rows in found.items()}
-
-    def _noise(self, cause: Cause) -> dict[str, float]:
-        """Noise of the density of the database's, whose revolutions have n samples."""
-        samples_a_second = self.prepared.samples * self.prepared.shaft_speed / (2 * np.pi)
-        snr_db = self.snr_db - 10 * np.log10(cause.rate / samples_a_second)
-        if cause.like_at_mesh:
-            snr_db += 10 * np.log10(colour_at_mesh(self.prepared, cause))
-        return {"snr_db": float(snr_db), **cause.colour}
-
-    def _motion(self, i: int, case: pd.Series, surroundings: Surroundings, rate: float) -> Motion:
-        teeth, (mesh,) = self.prepared.teeth, self.rig.meshes.values()
-        mate = self.rig.gears[mesh.driven].teeth
-        return simulate_motion(
-            self.rig,
-            damage_of(case, self.prepared.gear),
-            sampling_rate=rate,
-            revolutions=int(case["averages"]),
-            index_errors=case["index_error"] * index_errors(specimen_stream(SPECIMENS, i), teeth, mate),
-            surroundings=surroundings,
-            seed=NOISE + i,
-            steps_per_tooth=STEPS_PER_TOOTH,
-            prepared=self.prepared,
-        )
+def _signature(recording: Any, question: Question) -> RecordedSignature:
+    rig = assumed_rig(question.given)
+    return recorded_signature(recording, channel=question.pair.channel, gear=_GEAR, rig=rig, **_by_angle(question))
 
 
-def colour_at_mesh(prepared: PeriodicRig, cause: Cause) -> float:
-    """Power density of the coloured noise at the mesh frequency against white noise of the same variance."""
-    frequency = prepared.teeth * prepared.shaft_speed / (2 * np.pi)
-    return float(relative_density(np.array(frequency), cause.rate, cause.colour["corner_frequency"]))
+_SIGNATURES: dict[tuple[str, ...], RecordedSignature] = {}
 
 
-def damage_of(case: pd.Series, gear: str) -> sigdb.Damage | None:
-    """The damage of a row."""
-    if not case["tooth"]:
+def _healthy_signature(machine: Machine, name: str, question: Question) -> RecordedSignature:
+    key = (machine.name, name, question.pair.channel, question.angle)
+    if key not in _SIGNATURES:
+        _SIGNATURES[key] = _signature(machine.measured(name)[0], question)
+    return _SIGNATURES[key]
+
+
+_GEAR = "pinion"
+
+
+@cache
+def assumed_rig(given: str) -> Transmission:
+    """Return the rig that a diagnosis is given, of no injected module; or the one that it assumes for both counts."""
+    if given == "rig":
+        return sigdb.new_rig(teeth=PAIR, speed=SPEED, torque="20Nm", module="2mm", name="other-sizes")
+    return sigdb.new_rig(teeth=PAIR, speed=SPEED, torque="50Nm", name="assumed-rig")
+
+
+@cache
+def _templates(given: str) -> Templates | None:
+    rig = assumed_rig(given)
+    source = Source(rig=rig, described=given == "rig")
+    speed, torque = rig.operating.speed_rpm, rig.operating.torque
+    return source.templates(
+        gear=_GEAR, sensor=None, channel="", speed_rpm=speed, torque=torque, samples_per_tooth=SAMPLES_PER_TOOTH
+    )[0]
+
+
+def outcome(found: Diagnosis, row: Row, question: Question, angle: FloatArray, recording: Any) -> tuple[str, str]:
+    """Return whether an answer is right, wrong, missed or abstains, and why."""
+    if found.kind == "cannot be judged":
+        return ("right" if row["empty"] else "abstains"), "cannot be judged"
+    if row["empty"]:
+        return "wrong", f"the gear is not there, and the answer is {found.kind}"
+    damaged = question.injection
+    if damaged is None:
+        return ("right", "") if found.kind in QUIET else ("wrong", "a tooth where none is damaged")
+    if found.kind in QUIET:
+        power = row["power"]
+        size = damaged.loss if power["quantity"] == "stiffness_loss" else row["share_of_rms"]
+        beyond = power["smallest"] <= size and damaged.tooth not in power["exceptions"]
+        return ("wrong", "damage that it says it would have seen") if beyond else ("missed", "below the stated power")
+    true = (damaged.tooth - 1 - _begin(found.signature, angle, recording)) % TEETH
+    first, *further = found.locations
+    if first.within > VAGUE:
+        return "abstains", "the interval is wider than two teeth"
+    low, high = min(first.low, first.tooth - 1) - 1, max(first.high, first.tooth + 1) - 1
+    off = (true - (low + high) / 2 + TEETH / 2) % TEETH - TEETH / 2
+    if abs(off) > (high - low) / 2 + 0.5:
+        return "wrong", f"another tooth, {off:+.1f} off"
+    apart = [each.tooth for each in further if _apart(each.tooth - 1, true) > VAGUE + 0.5]
+    return ("wrong", f"a further tooth, {_apart(apart[0] - 1, true):.1f} off") if apart else ("right", "")
+
+
+def _begin(signature: RecordedSignature, angle: FloatArray, recording: Any) -> float:
+    """Return the angle at which an average begins, in tooth passes from the first contact of tooth 1."""
+    track = signature.speed_track
+    time = track["time"].iloc[0] - 30 / track["speed_rpm"].iloc[0]
+    return float(np.interp(time * recording.signals[0].sampling_rate, np.arange(len(angle)), angle))
+
+
+def _apart(a: float, b: float) -> float:
+    return abs((a - b + TEETH / 2) % TEETH - TEETH / 2)
+
+
+def indicator_changes(run: RecordedSignature | None, healthy: RecordedSignature | None = None) -> Row | None:
+    """Return classical indicators of a run relative to those of the healthy recording; NA4* has it as its baseline.
+
+    None where a recording has none, since its gear is not to be seen.
+    """
+    if run is None or healthy is None or not run.indicators or not healthy.indicators:
         return None
-    return sigdb.Damage(
-        gear=gear,
-        tooth=int(case["tooth"]),
-        damaged_teeth=int(case["damaged_teeth"]),
-        phase_shift_deg=float(case["phase_shift_deg"]),
-        stiffness_loss=float(case["stiffness_loss"]),
-    )
+    tsa = np.array([healthy.tsa, run.tsa])
+    residuals = residual_signal(tsa, teeth=TEETH)
+    star = na4_star(residuals, baseline=1, scale=np.abs(tsa).max(axis=1))[-1]
+    ratios = {name: run.indicators[name] / healthy.indicators[name] for name in ("fm4", "kurtosis")}
+    return {"fm4": _short(ratios["fm4"]), "na4_star": _short(star), "kurtosis": _short(ratios["kurtosis"])}
 
 
-def averaged(recording: Any, case: pd.Series) -> dict[str, Any]:
-    """The average of a recording by its tacho, and its scatter."""
-    signal, tacho = recording.signals[0], recording.channel(recording.tacho)
-    average = synchronous_average(
-        signal.samples,
-        signal.sampling_rate,
-        tacho_pulses(tacho.samples, tacho.sampling_rate),
-        samples_per_rev=64 * int(case["teeth"]),
-        pulses_per_rev=int(recording.pulses_per_rev),
-        ratio=recording.ratio,
-        revolutions=int(case["averages"]),
+def floor_of(machine: Machine, question: Question, recording: Any) -> Row:
+    """Return the statistic of the healthy-only detector, and how far its tooth is from the true one."""
+    pair, marked = question.pair, question.angle == "tacho"
+    _, true_angle = machine.measured(pair.run)
+    other, other_angle = machine.measured(pair.healthy[0])
+    angle = true_angle if marked else mesh_angle(recording, TEETH, near_rpm=NEAR_RPM)
+    healthy_angle = other_angle if marked else mesh_angle(other, TEETH, near_rpm=NEAR_RPM)
+    run = MeanTurn.of(recording.channel(pair.channel).samples, angle, teeth=TEETH)
+    healthy = MeanTurn.of(other.channel(pair.channel).samples, healthy_angle, teeth=TEETH)
+    value, place = pulse(run, healthy, marked=marked)
+    found: Row = {"value": _short(value)}
+    if question.injection is not None:
+        begin = float(np.interp(np.ceil(angle[0] / TEETH) * TEETH, angle, true_angle))
+        found["off"] = _short(_apart(place, question.injection.tooth - 1 - begin))
+    return found
+
+
+def thresholds(rows: Sequence[Row]) -> Row:
+    """Return the greatest value of each statistic among the healthy pairs, which is its threshold."""
+    healthy = [row for row in rows if row["loss"] is None and not row["empty"]]
+    found = {
+        name: max(row["indicators"][name] for row in healthy if row["indicators"])
+        for name in ("fm4", "na4_star", "kurtosis")
+    }
+    return {"floor": max(row["floor"]["value"] for row in healthy if "floor" in row), **found, "pairs": len(healthy)}
+
+
+def injected_at_power(machine: Machine, question: Question, row: Row) -> Row:
+    """Return whether damage is seen that is as large as the stated one, of a rig that is not given."""
+    power, pair = row["power"], question.pair
+    teeth = [tooth for tooth in range(1, TEETH + 1) if tooth not in power["exceptions"]]
+    tooth = int(np.random.default_rng([8, question.number]).choice(teeth))
+    by_loss = power["quantity"] == "stiffness_loss"
+    injection = Injection(
+        rig=question.number % RIGS,
+        loss=power["smallest"] if by_loss else 0.4,
+        tooth=tooth,
+        seed=question.number,
+        share_of_rms=None if by_loss else power["smallest"],
     )
+    recording, share = injection.into(*_channel(machine, pair.run, pair.channel))
+    found = diagnosis_of(machine, question, recording)
     return {
-        "tsa": average.tsa,
-        "scatter": float(np.sqrt(np.mean(average.scatter**2))),
-        "speed_rpm": recording.speed_rpm,
-        "torque": recording.torque,
-        "contact": recording.notes[0].values["contact"],
+        "question": question.number,
+        **power,
+        "rig": injection.rig,
+        "tooth": tooth,
+        "injected_share_of_rms": _short(share),
+        "seen": found.kind in TOOTH,
     }
 
 
-def _with_features(rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows with the features that a database holds, made as it makes them."""
-    teeth, step = int(rows["teeth"].iloc[0]), 64
-    tsa = np.stack(rows["tsa"].to_list())
-    cells = pooled_wigner_ville(tsa, teeth=teeth, bands=mesh_bands(teeth), lag_window=2 * step, n_bins=6 * step)
-    features = cells.reshape(len(rows), -1) / (6 * step * step)
-    return rows.assign(wigner_ville=list(features), fm4=fm4(difference_signal(tsa, teeth=teeth)))
+def _channel(machine: Machine, name: str, channel: str) -> tuple[Any, str, FloatArray]:
+    recording, angle = machine.measured(name)
+    return recording, channel, angle
 
 
-def bound_rows(point: OperatingPoint, curve: ErrorCurve, rows: pd.DataFrame, wrong: Mapping[str, Any]) -> Rows:
-    """The best rule on the same averages without any ingredient, and whether a model is better."""
-    level = point.rows["noise"].iloc[0]
-    known = point.posterior(np.stack(rows["tsa"].to_list()), rows[["index_error"]].assign(noise=level))
-    best = (known.tooth != rows["tooth"].to_numpy()).astype(float)
-    expected, error = float(np.interp(0.0, curve.decibels, curve.error)), float(best.mean())
-    found: Rows = [
-        {"who": "Bayes rule, rows of its law", "error": expected, "better than the rule": None},
-        {"who": "Bayes rule, these averages", "error": error, "better than the rule": None},
-    ]
-    for name, one in wrong.items():
-        excess = above_bound(one.astype(float), best, rows["case"].to_numpy())
-        found.append({"who": name, "error": float(one.mean()), "better than the rule": bool(excess.significant)})
-    return found
-
-
-def location_rows(curve: ErrorCurve, wrong: Mapping[str, Mapping[str, Any]], repeats: int) -> Rows:
-    """Accuracy and loss by cause and learner, with intervals."""
-    cases = len(next(iter(wrong["none"].values()))) // repeats
-    resampled = np.random.default_rng(0).integers(cases, size=(RESAMPLES, cases))
-    found: Rows = []
-    for learner in LEARNERS:
-        errors = {name: one[learner].reshape(cases, repeats).mean(axis=1) for name, one in wrong.items()}
-        base = curve.loss_db(errors["none"].mean()), curve.loss_db(errors["none"][resampled].mean(axis=1))
-        for name, error in errors.items():
-            drawn = error[resampled].mean(axis=1)
-            loss, spread = curve.loss_db(error.mean()), curve.loss_db(drawn)
-            found.append(
-                {
-                    "learner": learner,
-                    "cause": name,
-                    "accuracy": 1 - float(error.mean()),
-                    **_interval("accuracy", 1 - drawn),
-                    "loss": _plain(loss),
-                    **_interval("loss", spread),
-                    "of the cause": _plain(loss - base[0]),
-                    **_interval("of the cause", spread - base[1]),
-                }
-            )
-    return found
-
-
-def severity_rows(estimators: Mapping[str, Any], found: Mapping[str, pd.DataFrame], repeats: int) -> Rows:
-    """Mean absolute errors of the severity of damaged gears."""
-    rows: Rows = []
-    for learner in LEARNERS:
-        for name, all_rows in found.items():
-            some = all_rows[all_rows["tooth"] > 0]
-            answer = estimators[learner].predict(some)
-            row: dict[str, Any] = {"learner": learner, "cause": name}
-            for target in ("stiffness_loss", "phase_shift_deg"):
-                off = np.abs(answer[target].to_numpy() - some[target].to_numpy(float)).reshape(-1, repeats).mean(axis=1)
-                resampled = np.random.default_rng(0).integers(len(off), size=(RESAMPLES, len(off)))
-                row |= {target: float(off.mean()), **_interval(target, off[resampled].mean(axis=1))}
-            rows.append(row)
-    return rows
-
-
-def recorded_rows(found: Mapping[str, pd.DataFrame]) -> Rows:
-    """What the averages of a cause look like beside those without any."""
-    clean = np.stack(found["none"]["tsa"].to_list())
-    rows: Rows = []
-    for name, one in found.items():
-        off = np.stack(one["tsa"].to_list()) - clean
-        rows.append(
-            {
-                "cause": name,
-                "averages": len(one),
-                "scatter": float(one["scatter"].mean() / found["none"]["scatter"].mean()),
-                "average off": float(np.sqrt((off**2).mean() / clean.var())),
-                "speed_rpm": float(one["speed_rpm"].mean()),
-                "torque": float(one["torque"].mean()),
-                "contact lost": int((one["contact"] < 1).sum()),
+def power_share(rows: Sequence[Row]) -> Row:
+    """Return the share that was seen of what was stated as seen, with its exact interval of 95 %."""
+    found: Row = {"stated": SEEN}
+    for quantity in ("stiffness_loss", "pulse"):
+        some = [row for row in rows if row["quantity"] == quantity]
+        if some:
+            seen = sum(row["seen"] for row in some)
+            interval = binomtest(seen, len(some)).proportion_ci(0.95)
+            found[quantity] = {
+                "seen": seen,
+                "of": len(some),
+                "low": _short(interval.low),
+                "high": _short(interval.high),
             }
-        )
-    return rows
+    return found | {"tried": list(rows)}
 
 
-def _plain(value: Any) -> float | None:
-    return None if np.isnan(value) else float(value)
+def _plain_power(found: Diagnosis) -> Row | None:
+    power = found.power
+    if power is None or power.smallest is None:
+        return None
+    return {
+        "quantity": power.quantity,
+        "smallest": power.smallest,
+        "share_of_rms": None if power.share_of_rms is None else _short(power.share_of_rms),
+        "exceptions": [int(tooth) for tooth in power.exceptions["tooth"]],
+    }
 
 
-def _interval(name: str, drawn: np.ndarray) -> dict[str, float | None]:
-    """Ends of 95 %; none where a twentieth of the draws lies where no loss can be estimated."""
-    known = drawn[np.isfinite(drawn)]
-    low, high = np.percentile(known, [2.5, 97.5]) if len(known) > 0.95 * len(drawn) else (None, None)
-    return {f"{name} low": None if low is None else float(low), f"{name} high": None if high is None else float(high)}
+def _short(value: float) -> float:
+    return float(f"{value:.4g}")
 
 
-MARKDOWN = {
-    "accuracy": "right locations, %",
-    "loss": "loss, dB",
-    "of the cause": "of the cause, dB",
-    "stiffness_loss": "loss of stiffness off by, %",
-    "phase_shift_deg": "phase shift off by, deg",
-}
-"""Columns of the tables of the docs."""
-
-
-def print_markdown(tables: Mapping[str, Rows]) -> None:
-    """A table for each learner, with a line for each cause."""
-    severity = {(row["learner"], row["cause"]): row for row in tables["Severity"]}
-    for learner in LEARNERS:
-        print(f"\n{learner}\n\n| ingredient | {' | '.join(MARKDOWN.values())} |\n|{'---|' * (1 + len(MARKDOWN))}")
-        for row in tables["Location"]:
-            if row["learner"] == learner:
-                both = row | severity[learner, row["cause"]]
-                print(f"| {row['cause']} | {' | '.join(_shown(both, name) for name in MARKDOWN)} |")
-
-
-def _shown(row: Mapping[str, Any], name: str) -> str:
-    """A figure with its interval."""
-    if name == "of the cause" and row["cause"] == "none":
-        return ""
-    values = [row[end] for end in (name, f"{name} low", f"{name} high")]
-    if values[0] is None:
-        return "not estimated"
-    places, scale = {"accuracy": (0, 100), "stiffness_loss": (1, 100), "phase_shift_deg": (2, 1)}.get(name, (1, 1))
-    value, low, high = ("-" if one is None else f"{scale * one:.{places}f}" for one in values)
-    return f"{value} ({low} to {high})" if "-" not in (low, high) else value
+def _line(row: Row) -> str:
+    power = row["power"]["smallest"] if row["power"] else ""
+    return (
+        f"{row['number']:3d} {row['kind']:14s} {row['angle']:10s} {row['given']:6s} {row['run']:18s} {row['channel']} "
+        f"loss {row['loss']} -> {row['answer']} {row.get('named', '')} {row['outcome']} {row['why'][:60]} "
+        f"score {row.get('score')} power {power} floor {row.get('floor')} {row.get('indicators')}"
+    )
 
 
 if __name__ == "__main__":

@@ -60,6 +60,19 @@ def test_examples_of_docstrings_give_what_they_show(name, tmp_path, monkeypatch)
     assert results.failed == 0
 
 
+def test_the_commands_of_the_how_to_answer_as_it_shows(reader):
+    page = ROOT / "docs" / "guide" / "two_recordings.md"
+    for _, source in _blocks(page):
+        exec(compile(source, str(page), "exec"), {})
+    lines = [line for name, line in LINES if name == "docs/guide/two_recordings.md"]
+    words = [shlex.split(line.partition(" --out")[0])[1:] for line in lines]
+    done = [CliRunner().invoke(cli, each, catch_exceptions=False, standalone_mode=False) for each in words]
+    assert [each.return_value for each in done] == [None, 1]
+    shown = "One tooth stands out: 9 \u00b1 2."
+    assert shown in page.read_text(encoding="utf-8")
+    assert shown in " ".join(done[1].output.split())
+
+
 def test_there_are_pages_with_examples():
     assert ROOT / "docs" / "guide" / "getting_started.md" in _pages()
 
@@ -108,6 +121,7 @@ NOT_RUN = {
     "sigdb train data/quick/signatures --target location --out data/quick/location": "the model that others evaluate",
     "sigdb evaluate data/quick/location data/quick/signatures --report": "the page is drawn in the tests of reports",
     "sigdb show data/quick/signatures 0 2925  ": "the same with --out runs",
+    "sigdb signature new.csv ": "runs after the example in Python on the same page",
     "sigdb identify ": "the example in Python on the same page searches",
     "sigdb diagnose run.csv ": "the example in Python on the same page makes this diagnosis",
 }
