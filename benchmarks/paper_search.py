@@ -5,9 +5,9 @@ Usage: python benchmarks/paper_search.py [--out FOLDER] [--seed 1] [--hours 3] [
 The targets are `sigdb.paper.margins.target_margins`: the paper's rules about the shifts of 1.5 and 4.5 deg and the loss
 of 50 %. The other cases are not simulated here. Each round draws rigs, and for each many profiles of its mesh, since
 only they are quick to change. It keeps those that nearly hold P5, the hardest rules. CMA-ES [1]_ runs from the best
-of them, by all rules. A rig that holds all is the start of a further run, which is kept away from the rigs found so
-far. `evaluations.txt` holds the result of each evaluation: a search that was stopped reads them again and goes on.
-`found.jsonl` holds the rigs.
+of them, by all rules. From the first rig that holds all, walks (`paper_walk`) lead to others. `evaluations.txt` holds
+the result of each evaluation or walk: a search that was stopped reads them again and goes on. `found.jsonl` holds the
+rigs.
 
 .. [1] N. Hansen, "The CMA evolution strategy: a tutorial", 2016, arXiv:1604.00772.
 """
