@@ -47,8 +47,8 @@ class LevelTarget(MeasuredTarget):
         if not rig.meshes or not rig.operating.torque:
             yield f"rig {rig.name!r} has no mesh under torque, so nothing is excited; remove the target"
 
-    def _quantity(self, label: str, level: float) -> Quantity:
-        value, error = float(decibels(np.array(level))), _DB * self.relative_error
+    def _quantity(self, label: str, level: float, error: float = 0.0) -> Quantity:
+        value, error = float(decibels(np.array(level))), _DB * float(np.hypot(self.relative_error, error / level))
         return Quantity(label=label, unit="dB", value=value, error=error, held_out=self.held_out)
 
 
@@ -58,6 +58,13 @@ class HarmonicTarget(LevelTarget):
     amplitudes: Annotated[tuple[Positive, ...], Several] = Field(
         description="Amplitudes of the harmonics 1, 2, ... of the gear's mesh, in any unit, the same for all.",
         min_length=1,
+    )
+    error: float = quantity(
+        "-",
+        "Standard deviation of each amplitude by noise, in their unit; it adds to the relative error and counts most "
+        "where a harmonic is weak.",
+        ge=0,
+        default=0.0,
     )
     speed_rpm: float | None = quantity("rpm", "Speed; that of the rig if left out.", gt=0, default=None)
     torque: float | None = quantity("N m", "Torque; that of the rig if left out.", gt=0, default=None)
@@ -69,7 +76,7 @@ class HarmonicTarget(LevelTarget):
             f"{value:g} {unit}" for value, unit in ((self.speed_rpm, "rpm"), (self.torque, "N m")) if value is not None
         )
         return [
-            self._quantity(f"mesh harmonic {h} of {self.sensor}{at if at != ' at ' else ''}", level)
+            self._quantity(f"mesh harmonic {h} of {self.sensor}{at if at != ' at ' else ''}", level, self.error)
             for h, level in enumerate(self.amplitudes, 1)
         ]
 
@@ -135,7 +142,8 @@ def with_paths(targets: Sequence[HarmonicTarget], response: RigResponse, degree:
         counts = [len(level) for level, _ in parts]
         level, frequency = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         stated = np.concatenate([decibels(np.array(targets[i].amplitudes)) for i in here])
-        weight = np.repeat([0.0 if targets[i].held_out else 1 / targets[i].relative_error for i in here], counts)
+        errors = [number.error for i in here for number in targets[i].quantities]
+        weight = np.repeat([not targets[i].held_out for i in here], counts) / np.array(errors)
         if np.isnan(level).any():
             moved = level
         else:

@@ -86,3 +86,10 @@ def test_a_mistake_is_a_sentence(rig, fields, sentence):
     with pytest.raises(InputError) as refused:
         Targets(**tables).check(rig)
     assert sentence in str(refused.value)
+
+
+def test_noise_counts_where_a_harmonic_is_weak():
+    """5 % of an amplitude and noise of a tenth of it add up to 11.2 %; a hundredth of it adds a fiftieth."""
+    table = {"sensor": SENSOR, "amplitudes": [1.0, 10.0, 10.0], "relative_error": 0.05, "error": 0.1}
+    errors = [number.error for number in Targets(harmonics=[table], path_degree=1).quantities]
+    assert_allclose(errors, 20 / np.log(10) * np.array([np.sqrt(0.0125), 0.05099, 0.05099]), rtol=1e-4)
