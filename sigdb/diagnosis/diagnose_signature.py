@@ -17,7 +17,7 @@ from sigdb.diagnosis.change.power import power
 from sigdb.diagnosis.change.template_fit import fit_templates
 from sigdb.diagnosis.change.templates import Templates
 from sigdb.diagnosis.diagnosis import Diagnosis, unjudged
-from sigdb.diagnosis.notes import fm4_notes, method_notes, missing_notes, reading_notes, turn_notes
+from sigdb.diagnosis.notes import fm4_notes, method_notes, missing_notes, reading_notes, shaft_notes, turn_notes
 from sigdb.recording import NoMeshError, RecordedSignature
 
 _SAME_SPEED = 0.05
@@ -138,6 +138,7 @@ def diagnose_signature(
             *reference_notes,
             *turn_notes(finding, absolute=absolute),
             *method_notes(finding),
+            *shaft_notes(signature, healthy),
             *fm4_notes(signature, healthy[0]),
         ),
     )
@@ -152,7 +153,7 @@ def _without_healthy(signature: RecordedSignature, reading: tuple[Note, ...]) ->
         kind=kind,
         answer=answer,
         missing=tuple(missing_notes(signature, (), mark=signature.absolute)),
-        notes=tuple(fm4_notes(signature, None)),
+        notes=(*shaft_notes(signature, ()), *fm4_notes(signature, None)),
         reading=reading,
     )
 

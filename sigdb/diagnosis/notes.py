@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 from sigdb.core import Note
 from sigdb.diagnosis.change.finding import Finding
@@ -9,6 +10,9 @@ from sigdb.recording import SPEED_DOUBT, RecordedSignature
 
 _UNLIKE = 0.5
 """Correlation of the errors of the teeth below which the gears may be others."""
+
+_RARE = 1e-4
+"""Probability below which the envelope repeats with another shaft; several shafts are tried."""
 
 _FAR_SPEED = 1.8
 """Quotient of a recorded and a rig's speed above which a note asks for the sampling rate; mistakes are twofold."""
@@ -120,3 +124,22 @@ def fm4_notes(signature: RecordedSignature, healthy: RecordedSignature | None) -
             "above 3.",
             values=fm4,
         )
+
+
+def shaft_notes(signature: RecordedSignature, healthy: Sequence[RecordedSignature]) -> Iterator[Note]:
+    """Yield a note for each other shaft with which the envelope repeats, unless a healthy recording does so too."""
+    ordinary = {row["shaft"] for each in healthy for row in _repeating(each)}
+    for row in _repeating(signature):
+        if row["shaft"] in ordinary:
+            continue
+        doubt = "" if healthy else " Errors of its gear do so too."
+        text = (
+            f"Something turns with {row['shaft']} (order {row['order']:.4g}, p = {row['p_value']:.1g})"
+            f", which the average of this gear does not hold: look at the gear on that shaft too.{doubt}"
+        )
+        yield Note(code="other-shaft", text=text, values={name: row[name] for name in ("shaft", "order", "p_value")})
+
+
+def _repeating(signature: RecordedSignature) -> list[dict[str, Any]]:
+    rows = signature.shafts.to_dict("records") if len(signature.shafts) else []
+    return [{str(name): value for name, value in row.items()} for row in rows if row["p_value"] <= _RARE]

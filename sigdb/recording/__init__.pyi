@@ -11,6 +11,7 @@ from .files.settings import RecordingOptions as RecordingOptions
 from .files.settings import RecordingSettings as RecordingSettings
 from .first_look.envelope_spectrum import EnvelopeSpectrum as EnvelopeSpectrum
 from .first_look.order_map import OrderMap as OrderMap
+from .first_look.shaft_evidence import shaft_evidence as shaft_evidence
 from .gear_signature import recorded_signature as recorded_signature
 from .history import recorded_history as recorded_history
 from .notes import NO_MESH as NO_MESH

@@ -16,6 +16,7 @@ from sigdb.recording.evidence.repeatability import repeatability
 from sigdb.recording.first_look.envelope_spectrum import envelope_spectrum
 from sigdb.recording.first_look.indicator_intervals import indicator_intervals, revolution_groups
 from sigdb.recording.first_look.order_map import OrderMap, order_map
+from sigdb.recording.first_look.shaft_evidence import shaft_evidence
 from sigdb.recording.lines import average_noise, record_spectrum, spectral_lines
 from sigdb.recording.notes import (
     average_note,
@@ -27,7 +28,7 @@ from sigdb.recording.notes import (
 )
 from sigdb.recording.orders import AveragedGear, averaged_gear
 from sigdb.recording.settings import AveragingOptions, AveragingSettings
-from sigdb.recording.shaft_angle import mesh_angle
+from sigdb.recording.shaft_angle import constant_angle, mesh_angle
 from sigdb.recording.signature import RecordedSignature
 from sigdb.recording.tacho.rig_fit import fit_to_rig
 from sigdb.recording.tacho.tacho_angle import tacho_angle
@@ -116,6 +117,13 @@ def recorded_signature(
     scatter = float(np.sqrt(np.mean(average.scatter**2)))
     order, c = order_spectrum(average.tsa)
     values = indicators(average.tsa, teeth=gear.teeth) if presence.present else {}
+    envelope = envelope_spectrum(
+        x,
+        samples_per_rev=n,
+        highest=result.lowest_nyquist_order,
+        orders=(*(order for order in gear.orders if order.kind == "shaft"), *gear.bearings),
+        band=settings.envelope_band,
+    )
     return RecordedSignature(
         source=recording.source,
         channel=signal.name,
@@ -145,13 +153,8 @@ def recorded_signature(
         lines=spectral_lines(spectrum, gear.orders, teeth=gear.teeth),
         indicators={name: float(value) for name, value in values.items()},
         intervals=_intervals(result, gear),
-        envelope=envelope_spectrum(
-            x,
-            samples_per_rev=n,
-            highest=result.lowest_nyquist_order,
-            orders=(*(order for order in gear.orders if order.kind == "shaft"), *gear.bearings),
-            band=settings.envelope_band,
-        ),
+        envelope=envelope,
+        shafts=shaft_evidence(envelope, (each for each in gear.orders if each.kind == "shaft" and each.order % 1)),
         order_map=_order_map(result, gear),
         notes=(
             *recording.notes,
@@ -232,6 +235,11 @@ def _record(
             f"below {_GREATEST:g}"
         )
     average: _Average = {"samples_per_tooth": settings.samples_per_tooth, "revolutions": settings.revolutions}
+    if settings.constant_speed:
+        if settings.mesh_phase:
+            raise InputError("constant_speed and mesh_phase are both set; the angle is taken from one of them")
+        angle = constant_angle(recording, signal, speed_rpm=settings.speed_rpm)
+        return gear_record(source, signal, angle, gear, mesh_phase=False, **average)
     if not settings.mesh_phase:
         waveform = tacho_in_blocks(source) if isinstance(source, RecordingBlocks) else None
         angle = tacho_angle(recording, signal, waveform=waveform)

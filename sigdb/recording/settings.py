@@ -19,6 +19,10 @@ class AveragingSettings(Section):
     mesh_phase: bool = Field(
         default=False, description="Take the angle from the phase of a mesh harmonic; tooth numbers are then relative."
     )
+    constant_speed: bool = Field(
+        default=False,
+        description="Take the stated speed as constant and exact, without tacho or mesh; teeth are then relative.",
+    )
     harmonic: int | None = quantity(
         "-", "Mesh harmonic whose phase is taken; the most even of the first three if left out.", ge=1, default=None
     )
@@ -42,6 +46,7 @@ class AngleOptions(TypedDict, total=False):
 
     channel: str | None
     mesh_phase: bool
+    constant_speed: bool
     harmonic: int | None
     speed_rpm: float | None
     speed_range_rpm: tuple[float, float] | None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from sigdb.core import FloatArray, NotApplicableError, Note
+from sigdb.core import FloatArray, InputError, NotApplicableError, Note
 from sigdb.recording.speed import HARMONICS, SpeedTrack, find_speed
 from sigdb.signature import mesh_pulses
 
@@ -127,6 +127,35 @@ def mesh_angle(
             *_speed_notes(track, range_rpm, len(alike) + 1),
             *_phase_notes(used, pulses, size / fs),
             *_slip_notes(recording.source, pulses, teeth, track, doubtful=doubtful),
+        ),
+    )
+
+
+def constant_angle(recording: "Recording", channel: "Channel", *, speed_rpm: float | None) -> ShaftAngle:
+    """Return the angle of a shaft that turns at a stated speed, from the first sample of a channel.
+
+    Raises
+    ------
+    InputError
+        If neither the settings nor the recording state a speed.
+    """
+    speed = recording.speed_rpm if speed_rpm is None else speed_rpm
+    if speed is None:
+        raise InputError(f"{recording.source}: constant_speed is set, but no speed is stated; give speed_rpm")
+    return ShaftAngle(
+        pulses=np.arange(int(channel.duration * speed / 60) + 1) * 60 / speed,
+        pulses_per_rev=1,
+        ratio=1.0,
+        absolute=False,
+        source=f"constant speed of {speed:.6g} rpm",
+        notes=(
+            Note(
+                code="constant-speed",
+                text=f"the speed of {speed:.6g} rpm was taken as stated: if it is wrong or not constant by one part in "
+                "the number of tooth passes, the average is smeared",
+                values={"speed_rpm": speed},
+            ),
+            Note(code=RELATIVE_TEETH, text="tooth numbers are relative: there is no tacho mark"),
         ),
     )
 

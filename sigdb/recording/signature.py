@@ -68,6 +68,9 @@ class RecordedSignature:
         not present, nan for fewer than ten groups of revolutions.
     envelope
         Spectrum of the envelope in a band of orders, with the orders of shafts and bearings.
+    shafts
+        ``shaft``, ``order``, ``lines``, ``p_value``: whether something that no tooth of the averaged gear does repeats
+        with the turn of each other shaft, by the envelope.
     order_map
         Amplitude by order and speed of a run-up or coast-down; None where the speed changes by less than 10 %.
     notes
@@ -103,6 +106,7 @@ class RecordedSignature:
     indicators: dict[str, float]
     intervals: pd.DataFrame
     envelope: EnvelopeSpectrum
+    shafts: pd.DataFrame
     order_map: OrderMap | None
     notes: tuple[Note, ...]
     repeatability: Repeatability | None = None

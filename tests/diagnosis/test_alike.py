@@ -30,6 +30,7 @@ def signature(tsa, seed=0, **changes):
     made = RecordedSignature(
         intervals=pd.DataFrame({"indicator": [], "low": [], "high": []}),
         envelope=None,
+        shafts=pd.DataFrame(),
         order_map=None,
         source="run.csv", channel="a1", unit="m/s^2", gear="pinion", shaft="shaft", teeth=TEETH, angle="tacho",
         absolute=True, tsa=tsa + noise * np.random.default_rng(seed).standard_normal(N), scatter=0.1,

@@ -63,6 +63,7 @@ def recorded(signal, seed, *, gain=1.0, absolute=True, turn=0, noise=0.05, group
     facts = {
         "intervals": pd.DataFrame({"indicator": [], "low": [], "high": []}),
         "envelope": None,
+        "shafts": pd.DataFrame(),
         "order_map": None,
         "source": "made here",
         "channel": "a1",

@@ -83,6 +83,28 @@ def test_the_average_by_the_mesh_is_the_same_revolution_turned():
     assert found.scatter == pytest.approx(1, rel=0.1)
 
 
+def test_a_stated_speed_that_is_constant_gives_the_same_revolution():
+    """No tacho, no search: the average by a tacho, begun at the first sample."""
+    turns = turned(6)
+    by_speed = recorded_signature(
+        recording(turns, vibration(turns), tacho=False), teeth=TEETH, constant_speed=True, speed_rpm=1200.0
+    )
+    by_tacho = recorded_signature(recording(turns, vibration(turns)), teeth=TEETH)
+    assert (by_speed.absolute, by_speed.speed_rpm) == (False, pytest.approx(1200.0))
+    np.testing.assert_allclose(by_speed.tsa, by_tacho.tsa, atol=0.02)
+    assert "constant-speed" in [note.code for note in by_speed.notes]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({}, "no speed is stated; give speed_rpm"), ({"mesh_phase": True, "speed_rpm": 1200.0}, "are both set")],
+)
+def test_a_constant_speed_needs_a_speed_and_nothing_else(options, message):
+    turns = turned(2)
+    with pytest.raises(InputError, match=message):
+        recorded_signature(recording(turns, vibration(turns), tacho=False), teeth=TEETH, constant_speed=True, **options)
+
+
 def test_a_tacho_on_another_shaft_gives_relative_teeth():
     gear_turns = turned(8, 20.0) / 3
     x = vibration(3 * gear_turns)

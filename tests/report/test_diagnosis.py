@@ -29,6 +29,7 @@ def signature(channel="a<1>", unit="m/s"):
     return RecordedSignature(
         intervals=pd.DataFrame({"indicator": [], "low": [], "high": []}),
         envelope=None,
+        shafts=pd.DataFrame(),
         order_map=None,
         source="run.csv", channel=channel, unit=unit, gear="pinion", shaft="shaft", teeth=TEETH, angle="tacho",
         absolute=True, tsa=SIGNAL, scatter=0.1, noise=np.full(49, 0.1), groups=SIGNAL[None], averages=12, dropped=0,

@@ -41,6 +41,7 @@ def of_a_recording(x, teeth):
     recorded = RecordedSignature(
         intervals=pd.DataFrame({"indicator": [], "low": [], "high": []}),
         envelope=None,
+        shafts=pd.DataFrame(),
         order_map=None,
         source="file",
         channel="a",

@@ -52,10 +52,13 @@ _ANGLE = {
     "mesh_phase": click.option(
         "--mesh-phase", is_flag=True, help="Take the angle from the phase of the mesh; no tacho is needed."
     ),
+    "constant_speed": click.option(
+        "--constant-speed", is_flag=True, help="Take --speed-rpm as exact and constant; no tacho and no mesh is needed."
+    ),
     "speed_rpm": click.option(
         "--speed-rpm",
         type=Quantity("rpm", min=0, min_open=True),
-        help="Speed for --mesh-phase, rpm, to within 5 %.",
+        help="Speed, rpm: for --mesh-phase to within 5 %, for --constant-speed exactly.",
     ),
     "speed_range_rpm": click.option(
         "--speed-range",
