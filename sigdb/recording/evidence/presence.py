@@ -116,10 +116,10 @@ def mesh_presence(
     The gear is present where ``p_value`` is at most 0.001 and all of these hold: ``p_neighbours`` is at most 0.5, no
     comb ``h Z + s``, ``|s| > 2``, and no mesh of another tooth count has 1.25 E + 15 of evidence, where E, a sum of
     -ln p like p_neighbours', is the evidence of this one. Orders of a half or a third of the teeth have at most
-    E + 10. The lines have no common spacing of another gear, or the sidebands of the first three harmonics that lie
-    between them stand out, with a combined p of at most 0.01. Harmonics that are no multiples of 2, or 3, stand out as
-    well, with a combined p of at most 0.01; else the gear has twice or three times as many teeth. A single line is a
-    gear's only where no line between the whole orders is stronger.
+    E + 10. The lines have no common spacing of another gear, or the sidebands between them stand out together, with p
+    of at most 0.01. Harmonics that are no multiples of 2, or 3, stand out as well, with a combined p of at most 0.01;
+    else the gear has twice or three times as many teeth. A single line is a gear's only where no line between the whole
+    orders is stronger.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def mesh_presence(
     combs = _Combs(np.abs(np.fft.rfft(x[: M * n].reshape(M, n).mean(axis=0))[: top + 1]) ** 2, Z)
     lines = np.flatnonzero(line < math.log(_LINE))
     spacing = int(np.gcd.reduce(lines, initial=0))
-    if spacing > 1 and _combined(line[side[(side % spacing > 0) & (side < 3.5 * Z)]]) <= _OTHERS:
+    if spacing > 1 and _combined(line[side[side % spacing > 0]]) <= _OTHERS:
         spacing = 1  # Pitch errors of a low order are strong; the other orders are weak, and no noise.
     p_mesh, p_revolution = _combined(line[mesh]), _p_revolution(line, side, mesh)
     sums = [order for m in mates for order in (m, *(mesh - m), *(mesh + m))]
