@@ -118,8 +118,7 @@ def diagnose_signature(
         seen = power(
             run,
             lambda each: stands_out(each, reference, turn=turn, law=law, templates=behind),
-            healthy=turned,
-            templates=behind,
+            templates=None if templates is None else templates.behind(run, absolute=absolute),
         )
         kind, answer = quiet_answer(level, seen, counted)
     return replace(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from sigdb.core import ComplexArray, FloatArray
+from sigdb.core import ComplexArray, FloatArray, IntArray
 from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
 from sigdb.diagnosis.change.path import GAIN_ERROR, wandering
 from sigdb.diagnosis.change.templates import BehindPath
@@ -39,8 +39,8 @@ class Power:
     quantity
         ``stiffness_loss`` of one tooth, or ``pulse``: the rms of an event relative to that of the average.
     smallest
-        Smallest value from which on at least 95 % would have been seen, of all teeth and rigs; None where no value of
-        the range would.
+        Smallest value from which on at least 95 % would have been seen, of all teeth and of one more rig; None where no
+        value of the range would.
     share_of_rms
         Median rms of the added difference at that value, relative to that of the average; None with it.
     exceptions
@@ -71,15 +71,19 @@ def power(
     run: AverageSpectrum,
     decide: Callable[[AverageSpectrum], bool],
     *,
-    healthy: AverageSpectrum,
     templates: BehindPath | None,
     seed: int = 0,
 ) -> Power:
     """Return the damage that a recording would have shown, by adding damage to it and asking the decision itself.
 
-    Damage of one tooth is added at every tooth of every rig behind the path that the healthy mesh harmonics give. The
-    gain of the path errs at random between them: by 30 %, twice a mesh harmonic, and that of pulses by 70 %. The value
-    that is seen is found by bisection, so a greater damage counts as seen where a smaller one is.
+    Damage of one tooth is added at every tooth of every rig behind the path that its mesh harmonics give. The gain of
+    the path errs at random between them: by 30 %, twice a mesh harmonic, and that of pulses by 70 %. The value that is
+    seen is found by bisection, so a greater damage counts as seen where a smaller one is.
+
+    The machine is one more rig, of which only the ensemble is known. Let m and s be the mean and the standard deviation
+    of the logarithm of the value that is needed, over all teeth of n rigs. The bound for a tooth of one more rig, with
+    a probability of 0.95, is ``exp(m + t s sqrt(1 + 1 / n))`` with the quantile t of Student's law with n - 1 degrees
+    of freedom. The next value above it is stated.
 
     Parameters
     ----------
@@ -87,36 +91,36 @@ def power(
         Spectrum of the recording.
     decide
         Whether a tooth stands out of a spectrum: the decision.
-    healthy
-        Healthy spectrum, turned to the run.
     templates
-        Templates of the rigs behind the path; None for pulses of a tooth pass with the mesh's own spectrum.
+        Templates of the rigs behind the path that the recording's own mesh harmonics give; None for pulses with the
+        spectrum of the mesh.
     seed
         Seed of the path's errors.
     """
     stream = np.random.default_rng(seed)
     rms = float(np.sqrt(np.sum(np.abs(run.mean[1:]) ** 2)))
-    values, additions = _damage(templates) if templates is not None else _pulses(run, healthy)
+    values, additions = _damage(templates) if templates is not None else _pulses(run)
     Z, k = run.teeth, np.arange(len(run.mean))
     error = GAIN_ERROR if templates is not None else _SHAPE_ERROR
     rigs = min(len(additions), max(_MOST_TRIES // Z, 1))
-    needed = np.full((Z, rigs), np.inf)
+    needed, rig = np.full((Z, rigs), np.inf), np.zeros((Z, rigs), int)
     share = np.full((len(values), Z, rigs), np.nan)
     for tooth in range(Z):
         for number in range(rigs):
-            addition = additions[(tooth * rigs + number) % len(additions)]
+            rig[tooth, number] = (tooth * rigs + number) % len(additions)
+            addition = additions[rig[tooth, number]]
             at_tooth = addition.spectra * wandering(stream, run, error) * np.exp(-2j * np.pi * k * tooth / Z)
             share[:, tooth, number] = np.sqrt(np.sum(np.abs(at_tooth) ** 2, axis=1)) / rms
             index = _first(decide, run, at_tooth)
             if index < len(values):
                 needed[tooth, number] = values[index]
-    return _power("stiffness_loss" if templates is not None else "pulse", values, needed, share)
+    return _power("stiffness_loss" if templates is not None else "pulse", values, needed, rig, share)
 
 
-def _power(quantity: str, values: FloatArray, needed: FloatArray, share: FloatArray) -> Power:
+def _power(quantity: str, values: FloatArray, needed: FloatArray, rig: IntArray, share: FloatArray) -> Power:
     """Return the power from the values (Z, rigs) that were needed at each tooth with each rig."""
     at_tooth = needed.max(axis=1)
-    stated = _quantile(needed.ravel())
+    stated = _for_one_more(needed.ravel(), values, rigs=len(np.unique(rig)))
     smallest = float(stated) if np.isfinite(stated) else None
     worse = np.flatnonzero(np.mean(needed <= stated, axis=1) < _WORSE)
     exceptions = pd.DataFrame(
@@ -133,10 +137,15 @@ def _power(quantity: str, values: FloatArray, needed: FloatArray, share: FloatAr
     )
 
 
-def _quantile(needed: FloatArray) -> float:
-    """Return the smallest value that at least 95 % need at most."""
-    order = np.sort(needed)
-    return float(order[int(np.ceil(SEEN * len(order))) - 1])
+def _for_one_more(needed: FloatArray, values: FloatArray, *, rigs: int) -> float:
+    """Return the value that a tooth of one more rig needs at most with a probability of 0.95; inf beyond the range."""
+    from scipy.special import ndtri, stdtrit
+
+    logarithm = np.log(np.where(np.isinf(needed), 1.25 * values[-1], needed))
+    quantile = stdtrit(rigs - 1, SEEN) * np.sqrt(1 + 1 / rigs) if rigs > 1 else ndtri(SEEN)
+    bound = float(np.exp(logarithm.mean() + quantile * logarithm.std()))
+    above = values[values >= bound * (1 - 1e-9)]
+    return float(above[0]) if above.size else np.inf
 
 
 def _first(decide: Callable[[AverageSpectrum], bool], run: AverageSpectrum, additions: ComplexArray) -> int:
@@ -178,10 +187,10 @@ def _at(values: FloatArray, losses: FloatArray, simulated: ComplexArray) -> Comp
     return np.asarray(beyond * ((1 - part) * simulated[right - 1] + part * simulated[right]))
 
 
-def _pulses(run: AverageSpectrum, healthy: AverageSpectrum) -> tuple[FloatArray, list[_Addition]]:
+def _pulses(run: AverageSpectrum) -> tuple[FloatArray, list[_Addition]]:
     """Return pulses of four widths whose spectrum about each mesh harmonic has the share of that harmonic."""
     values, Z = np.array(PULSES), run.teeth
-    X = healthy.mean
+    X = run.mean
     k = np.arange(len(X))
     nearest = np.clip(np.round(k / Z).astype(int), 1, (len(X) - 1) // Z) * Z
     held = (k > 0) & (k < run.highest_order)
