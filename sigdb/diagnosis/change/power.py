@@ -83,7 +83,7 @@ def power(
     The machine is one more rig, of which only the ensemble is known. Let m and s be the mean and the standard deviation
     of the logarithm of the value that is needed, over all teeth of n rigs. The bound for a tooth of one more rig, with
     a probability of 0.95, is ``exp(m + t s sqrt(1 + 1 / n))`` with the quantile t of Student's law with n - 1 degrees
-    of freedom. The next value above it is stated.
+    of freedom. The next value above it is stated. Pulses are no rigs: for them it is ``exp(m + 1.645 s)``.
 
     Parameters
     ----------
@@ -120,7 +120,8 @@ def power(
 def _power(quantity: str, values: FloatArray, needed: FloatArray, rig: IntArray, share: FloatArray) -> Power:
     """Return the power from the values (Z, rigs) that were needed at each tooth with each rig."""
     at_tooth = needed.max(axis=1)
-    stated = _for_one_more(needed.ravel(), values, rigs=len(np.unique(rig)))
+    rigs = len(np.unique(rig)) if quantity == "stiffness_loss" else 1
+    stated = _for_one_more(needed.ravel(), values, rigs=rigs)
     smallest = float(stated) if np.isfinite(stated) else None
     worse = np.flatnonzero(np.mean(needed <= stated, axis=1) < _WORSE)
     exceptions = pd.DataFrame(
