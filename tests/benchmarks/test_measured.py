@@ -79,6 +79,22 @@ def test_the_stored_questions_are_those_of_the_benchmark(cases):
         assert row["loss"] == (question.injection.loss if question.injection else None)
 
 
+AGAIN = (2, 33, 68)
+"""Numbers of questions about the twin that are answered again: healthy, injected, and a sensor that fell off."""
+
+
+@pytest.mark.parametrize("number", AGAIN)
+def test_a_question_about_the_twin_has_the_stored_answer(number, measured, cases):
+    machine = cases.TwinMachine()
+    question = list(cases.questions(machine))[number]
+    row, stored = measured.answer(machine, question), DOCUMENT["twin"]["questions"][number]
+    for name in ("answer", "outcome", "named", "power"):
+        assert row[name] == stored[name]
+    if not row["empty"]:
+        assert row["score"] == pytest.approx(stored["score"], rel=1e-3)
+        assert row["floor"]["value"] == pytest.approx(stored["floor"]["value"], rel=1e-3)
+
+
 def _location(tooth, within=1):
     return Fake(tooth=tooth, low=tooth - within, high=tooth + within, within=within)
 
