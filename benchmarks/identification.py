@@ -54,7 +54,7 @@ CASES = (
     ("nasa-spiral-bevel", {"harmonics": _levels("pinion-housing-vertical", 12000.0, 14400.0)}),
     ("two-stage-gearbox", {"harmonics": _levels("input-vertical", 1800.0)}),
 )
-"""Rigs with targets, of which only kind and number count here."""
+"""Rigs with targets; only the kind and the number of the targets count here."""
 
 
 def main() -> None:

@@ -103,8 +103,8 @@ def diagnose_signature(
         run,
         turned,
         reference_set,
-        speeds_rpm=(signature.speed_rpm, healthy[0].speed_rpm),
-        torques=(torque, None if healthy_torques is None else healthy_torques[0]),
+        speeds_rpm=_nearest(signature.speed_rpm, [each.speed_rpm for each in healthy]),
+        torques=_nearest(torque, healthy_torques or ()),
     )
     counted = _counted(signature.absolute and absolute, disagree)
     fit = None
@@ -141,6 +141,14 @@ def diagnose_signature(
             *fm4_notes(signature, healthy[0]),
         ),
     )
+
+
+def _nearest(value: float | None, others: Sequence[float | None]) -> tuple[float | None, float | None]:
+    """Return a speed or torque with that of the reference: the same within the range of the healthy recordings."""
+    stated = [other for other in others if other is not None]
+    if value is None or not stated:
+        return value, None
+    return value, min(max(value, min(stated)), max(stated))
 
 
 def _without_healthy(signature: RecordedSignature, reading: tuple[Note, ...]) -> Diagnosis:

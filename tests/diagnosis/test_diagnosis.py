@@ -280,7 +280,7 @@ def test_the_reference_is_interpolated_in_load(clean, gears, diagnosed):
 
 
 def test_the_path_is_that_of_the_structure_between_mesh_harmonics():
-    """Of a path of constant gain and delay every interpolated gain is exact, up to the record's highest order."""
+    """Every gain between is exact for a path of constant gain and delay, up to the record's highest order."""
     stream = np.random.default_rng(0)
     simulated = np.where(ORDERS % TEETH == 0, stream.standard_normal(len(ORDERS)) + 2j, 0)
     true = 3.0 * np.exp(-2j * np.pi * ORDERS * 0.3 / TEETH)

@@ -69,7 +69,7 @@ def level_change(
     reference: AverageSpectrum,
     healthy: HealthySet,
     *,
-    speeds_rpm: tuple[float, float],
+    speeds_rpm: tuple[float | None, float | None],
     torques: tuple[float | None, float | None],
 ) -> LevelChange:
     """Return the change of the levels of a run since its healthy reference, with the likelier cause.
@@ -204,7 +204,7 @@ def _causes(
     decibels: FloatArray,
     phases: FloatArray,
     rare: bool,
-    speeds: tuple[float, float],
+    speeds: tuple[float | None, float | None],
     torques: tuple[float | None, float | None],
 ) -> Iterator[str]:
     """Yield the causes of a change of levels, the likeliest first."""
@@ -214,11 +214,9 @@ def _causes(
     levels = np.concatenate([mesh, whole])
     if not rare or np.abs(levels).max() < LEAST_DB:
         return
-    if abs(speeds[0] - speeds[1]) > _SPEED * speeds[1]:
-        yield "speed"
-    run, reference = torques
-    if run is not None and reference is not None and abs(run - reference) > _LOAD * abs(reference):
-        yield "load"
+    for name, (run, reference), least in (("speed", speeds, _SPEED), ("load", torques, _LOAD)):
+        if run is not None and reference is not None and abs(run - reference) > least * abs(reference):
+            yield name
     if np.ptp(mesh) < _SAME_DB:
         yield "sensor gain"
     yield "load or mounting"

@@ -60,13 +60,6 @@ class Power:
     table: pd.DataFrame
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Addition:
-    """Differences (values, n / 2 + 1) of growing size at tooth 1, as the sensor would show them."""
-
-    spectra: ComplexArray
-
-
 def power(
     run: AverageSpectrum,
     decide: Callable[[AverageSpectrum], bool],
@@ -109,7 +102,7 @@ def power(
         for number in range(rigs):
             rig[tooth, number] = (tooth * rigs + number) % len(additions)
             addition = additions[rig[tooth, number]]
-            at_tooth = addition.spectra * wandering(stream, run, error) * np.exp(-2j * np.pi * k * tooth / Z)
+            at_tooth = addition * wandering(stream, run, error) * np.exp(-2j * np.pi * k * tooth / Z)
             share[:, tooth, number] = np.sqrt(np.sum(np.abs(at_tooth) ** 2, axis=1)) / rms
             index = _first(decide, run, at_tooth)
             if index < len(values):
@@ -161,7 +154,7 @@ def _first(decide: Callable[[AverageSpectrum], bool], run: AverageSpectrum, addi
     return low
 
 
-def _damage(behind: BehindPath) -> tuple[FloatArray, list[_Addition]]:
+def _damage(behind: BehindPath) -> tuple[FloatArray, list[ComplexArray]]:
     """Return the losses, and for each rig the differences behind the path."""
     values, templates = np.array(LOSSES), behind.templates
     single = (templates.severity["damaged_teeth"] == 1) & (templates.severity["phase_shift_deg"] == 0)
@@ -173,7 +166,7 @@ def _damage(behind: BehindPath) -> tuple[FloatArray, list[_Addition]]:
         losses = templates.severity["stiffness_loss"].to_numpy(float)[rows]
         order = np.argsort(losses)
         simulated = np.concatenate([np.zeros((1, behind.spectra.shape[1])), behind.spectra[rows[order]]])
-        results.append(_Addition(spectra=_at(values, np.concatenate([[0.0], losses[order]]), simulated)))
+        results.append(_at(values, np.concatenate([[0.0], losses[order]]), simulated))
     return values, results
 
 
@@ -188,7 +181,7 @@ def _at(values: FloatArray, losses: FloatArray, simulated: ComplexArray) -> Comp
     return np.asarray(beyond * ((1 - part) * simulated[right - 1] + part * simulated[right]))
 
 
-def _pulses(run: AverageSpectrum) -> tuple[FloatArray, list[_Addition]]:
+def _pulses(run: AverageSpectrum) -> tuple[FloatArray, list[ComplexArray]]:
     """Return pulses of four widths whose spectrum about each mesh harmonic has the share of that harmonic."""
     values, Z = np.array(PULSES), run.teeth
     X = run.mean
@@ -200,5 +193,5 @@ def _pulses(run: AverageSpectrum) -> tuple[FloatArray, list[_Addition]]:
     for width in (0.4, 0.8, 1.6, 3.2):
         shape = np.where(held, X[nearest] * np.exp(-0.5 * ((k - nearest) * np.pi / Z * width) ** 2), 0)
         shape = shape / np.sqrt(np.sum(np.abs(shape) ** 2)) * rms
-        results.append(_Addition(spectra=values[:, None] * shape))
+        results.append(values[:, None] * shape)
     return values, results

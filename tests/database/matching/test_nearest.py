@@ -55,7 +55,7 @@ def test_residuals_of_the_bank(bank, templates):
 
 @pytest.mark.parametrize("noise", [0, 0.1, 0.5])
 def test_against_all_turns_of_all(bank, templates, noise):
-    """Of every third template, which takes memory and time enough."""
+    """A third of the templates takes memory and time enough."""
     rng, asked = np.random.default_rng(0), np.arange(0, 3000, 3)
     x = np.roll(templates[rng.choice(asked)], rng.integers(N)) + noise * rng.normal(size=N)
     z, z_t = without_regular(x), without_regular(templates)

@@ -28,7 +28,7 @@ def rms(spectrum):
 
 @pytest.mark.parametrize(("factor", "low", "high"), [(1.0, 0.85, 1.0), (0.5, 0.0, 0.3)])
 def test_pulses_of_the_least_size_are_seen(factor, low, high):
-    """Of 60 pulses at least 51: with 0.95 each, fewer have a probability of 1e-3."""
+    """At least 51 of 60 pulses are seen: with 0.95 each, fewer have a probability of 1e-3."""
     stream, seen = np.random.default_rng(5), []
     for seed in range(4):
         spectra = record(seed)

@@ -25,7 +25,7 @@ def test_a_knock_once_a_turn_of_a_shaft_is_evidence_of_it(name, order):
 
 
 def test_probabilities_of_noise_are_uniform():
-    """Of 200 probabilities about a tenth is below 0.1, within four standard deviations of that count."""
+    """About a tenth of 200 probabilities is below 0.1, within four standard deviations of that count."""
     p = np.concatenate(
         [table(np.random.default_rng(seed).standard_normal(TURNS.size))["p_value"] for seed in range(100)]
     )
