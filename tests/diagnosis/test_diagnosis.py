@@ -273,7 +273,9 @@ def test_the_reference_is_interpolated_in_load(clean, gears, diagnosed):
     one = recorded(at[50], 1, noise=0.005)
     loads = [recorded(at[load], load, noise=0.005) for load in (30, 70)]
     apart = diagnosed(one, loads[0]).finding.change.misfit
-    between = diagnosed(one, *loads, torque=50.0, healthy_torques=[30.0, 70.0]).finding.change.misfit
+    interpolated = diagnosed(one, *loads, torque=50.0, healthy_torques=[30.0, 70.0])
+    between = interpolated.finding.change.misfit
+    assert interpolated.level.cause != "load"
     assert apart > 2 * between
     outside = diagnosed(one, *loads, torque=90.0, healthy_torques=[30.0, 70.0])
     assert "torque-outside-healthy" in [note.code for note in outside.notes]

@@ -81,10 +81,6 @@ class AverageSpectrum:
         """Return the spectrum of the average that begins later by a part of a revolution."""
         return replace(self, groups=self.groups * np.exp(2j * np.pi * turn * np.arange(self.groups.shape[1])))
 
-    def scaled(self, gain: ComplexArray) -> Self:
-        """Return the spectrum behind a gain (n / 2 + 1,)."""
-        return replace(self, groups=self.groups * gain, spread=self.spread * np.abs(gain) ** 2)
-
     def part(self, numbers: IntArray) -> Self:
         """Return the spectrum of some groups; their spread is that of all of them."""
         return replace(self, groups=self.groups[numbers])

@@ -172,9 +172,9 @@ def find(
         pulse=pulse,
         template=template,
         likelihood=likelihood,
-        pulse_limit=_pulse_limit(law, wider),
-        template_limit=_template_limit(law, wider),
-        likelihood_limit=_likelihood_limit(law, wider),
+        pulse_limit=_limit(law.pulse, _PULSE_MARGIN, wider),
+        template_limit=_limit(law.template, _TEMPLATE_MARGIN, wider),
+        likelihood_limit=_limit(law.likelihood, _TEMPLATE_MARGIN, wider),
         wider=wider,
     )
 
@@ -187,22 +187,15 @@ def stands_out(
     wider = law.recordings < _ENOUGH and change.middle > _WIDER * law.widest
     if templates is not None:
         template = template_statistic(change, templates)
-        if template.greatest > _template_limit(law, wider):
+        if template.greatest > _limit(law.template, _TEMPLATE_MARGIN, wider):
             return True
-    if pulse_statistic(change).greatest > _pulse_limit(law, wider):
+    if pulse_statistic(change).greatest > _limit(law.pulse, _PULSE_MARGIN, wider):
         return True
     if templates is None or not templates.templates.described:
         return False
-    return likelihood_statistic(change, templates).greatest > _likelihood_limit(law, wider)
+    return likelihood_statistic(change, templates).greatest > _limit(law.likelihood, _TEMPLATE_MARGIN, wider)
 
 
-def _pulse_limit(law: HealthyLaw, wider: bool) -> float:
-    return _CAUTION * (_PULSE_MARGIN if wider else 1.0) * max(1.0, law.pulse)
-
-
-def _template_limit(law: HealthyLaw, wider: bool) -> float:
-    return _CAUTION * (_TEMPLATE_MARGIN if wider else 1.0) * max(1.0, law.template)
-
-
-def _likelihood_limit(law: HealthyLaw, wider: bool) -> float:
-    return _CAUTION * (_TEMPLATE_MARGIN if wider else 1.0) * max(1.0, law.likelihood)
+def _limit(greatest: float, margin: float, wider: bool) -> float:
+    """Return the limit of a statistic whose greatest value of healthy pieces is known."""
+    return _CAUTION * (margin if wider else 1.0) * max(1.0, greatest)

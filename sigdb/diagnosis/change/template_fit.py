@@ -48,10 +48,9 @@ class TemplateFit:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Likelihood:
-    """Logarithm (factors, T, 8 Z) of the likelihood ratio of each template to none, and the misfit of the best one."""
+    """Logarithm (factors, T, 8 Z) of the likelihood ratio of each template to none, over the misfit of the best."""
 
     ratio: FloatArray
-    misfit: float
     explained: float
 
 
@@ -83,7 +82,7 @@ def _likelihood(change: Change, behind: BehindPath) -> _Likelihood:
     level, best = sum(band.level for band in change.bands), float(ratio.max())
     misfit = max(1.0, (level - best) / max(change.degrees, 1))
     explained = best / max(level - change.degrees, 1.0)
-    return _Likelihood(ratio=ratio / misfit, misfit=misfit, explained=explained)
+    return _Likelihood(ratio=ratio / misfit, explained=explained)
 
 
 def likelihood_statistic(change: Change, behind: BehindPath) -> Statistic:
