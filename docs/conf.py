@@ -24,6 +24,7 @@ extensions = [
     "paper",
     "pictures",
     "signatures",
+    "answers",
     "stored",
 ]
 

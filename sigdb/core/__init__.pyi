@@ -1,3 +1,8 @@
+from .answers import ANSWERS as ANSWERS
+from .answers import Answer as Answer
+from .answers import AnswerForm as AnswerForm
+from .answers import Kind as Kind
+from .answers import Note as Note
 from .compiled import kernel as kernel
 from .errors import CorruptionError as CorruptionError
 from .errors import DatabaseError as DatabaseError
@@ -15,7 +20,6 @@ from .fields import quantity as quantity
 from .fields import unit_of as unit_of
 from .fields import validated as validated
 from .fields import without_defaults as without_defaults
-from .notes import Note as Note
 from .plain_arrays import BoolArray as BoolArray
 from .plain_arrays import ComplexArray as ComplexArray
 from .plain_arrays import FloatArray as FloatArray

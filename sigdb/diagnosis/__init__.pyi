@@ -1,4 +1,3 @@
-from .answers import EXIT_CODES as EXIT_CODES
 from .answers import power_sentence as power_sentence
 from .change.finding import Finding as Finding
 from .change.finding import HealthyLaw as HealthyLaw

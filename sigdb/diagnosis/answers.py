@@ -1,34 +1,11 @@
-"""The answers of a diagnosis: their names, sentences and exit codes."""
+"""Answers of a diagnosis: the values of their sentences."""
 
 from collections.abc import Sequence
-from typing import Literal
 
+from sigdb.core import Answer
 from sigdb.diagnosis.change.level import LevelChange
 from sigdb.diagnosis.change.location import Location
 from sigdb.diagnosis.change.power import SEEN, Power
-from sigdb.recording import Repeatability
-
-Kind = Literal[
-    "no change",
-    "level changed",
-    "one tooth",
-    "several teeth",
-    "nothing stands out",
-    "one event",
-    "cannot be judged",
-]
-"""Kinds of answer: with healthy recordings, without them, and none."""
-
-EXIT_CODES: dict[Kind, int] = {
-    "no change": 0,
-    "level changed": 0,
-    "one tooth": 1,
-    "several teeth": 1,
-    "nothing stands out": 0,
-    "one event": 1,
-    "cannot be judged": 3,
-}
-"""Exit code of each answer: 0 without damage, 1 with damage, 3 without an answer. Bad input has 2."""
 
 _CAUSES = {
     "speed": "the other speed",
@@ -45,40 +22,24 @@ _QUANTITIES = {
 }
 
 
-def repeating_answer(repeatability: Repeatability | None) -> tuple[Kind, str]:
-    """Return the kind and the sentence for a recording without a healthy one."""
-    if repeatability is None:
-        return "cannot be judged", "Cannot be judged: there is no healthy recording."
-    sentence = f"{repeatability.reason[0].upper()}{repeatability.reason[1:]}."
-    if repeatability.answer == "cannot be judged":
-        return "cannot be judged", sentence
-    return ("one event" if repeatability.answer == "event" else "nothing stands out"), sentence
-
-
-def damage_answer(teeth: Sequence[Location], counted: str) -> tuple[Kind, str]:
-    """Return the kind and the sentence for teeth that stand out."""
+def damage_answer(teeth: Sequence[Location], counted: str) -> Answer:
+    """Return the answer for teeth that stand out."""
     named = ", ".join(_tooth(location) for location in teeth)
-    if len(teeth) == 1:
-        return "one tooth", f"One tooth stands out: {named}{counted}."
-    return "several teeth", f"Several teeth stand out: {named}{counted}."
+    return Answer.of("one tooth" if len(teeth) == 1 else "several teeth", teeth=named, counted=counted)
 
 
 def _tooth(location: Location) -> str:
     return f"{location.tooth} ± {location.within}" if location.within else f"{location.tooth}"
 
 
-def quiet_answer(level: LevelChange, power: Power, counted: str) -> tuple[Kind, str]:
-    """Return the kind and the sentence where no tooth stands out."""
+def quiet_answer(level: LevelChange, power: Power, counted: str) -> Answer:
+    """Return the answer where no tooth stands out."""
     seen = power_sentence(power, counted)
     if power.smallest is None:
-        return "cannot be judged", f"Cannot be judged: {seen}."
+        return Answer.of("cannot be judged", reason=seen)
     if level.changed:
-        cause = _CAUSES[level.cause]
-        return "level changed", (
-            f"The level or the sensor has changed, no tooth stands out; the likelier cause is {cause}. At this level "
-            f"{seen}."
-        )
-    return "no change", f"No change; {seen}."
+        return Answer.of("level changed", cause=_CAUSES[level.cause], power=seen)
+    return Answer.of("no change", power=seen)
 
 
 def power_sentence(power: Power, counted: str = "") -> str:

@@ -1,21 +1,23 @@
 """Diagnosis of a signature against healthy signatures of the same machine."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
 
 import numpy as np
 
-from sigdb.core import InputError, Note
+from sigdb.core import Answer, InputError, Note
 from sigdb.diagnosis.alike import MARKS_DISAGREE, make_alike
-from sigdb.diagnosis.answers import damage_answer, quiet_answer, repeating_answer
+from sigdb.diagnosis.answers import damage_answer, quiet_answer
 from sigdb.diagnosis.change.average_spectrum import LEAST_GROUPS, AverageSpectrum
-from sigdb.diagnosis.change.finding import find, healthy_law, stands_out
+from sigdb.diagnosis.change.finding import Finding, HealthyLaw, find, healthy_law, stands_out
 from sigdb.diagnosis.change.healthy_set import HealthySet
-from sigdb.diagnosis.change.level import level_change
-from sigdb.diagnosis.change.location import locate
-from sigdb.diagnosis.change.power import power
-from sigdb.diagnosis.change.template_fit import fit_templates
-from sigdb.diagnosis.change.templates import Templates
+from sigdb.diagnosis.change.level import LevelChange, level_change
+from sigdb.diagnosis.change.location import Location, locate
+from sigdb.diagnosis.change.power import Power, power
+from sigdb.diagnosis.change.template_fit import TemplateFit, fit_templates
+from sigdb.diagnosis.change.templates import BehindPath, Templates
 from sigdb.diagnosis.diagnosis import Diagnosis, unjudged
 from sigdb.diagnosis.notes import fm4_notes, method_notes, missing_notes, reading_notes, shaft_notes, turn_notes
 from sigdb.recording import NoMeshError, RecordedSignature
@@ -53,10 +55,8 @@ def diagnose_signature(
     InputError
         If averages and templates have different lengths, or the recordings differ in their quantity.
     """
-    present = {"recording": signature} | {f"healthy {i + 1}": each for i, each in enumerate(healthy)}
-    reasons = absent_gears(present)
     reading = tuple(reading_notes(signature, healthy))
-    if reasons:
+    if reasons := absent_gears({"recording": signature} | {f"healthy {i + 1}": each for i, each in enumerate(healthy)}):
         return unjudged(signature, healthy, reasons, teeth=signature.teeth, reading=reading)
     if not healthy:
         return _without_healthy(signature, reading)
@@ -65,82 +65,170 @@ def diagnose_signature(
             f"averages of the templates have {templates.samples} samples, those of the recording {len(signature.tsa)}; "
             "average with as many samples a tooth"
         )
-    pairs = [make_alike(signature, each) for each in healthy]
-    disagree = any(note.code == MARKS_DISAGREE for pair in pairs for note in pair.notes)
-    signature = next((pair.signature for pair in pairs if not pair.signature.absolute), pairs[0].signature)
-    healthy = [pair.healthy for pair in pairs]
-    pair_notes = tuple({note.text: note for pair in pairs for note in pair.notes}.values())
-    short = next((each for each in (signature, *healthy) if len(each.groups) < LEAST_GROUPS), None)
+    aligned = _Aligned.of(signature, healthy)
     common = Diagnosis(
-        signature=signature,
-        healthy=tuple(healthy),
+        signature=aligned.signature,
+        healthy=aligned.healthy,
         kind="cannot be judged",
         answer="",
         assumed=tuple(assumed),
-        missing=tuple(missing_notes(signature, healthy, mark=signature.absolute or disagree)),
+        missing=tuple(missing_notes(aligned.signature, aligned.healthy, mark=aligned.marked)),
+        notes=aligned.notes,
         reading=reading,
     )
-    if short is not None:
-        answer = f"Cannot be judged: {short.source} has {len(short.groups)} revolutions, fewer than {LEAST_GROUPS}."
-        return replace(common, answer=answer, notes=pair_notes)
-    absolute = signature.absolute and all(each.absolute for each in healthy)
-    run = AverageSpectrum.of(signature)
-    reference_set = HealthySet.of(healthy, healthy_torques or [None] * len(healthy))
-    if not absolute:
-        reference_set = replace(reference_set, absolute=False)
-    reference, turn, reference_notes = reference_set.reference(run, speed_rpm=signature.speed_rpm, torque=torque)
-    turned = reference.turned(turn)
-    behind = None if templates is None else templates.behind(turned, absolute=absolute)
-    law = healthy_law(reference_set, behind)
-    finding = find(run, reference, turn=turn, law=law, templates=behind)
-    if not finding.change.bands:
-        answer = (
-            "Cannot be judged: the recordings have no band in common in which a tooth could be seen; a sampling rate "
-            f"above {2.4 * signature.teeth * signature.speed_rpm / 60:.3g} Hz is needed."
-        )
-        return replace(common, answer=answer, finding=finding, law=law, notes=(*pair_notes, *reference_notes))
-    level = level_change(
-        run,
-        turned,
-        reference_set,
-        speeds_rpm=_nearest(signature.speed_rpm, [each.speed_rpm for each in healthy]),
-        torques=_nearest(torque, healthy_torques or ()),
+    if reason := aligned.too_short():
+        return _answered(common, Answer.of("cannot be judged", reason=reason))
+    torques = list(healthy_torques or [None] * len(healthy))
+    compared = _Comparison.of(aligned, templates, torque, torques)
+    common = replace(
+        common, finding=compared.finding, law=compared.law, notes=(*aligned.notes, *compared.reference_notes)
     )
-    counted = _counted(signature.absolute and absolute, disagree)
-    fit = None
-    if behind is not None and behind.templates.described and finding.stands_out:
-        fit = fit_templates(finding.change, behind)
-    locations = locate(finding, behind, fit)
-    if locations:
-        kind, answer = damage_answer(locations, counted)
-        seen = None
-    else:
-        seen = power(
-            run,
-            lambda each: stands_out(each, reference, turn=turn, law=law, templates=behind),
-            templates=None if templates is None else templates.behind(run, absolute=absolute),
-        )
-        kind, answer = quiet_answer(level, seen, counted)
+    if not compared.finding.change.bands:
+        return _answered(common, _no_common_band(signature))
+    locations, fit = compared.located()
+    level = compared.level(torque, torques)
+    seen = None if locations else compared.power(templates)
+    counted = _counted(aligned)
+    answer = damage_answer(locations, counted) if seen is None else quiet_answer(level, seen, counted)
     return replace(
-        common,
-        kind=kind,
-        answer=answer,
-        reference=np.fft.irfft(turned.mean, turned.samples),
-        finding=finding,
-        law=law,
+        _answered(common, answer),
+        reference=np.fft.irfft(compared.turned.mean, compared.turned.samples),
         locations=locations,
         level=level,
         power=seen,
         severity=None if fit is None else fit.severity,
-        notes=(
-            *pair_notes,
-            *reference_notes,
-            *turn_notes(finding, absolute=absolute),
-            *method_notes(finding),
-            *shaft_notes(signature, healthy),
-            *fm4_notes(signature, healthy[0]),
-        ),
+        notes=(*common.notes, *compared.notes()),
     )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Aligned:
+    """A recording and its healthy recordings in one unit and band, with the notes on what was changed for that.
+
+    ``marked`` says whether the recording has a tacho mark, ``absolute`` whether the marks of all stand for one angle.
+    """
+
+    signature: RecordedSignature
+    healthy: tuple[RecordedSignature, ...]
+    notes: tuple[Note, ...]
+    marked: bool
+    marks_disagree: bool
+
+    @classmethod
+    def of(cls, signature: RecordedSignature, healthy: Sequence[RecordedSignature]) -> Self:
+        pairs = [make_alike(signature, each) for each in healthy]
+        disagree = any(note.code == MARKS_DISAGREE for pair in pairs for note in pair.notes)
+        signature = next((pair.signature for pair in pairs if not pair.signature.absolute), pairs[0].signature)
+        return cls(
+            signature=signature,
+            healthy=tuple(pair.healthy for pair in pairs),
+            notes=tuple({note.text: note for pair in pairs for note in pair.notes}.values()),
+            marked=signature.absolute or disagree,
+            marks_disagree=disagree,
+        )
+
+    @property
+    def absolute(self) -> bool:
+        return all(each.absolute for each in (self.signature, *self.healthy))
+
+    def too_short(self) -> str:
+        """Return which of the recordings has too few revolutions; empty if none has."""
+        for each in (self.signature, *self.healthy):
+            if len(each.groups) < LEAST_GROUPS:
+                return f"{each.source} has {len(each.groups)} revolutions, fewer than {LEAST_GROUPS}"
+        return ""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Comparison:
+    """A recording with its healthy reference, turned to it, and the statistics of their difference."""
+
+    aligned: _Aligned
+    run: AverageSpectrum
+    healthy: HealthySet
+    reference: AverageSpectrum
+    turn: float
+    reference_notes: tuple[Note, ...]
+    behind: BehindPath | None
+    law: HealthyLaw
+    finding: Finding
+
+    @classmethod
+    def of(
+        cls, aligned: _Aligned, templates: Templates | None, torque: float | None, torques: Sequence[float | None]
+    ) -> Self:
+        absolute, run = aligned.absolute, AverageSpectrum.of(aligned.signature)
+        healthy = replace(HealthySet.of(aligned.healthy, torques), absolute=absolute)
+        reference, turn, notes = healthy.reference(run, speed_rpm=aligned.signature.speed_rpm, torque=torque)
+        behind = None if templates is None else templates.behind(reference.turned(turn), absolute=absolute)
+        law = healthy_law(healthy, behind)
+        return cls(
+            aligned=aligned,
+            run=run,
+            healthy=healthy,
+            reference=reference,
+            turn=turn,
+            reference_notes=notes,
+            behind=behind,
+            law=law,
+            finding=find(run, reference, turn=turn, law=law, templates=behind),
+        )
+
+    @cached_property
+    def turned(self) -> AverageSpectrum:
+        """The reference, turned to the recording."""
+        return self.reference.turned(self.turn)
+
+    def located(self) -> tuple[tuple[Location, ...], TemplateFit | None]:
+        """Return the teeth that stand out, and the templates that fit where the rig is described."""
+        fit = None
+        if self.behind is not None and self.behind.templates.described and self.finding.stands_out:
+            fit = fit_templates(self.finding.change, self.behind)
+        return locate(self.finding, self.behind, fit), fit
+
+    def level(self, torque: float | None, torques: Sequence[float | None]) -> LevelChange:
+        """Return the change of levels and sensor."""
+        signature, healthy = self.aligned.signature, self.aligned.healthy
+        return level_change(
+            self.run,
+            self.turned,
+            self.healthy,
+            speeds_rpm=_nearest(signature.speed_rpm, [each.speed_rpm for each in healthy]),
+            torques=_nearest(torque, torques),
+        )
+
+    def power(self, templates: Templates | None) -> Power:
+        """Return the damage that the recording would have shown."""
+
+        def decide(run: AverageSpectrum) -> bool:
+            return stands_out(run, self.reference, turn=self.turn, law=self.law, templates=self.behind)
+
+        return power(
+            self.run,
+            decide,
+            templates=None if templates is None else templates.behind(self.run, absolute=self.aligned.absolute),
+        )
+
+    def notes(self) -> Iterator[Note]:
+        """Yield the notes on the comparison."""
+        signature, healthy = self.aligned.signature, self.aligned.healthy
+        yield from turn_notes(self.finding, absolute=self.aligned.absolute)
+        yield from method_notes(self.finding)
+        yield from shaft_notes(signature, healthy)
+        yield from fm4_notes(signature, healthy[0])
+
+
+def _answered(diagnosis: Diagnosis, answer: Answer) -> Diagnosis:
+    return replace(diagnosis, kind=answer.kind, answer=answer.sentence)
+
+
+def _no_common_band(signature: RecordedSignature) -> Answer:
+    rate = 2.4 * signature.teeth * signature.speed_rpm / 60
+    reason = (
+        "the recordings have no band in common in which a tooth could be seen; a sampling rate above "
+        f"{rate:.3g} Hz is needed"
+    )
+    return Answer.of("cannot be judged", reason=reason)
 
 
 def _nearest(value: float | None, others: Sequence[float | None]) -> tuple[float | None, float | None]:
@@ -153,12 +241,14 @@ def _nearest(value: float | None, others: Sequence[float | None]) -> tuple[float
 
 def _without_healthy(signature: RecordedSignature, reading: tuple[Note, ...]) -> Diagnosis:
     """Return the diagnosis without a healthy recording: whether one event repeats in nearly every revolution."""
-    kind, answer = repeating_answer(signature.repeatability)
+    repeats = signature.repeatability
+    if repeats is None:
+        raise InputError(f"{signature.source}: no healthy recording is given; give one with healthy")
     return Diagnosis(
         signature=signature,
         healthy=(),
-        kind=kind,
-        answer=answer,
+        kind=repeats.kind,
+        answer=repeats.answer,
         missing=tuple(missing_notes(signature, (), mark=signature.absolute)),
         notes=(*shaft_notes(signature, ()), *fm4_notes(signature, None)),
         reading=reading,
@@ -189,9 +279,10 @@ def _any_near(speed_rpm: float, speeds: Sequence[float]) -> bool:
     return any(abs(other - speed_rpm) <= _SAME_SPEED * other for other in speeds)
 
 
-def _counted(absolute: bool, disagree: bool) -> str:
+def _counted(aligned: _Aligned) -> str:
     """Return how teeth are counted, in words; empty where they are counted from the mark."""
-    if absolute:
+    if aligned.absolute:
         return ""
+    disagree = aligned.marks_disagree
     why = "the tacho marks of the two recordings do not agree" if disagree else "there is no tacho mark"
     return f", counted from where the average begins, since {why}"

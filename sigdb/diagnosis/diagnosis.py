@@ -6,8 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from sigdb.core import FloatArray, Note, plain
-from sigdb.diagnosis.answers import EXIT_CODES, Kind
+from sigdb.core import ANSWERS, Answer, FloatArray, Kind, Note, plain
 from sigdb.diagnosis.change.finding import Finding, HealthyLaw
 from sigdb.diagnosis.change.level import LevelChange
 from sigdb.diagnosis.change.location import Location
@@ -27,8 +26,8 @@ class Diagnosis:
     healthy
         Signatures of the healthy recordings.
     kind
-        ``no change``, ``level changed``, ``one tooth`` or ``several teeth``; without a healthy recording ``nothing
-        stands out`` or ``one event``; or ``cannot be judged``.
+        A key of :data:`sigdb.core.ANSWERS`: ``no change``, ``level changed``, ``one tooth`` or ``several teeth``;
+        without a healthy recording ``nothing stands out`` or ``one event``; or ``cannot be judged``.
     answer
         The same as a sentence.
     reference
@@ -74,7 +73,7 @@ class Diagnosis:
     @property
     def exit_code(self) -> int:
         """0 without damage, 1 with damage, 3 without an answer."""
-        return EXIT_CODES[self.kind]
+        return ANSWERS[self.kind].exit_code
 
     @property
     def absolute(self) -> bool:
@@ -181,11 +180,12 @@ def unjudged(
     )
     run = "recording" in reasons
     which = _WHICH.get((run, len(reasons) > run), "of this recording, nor of the healthy one")
+    answer = Answer.of("cannot be judged", reason=f"no mesh of {teeth} teeth stands out {which}")
     return Diagnosis(
         signature=signature,
         healthy=tuple(healthy),
-        kind="cannot be judged",
-        answer=f"Cannot be judged: no mesh of {teeth} teeth stands out {which}.",
+        kind=answer.kind,
+        answer=answer.sentence,
         notes=notes,
         reading=tuple(reading),
     )

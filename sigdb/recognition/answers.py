@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import logsumexp, softmax
 
-from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.core import Answer, BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,6 +95,15 @@ def damage_score(scores: FloatArray) -> FloatArray:
     if scores.ndim == 1:
         return scores
     return np.asarray(logsumexp(scores[:, 1:], axis=1) - scores[:, 0])
+
+
+NO_TEMPLATE_FITS = "none of the templates fits the average"
+"""Reason of rows that cannot be judged since they are unlike all templates."""
+
+
+def answer_table(answers: Sequence[Answer]) -> pd.DataFrame:
+    """Return ``kind`` and ``answer``, the sentence, of answers."""
+    return pd.DataFrame({"kind": [each.kind for each in answers], "answer": [each.sentence for each in answers]})
 
 
 def _stacked(arrays: Sequence[np.ndarray], absent: float) -> np.ndarray:

@@ -9,15 +9,15 @@ import numpy as np
 import pandas as pd
 from scipy.special import expit
 
-from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError
+from sigdb.core import Answer, BoolArray, FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.database import Database
-from sigdb.recognition.answers import Answers
-from sigdb.recognition.calibration.location_sets import in_words
+from sigdb.recognition.answers import NO_TEMPLATE_FITS, Answers, answer_table
 from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.estimators.detector import Detector
 from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Reducer, Rows
 from sigdb.recognition.rows.plain_rows import PlainRow, plain_rows
 from sigdb.recognition.rows.streams import read_averages, read_features, reduce_averages, stream_features
+from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.trained_range import TrainedRange
 
 _PROBE = 8
@@ -127,7 +127,7 @@ class Model:
         if strange is not None and strange.any():
             warnings.warn(
                 f"{strange.sum()} of {len(batch)} rows fit no template of the model, so that their answers have no "
-                "meaning; assess() marks them 'outside the database'",
+                "meaning; assess() marks them",
                 OutsideWarning,
                 stacklevel=2,
             )
@@ -159,7 +159,7 @@ class Model:
         return probabilities
 
     def assess(self, X: Rows | None = None, **row: Unpack[PlainRow]) -> pd.DataFrame:
-        """Return the verdict on rows, in words; also on those that the model was not trained for.
+        """Return the answers to rows, with their sentences; also to those that the model was not trained for.
 
         Parameters
         ----------
@@ -171,9 +171,11 @@ class Model:
         pandas.DataFrame
             With the columns:
 
-            - ``answer``: location: ``"none"``, ``"tooth 6"``, or ``"not sure"`` where the set of answers holds more
-              than one; detection: ``"damage"`` or ``"none"``; severity: ``"severity"``. For all targets
-              ``"outside the database"`` where the row is outside;
+            - ``kind``: a key of :data:`sigdb.core.ANSWERS`. Location: ``one tooth``, ``nothing stands out``, or
+              ``cannot be judged`` where the set of answers holds no damage and a tooth; detection: ``damage`` or
+              ``nothing stands out``; severity, which does not say whether there is damage: None. For all targets
+              ``cannot be judged`` where the row is outside;
+            - ``answer``: the same as a sentence;
             - ``outside``: whether the row is outside the range of the training, or fits no template;
             - ``reason``: the reason why it is outside, empty for others;
             - ``probability``: probability of the answer, location and detection;
@@ -189,16 +191,18 @@ class Model:
         if len(usual):
             strange = self._fits_none(usual)
             for i in inside[strange]:
-                reasons[i] = "none of the templates fits the average"
+                reasons[i] = NO_TEMPLATE_FITS
             usual, inside = usual.take(~strange), inside[~strange]
-        verdict = self._verdict(usual) if len(usual) else pd.DataFrame({"answer": []})
+        verdict = self._verdict(usual) if len(usual) else pd.DataFrame({"kind": [], "answer": []})
         table = verdict.set_axis(batch.index[inside]).reindex(batch.index)
         outside = np.array([bool(reason) for reason in reasons])
-        table["answer"] = table["answer"].mask(outside, "outside the database")
+        unjudged = answer_table([Answer.of("cannot be judged", reason=reason) for reason in reasons])
+        for name in unjudged:
+            table[name] = table[name].mask(outside, unjudged[name].set_axis(table.index))
         if "candidates" in table:
             table["candidates"] = [() if out else some for out, some in zip(outside, table["candidates"], strict=True)]
-        table.insert(1, "outside", outside)
-        table.insert(2, "reason", reasons)
+        table.insert(2, "outside", outside)
+        table.insert(3, "reason", reasons)
         return table
 
     def _batch(self, X: Rows | None, row: PlainRow) -> Batch:
@@ -268,15 +272,18 @@ class Model:
         batch = self._reduced(batch)
         answers = self.estimator.answer(batch)
         if isinstance(answers.predicted, pd.DataFrame):
-            return answers.predicted.assign(answer="severity")[["answer", *answers.predicted.columns]]
+            severity = answers.predicted
+            losses = severity[QUANTITIES[0]]
+            sentences = [f"If a tooth is damaged, its stiffness loss is {loss:.2g}." for loss in losses]
+            return severity.assign(kind=None, answer=sentences)[["kind", "answer", *severity.columns]]
         probabilities, predicted = self._probabilities(batch), answers.predicted
         probability = np.nan if probabilities is None else probabilities[np.arange(len(batch)), predicted]
         if answers.sets is None:
-            names = np.where(predicted > 0, "damage", "none")
-            return pd.DataFrame({"answer": names, "probability": probability})
+            table = answer_table([Answer.of("damage" if damaged else "nothing stands out") for damaged in predicted])
+            return table.assign(probability=probability)
         candidates = [tuple(np.flatnonzero(members).tolist()) for members in answers.sets]
-        words = [in_words(members) for members in candidates]
-        return pd.DataFrame({"answer": words, "probability": probability, "candidates": candidates})
+        table = answer_table([Answer.of_teeth(members) for members in candidates])
+        return table.assign(probability=probability, candidates=pd.Series(candidates, dtype=object))
 
     def answers(self, database: Database, rows: pd.DataFrame) -> dict[str, Answers]:
         """Return the answers of each estimator, read and computed batch by batch.

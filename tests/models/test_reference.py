@@ -132,7 +132,7 @@ def test_rows_that_it_was_not_trained_for_are_refused(name, kind):
     }.get(kind, {"tsa": factor * rows["tsa"], "scatter": factor * rows["scatter"]})
     with pytest.raises(NotApplicableError, match="outside the range that the model was trained in"):
         model.predict(**rows | changed)
-    assert set(model.assess(**rows | changed)["answer"]) == {"outside the database"}
+    assert set(model.assess(**rows | changed)["kind"]) == {"cannot be judged"}
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -95,7 +95,8 @@ def test_rows_outside_the_training_are_refused_and_marked(request, kind, target,
         model.predict(rows)
     verdict = model.assess(rows)
     assert verdict["outside"].all()
-    assert set(verdict["answer"]) == {"outside the database"}
+    assert set(verdict["kind"]) == {"cannot be judged"}
+    assert verdict["answer"].tolist() == [f"Cannot be judged: {reason}." for reason in verdict["reason"]]
     assert verdict["reason"].str.len().gt(10).all()
     if kind != "samples":  # averages of one tooth count have one length
         mixed = pd.concat([inside[:3], rows[3:]])
@@ -104,17 +105,22 @@ def test_rows_outside_the_training_are_refused_and_marked(request, kind, target,
 
 def test_the_verdict_names_the_answer(location, inside):
     verdict, predicted = location.assess(inside), location.predict(inside)
-    for answer, members, tooth in zip(verdict["answer"], verdict["candidates"], predicted, strict=True):
-        assert answer == ("not sure" if len(members) > 1 else f"tooth {tooth}" if tooth else "none")
+    columns = (verdict[name] for name in ("kind", "answer", "candidates"))
+    for kind, answer, members, tooth in zip(*columns, predicted, strict=True):
+        expected = "one tooth" if tooth else "nothing stands out"
+        assert kind == ("cannot be judged" if len(members) > 1 and 0 in members else expected)
         assert tooth in members
+        assert all(str(member) in answer for member in members if member)
     np.testing.assert_allclose(verdict["probability"], location.predict_proba(inside).max(axis=1))
     assert verdict.index.equals(inside.index)
 
 
 def test_the_verdict_on_severity_has_the_estimates(severity, inside):
     verdict = severity.assess(inside)
-    assert set(verdict["answer"]) == {"severity"}
-    pd.testing.assert_frame_equal(verdict.drop(columns=["answer", "outside", "reason"]), severity.predict(inside))
+    assert verdict["kind"].isna().all()
+    assert verdict["answer"].str.startswith("If a tooth is damaged, its stiffness loss is ").all()
+    expected = severity.predict(inside)
+    pd.testing.assert_frame_equal(verdict.drop(columns=["kind", "answer", "outside", "reason"]), expected)
 
 
 def other_sensor(rows):
@@ -178,7 +184,7 @@ def test_a_detector_says_damage_with_its_probability(database, some, location_mo
     model = replace(location_model, target="detection", learner="templates", estimators={"templates": detector})
     verdict = model.assess(some)
     kept = some[~verdict["outside"].to_numpy()]
-    assert set(verdict["answer"]) <= {"damage", "none", "outside the database"}
-    np.testing.assert_array_equal(model.assess(kept)["answer"] == "damage", model.predict(kept) == 1)
+    assert set(verdict["kind"]) <= {"damage", "nothing stands out", "cannot be judged"}
+    np.testing.assert_array_equal(model.assess(kept)["kind"] == "damage", model.predict(kept) == 1)
     np.testing.assert_allclose(model.predict_proba(kept).sum(axis=1), 1.0)
     assert model.assess(other_sensor(kept[:3]))["outside"].all()

@@ -79,10 +79,3 @@ def strangeness(scores: FloatArray, tooth: IntArray, groups: IntArray, offset: A
         stacked = with_none(scores[outer], slope, none + offset[outer])
         strange[outer] = -log_softmax(stacked, axis=1)[np.arange(len(outer)), tooth[outer]]
     return strange
-
-
-def in_words(candidates: tuple[int, ...]) -> str:
-    """Return the answer of a set in words: ``"none"``, ``"tooth 6"``, or ``"not sure"`` where it holds several."""
-    if len(candidates) != 1:
-        return "not sure"
-    return f"tooth {candidates[0]}" if candidates[0] else "none"

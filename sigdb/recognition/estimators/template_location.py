@@ -10,10 +10,10 @@ from scipy.special import softmax
 from sklearn.base import ClassifierMixin
 from sklearn.utils.validation import check_is_fitted
 
-from sigdb.core import BoolArray, FloatArray
-from sigdb.recognition.answers import Answers
+from sigdb.core import Answer, BoolArray, FloatArray
+from sigdb.recognition.answers import NO_TEMPLATE_FITS, Answers, answer_table
 from sigdb.recognition.calibration.conformal import COVERAGE, COVERED, row_quantile
-from sigdb.recognition.calibration.location_sets import LocationSets, in_words, strangeness
+from sigdb.recognition.calibration.location_sets import LocationSets, strangeness
 from sigdb.recognition.calibration.probabilities import calibrate, check_labels, with_none
 from sigdb.recognition.estimators.contract import Labels, Scorer, required_bank, specimens_of, tooth_and_severity
 from sigdb.recognition.rows.batch import Batch, Rows
@@ -149,7 +149,7 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         return Answers.of_scores(scores, sets=self._sets(scores, self.bank.noise_db(batch)))
 
     def assess(self, X: Rows) -> pd.DataFrame:
-        """Return the verdict on rows, in words.
+        """Return the answers to rows, with their sentences.
 
         Parameters
         ----------
@@ -161,8 +161,9 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         pandas.DataFrame
             With the columns:
 
-            - ``answer``: ``"none"``, ``"tooth 6"``, ``"not sure"`` where the set holds more than one answer, or
-              ``"outside the database"`` where no template fits;
+            - ``kind``: a key of :data:`sigdb.core.ANSWERS`: ``one tooth``, ``nothing stands out``, or
+              ``cannot be judged`` where the set holds no damage and a tooth, or where no template fits;
+            - ``answer``: the same as a sentence;
             - ``candidates``: the answers of the set, 0 for none;
             - ``reduced_chi2``: squared residual of the most likely template per sample, in standard deviations of the
               noise, about 1 for signals that the database covers.
@@ -175,13 +176,12 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         ratio, reduced_chi2 = self._ratio_and_reduced_chi2(batch)
         sets = self._sets(with_none(ratio, self.slope_, self.none_), self.bank.noise_db(batch))
         candidates = [tuple(np.flatnonzero(members).tolist()) for members in sets]
-        outside = reduced_chi2 > self.reduced_chi2_threshold_
-        answer = [
-            "outside the database" if strange else in_words(members)
-            for members, strange in zip(candidates, outside, strict=True)
+        answers = [
+            Answer.of("cannot be judged", reason=NO_TEMPLATE_FITS) if strange else Answer.of_teeth(members)
+            for members, strange in zip(candidates, reduced_chi2 > self.reduced_chi2_threshold_, strict=True)
         ]
-        columns = {"answer": answer, "candidates": candidates, "reduced_chi2": reduced_chi2}
-        return pd.DataFrame(columns, index=batch.index)
+        table = answer_table(answers).assign(candidates=pd.Series(candidates, dtype=object), reduced_chi2=reduced_chi2)
+        return table.set_axis(batch.index)
 
 
 class WhitenedBankLocation(ClassifierMixin, Scorer):

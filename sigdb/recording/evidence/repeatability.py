@@ -2,11 +2,10 @@
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
-from sigdb.core import BoolArray, ComplexArray, FloatArray
+from sigdb.core import Answer, BoolArray, ComplexArray, FloatArray, Kind
 from sigdb.recording.evidence.least_event import PROBABILITY, least_event
 from sigdb.recording.evidence.presence import MeshPresence
 from sigdb.recording.evidence.residual_bands import MOST_BANDS, PLACES, SIDEBANDS, ResidualBands, passes_apart
@@ -27,8 +26,6 @@ _MOST_SAMPLES = 2**20
 _CHUNK = 64
 """Revolutions that are transformed at once."""
 
-EventAnswer = Literal["event", "nothing", "cannot be judged"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Repeatability:
@@ -39,10 +36,10 @@ class Repeatability:
 
     Attributes
     ----------
+    kind
+        ``one event``, ``nothing stands out``, or ``cannot be judged``.
     answer
-        ``"event"``, ``"nothing"``, or ``"cannot be judged"``.
-    reason
-        The answer in words, for people.
+        The same as a sentence.
     energy_ratio, limit
         Greatest energy of a pulse of the average's residual over that of the other teeth, and the value above which it
         is an event.
@@ -68,8 +65,8 @@ class Repeatability:
         more in some rigs.
     """
 
-    answer: EventAnswer
-    reason: str
+    kind: Kind
+    answer: str
     revolutions: int
     energy_ratio: float = math.nan
     limit: float = LIMIT
@@ -123,20 +120,19 @@ def repeatability(
     >>> options = {"samples_per_rev": 640, "teeth": 20, "highest": 100.0}
     >>> for record in (gear, gear + event):
     ...     presence = mesh_presence(record, **options)
-    ...     repeatability(record, **options, presence=presence).answer
-    'nothing'
-    'event'
+    ...     repeatability(record, **options, presence=presence).kind
+    'nothing stands out'
+    'one event'
     """
     n, Z = samples_per_rev, teeth
     turns = x.reshape(-1, n)
     R = len(turns)
     if doubt := _doubt(presence, Z, R):
-        return Repeatability(answer="cannot be judged", reason=f"cannot be judged: {doubt}", revolutions=R)
+        return _unjudged(doubt, R)
     spectra = _spectra(turns, most=(MOST_BANDS + 1) * Z)
     bands = ResidualBands.of(spectra, teeth=Z, highest=highest)
     if bands is None:
-        reason = f"cannot be judged: up to order {highest:.0f} the record holds no band about a mesh harmonic"
-        return Repeatability(answer="cannot be judged", reason=reason, revolutions=R)
+        return _unjudged(f"up to order {highest:.0f} the record holds no band about a mesh harmonic", R)
     average = spectra.mean(axis=0)
     pulse = bands.pulses(average[bands.orders])
     energy_ratio, place, width = (float(value) for value in (pulse.ratio, pulse.place, pulse.width))
@@ -144,10 +140,10 @@ def repeatability(
     same, agree = (passes_apart(_places(bands, some, average, width), place, Z) <= _SAME for some in (spectra, halves))
     ratio = _power_ratio(x, n, Z, bands)
     least = math.nan if energy_ratio > LIMIT else least_event(bands, average, LIMIT)
-    answer, reason = _answer(energy_ratio, same, agree=bool(agree.all()), power_ratio=ratio, least=least)
+    answer = _answer(energy_ratio, same, agree=bool(agree.all()), power_ratio=ratio, least=least)
     return Repeatability(
-        answer=answer,
-        reason=reason,
+        kind=answer.kind,
+        answer=answer.sentence,
         revolutions=R,
         energy_ratio=energy_ratio,
         place=place,
@@ -173,30 +169,29 @@ def _doubt(presence: MeshPresence, teeth: int, revolutions: int) -> str:
     return ""
 
 
-def _answer(
-    energy_ratio: float, same: BoolArray, *, agree: bool, power_ratio: float, least: float
-) -> tuple[EventAnswer, str]:
-    """Return the answer, and the same in words."""
+def _unjudged(reason: str, revolutions: int) -> Repeatability:
+    answer = Answer.of("cannot be judged", reason=reason)
+    return Repeatability(kind=answer.kind, answer=answer.sentence, revolutions=revolutions)
+
+
+def _answer(energy_ratio: float, same: BoolArray, *, agree: bool, power_ratio: float, least: float) -> Answer:
     if energy_ratio > LIMIT and agree and power_ratio > 1:
-        return "event", (
-            f"one event at one place of this gear's turn, in {same.sum()} of {same.size} revolutions: a damaged tooth,"
-            " or another part that turns with this shaft"
-        )
+        return Answer.of("one event", same_place=int(same.sum()), revolutions=same.size)
     if energy_ratio > LIMIT:
         why = (
             "not in the odd, even, first and last revolutions alike, as of a disturbance"
             if not agree
             else "averages over other lengths than this gear's turn keep as much"
         )
-        return "cannot be judged", f"cannot be judged: a pulse stands out of the average, but {why}"
+        return Answer.of("cannot be judged", reason=f"a pulse stands out of the average, but {why}")
     if math.isnan(least):
-        return "cannot be judged", (
-            "cannot be judged: a pulse of the whole rms of the average would not stand out of what healthy gears show"
-        )
-    return "nothing", (
-        f"nothing stands out of what healthy gears show; a short pulse of {least:.2g} of the average's rms or more"
-        f" would have been seen with probability {PROBABILITY:g}"
+        reason = "a pulse of the whole rms of the average would not stand out of what healthy gears show"
+        return Answer.of("cannot be judged", reason=reason)
+    power = (
+        f"; a short pulse of {least:.2g} of the average's rms or more would have been seen with probability "
+        f"{PROBABILITY:g}"
     )
+    return Answer.of("nothing stands out", power=power)
 
 
 def _spectra(turns: FloatArray, *, most: int) -> ComplexArray:

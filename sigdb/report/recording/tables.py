@@ -159,7 +159,7 @@ def _repeats(signature: RecordedSignature) -> Iterator[tuple[str, str]]:
     repeats = signature.repeatability
     if repeats is not None:
         ratio = "" if isnan(repeats.energy_ratio) else f" (ratio {repeats.energy_ratio:.3g}, limit {repeats.limit:.3g})"
-        yield "one event", f"{repeats.reason}{ratio}"
+        yield "one event", f"{repeats.answer}{ratio}"
 
 
 def _kept(signature: RecordedSignature) -> str:

@@ -252,7 +252,7 @@ def test_fewer_than_nine_specimens_support_no_smaller_set(bank, training):
     rows, labels = training
     few = TemplateLocation(bank).fit(rows[:800], labels["tooth"][:800], np.arange(800) % 8)
     assert few.predict_set(rows[:20]).all()
-    assert set(few.assess(rows[:20])["answer"]) <= {"not sure", "outside the database"}
+    assert set(few.assess(rows[:20])["kind"]) == {"cannot be judged"}
 
 
 def test_judgement_in_words(location, test_rows):
@@ -261,18 +261,20 @@ def test_judgement_in_words(location, test_rows):
     sets, best = location.predict_set(rows), location.predict(rows)
     inside = (said["reduced_chi2"] <= location.reduced_chi2_threshold_).to_numpy()
     assert 0.9 < inside.mean() <= 1
-    assert (said["answer"][~inside] == "outside the database").all()
+    assert (said["answer"][~inside] == "Cannot be judged: none of the templates fits the average.").all()
     sure = inside & (sets.sum(axis=1) == 1)
-    assert (said["answer"][inside & ~sure] == "not sure").all()
-    expected = ["none" if tooth == 0 else f"tooth {tooth}" for tooth in best[sure]]
+    assert (said["kind"][inside & sets[:, 0] & ~sure] == "cannot be judged").all()
+    assert (said["kind"][inside & ~sets[:, 0] & sets.any(axis=1)] == "one tooth").all()
+    none = "Nothing stands out of what healthy gears show."
+    expected = [f"One tooth stands out: {tooth}." if tooth else none for tooth in best[sure]]
     assert said["answer"][sure].tolist() == expected
-    assert {"none", "not sure", "tooth 1"} <= set(said["answer"])
+    assert {none, "One tooth stands out: 1."} <= set(said["answer"])
     assert [list(one) for one in said["candidates"]] == [np.flatnonzero(one).tolist() for one in sets]
 
 
 def test_what_no_template_resembles_is_outside_the_database(location):
     strange = 3 * np.random.default_rng(7).standard_normal((20, N))
-    assert (location.assess(frame(strange))["answer"] == "outside the database").all()
+    assert (location.assess(frame(strange))["kind"] == "cannot be judged").all()
 
 
 # Severity

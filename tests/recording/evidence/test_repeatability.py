@@ -38,19 +38,19 @@ def burst(place, period=TEETH):
 @pytest.mark.parametrize("seed", range(6))
 def test_nothing_stands_out_of_pitch_errors(seed):
     found = answer(gear(seed))
-    assert found.answer == "nothing"
+    assert found.kind == "nothing stands out"
     assert found.energy_ratio < found.limit
     assert 0 < found.least_event < 1
-    assert f"{found.least_event:.2g} of the average's rms" in found.reason
+    assert f"{found.least_event:.2g} of the average's rms" in found.answer
 
 
 @pytest.mark.parametrize("place", [0.0, 7.3, 19.8])
 def test_an_event_is_seen_at_its_place(place):
     found = answer(gear() + 4.0 * burst(place))
-    assert found.answer == "event"
+    assert found.kind == "one event"
     assert abs((found.place - place + TEETH / 2) % TEETH - TEETH / 2) < 0.3
     assert (found.same_place, found.revolutions, found.halves_agree) == (R, R, True)
-    assert f"in {R} of {R} revolutions: a damaged tooth, or another part" in found.reason
+    assert f"in {R} of {R} revolutions: a damaged tooth, or another part" in found.answer
     assert found.power_ratio > 5
     assert found.odd_even_correlation > 0.8
 
@@ -58,7 +58,7 @@ def test_an_event_is_seen_at_its_place(place):
 def test_an_event_below_the_noise_of_a_revolution_is_seen_in_the_average():
     """In one revolution the noise is stronger, so that few of them have it at the same place."""
     found = answer(gear(errors=0.0, noise=3.0) + 9.0 * burst(4.0))
-    assert found.answer == "event"
+    assert found.kind == "one event"
     assert 2 * found.same_place_by_chance < found.same_place < R
 
 
@@ -82,12 +82,12 @@ def test_a_disturbance_is_no_event(disturbance, reason):
     found = answer(gear() + disturbance)
     assert found.energy_ratio > found.limit
     assert not found.halves_agree
-    assert (found.answer, reason in found.reason) == ("cannot be judged", True)
+    assert (found.kind, reason in found.answer) == ("cannot be judged", True)
 
 
 @pytest.mark.parametrize("more", [-1, 1])
 def test_an_event_of_another_shaft_is_none_of_this_gear(more):
-    assert answer(gear() + 4.0 * burst(4.0, period=TEETH + more)).answer != "event"
+    assert answer(gear() + 4.0 * burst(4.0, period=TEETH + more)).kind != "one event"
 
 
 def test_noise_repeats_as_noise_does():
@@ -96,7 +96,7 @@ def test_noise_repeats_as_noise_does():
     assert all(abs(one.odd_even_correlation) < 4 * one.odd_even_by_noise for one in found)
     assert np.mean([one.power_ratio for one in found]) == pytest.approx(1, abs=0.3)
     assert np.mean([one.same_place for one in found]) < 3 * found[0].same_place_by_chance
-    assert not any(one.answer == "event" for one in found)
+    assert not any(one.kind == "one event" for one in found)
 
 
 @pytest.mark.parametrize(
@@ -109,19 +109,19 @@ def test_noise_repeats_as_noise_does():
 )
 def test_what_cannot_be_judged_has_its_reason(options, reason):
     found = answer(gear(), **options)
-    assert found.answer == "cannot be judged"
-    assert found.reason.startswith("cannot be judged: ")
-    assert reason in found.reason
+    assert found.kind == "cannot be judged"
+    assert found.answer.startswith("Cannot be judged: ")
+    assert reason in found.answer
 
 
 def test_a_record_without_a_band_cannot_be_judged():
     found = repeatability(gear(), samples_per_rev=TEETH * S, teeth=TEETH, highest=25.0, presence=PRESENT)
-    assert (found.answer, "holds no band" in found.reason) == ("cannot be judged", True)
+    assert (found.kind, "holds no band" in found.answer) == ("cannot be judged", True)
 
 
 def test_a_record_with_nothing_but_the_mesh_holds_no_event():
     found = answer(gear(errors=0.0, noise=0.0))
-    assert found.answer == "nothing"
+    assert found.kind == "nothing stands out"
     assert found.least_event < 1.1e-3
 
 

@@ -53,7 +53,7 @@ def test_the_page_holds_facts_and_notes_and_no_markup_of_names(page, signatures)
         for note in one.notes:
             assert f"<li>{escape(note.text)}</li>" in text
         assert f"{one.averages} revolutions; 0 dropped" in text
-        assert f"<td>{escape(one.repeatability.reason)} (ratio {one.repeatability.energy_ratio:.3g}, limit" in text
+        assert f"<td>{escape(one.repeatability.answer)} (ratio {one.repeatability.energy_ratio:.3g}, limit" in text
         assert f"<td>{one.indicators['kurtosis']:.4g}</td>" in text
 
 
@@ -62,7 +62,7 @@ def test_the_numbers_beside_the_page_are_those_of_the_signatures(page, signature
     assert [one["source"] for one in numbers["signatures"]] == [one.source for one in signatures]
     np.testing.assert_array_equal(numbers["signatures"][1]["tsa"], signatures[1].tsa)
     repeats = numbers["signatures"][1]["repeatability"]
-    assert (repeats["answer"], repeats["place"]) == ("nothing", signatures[1].repeatability.place)
+    assert (repeats["kind"], repeats["place"]) == ("nothing stands out", signatures[1].repeatability.place)
     assert [row["source"] for row in numbers["history"]] == ["first.csv", "<script>second</script>.csv"]
 
 
