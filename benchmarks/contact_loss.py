@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_limits
 
 import sigdb
 from sigdb.core.streams import specimen_stream
-from sigdb.dynamics import PeriodicRig, SteadyState, prepare
+from sigdb.dynamics import PeriodicRig, SteadyState, prepare_periodic
 from sigdb.measurement import index_errors
 from sigdb.pipeline.recipe import load_recipe
 from sigdb.sweep import Plan
@@ -62,7 +62,7 @@ def loaded() -> Iterator[Transmission]:
 
 def grid(rig: Transmission) -> Iterator[dict[str, Any]]:
     """The healthy rig, then least force by case."""
-    prepared = prepare(rig, samples_per_tooth=SAMPLES_PER_TOOTH)
+    prepared = prepare_periodic(rig, samples_per_tooth=SAMPLES_PER_TOOTH)
     for teeth in (0, *DAMAGED_TEETH):
         for loss in LOSSES if teeth else (0.0,):
             for shift in SHIFTS if teeth else (0.0,):
@@ -106,7 +106,7 @@ def lowest(values: Iterator[float]) -> float | str:
 def of_recipe(plan: Plan, name: str) -> dict[str, Any]:
     """Templates and rows of a recipe that lose contact."""
     prepared = [
-        prepare(point.rig, gear=plan.gear, samples_per_tooth=plan.signature.samples_per_tooth)
+        prepare_periodic(point.rig, gear=plan.gear, samples_per_tooth=plan.signature.samples_per_tooth)
         for point in plan.rig_points
     ]
     cases = list(plan.cases())

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 import sigdb
-from sigdb.dynamics import PeriodicRig, march, prepare
+from sigdb.dynamics import PeriodicRig, march, prepare_periodic
 from sigdb.dynamics.damage_forces import damage_change
 from sigdb.dynamics.march.marcher import Marcher, mesh_tables
 from sigdb.transmission import ModalSystem, ToothDamage, Transmission, elements_from, modal_system
@@ -70,7 +70,7 @@ def main() -> None:
 def measure() -> tuple[dict[str, Any], dict[str, Rows]]:
     """The machine, and tables by title."""
     rig = sigdb.load_transmission(RIG)
-    prepared, peak = prepare(rig), peak_flops()
+    prepared, peak = prepare_periodic(rig), peak_flops()
     ross = ross_steps()
     packages = ["numpy", "scipy", "numba", *(["ross-rotordynamics"] if ross else [])]
     machine = environment(*packages) | {"peak_gflops": round(peak / 1e9, 1)}
@@ -197,7 +197,7 @@ def dop853(rig: Transmission, prepared: PeriodicRig) -> Rows:
     """DOP853 with the loosest tolerance that is accurate enough, from rest until it repeats."""
     (damage,), rows = damages(2, 1)[1:], []
     fine = averaged(
-        responses(prepare(rig, samples_per_tooth=256), 1 + prepared.teeth)[0].swapaxes(0, 1)[None], prepared
+        responses(prepare_periodic(rig, samples_per_tooth=256), 1 + prepared.teeth)[0].swapaxes(0, 1)[None], prepared
     )
     alone = ModalEquations(rig=rig, prepared=prepared, damage=damage, columns=1)
     size = responses(prepared, 1)[1]
@@ -237,7 +237,7 @@ def error(signals: NDArray, exact: NDArray) -> float:
 def revolutions(rig: Transmission, prepared: PeriodicRig, dop853: dict[str, Any]) -> Rows:
     """The march with the fewest steps that is accurate enough, against DOP853 on the same equations."""
     (damage,), none, rows = damages(2, 1)[1:], np.zeros(prepared.teeth), []
-    fine = averaged(responses(prepare(rig, samples_per_tooth=256), 1)[0].swapaxes(0, 1)[None], prepared)[0]
+    fine = averaged(responses(prepare_periodic(rig, samples_per_tooth=256), 1)[0].swapaxes(0, 1)[None], prepared)[0]
     tables, state = mesh_tables(rig, prepared.gear, damage, none), prepared.modal_state(damage, none)
     for per_tooth in MARCHES:
         steps = prepared.teeth * per_tooth
@@ -315,9 +315,11 @@ def growth(what: str, unit: str, counts: Any, found: list[float]) -> Rows:
 def memory(rig: Transmission, prepared: PeriodicRig) -> Rows:
     """Greatest memory held at once, beside what was held before; what compiled code allocates is counted too."""
     calls: dict[str, Callable[[], Any]] = {
-        "prepare": lambda: prepare(rig),
-        "prepare, and one template": lambda: prepare(rig).steady_state([damages(1, 1)[0]])[0],
-        "prepare, and one template of three damaged teeth": lambda: prepare(rig).steady_state([damages(1, 3)[0]])[0],
+        "prepare": lambda: prepare_periodic(rig),
+        "prepare, and one template": lambda: prepare_periodic(rig).steady_state([damages(1, 1)[0]])[0],
+        "prepare, and one template of three damaged teeth": lambda: prepare_periodic(rig).steady_state(
+            [damages(1, 3)[0]]
+        )[0],
         "one template, prepared": lambda: prepared.steady_state([damages(1, 1)[0]])[0],
         "64 templates of one damaged tooth held": lambda: [prepared.steady_state([one])[0] for one in damages(64, 1)],
         "march of 0.1 s at 100 kHz": lambda: march(rig, duration=0.1, sampling_rate=1e5, system=prepared.system),

@@ -21,7 +21,7 @@ from measuring import environment, print_table
 
 import sigdb
 from sigdb.core import FloatArray, IntArray
-from sigdb.dynamics import damaged_gear, prepare
+from sigdb.dynamics import damaged_gear, prepare_periodic
 from sigdb.transmission import ToothDamage, Transmission, load_transmission, small_matrices
 
 RIGS = {
@@ -75,7 +75,7 @@ def shares(name: str, unknown: int) -> Rows:
 
 def differences(rig: Transmission) -> FloatArray:
     """Return the averages of a rig whose tooth 1 is damaged, less the healthy one, (losses, sensors, n)."""
-    prepared = prepare(rig, gear=damaged_gear(rig, None), refine=False)
+    prepared = prepare_periodic(rig, gear=damaged_gear(rig, None), refine=False)
     damages = [{}, *({1: ToothDamage(stiffness_loss=loss)} for loss in LOSSES)]
     signals = prepared.steady_state(damages, specimens=False).signals
     return np.asarray(signals[1:] - signals[0])

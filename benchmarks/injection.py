@@ -14,7 +14,7 @@ from healthy_only import STEPS, MeanTurn
 
 import sigdb
 from sigdb.core import ComplexArray, FloatArray
-from sigdb.dynamics import prepare
+from sigdb.dynamics import prepare_periodic
 from sigdb.recording import Recording
 from sigdb.transmission import Transmission
 
@@ -46,7 +46,7 @@ def difference(number: int, loss: float) -> tuple[ComplexArray, ComplexArray]:
     for other in range(number, number + RIGS):
         rig = other_rig(other % RIGS)
         (gear,) = {mesh.driving for mesh in rig.meshes.values()}
-        prepared = prepare(rig, gear=gear, samples_per_tooth=STEPS, refine=False)
+        prepared = prepare_periodic(rig, gear=gear, samples_per_tooth=STEPS, refine=False)
         damage = sigdb.Damage(tooth=1, gear=gear, stiffness_loss=loss)
         states = prepared.steady_state([{}, damage.on_teeth(rig.gears[gear].teeth)], specimens=False)
         if not any(states.contact_loss):

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sigdb.core import FloatArray
-from sigdb.dynamics import prepare
+from sigdb.dynamics import prepare_periodic
 from sigdb.dynamics.damage_forces import damage_change
 from sigdb.paper.identified import GEAR, MESH
 from sigdb.paper.margins import TARGET_LOSS, TARGET_SHIFTS
@@ -96,7 +96,7 @@ def targets_of(signals: Sequence[FloatArray], least: float) -> PaperSignals:
 
 def exact_targets(rig: Transmission) -> PaperSignals:
     """Return the signals of the targets' cases as `sigdb.simulate` makes them."""
-    prepared = prepare(rig, gear=GEAR)
+    prepared = prepare_periodic(rig, gear=GEAR)
     prepared.floquet_multiplier([{}])
     prepared.floquet_multiplier([LOST])
     states = [prepared.steady_state([damage], specimens=False)[0] for damage in ({}, *SHIFTED, LOST)]

@@ -25,7 +25,7 @@ from threadpoolctl import threadpool_limits
 
 import sigdb
 from sigdb.core import FloatArray, SigdbError, json_text, validated
-from sigdb.dynamics import prepare
+from sigdb.dynamics import prepare_periodic
 from sigdb.paper import identified_rigs, measures
 from sigdb.paper.identified import (
     GEAR,
@@ -106,7 +106,7 @@ def output_margins(rig: Transmission) -> dict[str, dict[str, float]]:
     """Return the margins of the targets where the sensor sees each motion."""
     data = rig.model_dump()
     data["sensors"] = {output: {**data["sensors"][SENSOR], "quantity": output} for output in OUTPUTS}
-    prepared = prepare(validated(Transmission, data, owner=f"rig {rig.name!r}"), gear=GEAR)
+    prepared = prepare_periodic(validated(Transmission, data, owner=f"rig {rig.name!r}"), gear=GEAR)
     states = [prepared.steady_state([damage], specimens=False)[0] for damage in TARGET_CASES]
     return {
         output: worst(target_margins(targets_of([state.signals[row] for state in states], 1.0)))
@@ -137,7 +137,7 @@ def prior_numbers(count: int) -> dict[str, Any]:
     for _, values in zip(range(count), draws(rig, rng=1), strict=False):
         try:
             member = rig.with_assumed(values)
-            prepared = prepare(member, gear=GEAR)
+            prepared = prepare_periodic(member, gear=GEAR)
             if prepared.steady_state([{}], specimens=False)[0].min_compression > 0:
                 found.append(RigMargins.of(signals_of(member, prepared, SENSOR), prepared))
         except SigdbError:
@@ -315,7 +315,7 @@ def main() -> None:
     given = parser.parse_args()
     rigs = identified_rigs()
     with threadpool_limits(1):
-        prepared = [prepare(rig, gear=GEAR) for rig in rigs]
+        prepared = [prepare_periodic(rig, gear=GEAR) for rig in rigs]
         signals = [signals_of(rig, solver, SENSOR) for rig, solver in zip(rigs, prepared, strict=True)]
         figures(signals, rigs, given.figures)
         draw_readme(signals[0], rigs[0], given.figures)

@@ -29,7 +29,7 @@ from threadpoolctl import threadpool_limits
 import sigdb
 from sigdb.core.streams import specimen_stream
 from sigdb.database import Database
-from sigdb.dynamics import PeriodicRig, prepare
+from sigdb.dynamics import PeriodicRig, prepare_periodic
 from sigdb.measurement import index_errors
 from sigdb.pipeline import load_recipe
 from sigdb.recognition import ErrorCurve, OperatingPoint, above_bound, error_curve, operating_points, train
@@ -160,7 +160,7 @@ def measure(folder: Path, cases: int, repeats: int, snr_db: float) -> dict[str, 
     models = {target: train(database, target) for target in ("location", "severity")}
     chosen = drawn_cases(database, point, cases)
     recipe = load_recipe(RECIPE)
-    prepared = prepare(recipe.rig, gear=recipe.sections.sweep.gear)
+    prepared = prepare_periodic(recipe.rig, gear=recipe.sections.sweep.gear)
     recorder = Recorder(rig=recipe.rig, prepared=prepared, cases=chosen, snr_db=snr_db)
     found = recorder.averages(CAUSES, repeats)
     wrong = {

@@ -23,7 +23,7 @@ import scipy
 from threadpoolctl import threadpool_limits
 
 import sigdb
-from sigdb.dynamics import PeriodicRig, prepare
+from sigdb.dynamics import PeriodicRig, prepare_periodic
 from sigdb.transmission import ModalSystem, ToothDamage, modal_system
 
 RIG = "nasa-spiral-bevel"
@@ -75,11 +75,11 @@ def measure() -> list[Row]:
     """The full model first, then the truncated ones."""
     rig = sigdb.load_transmission(RIG)
     full, full_s = timed(lambda: modal_system(rig))
-    prepared = prepare(rig)
+    prepared = prepare_periodic(rig)
     reference = responses(prepared)
 
     def row(kept: str, modes: int | None, system: ModalSystem, seconds: float) -> Row:
-        other, response_s = timed(lambda: prepare(rig, system=system))
+        other, response_s = timed(lambda: prepare_periodic(rig, system=system))
         found = responses(other)
         errors = {
             case: {

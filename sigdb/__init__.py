@@ -32,6 +32,7 @@ __all__ = [
     "march",
     "new_rig",
     "open",
+    "prepare",
     "read_recording",
     "recognition",
     "signature",

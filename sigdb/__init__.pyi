@@ -9,6 +9,7 @@ from .dynamics import TimeProfile as TimeProfile
 from .dynamics import Transient as Transient
 from .dynamics import ensemble as ensemble
 from .dynamics import march as march
+from .dynamics import prepare as prepare
 from .dynamics import simulate as simulate
 from .recognition import load_model as load_model
 from .recording import read_recording as read_recording

@@ -11,9 +11,9 @@ from sigdb.dynamics.period import common_period as common_period
 from sigdb.dynamics.period import damaged_gear as damaged_gear
 from sigdb.dynamics.periodic.healthy_sensitivity import HealthySensitivity as HealthySensitivity
 from sigdb.dynamics.periodic.periodic import PeriodicRig
-from sigdb.dynamics.periodic.prepare import prepare
+from sigdb.dynamics.periodic.prepare import prepare_periodic
 from sigdb.dynamics.periodic.steady_state import SteadyState, superpose
-from sigdb.dynamics.simulate import ContactLossWarning, MarchErrorWarning, Response, simulate
+from sigdb.dynamics.simulate import ContactLossWarning, MarchErrorWarning, PreparedRig, Response, prepare, simulate
 from sigdb.dynamics.solver import DEFAULT_SOLVER as DEFAULT_SOLVER
 from sigdb.dynamics.solver import SOLVERS, Periodic, PeriodicOrTransient, Prepared, Solver, solver_named
 from sigdb.dynamics.stability import floquet_multiplier
@@ -29,6 +29,7 @@ __all__ = [
     "PeriodicOrTransient",
     "PeriodicRig",
     "Prepared",
+    "PreparedRig",
     "Response",
     "Solver",
     "SteadyState",
@@ -39,6 +40,7 @@ __all__ = [
     "floquet_multiplier",
     "march",
     "prepare",
+    "prepare_periodic",
     "settle",
     "simulate",
     "solver_named",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, overload
 
 from sigdb.core import InputError, NotApplicableError, UnstableRigError
 from sigdb.dynamics.period import damaged_gear, repeats
-from sigdb.dynamics.periodic.prepare import prepare
+from sigdb.dynamics.periodic.prepare import prepare_periodic
 from sigdb.transmission import Choice, Seed, Transmission, as_transmission, draws, modal_system, small_matrices
 
 if TYPE_CHECKING:
@@ -168,7 +168,7 @@ def _impossible(rig: Transmission) -> str | None:
     if not repeats(rig, gear):
         return None
     try:
-        prepared = prepare(rig, gear=gear, samples_per_tooth=SAMPLES_PER_TOOTH, system=system, refine=False)
+        prepared = prepare_periodic(rig, gear=gear, samples_per_tooth=SAMPLES_PER_TOOTH, system=system, refine=False)
         prepared.floquet_multiplier([{}])
         state = prepared.steady_state([{}], specimens=False)
     except (UnstableRigError, NotApplicableError):  # a motion that is not finite is not applicable

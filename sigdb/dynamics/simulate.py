@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from sigdb.core import FloatArray, InputError, SigdbError, UnstableRigError
 from sigdb.dynamics.excitation import checked_index_errors
 from sigdb.dynamics.period import check_in_one_mesh
-from sigdb.dynamics.solver import Periodic, Solver
+from sigdb.dynamics.solver import Periodic, Prepared, Solver
 from sigdb.transmission import Damage, Transmission, as_damage, as_transmission, small_matrices
 
 
@@ -78,6 +78,115 @@ class Response:
         return self.signals[sensor]
 
 
+@dataclass(frozen=True, kw_only=True)
+class PreparedRig:
+    """A rig prepared for one damaged gear: what its damage does not change is solved once. :func:`prepare` makes it.
+
+    Attributes
+    ----------
+    rig
+        The transmission.
+    prepared
+        What the solver keeps of it.
+    """
+
+    rig: Transmission
+    prepared: Prepared
+
+    @property
+    def gear(self) -> str:
+        """Name of the damaged gear."""
+        return self.prepared.gear
+
+    @property
+    def teeth(self) -> int:
+        """Tooth count of the damaged gear."""
+        return self.prepared.teeth
+
+    @small_matrices
+    def simulate(
+        self, damage: Damage | Mapping[str, Any] | None = None, *, index_errors: ArrayLike | None = None
+    ) -> Response:
+        """Simulate the rig with damaged teeth; arguments, result, errors and warnings as of :func:`simulate`.
+
+        Raises
+        ------
+        InputError
+            If the damage names another gear, and as of :func:`simulate`.
+        """
+        damage = as_damage(damage)
+        if damage.gear not in (None, self.gear):
+            raise InputError(f"gear = {damage.gear!r}, but the rig is prepared for {self.gear!r}; prepare it for that")
+        errors = checked_index_errors(index_errors, self.teeth)
+        if damage.is_damage or errors.any():
+            check_in_one_mesh(self.rig, self.gear)
+        teeth = damage.on_teeth(self.teeth)
+        multiplier = self.prepared.floquet_multiplier([teeth])
+        states = self.prepared.steady_state([teeth], errors)
+        _check_stable(states.failures[0], multiplier)
+        state = states[0]
+        response = Response(
+            gear=self.gear,
+            damage=damage,
+            signals=dict(zip(self.rig.sensors, state.signals_at(errors), strict=True)),
+            units={name: sensor.unit for name, sensor in self.rig.sensors.items()},
+            compression=state.compression_at(errors),
+            mesh_force=state.mesh_force_at(errors),
+            min_compression=float(state.least_compression_at(errors)),
+            min_mesh_force=float(state.least_mesh_force_at(errors)),
+            contact_loss=bool(state.contact_loss_at(errors)),
+            floquet_multiplier=multiplier,
+            error=float(state.error),
+        )
+        _warn(response, linear=bool(state.is_linear), accurate=bool(state.meets_accuracy))
+        return response
+
+
+@small_matrices
+def prepare(
+    rig: Transmission | str | PathLike[str],
+    gear: str | None = None,
+    *,
+    solver: Solver | None = None,
+) -> PreparedRig:
+    """Prepare a rig for many simulations that differ in the damage of one gear and in index errors.
+
+    Parameters
+    ----------
+    rig
+        The transmission, the name of a built-in one, or a rig file.
+    gear
+        The damaged gear; the driving gear of the first mesh if left out.
+    solver
+        How to solve, as of :func:`simulate`.
+
+    Returns
+    -------
+    PreparedRig
+        With :meth:`PreparedRig.simulate`.
+
+    Raises
+    ------
+    TypeError
+        If the rig is of another type.
+    InputError
+        If the rig has no such gear, or the torque pulls the teeth of a mesh apart.
+    UnstableRigError
+        If the varying mesh stiffness makes the rig unstable.
+
+    Examples
+    --------
+    >>> import sigdb
+    >>> prepared = sigdb.prepare("nasa-spiral-bevel")
+    >>> [prepared.simulate(sigdb.Damage(tooth=6, stiffness_loss=loss)).contact_loss for loss in (0.1, 0.4)]
+    [False, False]
+    """
+    rig, solver = as_transmission(rig), solver or Periodic()
+    if not isinstance(solver, Solver):
+        raise InputError(f"solver = {solver!r} is no solver; give sigdb.Periodic() or sigdb.Transient()")
+    return PreparedRig(rig=rig, prepared=solver.prepare(rig, gear))
+
+
 @small_matrices
 def simulate(
     rig: Transmission | str | PathLike[str],
@@ -130,46 +239,26 @@ def simulate(
     >>> response.signal("pinion-vertical").shape
     (768,)
     """
-    rig, damage, solver = as_transmission(rig), as_damage(damage), solver or Periodic()
-    if not isinstance(solver, Solver):
-        raise InputError(f"solver = {solver!r} is no solver; give sigdb.Periodic() or sigdb.Transient()")
-    prepared = solver.prepare(rig, damage.gear)
-    errors = checked_index_errors(index_errors, prepared.teeth)
-    if damage.is_damage or errors.any():
-        check_in_one_mesh(rig, prepared.gear)
-    teeth = damage.on_teeth(prepared.teeth)
-    multiplier = prepared.floquet_multiplier([teeth])
-    states = prepared.steady_state([teeth], errors)
-    _check_stable(states.failures[0], multiplier)
-    state = states[0]
-    response = Response(
-        gear=prepared.gear,
-        damage=damage,
-        signals=dict(zip(rig.sensors, state.signals_at(errors), strict=True)),
-        units={name: sensor.unit for name, sensor in rig.sensors.items()},
-        compression=state.compression_at(errors),
-        mesh_force=state.mesh_force_at(errors),
-        min_compression=float(state.least_compression_at(errors)),
-        min_mesh_force=float(state.least_mesh_force_at(errors)),
-        contact_loss=bool(state.contact_loss_at(errors)),
-        floquet_multiplier=multiplier,
-        error=float(state.error),
-    )
-    if response.contact_loss and state.is_linear:
+    damage = as_damage(damage)
+    return prepare(rig, damage.gear, solver=solver).simulate(damage, index_errors=index_errors)
+
+
+def _warn(response: Response, *, linear: bool, accurate: bool) -> None:
+    """Warn where a response does not hold, at the line of the caller of the library."""
+    if response.contact_loss and linear:
         warnings.warn(
             f"the mesh loses contact (least mesh force {response.min_mesh_force:.2f} of the static one), where the "
             "linear response does not hold; simulate with solver=sigdb.Transient(), which lets teeth part",
             ContactLossWarning,
-            stacklevel=2,
+            stacklevel=4,
         )
-    if not state.meets_accuracy:
+    if not accurate:
         warnings.warn(
             f"the march does not meet its accuracy: its error is {response.error:.2g} of the peak-to-peak; give more "
             "most_steps_per_tooth, or change the damage, the speed or the damping",
             MarchErrorWarning,
-            stacklevel=2,
+            stacklevel=4,
         )
-    return response
 
 
 def _check_stable(failure: SigdbError | None, multiplier: float) -> None:

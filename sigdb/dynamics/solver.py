@@ -13,7 +13,7 @@ import numpy as np
 from sigdb.core import FloatArray, InputError, suggestion
 from sigdb.dynamics.march.transient import PreparedMarch, Transient
 from sigdb.dynamics.periodic.periodic import LEAST_SAMPLES_PER_TOOTH, SAMPLES_PER_TOOTH, PeriodicRig
-from sigdb.dynamics.periodic.prepare import prepare
+from sigdb.dynamics.periodic.prepare import prepare_periodic
 from sigdb.dynamics.periodic.steady_state import SteadyState
 from sigdb.transmission import ModalSystem, ToothDamage, Transmission
 
@@ -119,7 +119,7 @@ class Periodic:
 
     def prepare(self, rig: Transmission, gear: str | None = None, *, system: ModalSystem | None = None) -> PeriodicRig:
         """Prepare a rig for a damaged gear; see :class:`Solver`."""
-        return prepare(rig, gear=gear, samples_per_tooth=self.samples_per_tooth, system=system)
+        return prepare_periodic(rig, gear=gear, samples_per_tooth=self.samples_per_tooth, system=system)
 
 
 @dataclass(frozen=True, kw_only=True)

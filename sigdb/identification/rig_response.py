@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from sigdb.core import FloatArray, NotApplicableError, UnstableRigError
-from sigdb.dynamics import HealthySensitivity, PeriodicRig, damaged_gear, prepare
+from sigdb.dynamics import HealthySensitivity, PeriodicRig, damaged_gear, prepare_periodic
 from sigdb.transmission import (
     Compliance,
     CoupledModes,
@@ -98,7 +98,7 @@ class RigResponse:
         """Return the healthy steady state for a gear, from which those of rigs nearby follow."""
         name = self.gear(gear)
         if name not in self._prepared:
-            prepared = prepare(self.rig, gear=name, system=self.sensitivity.synthesis.system())
+            prepared = prepare_periodic(self.rig, gear=name, system=self.sensitivity.synthesis.system())
             self._prepared[name] = HealthySensitivity(prepared, self.sensitivity)
         return self._prepared[name]
 

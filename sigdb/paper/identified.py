@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from sigdb.core import FloatArray, SigdbError, validated
-from sigdb.dynamics import PeriodicRig, prepare
+from sigdb.dynamics import PeriodicRig, prepare_periodic
 from sigdb.paper.margins import HELD_OUT, TARGET_CASES, held_out_margins, target_margins, worst
 from sigdb.paper.signals import PaperSignals, signals_of
 from sigdb.paper.variations import with_bearings
@@ -133,7 +133,7 @@ class RigMargins:
 def margins_of(rig: Transmission) -> RigMargins | None:
     """Return the margins of the claims on a rig; None where it is unstable or has no steady state."""
     try:
-        prepared = prepare(rig, gear=GEAR)
+        prepared = prepare_periodic(rig, gear=GEAR)
         return RigMargins.of(signals_of(rig, prepared, SENSOR), prepared)
     except SigdbError:
         return None

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from sigdb.core import FloatArray, InputError
-from sigdb.dynamics import PeriodicRig, prepare
+from sigdb.dynamics import PeriodicRig, prepare_periodic
 from sigdb.transmission import ToothDamage, Transmission
 
 TEETH, TOOTH, ELSEWHERE = 12, 6, 9
@@ -65,7 +65,7 @@ def paper_signals(rig: Transmission, *, gear: str, sensor: str) -> PaperSignals:
         If the rig is unstable.
     """
     check_subject(rig, gear, sensor)
-    return signals_of(rig, prepare(rig, gear=gear), sensor)
+    return signals_of(rig, prepare_periodic(rig, gear=gear), sensor)
 
 
 def check_subject(rig: Transmission, gear: str, sensor: str) -> None:

@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 
 from sigdb.core import FloatArray
-from sigdb.dynamics import PeriodicRig, prepare
+from sigdb.dynamics import PeriodicRig, prepare_periodic
 from sigdb.paper.claim_results import ClaimResult
 from sigdb.paper.claims import ClaimText
 from sigdb.paper.signals import TOOTH
@@ -54,7 +54,7 @@ def truncated_against_full(rig: Transmission, *, gear: str, sensor: str, repeats
 
 
 def _answers(rig: Transmission, gear: str, system: ModalSystem, row: int) -> list[FloatArray]:
-    prepared: PeriodicRig = prepare(rig, gear=gear, system=system)
+    prepared: PeriodicRig = prepare_periodic(rig, gear=gear, system=system)
     return list(prepared.steady_state([{}, _DAMAGE], specimens=False).signals[:, row])
 
 

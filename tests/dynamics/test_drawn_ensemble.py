@@ -8,7 +8,7 @@ import pytest
 
 import sigdb
 from sigdb.core.errors import InputError, UnstableRigError
-from sigdb.dynamics import drawn_ensemble, possible_rig, prepare
+from sigdb.dynamics import drawn_ensemble, possible_rig, prepare_periodic
 from sigdb.dynamics.drawn_ensemble import FREE, INVALID, MOST_IN_A_ROW, OPEN, UNSTABLE, UNSTEADY
 from sigdb.transmission import Transmission, draws, new_rig
 
@@ -84,7 +84,7 @@ def test_a_hunting_train_is_drawn_though_it_has_no_periodic_solution():
     """Its meshes repeat after 67 turns of the input shaft, later than a periodic solution goes."""
     train = new_rig("23/67,19/81", speed="1480 rpm", torque="45 N m")
     with pytest.raises(InputError, match="do not repeat within 60 revolutions"):
-        prepare(train)
+        prepare_periodic(train)
     rigs = sigdb.ensemble(train, 2, rng=1)
     assert len(rigs) == 2
     assert rigs.left_out[UNSTEADY] == 0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from sigdb.dynamics import prepare
+from sigdb.dynamics import prepare_periodic
 from sigdb.dynamics.period import Period
 from sigdb.transmission import ToothDamage, load_transmission
 
@@ -58,7 +58,7 @@ def test_the_average_is_that_of_the_revolutions_without_harmonics_beyond_it(peri
 
 @pytest.mark.parametrize("samples_per_tooth", [24, 25])
 def test_given_signals_hold_no_nyquist_harmonic(samples_per_tooth):
-    state = prepare(load_transmission("nasa-spiral-bevel"), samples_per_tooth=samples_per_tooth).steady_state(
+    state = prepare_periodic(load_transmission("nasa-spiral-bevel"), samples_per_tooth=samples_per_tooth).steady_state(
         [{1: ToothDamage(stiffness_loss=0.5, loss_extent=0.2)}]
     )[0]
     n = 12 * samples_per_tooth

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from sigdb.core.errors import InputError, UnstableRigError
-from sigdb.dynamics import ContactLossWarning, Periodic, march, prepare, simulate
+from sigdb.dynamics import ContactLossWarning, Periodic, march, prepare_periodic, simulate
 from sigdb.transmission import Damage, load_transmission
 
 
@@ -150,6 +150,6 @@ def test_an_unstable_rig_is_refused_with_its_speed_and_a_remedy(resonant):
 
 
 def test_stable_multiplier_is_the_one_that_is_reported(rig, healthy):
-    prepared = prepare(rig)
+    prepared = prepare_periodic(rig)
     found = prepared.floquet_multiplier([{}])
     assert_allclose(found, healthy.floquet_multiplier, rtol=1e-12)

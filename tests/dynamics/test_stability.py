@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from sigdb.dynamics import floquet_multiplier, prepare
+from sigdb.dynamics import floquet_multiplier, prepare_periodic
 from sigdb.transmission import ModalSystem, load_transmission, modal_system
 
 
@@ -64,18 +64,18 @@ def resonant_rig():
 
 def test_the_multiplier_converges_with_the_steps_and_over_whole_tooth_passes():
     """One revolution has 12 equal tooth passes: its multiplier is that of one pass to the twelfth power."""
-    prepared = prepare(resonant_rig(), samples_per_tooth=64)
+    prepared = prepare_periodic(resonant_rig(), samples_per_tooth=64)
     k, period = prepared.healthy[0], 2 * np.pi / prepared.shaft_speed
     revolution = floquet_multiplier(prepared.system, k, period)
     assert revolution > 1.5
     assert_allclose(floquet_multiplier(prepared.system, k[:64], period / 12) ** 12, revolution, rtol=1e-6)
-    twice = prepare(resonant_rig(), samples_per_tooth=128)
+    twice = prepare_periodic(resonant_rig(), samples_per_tooth=128)
     assert_allclose(floquet_multiplier(twice.system, twice.healthy[0], period), revolution, rtol=0.05)
 
 
 def test_a_truncated_system_with_residual_flexibility_has_nearly_the_same_multiplier():
     """The direct term takes part in the closed loop of the mesh."""
-    prepared = prepare(resonant_rig(), samples_per_tooth=64)
+    prepared = prepare_periodic(resonant_rig(), samples_per_tooth=64)
     k, period = prepared.healthy[0, :64], 2 * np.pi / prepared.shaft_speed / 12
     full, truncated = (floquet_multiplier(s, k, period) for s in (prepared.system, prepared.system.truncated(48)))
     assert prepared.system.truncated(48).direct[0, 0] > 0

@@ -7,7 +7,15 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
-from sigdb.dynamics import ContactLossWarning, MarchErrorWarning, Periodic, Transient, prepare, settle, simulate
+from sigdb.dynamics import (
+    ContactLossWarning,
+    MarchErrorWarning,
+    Periodic,
+    Transient,
+    prepare_periodic,
+    settle,
+    simulate,
+)
 from sigdb.transmission import Damage, ToothDamage, Transmission, load_transmission
 
 TEETH, MODULE, PRESSURE, CONTACT, FLANK, MEAN, TORQUE = 10, 0.004, 20.0, 1.6, 0.2, 2.0e7, 50.0
@@ -97,7 +105,7 @@ def test_the_force_of_profile_errors_and_of_runout_is_subtracted_too():
     response = simulate(rig)
     assert response.min_compression < 0 < response.min_mesh_force
     assert_allclose(response.mesh_force, FORCE, rtol=5e-3)
-    prepared = prepare(rig)
+    prepared = prepare_periodic(rig)
     assert not prepared.steady_state([{}])[0].contact_loss
 
 
@@ -114,7 +122,7 @@ def test_a_mesh_whose_force_is_negative_is_open():
 def test_both_solvers_agree_on_the_contact_of_every_mesh_of_a_train():
     """Errors of 3 um and a weak tooth: the compression of nominal teeth is below zero, no mesh force is."""
     rig, damage = load_transmission("two-stage-gearbox"), {3: ToothDamage(stiffness_loss=0.3)}
-    prepared = prepare(rig, samples_per_tooth=16)
+    prepared = prepare_periodic(rig, samples_per_tooth=16)
     errors = 3e-6 * np.random.default_rng(0).standard_normal(prepared.teeth)
     state = prepared.steady_state([damage])[0]
     coarse = Transient(samples_per_tooth=16, steps_per_tooth=64, tolerance=1e-3, accuracy=0.1)

@@ -8,7 +8,7 @@ coordinates give, equations (3) and (4); nothing of the rig's assembly is used.
 import numpy as np
 from scipy.linalg import block_diag, eigh
 
-from sigdb.dynamics import prepare
+from sigdb.dynamics import prepare_periodic
 from sigdb.transmission import ToothDamage, Transmission
 from sigdb.transmission.parts.shafts import Material
 from sigdb.transmission.system.beam import beam_element
@@ -217,7 +217,7 @@ def test_the_coupled_equations_settle_where_the_modal_system_says(second_order):
         forces[:, 0:2] += UNBALANCE * SPEED**2 * np.column_stack([np.cos(phase), np.sin(phase)])
         return np.pad((forces + external_torque()) @ modes, ((0, 0), (0, 2)))
 
-    prepared = prepare(described(), gear="small", samples_per_tooth=96)
+    prepared = prepare_periodic(described(), gear="small", samples_per_tooth=96)
     state = prepared.steady_state([{3: ToothDamage(stiffness_loss=loss)}])[0]
     compression = state.compression + state.compression_harmonic[..., 0].sum(axis=1)
     signals = state.signals + state.harmonic_response[..., 0].sum(axis=2)

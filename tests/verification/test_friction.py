@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from sigdb.dynamics import prepare
+from sigdb.dynamics import prepare_periodic
 from sigdb.dynamics.periodic.influences import Influences
 from sigdb.transmission import ToothDamage, load_transmission
 from sigdb.transmission.system.assembly import assemble
@@ -99,7 +99,7 @@ def test_the_assembled_train_loses_the_same_power_in_its_free_rotation():
 
 @pytest.fixture(scope="module")
 def prepared():
-    return prepare(load_transmission("nasa-spiral-bevel"), samples_per_tooth=32)
+    return prepare_periodic(load_transmission("nasa-spiral-bevel"), samples_per_tooth=32)
 
 
 def test_no_friction_changes_nothing(prepared):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from sigdb.dynamics import Periodic, Transient, prepare, settle, simulate
+from sigdb.dynamics import Periodic, Transient, prepare_periodic, settle, simulate
 from sigdb.transmission import Damage, ToothDamage, Transmission, load_transmission
 
 EXCITED = {
@@ -74,7 +74,7 @@ def test_both_give_one_response_of_a_spur_rig():
 def test_both_give_one_average_of_two_stages():
     """Five revolutions close the tooth cycle; damage at the second mesh, which is the first of the tables."""
     rig, gear, damage = load_transmission("two-stage-gearbox"), "middle-pinion", {5: ToothDamage(stiffness_loss=0.3)}
-    prepared, none = prepare(rig, gear=gear, samples_per_tooth=32), np.zeros(rig.gears["middle-pinion"].teeth)
+    prepared, none = prepare_periodic(rig, gear=gear, samples_per_tooth=32), np.zeros(rig.gears["middle-pinion"].teeth)
     state = prepared.steady_state([damage], specimens=False)[0]
     solver = Transient(steps_per_tooth=256, samples_per_tooth=32)
     orbit = settle(
@@ -96,7 +96,7 @@ def test_both_give_one_average_of_two_stages():
 def test_extrapolation_in_the_step_is_better_than_second_order():
     """Against the finest: the signals of settle fall by far more than 4 from step to step, the compression by 4."""
     rig, damage = load_transmission("nasa-spiral-bevel"), {6: ToothDamage(stiffness_loss=0.3)}
-    prepared, none = prepare(rig), np.zeros(12)
+    prepared, none = prepare_periodic(rig), np.zeros(12)
     state = prepared.modal_state(damage, none)
     found = [
         settle(

@@ -12,7 +12,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from sigdb.core.errors import SigdbError
-from sigdb.dynamics import prepare
+from sigdb.dynamics import prepare_periodic
 from sigdb.dynamics.periodic import periodic
 from sigdb.transmission import ToothDamage, Transmission, load_transmission
 
@@ -37,15 +37,15 @@ def true_error(state, fine):
 
 
 def solved(rig, damage, samples_per_tooth, **more):
-    return prepare(rig, samples_per_tooth=samples_per_tooth, **more).steady_state([damage], specimens=False)[0]
+    return prepare_periodic(rig, samples_per_tooth=samples_per_tooth, **more).steady_state([damage], specimens=False)[0]
 
 
 @pytest.fixture(scope="module", params=RIGS)
 def filed(request):
     """A rig, prepared as usual, and its state by the name of a damage on a fine grid."""
     rig = load_transmission(request.param)
-    fine = prepare(rig, samples_per_tooth=256)
-    return rig, prepare(rig), cache(lambda name: fine.steady_state([DAMAGES[name]], specimens=False)[0])
+    fine = prepare_periodic(rig, samples_per_tooth=256)
+    return rig, prepare_periodic(rig), cache(lambda name: fine.steady_state([DAMAGES[name]], specimens=False)[0])
 
 
 @pytest.mark.parametrize("name", DAMAGES)
@@ -64,7 +64,7 @@ def test_the_usual_grid_is_good_to_1e_4_and_says_how_good(filed, name):
 def test_few_samples_are_nearly_as_good_or_say_so(filed, samples_per_tooth):
     """The internal grid is finer where it must be, and alias is taken out; what is stated holds within a factor."""
     rig, _, on_fine_grid = filed
-    prepared = prepare(rig, samples_per_tooth=samples_per_tooth)
+    prepared = prepare_periodic(rig, samples_per_tooth=samples_per_tooth)
     for name, damage in DAMAGES.items():
         state = prepared.steady_state([damage], specimens=False)[0]
         error = true_error(state, on_fine_grid(name))
@@ -112,7 +112,7 @@ def test_the_healthy_error_falls_with_the_fifth_power_at_least(monkeypatch):
 
 @pytest.mark.parametrize("name", ["nasa-spiral-bevel", "spur-test-rig"])
 def test_without_specimens_the_signals_are_the_same(name):
-    prepared = prepare(load_transmission(name).replace({"pinion.unbalance": 1e-4}), samples_per_tooth=32)
+    prepared = prepare_periodic(load_transmission(name).replace({"pinion.unbalance": 1e-4}), samples_per_tooth=32)
     for damage in DAMAGES.values():
         whole, nominal = (prepared.steady_state([damage], specimens=one)[0] for one in (True, False))
         assert nominal.specimen_response.shape[2] == nominal.compression_response.shape[1] == 0
@@ -171,7 +171,7 @@ def test_alias_that_cannot_be_taken_out_is_refused(name, samples_per_tooth):
 
 def test_sharp_flanks_refine_the_grid_and_not_what_is_given_out():
     rig = HARD["sharp-flank"][0]()
-    prepared = prepare(rig, samples_per_tooth=16)
+    prepared = prepare_periodic(rig, samples_per_tooth=16)
     assert prepared.period.refinement > 1
     assert prepared.period.samples == 192 * prepared.period.refinement
     assert prepared.steady_state([{}])[0].signals.shape == (2, 192)

@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import cholesky, eigh, expm, solve
 
-from sigdb.dynamics import Transient, floquet_multiplier, march, prepare, settle
+from sigdb.dynamics import Transient, floquet_multiplier, march, prepare_periodic, settle
 from sigdb.transmission import Damage, ToothDamage, Transmission, load_transmission, modal_system
 from sigdb.transmission.system.assembly import assemble
 
@@ -242,7 +242,7 @@ def test_the_periodic_solution_is_where_the_marched_equations_settle(name, secon
     rig = coarse_rig(tmp_path)
     errors = 4e-5 * np.random.default_rng(3).standard_normal(rig.gears[gear].teeth)
 
-    prepared = prepare(rig, gear=gear, samples_per_tooth=SAMPLES)
+    prepared = prepare_periodic(rig, gear=gear, samples_per_tooth=SAMPLES)
     state = prepared.steady_state([damage])[0]
     compression = state.compression + state.compression_response @ errors
     signals = state.signals + state.specimen_response @ errors
@@ -281,7 +281,7 @@ def test_the_floquet_multiplier_is_that_of_the_assembled_equations(tmp_path):
     multipliers = np.linalg.eigvals(monodromy)
     elastic = multipliers[np.argsort(np.abs(multipliers - 1))[2:]]
 
-    prepared = prepare(rig, samples_per_tooth=300)
+    prepared = prepare_periodic(rig, samples_per_tooth=300)
     found = floquet_multiplier(prepared.system, prepared.healthy[0, :300], marched.revolution / 7)
     assert found > 1.15
     assert_allclose(found, np.abs(elastic).max(), rtol=1e-4)

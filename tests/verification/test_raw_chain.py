@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sigdb.core.errors import InputError
-from sigdb.dynamics import TimeProfile, march, prepare
+from sigdb.dynamics import TimeProfile, march, prepare_periodic
 from sigdb.signature import synchronous_average
 from sigdb.transmission import Damage, load_transmission
 
@@ -19,7 +19,7 @@ def rig():
 
 @pytest.fixture(scope="module")
 def prepared(rig):
-    return prepare(rig)
+    return prepare_periodic(rig)
 
 
 def averaged(history, sensor, **options):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sigdb.dynamics import Transient, prepare, simulate
+from sigdb.dynamics import Transient, prepare_periodic, simulate
 from sigdb.recording import Surroundings, synthetic_recording
 from sigdb.signature import synchronous_average, tacho_pulses
 from sigdb.transmission import Damage, load_transmission
@@ -21,7 +21,7 @@ def rig():
 @pytest.fixture(scope="module")
 def states(rig):
     """Clean average of the damaged pinion with index errors, and the healthy one."""
-    prepared = prepare(rig)
+    prepared = prepare_periodic(rig)
     state = prepared.steady_state([DAMAGE.on_teeth(12)])[0]
     return state.signals[0] + state.specimen_response[0] @ ERRORS, prepared.steady_state([{}])[0].signals[0]
 
@@ -67,7 +67,7 @@ def test_a_mark_of_a_hunting_pair_is_one_of_both_shafts(rig):
     """With 13 and 36 teeth the gear's tacho and the pinion have a common mark once in 36 revolutions."""
     other = rig.replace({"pinion.teeth": 13})
     recording = recording_of(other, errors=None, tacho={"shaft": "gear-shaft"})
-    clean = prepare(other).steady_state([DAMAGE.on_teeth(13)])[0].signals[0]
+    clean = prepare_periodic(other).steady_state([DAMAGE.on_teeth(13)])[0].signals[0]
     found = average_of(recording, teeth=13).tsa
     assert np.abs(found - clean).max() < 4e-4 * np.ptp(clean)
 
@@ -76,7 +76,7 @@ def test_a_tacho_on_the_pinion_counts_the_teeth_of_the_gear(rig):
     """The gear makes a third of the pinion's revolutions; its tooth 20 is where it was put."""
     damage = Damage(gear="gear", tooth=20, stiffness_loss=0.4)
     recording = recording_of(rig, damage, None, tacho={"shaft": "pinion-shaft"})
-    clean = prepare(rig, gear="gear").steady_state([damage.on_teeth(36)])[0].signals[0]
+    clean = prepare_periodic(rig, gear="gear").steady_state([damage.on_teeth(36)])[0].signals[0]
     assert (recording.teeth, recording.ratio) == (36, pytest.approx(1 / 3))
     found = average_of(recording, teeth=36).tsa
     assert np.abs(found - clean).max() < 4e-4 * np.ptp(clean)

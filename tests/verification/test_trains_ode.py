@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import cholesky, eigh, solve
 
 from sigdb.core.errors import InputError
-from sigdb.dynamics import floquet_multiplier, prepare, simulate
+from sigdb.dynamics import floquet_multiplier, prepare_periodic, simulate
 from sigdb.dynamics.periodic import periodic
 from sigdb.transmission import Damage, ToothDamage, Transmission, load_transmission
 from sigdb.transmission.mesh.stiffness import tooth_stiffness
@@ -271,7 +271,7 @@ def test_everything_that_excites_acts_as_in_the_marched_equations(second_order):
     rig = one_mesh()
     damage = {14: ToothDamage(phase_shift_deg=3.0, stiffness_loss=0.5, loss_extent=0.5)}
     errors = 3e-5 * np.random.default_rng(5).standard_normal(14)
-    prepared = prepare(rig, gear="large", samples_per_tooth=48)
+    prepared = prepare_periodic(rig, gear="large", samples_per_tooth=48)
     state = prepared.steady_state([damage])[0]
     assert state.orders == (1, 2, 3)
     compression, signals = whole(state, errors)
@@ -282,7 +282,7 @@ def test_everything_that_excites_acts_as_in_the_marched_equations(second_order):
     for i in range(3):
         assert np.ptp(state.compression_harmonic[:, i, 0]) > 0.02 * np.ptp(compression)
     without = rig.replace({"main.profile_error.amplitude": 0.0})
-    plain = prepare(without, gear="large", samples_per_tooth=48).steady_state([damage])[0]
+    plain = prepare_periodic(without, gear="large", samples_per_tooth=48).steady_state([damage])[0]
     assert np.ptp(state.compression - plain.compression) > 0.02 * np.ptp(compression)
 
 
@@ -290,7 +290,7 @@ def test_what_another_shaft_excites_between_whole_turns_cancels_over_the_tooth_c
     """7 and 11 teeth: the average over 11 turns of the pinion sees neither the wheel's unbalance nor its run-out."""
     rig = one_mesh((7, 11))
     damage = {3: ToothDamage(stiffness_loss=0.6)}
-    prepared = prepare(rig, gear="small", samples_per_tooth=48)
+    prepared = prepare_periodic(rig, gear="small", samples_per_tooth=48)
     state = prepared.steady_state([damage])[0]
     assert state.orders == (1,)
     compression, signals = whole(state, np.zeros(7))
@@ -303,13 +303,13 @@ def test_what_another_shaft_excites_between_whole_turns_cancels_over_the_tooth_c
 
 
 def test_orders_are_those_of_shafts_that_turn_whole_times():
-    assert [one.order for one in prepare(one_mesh((7, 21)), gear="large").harmonics] == [1, 3]
-    assert [one.order for one in prepare(one_mesh((7, 21)), gear="small").harmonics] == [1]
-    assert [one.order for one in prepare(one_mesh((10, 25), load_order=5), gear="small").harmonics] == [1, 2]
+    assert [one.order for one in prepare_periodic(one_mesh((7, 21)), gear="large").harmonics] == [1, 3]
+    assert [one.order for one in prepare_periodic(one_mesh((7, 21)), gear="small").harmonics] == [1]
+    assert [one.order for one in prepare_periodic(one_mesh((10, 25), load_order=5), gear="small").harmonics] == [1, 2]
     quiet = one_mesh(load_fluctuation=0.0).replace(
         {f"{g}.{e}": 0.0 for g in ("small", "large") for e in ("unbalance", "runout")}
     )
-    assert prepare(quiet, gear="large").harmonics == ()
+    assert prepare_periodic(quiet, gear="large").harmonics == ()
 
 
 @pytest.mark.parametrize("psi_deg", [30.0, -100.0])
@@ -326,7 +326,9 @@ def test_the_response_in_a_turned_frame(psi_deg):
             "operating.load_angle_deg": 40.0 - psi_deg,
         }
     )
-    one, other = (prepare(r, gear="large", samples_per_tooth=24).steady_state([damage])[0] for r in (rig, turned))
+    one, other = (
+        prepare_periodic(r, gear="large", samples_per_tooth=24).steady_state([damage])[0] for r in (rig, turned)
+    )
     orders = np.array(one.orders)
     for name in ("harmonic_response", "compression_harmonic"):
         parts = getattr(one, name)
@@ -345,7 +347,7 @@ def test_runout_is_an_index_error_that_varies_within_the_contact():
         for name in ("small", "large"):
             data["gears"][name] |= {"unbalance": 0.0, "runout": 1e-5 if name == "small" else 0.0}
         data["meshes"]["main"] |= {"profile_error": None, "module": 0.012 * 7 / teeth}
-        prepared = prepare(Transmission.model_validate(data), gear="small", samples_per_tooth=32)
+        prepared = prepare_periodic(Transmission.model_validate(data), gear="small", samples_per_tooth=32)
         state = prepared.steady_state([{}])[0]
         errors = 1e-5 * np.cos(2 * np.pi * (np.arange(teeth) + CONTACT_RATIO / 2) / teeth)
         by_teeth = state.specimen_response[0] @ errors
@@ -376,7 +378,7 @@ def test_the_iteration_for_long_periods_gives_what_the_factored_blocks_do(damage
     rig, solvers, states = two_stages((13, 18), excited=True), [], []
     for most in (PREPARE._MOST_ENTRIES, 0):
         monkeypatch.setattr(PREPARE, "_MOST_ENTRIES", most)
-        prepared = prepare(rig, gear="small", samples_per_tooth=16)
+        prepared = prepare_periodic(rig, gear="small", samples_per_tooth=16)
         solvers.append(type(prepared.solver).__name__)
         states.append(prepared.steady_state([damage])[0])
     assert solvers == ["Hill", "LongPeriod"]
@@ -397,7 +399,7 @@ def test_a_train_of_hunting_teeth_carries_its_torque(gear, torque, monkeypatch):
     for name, teeth in (("small", 13), ("large", 36)):
         data["gears"][name]["teeth"] = teeth
     damage = {2: ToothDamage(stiffness_loss=0.5, friction=0.1)}
-    prepared = prepare(Transmission.model_validate(data), gear=gear, samples_per_tooth=16)
+    prepared = prepare_periodic(Transmission.model_validate(data), gear=gear, samples_per_tooth=16)
     assert prepared.period.revolutions == {"small": 36, "fourth": 17}[gear]
     state, teeth = prepared.steady_state([damage], specimens=False)[0], prepared.teeth
     fine = tooth_stiffness(prepared.meshes[0], teeth, np.arange(128 * teeth) / 128, damage).sum(axis=0)
@@ -432,7 +434,7 @@ def test_two_stages_settle_where_the_marched_equations_do(name, second_order):
     gear, teeth, revolutions, damage = STAGES[name]
     rig = two_stages(teeth, excited=True)
     errors = 3e-5 * np.random.default_rng(6).standard_normal(rig.gears[gear].teeth)
-    prepared = prepare(rig, gear=gear, samples_per_tooth=48)
+    prepared = prepare_periodic(rig, gear=gear, samples_per_tooth=48)
     assert prepared.period.revolutions == revolutions
     assert not rig.turns_exactly(gear)
     state = prepared.steady_state([damage])[0]
@@ -458,7 +460,7 @@ def test_the_mean_force_of_each_mesh_carries_its_torque():
     rig = two_stages()
     for gear, torque, teeth in (("small", 30, 10), ("large", 60, 20), ("third", 60, 12), ("fourth", 90, 18)):
         damage = {2: ToothDamage(stiffness_loss=0.5)}
-        prepared = prepare(rig, gear=gear, samples_per_tooth=16)
+        prepared = prepare_periodic(rig, gear=gear, samples_per_tooth=16)
         state = prepared.steady_state([damage])[0]
         carried = torque / (0.006 * teeth * np.cos(np.deg2rad(20)) * np.cos(np.deg2rad(12)))
         fine = tooth_stiffness(prepared.meshes[0], teeth, np.arange(128 * teeth) / 128, damage).sum(axis=0)
@@ -470,8 +472,8 @@ def test_the_mean_force_of_each_mesh_carries_its_torque():
 def test_the_least_compression_elsewhere_is_that_of_the_other_mesh():
     """Seen from the damaged first stage and, healthy, from the second stage itself."""
     rig = two_stages()
-    ours = prepare(rig, gear="small", samples_per_tooth=96).steady_state([{}])[0]
-    theirs = prepare(rig, gear="third", samples_per_tooth=160).steady_state([{}])[0]
+    ours = prepare_periodic(rig, gear="small", samples_per_tooth=96).steady_state([{}])[0]
+    theirs = prepare_periodic(rig, gear="third", samples_per_tooth=160).steady_state([{}])[0]
     assert_allclose(ours.least_elsewhere, theirs.compression.min() / theirs.static_compression, rtol=2e-3)
     assert_allclose(theirs.least_elsewhere, ours.compression.min() / ours.static_compression, rtol=2e-3)
 
@@ -488,7 +490,7 @@ def test_the_least_compression_elsewhere_is_that_of_the_other_mesh():
     ],
 )
 def test_the_common_period_is_the_least_that_all_meshes_repeat_in(teeth, gear, revolutions, passes):
-    prepared = prepare(two_stages(teeth), gear=gear, samples_per_tooth=16)
+    prepared = prepare_periodic(two_stages(teeth), gear=gear, samples_per_tooth=16)
     assert (prepared.period.revolutions, prepared.period.passes) == (revolutions, passes)
     assert_allclose(prepared.seconds, revolutions * 2 * np.pi / prepared.shaft_speed, rtol=1e-12)
     assert prepared.mesh_stiffness({}).shape == (2, revolutions * prepared.samples)
@@ -497,17 +499,17 @@ def test_the_common_period_is_the_least_that_all_meshes_repeat_in(teeth, gear, r
 def test_a_common_period_that_is_too_long_is_refused():
     """Damage on the last wheel, 61 and 67 teeth: only 61 turns of it bring back the first stage."""
     with pytest.raises(InputError, match=r"do not repeat within 60 revolutions; choose tooth counts with a shorter"):
-        prepare(two_stages((61, 67)), gear="fourth")
+        prepare_periodic(two_stages((61, 67)), gear="fourth")
 
 
 def test_a_rig_without_torque_is_refused():
     for changes in ({"operating.torque": 0.0}, {"operating.speed_rpm": 0.0}):
         with pytest.raises(InputError, match=r"'train' has no torque through its meshes; give operating\.drive, load"):
-            prepare(two_stages().replace(changes))
+            prepare_periodic(two_stages().replace(changes))
     with pytest.raises(InputError, match=r"'friswell-turbogenerator' has no torque through its meshes"):
-        prepare(load_transmission("friswell-turbogenerator"))
+        prepare_periodic(load_transmission("friswell-turbogenerator"))
     with pytest.raises(InputError, match=r"'friswell-5.9.1' has no mesh, so no gear can be damaged"):
-        prepare(load_transmission("friswell-5.9.1"))
+        prepare_periodic(load_transmission("friswell-5.9.1"))
 
 
 def test_an_idler_cannot_be_damaged_and_its_neighbours_can():
@@ -518,8 +520,10 @@ def test_an_idler_cannot_be_damaged_and_its_neighbours_can():
     del data["gears"]["third"]
     rig = Transmission.model_validate(data)
     with pytest.raises(InputError, match=r"gear 'large' of rig 'train' takes part in 2 meshes; damage is simulated in"):
-        prepare(rig, gear="large").steady_state([{1: ToothDamage(stiffness_loss=0.3)}])
-    assert prepare(rig, gear="fourth", samples_per_tooth=16).steady_state([{1: ToothDamage(stiffness_loss=0.3)}])[0]
+        prepare_periodic(rig, gear="large").steady_state([{1: ToothDamage(stiffness_loss=0.3)}])
+    assert prepare_periodic(rig, gear="fourth", samples_per_tooth=16).steady_state(
+        [{1: ToothDamage(stiffness_loss=0.3)}]
+    )[0]
 
 
 def test_the_order_of_the_meshes_in_the_rig_does_not_matter():
@@ -563,7 +567,7 @@ def test_the_multiplier_of_two_meshes_is_that_of_the_assembled_equations():
         monodromy += length / 6 * (z[0] + 2 * z[1] + 2 * z[2] + z[3])
     multipliers = np.linalg.eigvals(monodromy)
     elastic = multipliers[np.argsort(np.abs(multipliers - 1))[2:]]
-    prepared = prepare(rig, gear="small", samples_per_tooth=96)
+    prepared = prepare_periodic(rig, gear="small", samples_per_tooth=96)
     half = prepared.healthy[:, :480]
     multiplier = floquet_multiplier(prepared.system, half, marched.revolution / 2)
     assert_allclose(multiplier, np.abs(elastic).max(), rtol=1e-6)

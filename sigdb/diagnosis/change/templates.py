@@ -11,7 +11,7 @@ import pandas as pd
 from sigdb.core import BoolArray, ComplexArray, FloatArray, IntArray
 from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
 from sigdb.diagnosis.change.path import path_gain
-from sigdb.dynamics import prepare
+from sigdb.dynamics import prepare_periodic
 from sigdb.recognition import QUANTITIES, PointTemplates
 from sigdb.transmission import Damage, Transmission, as_damage
 
@@ -92,7 +92,7 @@ class Templates:
         damages = [as_damage({"tooth": 1, "gear": gear, **case}) for case in CASES]
         healthy, spectra, member, cases, last = [], [], [], [], []
         for number, rig in enumerate(rigs):
-            prepared = prepare(rig, gear=gear, samples_per_tooth=coarse, refine=False)
+            prepared = prepare_periodic(rig, gear=gear, samples_per_tooth=coarse, refine=False)
             states = prepared.steady_state([{}, *(damage.on_teeth(teeth) for damage in damages)], specimens=False)
             signals = states.signals_at()[:, list(rig.sensors).index(sensor)]
             X = _resampled(signals, teeth * samples_per_tooth)

@@ -13,7 +13,7 @@ from sigdb.dynamics.march.marcher import mesh_tables, meshes_from
 from sigdb.dynamics.march.periodic_motion import PeriodicMotion
 from sigdb.dynamics.period import check_in_one_mesh, common_period, damaged_gear
 from sigdb.dynamics.periodic.periodic import SAMPLES_PER_TOOTH, PeriodicRig
-from sigdb.dynamics.periodic.prepare import prepare
+from sigdb.dynamics.periodic.prepare import prepare_periodic
 from sigdb.dynamics.periodic.steady_state import SteadyState
 from sigdb.transmission import ModalSystem, ToothDamage, Transmission, modal_system, small_matrices, static_forces
 
@@ -70,7 +70,7 @@ class Transient:
         system = system or modal_system(rig)
         static_forces(rig, system.meshes, system.transfer(np.zeros(1))[0, : len(rig.meshes), len(rig.meshes)].real)
         try:
-            linear = prepare(rig, gear=gear, samples_per_tooth=self.samples_per_tooth, system=system)
+            linear = prepare_periodic(rig, gear=gear, samples_per_tooth=self.samples_per_tooth, system=system)
         except NotApplicableError:
             linear = None
         gear = damaged_gear(rig, gear)

@@ -35,7 +35,7 @@ _HEALTHY_SHARE = 0.25
 
 
 @small_matrices
-def prepare(
+def prepare_periodic(
     rig: Transmission,
     *,
     gear: str | None = None,
@@ -74,7 +74,7 @@ def prepare(
     Examples
     --------
     >>> import sigdb
-    >>> healthy = prepare(sigdb.load_transmission("nasa-spiral-bevel")).steady_state([{}])
+    >>> healthy = prepare_periodic(sigdb.load_transmission("nasa-spiral-bevel")).steady_state([{}])
     >>> healthy.signals.shape, bool(healthy.min_compression[0] > 0)
     ((1, 2, 768), True)
     """

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, InputError
-from sigdb.dynamics import PeriodicRig, TimeProfile, checked_index_errors, march, prepare
+from sigdb.dynamics import PeriodicRig, TimeProfile, checked_index_errors, march, prepare_periodic
 from sigdb.recording.synthetic.surroundings import Drift, Surroundings
 from sigdb.transmission import Damage, Transmission
 
@@ -89,7 +89,7 @@ def simulate_motion(
     if not isinstance(revolutions, int | np.integer) or revolutions < 1:
         raise InputError(f"revolutions = {revolutions} must be a whole number of at least 1")
     damage, surroundings = damage or Damage(), surroundings or Surroundings()
-    prepared = prepared or prepare(rig, gear=damage.gear)
+    prepared = prepared or prepare_periodic(rig, gear=damage.gear)
     shaft = rig.gears[prepared.gear].shaft
     sensor = _checked_sensor(rig, sensor)
     errors = checked_index_errors(index_errors, prepared.teeth)

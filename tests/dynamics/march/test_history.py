@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import solve_ivp
 
-from sigdb.dynamics import TimeProfile, march, prepare, simulate
+from sigdb.dynamics import TimeProfile, march, prepare_periodic, simulate
 from sigdb.dynamics.march import history
 from sigdb.transmission import Damage, Transmission, load_transmission, modal_system
 
@@ -31,7 +31,7 @@ def even(rig):
 def test_a_constant_speed_averages_to_the_periodic_signal(rig):
     """From its state at the mark, five revolutions at 12 x 17 samples each; below 0.35 of the sampling rate."""
     damage, n, N = Damage(tooth=4, stiffness_loss=0.3, phase_shift_deg=1.0), 12 * 17, 7
-    prepared = prepare(rig)
+    prepared = prepare_periodic(rig)
     teeth = damage.on_teeth(12)
     steady = prepared.steady_state([teeth])[0]
     found = march(
@@ -193,14 +193,14 @@ def test_compression_follows_a_torque_that_changes_slowly(even):
     """With constant stiffness ``delta = delta_s T / T_0``."""
     torque = TimeProfile([0.0, 0.4], [356.05, 178.0])
     found = march(even, duration=0.4, sampling_rate=10e3, torque=torque)
-    static = prepare(even).static_compression[0]
+    static = prepare_periodic(even).static_compression[0]
     assert_allclose(found.torque, torque(found.time))
     assert_allclose(found.compression["main"][40:-40], (static * found.torque / 356.05)[40:-40], rtol=1e-3)
 
 
 def test_at_rest_under_the_first_torque_nothing_moves(even):
     found = march(even, duration=0.02, sampling_rate=10e3, torque=200.0)
-    static = prepare(even).static_compression[0] * 200 / 356.05
+    static = prepare_periodic(even).static_compression[0] * 200 / 356.05
     assert_allclose(found.compression["main"], static, rtol=1e-9)
     assert_allclose(found.mesh_force["main"], 2.2e8 * static, rtol=1e-9)
 
@@ -213,7 +213,7 @@ def test_a_reversed_torque_crosses_the_backlash(even):
     assert force[-1] == pytest.approx(-force[0], rel=1e-3)
     assert (force == 0).any()
     before, after = compression[300], compression[-100]
-    assert before == pytest.approx(356.05 / 356.05 * prepare(even).static_compression[0], rel=1e-6)
+    assert before == pytest.approx(356.05 / 356.05 * prepare_periodic(even).static_compression[0], rel=1e-6)
     assert after == pytest.approx(-before - BACKLASH, rel=1e-3)
     # Closed on the working flanks until the torque has turned, and never again.
     assert 0.05 / 0.3 < found.contact < 0.1 / 0.3
@@ -261,10 +261,13 @@ def test_the_filter_stops_what_would_fold_back(finer, frequency):
 def test_a_line_above_the_rate_is_not_recorded(rig):
     """Twelve samples a revolution hold orders below 6; the mesh order 12 would fold to 0 and be steady."""
     found = march(
-        rig, duration=60 * REVOLUTION, sampling_rate=13 / REVOLUTION, state=prepare(rig).modal_state({}, np.zeros(12))
+        rig,
+        duration=60 * REVOLUTION,
+        sampling_rate=13 / REVOLUTION,
+        state=prepare_periodic(rig).modal_state({}, np.zeros(12)),
     )
     signal = found.signals["pinion-vertical"][40:-40]
-    mesh = prepare(rig).steady_state([{}])[0].signals[0]
+    mesh = prepare_periodic(rig).steady_state([{}])[0].signals[0]
     assert np.ptp(signal) < 1e-3 * np.ptp(mesh)
 
 

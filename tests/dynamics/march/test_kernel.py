@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from sigdb.core.errors import SigdbError
-from sigdb.dynamics import Transient, march, prepare, settle
+from sigdb.dynamics import Transient, march, prepare_periodic, settle
 from sigdb.dynamics.march.kernel import march_steps
 from sigdb.transmission import Damage, load_transmission
 
@@ -71,7 +71,7 @@ def test_other_threads_go_on_while_it_marches():
 
 
 def test_what_is_not_a_number_goes_through_and_ends(rig):
-    prepared = prepare(rig)
+    prepared = prepare_periodic(rig)
     state = np.full((prepared.system.poles.imag >= 0).sum(), np.nan, complex)
     found = march(rig, duration=0.002, sampling_rate=20e3, state=state, system=prepared.system)
     assert np.isnan(found.signals["pinion-vertical"]).all()

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 from sigdb.core import NotApplicableError, SigdbError
-from sigdb.dynamics import Periodic, PeriodicOrTransient, Transient, march, prepare
+from sigdb.dynamics import Periodic, PeriodicOrTransient, Transient, march, prepare_periodic
 from sigdb.transmission import NonlinearElement, load_transmission, modal_system
 
 CUBIC = 2.0
@@ -79,7 +79,7 @@ def test_a_law_too_stiff_for_the_step_is_an_error_and_no_number(oscillator):
 def test_the_periodic_solution_of_a_nonlinear_rig_is_refused(rig, stiffened, solver):
     with pytest.raises(NotApplicableError, match=r"elements that are not linear.*\(spring\).*sigdb\.Transient"):
         solver.prepare(rig, system=stiffened)
-    assert prepare(rig, samples_per_tooth=16).gear == "pinion"
+    assert prepare_periodic(rig, samples_per_tooth=16).gear == "pinion"
 
 
 def test_the_march_of_a_nonlinear_rig_settles_where_its_forces_balance_the_torque(rig, stiffened):

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from sigdb.core.errors import InputError, SigdbError
-from sigdb.dynamics import TimeProfile, Transient, march, prepare, settle, simulate
+from sigdb.dynamics import TimeProfile, Transient, march, prepare_periodic, settle, simulate
 from sigdb.transmission import Damage, load_transmission
 
 SHORT = {"duration": 0.001, "sampling_rate": 20e3}
@@ -76,7 +76,7 @@ def test_the_solver_says_what_does_not_fit(settings, says):
 
 def test_a_motion_that_does_not_repeat_in_time_is_refused(rig):
     """From an equilibrium without the load's variation, two revolutions are not enough for 1e-9."""
-    prepared = prepare(rig)
+    prepared = prepare_periodic(rig)
     state = np.zeros((prepared.system.poles.imag >= 0).sum(), complex)
     message = r"rig 'nasa.*': the motion does not repeat to 1e-09 of its size within 2 revolutions .* change the damage"
     with pytest.raises(SigdbError, match=message):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from sigdb.dynamics import HealthySensitivity, prepare
+from sigdb.dynamics import HealthySensitivity, prepare_periodic
 from sigdb.transmission import Sensitivity, Transmission, equations_of, load_transmission, synthesise
 
 EXCITED = {
@@ -46,7 +46,7 @@ def changed(rig, values):
 
 
 def signals(rig):
-    return prepare(rig, samples_per_tooth=16, refine=False).healthy_signals()
+    return prepare_periodic(rig, samples_per_tooth=16, refine=False).healthy_signals()
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def rig():
 @pytest.fixture(scope="module")
 def sensitivity(rig):
     modes = synthesise(rig)
-    prepared = prepare(rig, samples_per_tooth=16, refine=False, system=modes.system())
+    prepared = prepare_periodic(rig, samples_per_tooth=16, refine=False, system=modes.system())
     return HealthySensitivity(prepared, Sensitivity(modes))
 
 

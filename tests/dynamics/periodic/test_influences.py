@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from sigdb.dynamics import prepare
+from sigdb.dynamics import prepare_periodic
 from sigdb.dynamics.periodic.influences import Influences
 from sigdb.transmission import ToothDamage, load_transmission
 
 
 @pytest.fixture(scope="module")
 def prepared():
-    return prepare(load_transmission("nasa-spiral-bevel"), samples_per_tooth=32)
+    return prepare_periodic(load_transmission("nasa-spiral-bevel"), samples_per_tooth=32)
 
 
 def cases():
@@ -29,7 +29,7 @@ def test_threads_give_the_answers_of_one_thread(prepared):
     """Caches in dictionaries, cleared by one thread while another read them, failed here with a KeyError."""
     damages = list(cases()) * 4
     alone = {i: prepared.steady_state([damage])[0].signals for i, damage in enumerate(cases())}
-    fresh = prepare(prepared.rig, samples_per_tooth=32)
+    fresh = prepare_periodic(prepared.rig, samples_per_tooth=32)
     with ThreadPoolExecutor(8) as pool:
         found = list(pool.map(lambda damage: fresh.steady_state([damage])[0].signals, damages))
     for i, signals in enumerate(found):

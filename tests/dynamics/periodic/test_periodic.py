@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import toeplitz
 
 from sigdb.core.errors import InputError
-from sigdb.dynamics import prepare
+from sigdb.dynamics import prepare_periodic
 from sigdb.dynamics.periodic import periodic
 from sigdb.transmission import Damage, ToothDamage, load_transmission, modal_system
 from sigdb.transmission.mesh.stiffness import tooth_stiffness
@@ -31,12 +31,12 @@ def rig():
 
 @pytest.fixture(scope="module")
 def prepared(rig):
-    return prepare(rig)
+    return prepare_periodic(rig)
 
 
 @pytest.fixture(scope="module")
 def finely_prepared(rig):
-    return prepare(rig, samples_per_tooth=256)
+    return prepare_periodic(rig, samples_per_tooth=256)
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +111,7 @@ def test_damage_on_the_driven_gear_gives_what_the_full_system_does(rig, monkeypa
     monkeypatch.setattr(periodic, "TOLERANCE", 1e-6)
     damage = Damage(tooth=36, damaged_teeth=2, stiffness_loss=0.4, phase_shift_deg=-0.5).on_teeth(36)
     e = 5e-6 * np.random.default_rng(2).standard_normal(36)
-    state = prepare(rig, gear="gear", samples_per_tooth=24).steady_state([damage])[0]
+    state = prepare_periodic(rig, gear="gear", samples_per_tooth=24).steady_state([damage])[0]
     assert state.signals.shape == (2, 24 * 36)
     assert state.specimen_response.shape == (2, 24 * 36, 36)
     compression, signals = solved_in_all_harmonics(rig, "gear", damage, e, samples_per_tooth=24)
@@ -120,7 +120,7 @@ def test_damage_on_the_driven_gear_gives_what_the_full_system_does(rig, monkeypa
 
 
 def test_a_healthy_gear_gives_three_revolutions_of_the_healthy_pinion(rig, prepared):
-    by_gear, by_pinion = prepare(rig, gear="gear").steady_state([{}])[0], prepared.steady_state([{}])[0]
+    by_gear, by_pinion = prepare_periodic(rig, gear="gear").steady_state([{}])[0], prepared.steady_state([{}])[0]
     assert_allclose(by_gear.compression, np.tile(by_pinion.compression, 3), rtol=1e-9)
     assert scaled(by_gear.signals, np.tile(by_pinion.signals, (1, 3))) < 1e-8
 
@@ -172,7 +172,7 @@ def test_a_common_index_error_of_all_teeth_only_moves_the_train(prepared):
 
 
 def test_the_response_is_proportional_to_torque_without_index_errors(rig, prepared):
-    double = prepare(rig.replace({"operating.torque": 712.1})).steady_state([DAMAGES["loss"]])[0]
+    double = prepare_periodic(rig.replace({"operating.torque": 712.1})).steady_state([DAMAGES["loss"]])[0]
     single = prepared.steady_state([DAMAGES["loss"]])[0]
     assert scaled(double.signals, 2 * single.signals) < 1e-9
     assert scaled(double.specimen_response[0].T, single.specimen_response[0].T) < 1e-9
@@ -200,10 +200,11 @@ def test_64_samples_a_tooth_are_converged_at_both_sensors(prepared, finely_prepa
 
 
 def test_the_error_falls_faster_than_second_order_with_samples_a_tooth(rig):
-    fine = prepare(rig, samples_per_tooth=128).steady_state([DAMAGES["loss"]])[0]
+    fine = prepare_periodic(rig, samples_per_tooth=128).steady_state([DAMAGES["loss"]])[0]
     errors = [
         scaled(
-            prepare(rig, samples_per_tooth=m).steady_state([DAMAGES["loss"]])[0].signals, fine.signals[:, :: 128 // m]
+            prepare_periodic(rig, samples_per_tooth=m).steady_state([DAMAGES["loss"]])[0].signals,
+            fine.signals[:, :: 128 // m],
         )
         for m in (16, 32, 64)
     ]
@@ -222,17 +223,17 @@ def test_a_small_damage_changes_little_and_no_damage_nothing(prepared):
 
 def test_a_gear_without_mesh_or_of_another_rig_is_refused(rig):
     with pytest.raises(InputError, match=r"gear = 'wheel' does not exist; known: pinion, gear"):
-        prepare(rig, gear="wheel")
+        prepare_periodic(rig, gear="wheel")
     data = rig.model_dump()
     by_numbers = {"mass": 3.1, "polar_inertia": 0.01} | dict.fromkeys(("body_length", "material"))
     by_numbers |= {"sources": {}, "assumed": {}}
     data["gears"]["spare"] = data["gears"]["gear"] | {"node": 5} | by_numbers
     with pytest.raises(InputError, match=r"gear 'spare' of rig 'nasa-spiral-bevel' takes part in no mesh; name a gear"):
-        prepare(type(rig).model_validate(data), gear="spare")
+        prepare_periodic(type(rig).model_validate(data), gear="spare")
 
 
 def test_damage_of_a_gear_in_two_meshes_is_refused(rig):
     data = rig.model_dump()
     data["meshes"]["second"] = data["meshes"]["main"]
     with pytest.raises(InputError, match=r"gear 'pinion' of rig .* takes part in 2 meshes; damage is simulated in one"):
-        prepare(type(rig).model_validate(data)).steady_state([{1: ToothDamage(stiffness_loss=0.3)}])
+        prepare_periodic(type(rig).model_validate(data)).steady_state([{1: ToothDamage(stiffness_loss=0.3)}])
