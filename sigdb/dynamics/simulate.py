@@ -87,7 +87,7 @@ class PreparedRig:
     rig
         The transmission.
     prepared
-        What the solver keeps of it.
+        All that the solver computes once.
     """
 
     rig: Transmission

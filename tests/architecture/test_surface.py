@@ -35,6 +35,7 @@ NAMES = {
     "march": "sigdb.dynamics",
     "new_rig": "sigdb.transmission",
     "open": "sigdb.database",
+    "prepare": "sigdb.dynamics",
     "diagnose": "sigdb.diagnosis",
     "ensemble": "sigdb.dynamics",
     "read_recording": "sigdb.recording",
