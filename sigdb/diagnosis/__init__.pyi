@@ -1,4 +1,5 @@
 from .answers import power_sentence as power_sentence
+from .change.detectors import Detector as Detector
 from .change.finding import Finding as Finding
 from .change.finding import HealthyLaw as HealthyLaw
 from .change.level import LevelChange as LevelChange

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import isfinite
 from os import PathLike
 from pathlib import Path
 from typing import TypedDict, Unpack, cast
 
-from sigdb.core import InputError, validated
+from sigdb.core import InputError, Note, validated
 from sigdb.diagnosis.change.templates import Templates
 from sigdb.diagnosis.diagnose_signature import absent_gears, diagnose_signature
 from sigdb.diagnosis.diagnosis import Diagnosis, unjudged
@@ -30,7 +31,7 @@ AnyRecording = Recording | RecordingBlocks | str | PathLike[str]
 """A recording, its blocks, or the path of a file."""
 
 _SAMPLES_PER_TOOTH = 64
-_READING = set(RecordingSettings.model_fields) - set(AveragingSettings.model_fields) - {"torque"}
+_READING = set(RecordingSettings.model_fields) - set(AveragingSettings.model_fields) - {"torque", "load"}
 """Options of reading a recording that are not options of its average too."""
 
 _ASSUMED_TORQUE = 50.0
@@ -104,7 +105,8 @@ def diagnose(
     healthy_torque : sequence of float, optional
         Torque of each healthy recording, N m; by default those that the recordings state.
     load, healthy_load : float and sequence of float, optional
-        Instead of torques, the load of the recording and of each healthy recording in any one unit, such as per cent.
+        Instead of torques, the load of the recording and of each healthy recording in any one unit, such as per cent;
+        by default those that the recordings state.
     **options
         Fields of :class:`sigdb.recording.AveragingSettings`: ``channel``, ``mesh_phase``, ``speed_rpm``,
         ``revolutions`` and others. For the path of a file also fields of :class:`sigdb.recording.RecordingSettings`:
@@ -145,10 +147,12 @@ def diagnose(
         notes = tuple(reading_notes(present[0], present[1:])) if present else ()
         return unjudged(signature, healthies, reasons, teeth=count, reading=notes)
     signature, *healthy_signatures = present
-    loads, healthy_loads = _loads(run, others, torque, healthy_torque, load, healthy_load)
+    loads, healthy_loads, load_notes = _loads(
+        run, others, torque=torque, healthy_torque=healthy_torque, load=load, healthy_load=healthy_load
+    )
     templates: Templates | None = None
     assumed: tuple[str, ...] = ()
-    notes = source.notes
+    notes = (*source.notes, *load_notes)
     if healthy_signatures and source.rig is not None and gear is not None:
         speed_rpm = signature.speed_rpm / abs(source.rig.ratio(source.rig.gears[gear].shaft))
         at = next((value for value in (torque, run.torque) if value is not None), source.rig.operating.torque)
@@ -221,19 +225,39 @@ def _source(
 def _loads(
     run: Recording | RecordingBlocks,
     others: Sequence[Recording | RecordingBlocks],
+    *,
     torque: float | None,
     healthy_torque: Sequence[float],
     load: float | None,
     healthy_load: Sequence[float],
-) -> tuple[float | None, list[float | None]]:
-    """Return the torque, or the load, of the recording and of each healthy one."""
+) -> tuple[float | None, list[float | None], tuple[Note, ...]]:
+    """Return the torque, or the load, of the recording and of each healthy one, and a note where some are unknown.
+
+    Options win over what the recordings state in their side files. Torques are taken where all are known, otherwise
+    loads; where neither are, the load of the recording cannot be compared with those of the healthy recordings.
+    """
     for name, values in (("healthy_torque", healthy_torque), ("healthy_load", healthy_load)):
         if values and len(values) != len(others):
             raise InputError(f"{name} has {len(values)} values for {len(others)} healthy recordings; give one of each")
-    unknown: list[float | None] = [None] * len(others)
-    if healthy_load or load is not None:
-        return load, [*healthy_load] or unknown
-    return run.torque if torque is None else torque, [*healthy_torque] or [each.torque for each in others]
+    torques: list[float | None] = [run.torque if torque is None else torque]
+    torques += healthy_torque or [each.torque for each in others]
+    loads: list[float | None] = [run.load if load is None else load]
+    loads += healthy_load or [each.load for each in others]
+    if not all(isfinite(value) for value in (*torques, *loads) if value is not None):
+        raise InputError("a torque or a load is no finite number; give numbers")
+    for known in (loads, torques) if load is not None or healthy_load else (torques, loads):
+        if all(value is not None for value in known):
+            return known[0], known[1:], ()
+    stated = [value for value in (*torques, *loads) if value is not None]
+    notes = [_SOME_LOADS] if others and stated else []
+    return None, [None] * len(others), tuple(notes)
+
+
+_SOME_LOADS = Note(
+    code="some-loads-unknown",
+    text="The torque or the load of some of the recordings is stated, but not of all in one of the two, so the "
+    "reference is not interpolated in load. State it of each, as an option or as torque or load in a side file.",
+)
 
 
 def _split_options(

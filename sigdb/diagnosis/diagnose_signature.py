@@ -11,6 +11,7 @@ from sigdb.core import Answer, InputError, Note
 from sigdb.diagnosis.alike import MARKS_DISAGREE, make_alike
 from sigdb.diagnosis.answers import damage_answer, quiet_answer
 from sigdb.diagnosis.change.average_spectrum import LEAST_GROUPS, AverageSpectrum
+from sigdb.diagnosis.change.detectors import Detector, detectors
 from sigdb.diagnosis.change.finding import Finding, HealthyLaw, find, healthy_law, stands_out
 from sigdb.diagnosis.change.healthy_set import HealthySet
 from sigdb.diagnosis.change.level import LevelChange, level_change
@@ -85,6 +86,7 @@ def diagnose_signature(
     )
     if not compared.finding.change.bands:
         return _answered(common, _no_common_band(signature))
+    decided = compared.detectors()
     locations, fit = compared.located()
     level = compared.level(torque, torques)
     seen = None if locations else compared.power(templates)
@@ -93,11 +95,12 @@ def diagnose_signature(
     return replace(
         _answered(common, answer),
         reference=np.fft.irfft(compared.turned.mean, compared.turned.samples),
+        detectors=decided,
         locations=locations,
         level=level,
         power=seen,
         severity=None if fit is None else fit.severity,
-        notes=(*common.notes, *compared.notes()),
+        notes=(*common.notes, *compared.notes(decided)),
     )
 
 
@@ -209,13 +212,16 @@ class _Comparison:
             templates=None if templates is None else templates.behind(self.run, absolute=self.aligned.absolute),
         )
 
-    def notes(self) -> Iterator[Note]:
+    def detectors(self) -> tuple[Detector, ...]:
+        """Return the statistics with their limits and rates of false alarms."""
+        return detectors(self.finding, self.law, self.healthy)
+
+    def notes(self, decided: Sequence[Detector]) -> Iterator[Note]:
         """Yield the notes on the comparison."""
         signature, healthy = self.aligned.signature, self.aligned.healthy
         yield from turn_notes(self.finding, absolute=self.aligned.absolute)
-        yield from method_notes(self.finding)
+        yield from method_notes(decided)
         yield from shaft_notes(signature, healthy)
-        yield from fm4_notes(signature, healthy[0])
 
 
 def _answered(diagnosis: Diagnosis, answer: Answer) -> Diagnosis:
@@ -250,7 +256,7 @@ def _without_healthy(signature: RecordedSignature, reading: tuple[Note, ...]) ->
         kind=repeats.kind,
         answer=repeats.answer,
         missing=tuple(missing_notes(signature, (), mark=signature.absolute)),
-        notes=(*shaft_notes(signature, ()), *fm4_notes(signature, None)),
+        notes=(*shaft_notes(signature, ()), *fm4_notes(signature)),
         reading=reading,
     )
 

@@ -7,6 +7,7 @@ from typing import Any
 import pandas as pd
 
 from sigdb.core import ANSWERS, Answer, FloatArray, Kind, Note, plain
+from sigdb.diagnosis.change.detectors import Detector
 from sigdb.diagnosis.change.finding import Finding, HealthyLaw
 from sigdb.diagnosis.change.level import LevelChange
 from sigdb.diagnosis.change.location import Location
@@ -36,6 +37,9 @@ class Diagnosis:
         Statistics of the change with their limits; None without a healthy recording, or where nothing was compared.
     law
         Limits from the healthy recordings; None with ``finding``.
+    detectors
+        The statistics with their limits and rates of false alarms, FM4 and NA4 of the difference among them; empty
+        with ``finding`` None.
     locations
         Teeth that stand out, the strongest first.
     level
@@ -61,6 +65,7 @@ class Diagnosis:
     reference: FloatArray | None = None
     finding: Finding | None = None
     law: HealthyLaw | None = None
+    detectors: tuple[Detector, ...] = ()
     locations: tuple[Location, ...] = ()
     level: LevelChange | None = None
     power: Power | None = None
@@ -97,10 +102,10 @@ class Diagnosis:
         dict
             ``answer``, ``kind``, ``exit_code``, ``absolute``, ``channel``, ``unit``, ``teeth`` (``tooth``, ``low``,
             ``high``, ``place``), ``false_alarms`` (``rate``, ``pieces``), ``statistics`` (value and limit of each, and
-            the ``score``), ``tooth_map``, ``level``, ``power``, ``repeatability``, ``severity``, ``assumed``,
-            ``missing``, ``notes`` and ``reading``. Tables are lists of rows, notes have ``code``, ``text`` and
-            ``values``, and what was not
-            evaluated is None.
+            the ``score``), ``detectors`` (``name``, ``value``, ``limit``, ``pieces``, ``false_alarm_rate``,
+            ``alarm``, ``simulated``, ``decides``), ``tooth_map``, ``level``, ``power``, ``repeatability``,
+            ``severity``, ``assumed``, ``missing``, ``notes`` and ``reading``. Tables are lists of rows, notes have
+            ``code``, ``text`` and ``values``, and what was not evaluated is None.
         """
         signature, finding, law = self.signature, self.finding, self.law
         facts = {
@@ -113,6 +118,7 @@ class Diagnosis:
             "teeth": [vars(location) for location in self.locations],
             "false_alarms": None if law is None else {"rate": law.false_alarms, "pieces": law.pieces},
             "statistics": None if finding is None else _statistics(finding),
+            "detectors": [_detector(each) for each in self.detectors],
             "tooth_map": None if finding is None else finding.change.tooth_map,
             "level": None if self.level is None else vars(self.level),
             "power": None if self.power is None else _power(self.power),
@@ -139,6 +145,11 @@ def _statistics(finding: Finding) -> dict[str, Any]:
         "turn": change.turn,
         "wider": finding.wider,
     }
+
+
+def _detector(detector: Detector) -> dict[str, Any]:
+    facts = {"alarm": detector.alarm, "simulated": detector.simulated, "decides": detector.decides}
+    return vars(detector) | facts
 
 
 def _values(statistic: Statistic | None, limit: float) -> dict[str, float] | None:

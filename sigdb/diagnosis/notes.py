@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from sigdb.core import Note
+from sigdb.diagnosis.change.detectors import Detector
 from sigdb.diagnosis.change.finding import Finding
 from sigdb.recording import SPEED_DOUBT, RecordedSignature
 
@@ -91,39 +92,33 @@ def turn_notes(finding: Finding, *, absolute: bool) -> Iterator[Note]:
         yield Note(code="wider-than-healthy", text=text, values={"middle": change.middle})
 
 
-def method_notes(finding: Finding) -> Iterator[Note]:
-    """Yield the note where the simulation and the healthy recordings alone disagree."""
-    template = finding.template
-    if template is None:
-        return
-    pulse, shape = finding.pulse.greatest > finding.pulse_limit, template.greatest > finding.template_limit
-    if finding.likelihood is not None:
-        shape = shape or finding.likelihood.greatest > finding.likelihood_limit
-    if pulse != shape:
-        which, rest = (
-            ("the healthy recordings alone", "the templates of the rig")
-            if pulse
-            else (
-                "the templates of the rig",
-                "the healthy recordings alone",
-            )
-        )
+def method_notes(detectors: Sequence[Detector]) -> Iterator[Note]:
+    """Yield the notes where the simulation, the healthy recordings alone, and FM4 and NA4 disagree."""
+    pulse = any(each.alarm for each in detectors if each.decides and not each.simulated)
+    shape = any(each.alarm for each in detectors if each.simulated)
+    if pulse != shape and any(each.simulated for each in detectors):
+        both = ("the healthy recordings alone", "the templates of the rig")
+        which, rest = both if pulse else both[::-1]
         text = f"By {which} a tooth stands out, by {rest} none does: the answer is that of the former."
         yield Note(code="methods-disagree", text=text, values={"pulse": pulse, "template": shape})
+    for each in detectors:
+        if not each.decides and each.alarm != (pulse or shape):
+            side = "above" if each.alarm else "within"
+            text = (
+                f"{each.name} of the difference, {each.value:.3g}, is {side} its limit of {each.limit:.3g}, where "
+                f"{'a' if pulse or shape else 'no'} tooth stands out; it takes no part in the answer."
+            )
+            yield Note(
+                code=f"{each.name.lower()}-disagrees", text=text, values={"value": each.value, "limit": each.limit}
+            )
 
 
-def fm4_notes(signature: RecordedSignature, healthy: RecordedSignature | None) -> Iterator[Note]:
-    """Yield a note on FM4, which needs no template."""
-    recordings = {"recording": signature} | ({} if healthy is None else {"healthy": healthy})
-    fm4 = {name: recording.indicators["fm4"] for name, recording in recordings.items() if "fm4" in recording.indicators}
-    if "recording" in fm4:
-        healthy_value = f" ({fm4['healthy']:.3g} in the healthy recording)" if "healthy" in fm4 else ""
-        yield Note(
-            code="fm4",
-            text=f"FM4 is {fm4['recording']:.3g}{healthy_value}; one damaged tooth that stands out raises it well "
-            "above 3.",
-            values=fm4,
-        )
+def fm4_notes(signature: RecordedSignature) -> Iterator[Note]:
+    """Yield a note on FM4 of the average, for which there is no limit without a healthy recording."""
+    fm4 = signature.indicators.get("fm4")
+    if fm4 is not None:
+        text = f"FM4 is {fm4:.3g}; one damaged tooth that stands out raises it well above 3."
+        yield Note(code="fm4", text=text, values={"recording": fm4})
 
 
 def shaft_notes(signature: RecordedSignature, healthy: Sequence[RecordedSignature]) -> Iterator[Note]:

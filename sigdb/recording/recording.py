@@ -120,6 +120,8 @@ class Recording:
         Revolutions of the shaft of interest in one of the tacho's shaft.
     teeth, speed_rpm, torque
         Tooth count of the gear of interest, mean speed of its shaft (rev/min) and torque on it (N m), where stated.
+    load
+        Load of the machine where stated, in per cent or in any one unit.
     zero_time
         Time in s after the beginning of 1970 at which the time axis of the channels is zero; None if not stated.
     notes
@@ -152,6 +154,7 @@ class Recording:
     teeth: int | None = None
     speed_rpm: float | None = None
     torque: float | None = None
+    load: float | None = None
     zero_time: float | None = None
     notes: tuple[Note, ...] = ()
 

@@ -18,6 +18,8 @@ from sigdb.report.text_table import PLAIN, Terminal, TextTable, number
 TITLES = {"stiffness_loss": "stiffness loss", "phase_shift_deg": "phase shift, deg", "damaged_teeth": "damaged teeth"}
 """Titles of quantities of a severity."""
 
+_DETECTOR_HEAD = ("detector", "by", "value", "limit", "alarm", "healthy pieces", "false alarms")
+
 _SHOWN_MESH_ORDERS = 4.5
 """Highest order of the spectrum, in mesh orders."""
 
@@ -73,7 +75,8 @@ def diagnosis_html(diagnosis: Diagnosis, *, title: str | None = None, command: s
         evidence=_evidence(diagnosis),
         lights=lights(diagnosis),
         severity=[] if severity is None else _severity_rows(diagnosis),
-        statistics=_statistics(diagnosis.finding),
+        detector_head=_DETECTOR_HEAD,
+        detectors=_detector_rows(diagnosis),
         assumed=diagnosis.assumed,
         missing=[note.text for note in diagnosis.missing],
         notes=[note.text for note in diagnosis.notes],
@@ -103,8 +106,8 @@ def diagnosis_text(diagnosis: Diagnosis, *, terminal: Terminal = PLAIN) -> str:
     if diagnosis.severity is not None:
         head = ("severity", "estimate", "90 % interval")
         lines += ["", TextTable(head, _severity_rows(diagnosis)).text(terminal, indent=2)]
-    if rows := _statistics(diagnosis.finding):
-        lines += ["", "statistics", TextTable(("", "value", "limit"), rows).text(terminal, indent=2)]
+    if rows := _detector_rows(diagnosis):
+        lines += ["", TextTable(_DETECTOR_HEAD, rows).text(terminal, indent=2)]
     sections = (
         ("assumed", diagnosis.assumed),
         ("missing", [note.text for note in diagnosis.missing]),
@@ -177,18 +180,29 @@ def _interval(low: float, high: float) -> str:
     return f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
 
 
-def _statistics(finding: Finding | None) -> list[list[str]]:
-    if finding is None:
-        return []
-    named = (
-        ("healthy recordings alone (pulses)", finding.pulse, finding.pulse_limit),
-        ("templates, free amplitudes", finding.template, finding.template_limit),
-        ("templates behind the path", finding.likelihood, finding.likelihood_limit),
-    )
+_DETECTORS: dict[str, str] = {
+    "pulse": "pulse",
+    "FM4": "FM4 of the difference",
+    "NA4": "NA4 of the difference",
+    "template": "templates, free amplitudes",
+    "likelihood": "templates behind the path",
+}
+"""Titles of detectors."""
+
+
+def _detector_rows(diagnosis: Diagnosis) -> list[list[str]]:
+    """Return the rows of the table of detectors, those of healthy recordings alone first."""
     return [
-        [name, number(statistic.greatest, 3), number(limit, 3)]
-        for name, statistic, limit in named
-        if statistic is not None
+        [
+            _DETECTORS[each.name],
+            "templates" if each.simulated else "healthy recordings alone",
+            number(each.value, 3),
+            number(each.limit, 3),
+            "alarm" if each.alarm else "-",
+            f"{each.pieces}",
+            f"{each.false_alarm_rate:.2g}",
+        ]
+        for each in diagnosis.detectors
     ]
 
 

@@ -9,12 +9,13 @@ import pytest
 
 import sigdb
 from sigdb.core import InputError, Note
+from sigdb.diagnosis import Detector
 from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
 from sigdb.diagnosis.change.change import turn_between
 from sigdb.diagnosis.change.path import path_gain
 from sigdb.diagnosis.change.templates import Templates
 from sigdb.diagnosis.diagnose_signature import diagnose_signature
-from sigdb.diagnosis.notes import missing_notes, reading_notes
+from sigdb.diagnosis.notes import method_notes, missing_notes, reading_notes
 from sigdb.recording import SPEED_DOUBT, MeshPresence, RecordedSignature
 
 SENSOR, N, TEETH, REVOLUTIONS, GROUPS = "pinion-vertical", 768, 12, 102, 12
@@ -121,6 +122,42 @@ def test_damage_is_found_behind_an_unknown_path(clean, gears, diagnosed, case, t
     severity = found.severity.set_index("target")
     assert severity.loc["stiffness_loss", "low"] <= loss <= severity.loc["stiffness_loss", "high"]
     assert severity.loc["damaged_teeth", "low"] <= count <= severity.loc["damaged_teeth", "high"]
+
+
+def test_every_detector_has_its_limit_and_its_rate_of_false_alarms(clean, gears, diagnosed):
+    """FM4 and NA4 of Gaussian noise are 3, and the greatest of twelve pieces is not far above; damage is above all."""
+    healthy = recorded(clean["none"] + gears, 2, noise=0.01)
+    quiet, loud = (diagnosed(recorded(clean[case] + gears, 1, noise=0.01), healthy) for case in ("none", "tooth 6"))
+    assert [each.name for each in quiet.detectors] == ["pulse", "FM4", "NA4", "template", "likelihood"]
+    assert {(each.pieces, each.false_alarm_rate) for each in quiet.detectors} == {(GROUPS, 1 / (GROUPS + 1))}
+    values = {each.name: each for each in quiet.detectors}
+    for name in ("FM4", "NA4"):
+        assert values[name].value == pytest.approx(3, abs=0.7)
+        assert 3 < values[name].limit < 5
+    assert all(each.alarm for each in loud.detectors)
+    assert loud.detectors[2].value > 81 * loud.detectors[1].value  # the difference is three times as great or more
+    row = loud.as_json()["detectors"][1]
+    assert (row["name"], row["alarm"], row["simulated"], row["decides"]) == ("FM4", True, False, False)
+
+
+@pytest.mark.parametrize(
+    ("alarms", "codes"),
+    [
+        ({}, []),
+        ({"pulse", "FM4", "NA4", "template"}, []),
+        ({"pulse"}, ["methods-disagree", "fm4-disagrees", "na4-disagrees"]),
+        ({"template", "FM4", "NA4"}, ["methods-disagree"]),
+        ({"NA4"}, ["na4-disagrees"]),
+    ],
+)
+def test_detectors_that_disagree_are_named(alarms, codes):
+    names = ("pulse", "FM4", "NA4", "template")
+    rows = [
+        Detector(name=name, value=2.0 if name in alarms else 0.5, limit=1.0, pieces=24, false_alarm_rate=0.04)
+        for name in names
+    ]
+    assert [note.code for note in method_notes(rows)] == codes
+    assert [note.code for note in method_notes(rows[:1])] == []
 
 
 def test_without_a_tacho_mark_the_tooth_is_relative_to_the_recording(clean, gears, diagnosed):

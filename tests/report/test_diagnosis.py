@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from sigdb.core import Note
-from sigdb.diagnosis import Diagnosis, Finding, HealthyLaw, LevelChange, Location
+from sigdb.diagnosis import Detector, Diagnosis, Finding, HealthyLaw, LevelChange, Location
 from sigdb.diagnosis.change.change import Band, Change
 from sigdb.diagnosis.change.statistics import Statistic
 from sigdb.recording import MeshPresence, RecordedSignature
@@ -69,6 +69,10 @@ def diagnosis(kind, answer, *, compared=True, missing=(), notes=("Mind <this>.",
     facts = {
         "reference": SIGNAL,
         "finding": finding(),
+        "detectors": (
+            Detector(name="pulse", value=2.0, limit=1.15, pieces=24, false_alarm_rate=0.04),
+            Detector(name="FM4", value=2.9, limit=3.6, pieces=24, false_alarm_rate=0.04),
+        ),
         "law": HealthyLaw(pieces=24, pulse=0.8, template=0.7, likelihood=0.0, widest=1.0, recordings=1),
         "locations": (Location(tooth=2, low=1, high=3, place=1.0),) if damaged else (),
         "level": level,
@@ -122,7 +126,12 @@ def test_severity_is_shown_where_a_tooth_stands_out():
 def test_the_text_has_the_same_parts():
     text = diagnosis_text(diagnosis("one tooth", "One tooth stands out: 2 ± 1.", missing=("A mark.",)))
     assert text.startswith("One tooth stands out: 2 ± 1.\nFalse alarms: at most one in 25 healthy recordings")
-    parts = ("statistics\n", "assumed\n  One of 8 rigs.\n", "missing\n  A mark.\n", "notes\n  Mind <this>.\n")
+    rows = [line.split() for line in text.splitlines() if "healthy recordings alone" in line]
+    assert [(row[0], row[-5:]) for row in rows] == [
+        ("pulse", ["2", "1.15", "alarm", "24", "0.04"]),
+        ("FM4", ["2.9", "3.6", "-", "24", "0.04"]),
+    ]
+    parts = ("assumed\n  One of 8 rigs.\n", "missing\n  A mark.\n", "notes\n  Mind <this>.\n")
     for part in (*parts, "reading\n  12 of 12"):
         assert part in text
 

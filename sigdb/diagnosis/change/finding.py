@@ -107,8 +107,8 @@ def healthy_law(healthy: HealthySet, templates: BehindPath | None) -> HealthyLaw
     several recordings is compared with the reference that the others give. The 24 pieces and the further recordings are
     independent.
     """
-    within = list(_changes_within(healthy))
-    changes = [*within, *_changes_between(healthy)]
+    within = list(changes_within(healthy))
+    changes = [*within, *changes_between(healthy)]
 
     def greatest(statistic: Callable[[Change], Statistic]) -> float:
         return max(statistic(change).greatest for change in changes)
@@ -126,7 +126,7 @@ def healthy_law(healthy: HealthySet, templates: BehindPath | None) -> HealthyLaw
     )
 
 
-def _changes_within(healthy: HealthySet) -> Iterator[Change]:
+def changes_within(healthy: HealthySet) -> Iterator[Change]:
     for each in healthy.recordings:
         spectrum, G = each.spectrum, len(each.spectrum.groups)
         for count in _PIECES:
@@ -137,7 +137,7 @@ def _changes_within(healthy: HealthySet) -> Iterator[Change]:
                 yield change_from(spectrum.part(piece), spectrum.part(rest), turn=0.0)
 
 
-def _changes_between(healthy: HealthySet) -> Iterator[Change]:
+def changes_between(healthy: HealthySet) -> Iterator[Change]:
     for number, each in enumerate(healthy.recordings if len(healthy) > 1 else ()):
         others = healthy.without(number)
         speed = each.signature.speed_rpm

@@ -64,6 +64,11 @@ class RecordingBlocks:
         return self.whole.torque
 
     @property
+    def load(self) -> float | None:
+        """Load of the machine, where stated."""
+        return self.whole.load
+
+    @property
     def channels(self) -> tuple[UnreadChannel, ...]:
         """Channels without samples."""
         return tuple(channel for channel in self.whole.channels if isinstance(channel, UnreadChannel))

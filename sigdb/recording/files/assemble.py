@@ -102,6 +102,7 @@ def assemble(
         tacho_kind=settings.tacho_kind, threshold=settings.threshold, hysteresis=settings.hysteresis,
         edge=settings.edge, ratio=settings.ratio, teeth=settings.teeth,
         speed_rpm=contents.speed_rpm if settings.speed_rpm is None else settings.speed_rpm, torque=settings.torque,
+        load=settings.load,
         zero_time=origin or contents.zero_time,
         notes=tuple({note.text: note for note in everything}.values()),
     )  # fmt: skip

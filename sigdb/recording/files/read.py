@@ -50,7 +50,8 @@ def read_recording(path: str | os.PathLike[str], **options: Unpack[RecordingOpti
         - ``file_format``, a suffix such as "csv", where the suffix of the file does not state its format.
 
         The others are ``names``, ``scale``, ``time``, ``parts``, ``separator``, ``decimal``, ``longest_gap``,
-        ``threshold``, ``hysteresis``, ``edge``, ``teeth``, ``speed_rpm`` and ``torque``.
+        ``threshold``, ``hysteresis``, ``edge``, ``teeth``, ``speed_rpm``, ``torque`` and
+        ``load``.
 
     Returns
     -------

@@ -92,10 +92,15 @@ class RecordingSettings(Section):
     teeth: int | None = quantity("-", "Tooth count of the gear of interest.", ge=1, default=None)
     speed_rpm: float | None = quantity("rev/min", "Mean speed of the shaft of interest.", gt=0, default=None)
     torque: float | None = quantity("N m", "Torque on the shaft of interest.", default=None)
+    load: float | None = quantity(
+        "%",
+        "Load of the machine, where no torque is known; in per cent of the rated load, or any unit of all.",
+        default=None,
+    )
 
 
 class FileOptions(TypedDict, total=False):
-    """Fields of :class:`RecordingSettings` except teeth and torque, as keyword arguments; None leaves a field out."""
+    """Fields of :class:`RecordingSettings` except teeth, torque and load, as keywords; None leaves a field out."""
 
     sampling_rate: float | None
     names: Sequence[str] | None
@@ -124,3 +129,4 @@ class RecordingOptions(FileOptions, total=False):
 
     teeth: int | None
     torque: float | None
+    load: float | None

@@ -77,8 +77,10 @@ def test_one_scale_is_not_the_tachos(tmp_path):
 
 def test_a_side_file_gives_what_options_do_not(tmp_path):
     path = table(tmp_path / "run.csv")
-    (tmp_path / "run.toml").write_text('sampling_rate = 500\ntacho = "n"\n[units]\na1 = "m/s^2"\n', encoding="utf-8")
+    text = 'sampling_rate = 500\ntacho = "n"\ntorque = 40\nload = 80\n[units]\na1 = "m/s^2"\n'
+    (tmp_path / "run.toml").write_text(text, encoding="utf-8")
     read = sigdb.read_recording(path)
+    assert (read.torque, read.load) == (40, 80)
     assert (read.channel("a1").sampling_rate, read.channel("a1").unit, read.tacho) == (500, "m/s^2", "n")
     assert sigdb.read_recording(path, sampling_rate=600).channel("a1").sampling_rate == 600
 
