@@ -25,6 +25,7 @@ __all__ = [
     "ToothDamage",
     "Transient",
     "__version__",
+    "add_features",
     "diagnose",
     "ensemble",
     "load_model",

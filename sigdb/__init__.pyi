@@ -13,6 +13,7 @@ from .dynamics import prepare as prepare
 from .dynamics import simulate as simulate
 from .recognition import load_model as load_model
 from .recording import read_recording as read_recording
+from .sweep import add_features as add_features
 from .transmission import Damage as Damage
 from .transmission import ToothDamage as ToothDamage
 from .transmission import load_transmission as load_transmission

@@ -1,3 +1,18 @@
+from .added.added_part import AddedWork as AddedWork
+from .added.added_part import make_added_part as make_added_part
+from .added.added_part import probed_names as probed_names
+from .added.added_set import NO_AVERAGE as NO_AVERAGE
+from .added.added_set import AddedSet as AddedSet
+from .added.added_set import added_files as added_files
+from .added.added_set import check_clashes as check_clashes
+from .added.added_set import current_parts as current_parts
+from .added.added_set import read_added_set as read_added_set
+from .added.added_set import read_added_sets as read_added_sets
+from .added.check_added import AddedCheck as AddedCheck
+from .added.check_added import check_added as check_added
+from .added.feature_function import FACTS as FACTS
+from .added.feature_function import FeatureFunction as FeatureFunction
+from .added.feature_function import LoadedFunction as LoadedFunction
 from .database import Database as Database
 from .database import open as open
 from .export.export import Export as Export
@@ -37,6 +52,7 @@ from .store.receipts import part_name as part_name
 from .store.receipts import read_receipt as read_receipt
 from .store.receipts import read_receipts as read_receipts
 from .store.receipts import receipt_name as receipt_name
+from .store.receipts import tables_of as tables_of
 from .store.schema import SCHEMA_FILE as SCHEMA_FILE
 from .store.schema import Column as Column
 from .store.schema import Schema as Schema

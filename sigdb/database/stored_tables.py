@@ -15,6 +15,8 @@ import pyarrow as pa
 import pyarrow.dataset as ds
 
 from sigdb.core import DatabaseError, InputError, IntArray, __version__
+from sigdb.database.added.added_set import AddedSet, current_parts, file_of, read_added_sets
+from sigdb.database.added.joined_parquet import JoinedParquet
 from sigdb.database.limits import DEFAULT_LIMITS, LimitOptions, QueryLimits
 from sigdb.database.query import (
     Connection,
@@ -40,7 +42,8 @@ _PART_KIND = {"templates": "templates", "features": "rows", "signals": "rows"}
 class StoredTables:
     """The finished parts of a database, as of its opening.
 
-    Its columns are those that the database was made with, whatever this version of sigdb would store.
+    Its columns are those that the database was made with, whatever this version of sigdb would store, and those that
+    functions of its user have added.
     """
 
     def __init__(self, location: str | PathLike[str] | Store) -> None:
@@ -50,6 +53,9 @@ class StoredTables:
         self._receipts: dict[str, dict[int, Receipt]] = {
             name: {receipt.part: receipt for receipt in read_receipts(self.store, name, hashes)} for name in KINDS
         }
+        self._added: list[tuple[AddedSet, dict[int, Receipt]]] = [
+            (added, current_parts(self.store, added, self._receipts["rows"])) for added in read_added_sets(self.store)
+        ]
         self._tables: dict[str, tuple[CheckedParquet, ...]] = {}
         self._lock, self._closed = threading.Lock(), False
         self._shared: Engine | None = None
@@ -67,6 +73,11 @@ class StoredTables:
     def receipts(self, name: str) -> list[Receipt]:
         """Return the receipts of the finished parts, ``templates`` or ``rows``."""
         return list(self._receipts[name].values())
+
+    @property
+    def added(self) -> tuple[AddedSet, ...]:
+        """Sets of added features, whose columns stand behind the others of ``features``."""
+        return tuple(added for added, _ in self._added)
 
     def stored_sensor(self, sensor: str | None) -> str:
         """Return a stored sensor by name, the first one if None.
@@ -202,8 +213,18 @@ class StoredTables:
                 raise DatabaseError(
                     f"{self.store}: no {table} are finished yet; run the sweep that makes this database"
                 )
-            self._tables[table] = tuple(CheckedParquet(self.store, receipt.file(table)) for receipt in receipts)
+            self._tables[table] = tuple(self._file(table, receipt) for receipt in receipts)
         return self._tables[table]
+
+    def _file(self, table: str, receipt: Receipt) -> CheckedParquet:
+        """Return the file of a table of a part, with its added features."""
+        file = CheckedParquet(self.store, receipt.file(table))
+        if table != "features" or not self._added:
+            return file
+        parts = [(added, parts.get(receipt.part)) for added, parts in self._added]
+        return JoinedParquet(
+            file, [(added, CheckedParquet(self.store, file_of(added, part)) if part else None) for added, part in parts]
+        )
 
     def _signal_rows(self, ids: IntArray, columns: Iterable[str]) -> Iterator[tuple[IntArray, pa.Table]]:
         """Rows of ``signals``, a few row groups at a time; see :func:`row_blocks`."""

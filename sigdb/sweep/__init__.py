@@ -9,6 +9,7 @@ import lazy_loader
 __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
+    "AddedSummary",
     "Coverage",
     "Grid",
     "Plan",
@@ -17,10 +18,12 @@ __all__ = [
     "SweepLimits",
     "SweepSettings",
     "SweepSummary",
+    "add_features",
     "coverage",
     "make_plan",
     "plan_from",
     "refine",
+    "remove_features",
     "repair",
     "run",
     "verify",

@@ -11,6 +11,9 @@ from .design.settings import SweepSettings as SweepSettings
 from .plan.make_plan import make_plan as make_plan
 from .plan.make_plan import plan_from as plan_from
 from .plan.plan import Plan as Plan
+from .work.add_features import AddedSummary as AddedSummary
+from .work.add_features import add_features as add_features
+from .work.add_features import remove_features as remove_features
 from .work.estimate import estimate as estimate
 from .work.run import SweepSummary as SweepSummary
 from .work.run import run as run

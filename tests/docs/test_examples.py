@@ -123,6 +123,9 @@ NOT_RUN = {
     "sigdb show data/quick/signatures 0 2925  ": "the same with --out runs",
     "sigdb signature new.csv ": "runs after the example in Python on the same page",
     "sigdb identify ": "the example in Python on the same page searches",
+    "sigdb add-features data/quick/signatures shape:crest": "the example in Python on the same page computes them",
+    'sigdb query data/quick/signatures "select tooth, avg(pass_crest)': "the columns are of the example on the page",
+    "sigdb add-features signatures series:tsfresh_features": "needs tsfresh",
     "sigdb diagnose run.csv ": "the example in Python on the same page makes this diagnosis",
 }
 """Beginnings of commands of pages that are parsed only, each with the reason."""

@@ -42,7 +42,7 @@ class CheckedParquet:
     """
 
     def __init__(self, store: Store, record: FileRecord) -> None:
-        self._store, self._record = store, record
+        self.store, self.record = store, record
 
     @property
     def schema(self) -> pa.Schema:
@@ -83,7 +83,7 @@ class CheckedParquet:
             return [group.id for group in fragment.row_groups]
 
     def _file(self) -> pa.NativeFile:
-        return pa.PythonFile(_CheckedFile(self._store, self._record), mode="r")
+        return pa.PythonFile(_CheckedFile(self.store, self.record), mode="r")
 
 
 PARQUET = ds.ParquetFileFormat()

@@ -13,13 +13,13 @@ from sigdb.database.store.checked import block_checksums
 from sigdb.database.store.manifest import MANIFEST_FILE
 from sigdb.database.store.receipts import (
     KINDS,
-    TABLES_OF,
     FileRecord,
     Receipt,
     finished_parts,
     part_name,
     read_receipt,
     receipt_name,
+    tables_of,
 )
 from sigdb.database.store.schema import SCHEMA_FILE
 from sigdb.database.store.seal import unsealed
@@ -29,7 +29,7 @@ _DESCRIPTIONS = frozenset({MANIFEST_FILE, SCHEMA_FILE, "coverage.json", ".lock",
 """Files that belong to no part."""
 
 PartKey = tuple[str, int]
-"""Kind and number of a part; the kind is ``templates`` or ``rows``."""
+"""Kind and number of a part; the kind is ``templates``, ``rows``, or that of a set of added features."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,9 +129,19 @@ def read_file(
     return file, ""
 
 
-def foreign_files(store: Store, parts: Iterable[PartKey]) -> list[IntegrityFinding]:
-    """Return findings for files that are neither a description nor belong to one of the parts."""
-    expected = _DESCRIPTIONS | {path for stage, part in parts for path in _names(stage, part)}
+def foreign_files(store: Store, parts: Iterable[PartKey], descriptions: Iterable[str] = ()) -> list[IntegrityFinding]:
+    """Return findings for files that are neither a description nor belong to one of the parts.
+
+    Parameters
+    ----------
+    store
+        Where the database lies.
+    parts
+        Parts that the database is to have.
+    descriptions
+        Names of descriptions besides those that every database may have.
+    """
+    expected = _DESCRIPTIONS | {path for stage, part in parts for path in _names(stage, part)} | {*descriptions}
     findings = [
         IntegrityFinding(
             kind="foreign",
@@ -154,4 +164,4 @@ def foreign_files(store: Store, parts: Iterable[PartKey]) -> list[IntegrityFindi
 
 
 def _names(stage: str, part: int) -> list[str]:
-    return [receipt_name(stage, part), *(part_name(table, part) for table in TABLES_OF[stage])]
+    return [receipt_name(stage, part), *(part_name(table, part) for table in tables_of(stage))]

@@ -15,6 +15,9 @@ KINDS = ("templates", "rows")
 TABLES_OF = {"templates": ("templates",), "rows": ("features", "signals")}
 """Tables of the files of a part, by kind of part."""
 
+ADDED = "added"
+"""Folder of the tables of added features; their kinds of parts begin with it and a dot."""
+
 BLOCK = 256 * 1024
 """Bytes in a block: a thousandth of a part, and a fraction of a millisecond to check."""
 
@@ -36,11 +39,12 @@ class Receipt:
     Attributes
     ----------
     name
-        ``templates`` or ``rows``.
+        ``templates`` or ``rows``; ``added.`` and the name of a set of added features.
     part
         Number of the part.
     plan
-        Hash of the plan that the part belongs to, by which a part of another database is recognised.
+        Hash of the plan that the part belongs to, by which a part of another database is recognised. For added
+        features, hash of their description.
     first, rows
         First id and number of rows.
     failed
@@ -49,6 +53,8 @@ class Receipt:
         Records of its files.
     host, seconds, versions
         The machine, the time that the work took, and versions of the libraries.
+    source
+        For added features, SHA-256 of the file of averages that they were computed from; empty for others.
     """
 
     name: str
@@ -61,6 +67,7 @@ class Receipt:
     host: str
     seconds: float
     versions: dict[str, str]
+    source: str = ""
 
     @property
     def path(self) -> str:
@@ -75,6 +82,11 @@ class Receipt:
 _RECEIPT = TypeAdapter(Receipt)
 
 
+def tables_of(name: str) -> tuple[str, ...]:
+    """Return the tables of the files of a part, by its kind."""
+    return TABLES_OF[name] if name in TABLES_OF else (f"{ADDED}/{name.removeprefix(f'{ADDED}.')}",)
+
+
 def part_name(table: str, part: int) -> str:
     """Return the name of a part's file of a table."""
     return f"{table}/part-{part:05d}.parquet"
@@ -87,12 +99,15 @@ def receipt_name(name: str, part: int) -> str:
 
 def write_receipt(store: Store, receipt: Receipt) -> None:
     """Publish the receipt of a part, with which the part begins to exist."""
-    store.put(receipt.path, sealed_json(asdict(receipt)))
+    content = asdict(receipt)
+    if not receipt.source:
+        del content["source"]
+    store.put(receipt.path, sealed_json(content))
 
 
 def finished_parts(store: Store, name: str) -> list[int]:
     """Return the numbers of the parts of a kind that have a receipt, in order; other files do not count."""
-    matches = (re.fullmatch(rf"receipts/{name}-(\d+)\.json", path) for path in store.sizes("receipts"))
+    matches = (re.fullmatch(rf"receipts/{re.escape(name)}-(\d+)\.json", path) for path in store.sizes("receipts"))
     return sorted(int(match[1]) for match in matches if match and receipt_name(name, int(match[1])) == match[0])
 
 
@@ -125,7 +140,7 @@ class CopiedReceiptError(DamagedFileError):
 
 def _wrong_files(receipt: Receipt) -> str:
     """Return why the records of the files of a receipt cannot be right; empty if they can."""
-    names = [part_name(table, receipt.part) for table in TABLES_OF[receipt.name]]
+    names = [part_name(table, receipt.part) for table in tables_of(receipt.name)]
     if [file.path for file in receipt.files] != names:
         return f"its files are not {' and '.join(names)}"
     if receipt.rows < 1 or receipt.first < 0:
@@ -148,7 +163,7 @@ def read_receipts(store: Store, name: str, plans: Container[str]) -> list[Receip
     store
         Where the database lies.
     name
-        ``templates`` or ``rows``.
+        Kind of the parts: ``templates``, ``rows``, or ``added.`` and the name of a set of added features.
     plans
         Hashes of the database's plans; parts of other plans do not belong to it.
 
@@ -159,7 +174,7 @@ def read_receipts(store: Store, name: str, plans: Container[str]) -> list[Receip
     """
     every = (_own_receipt(store, name, part) for part in finished_parts(store, name))
     receipts = [receipt for receipt in every if receipt is not None and receipt.plan in plans]
-    sizes = {path: size for table in TABLES_OF[name] for path, size in store.sizes(table).items()} if receipts else {}
+    sizes = {path: size for table in tables_of(name) for path, size in store.sizes(table).items()} if receipts else {}
     for record in (record for receipt in receipts for record in receipt.files):
         if sizes.get(record.path) != record.bytes:
             fault = f"has {sizes[record.path]} bytes" if record.path in sizes else "is missing"
@@ -173,7 +188,7 @@ def _own_receipt(store: Store, name: str, part: int) -> Receipt | None:
     try:
         return read_receipt(store, name, part)
     except CopiedReceiptError:
-        if any(store.size(part_name(table, part)) is not None for table in TABLES_OF[name]):
+        if any(store.size(part_name(table, part)) is not None for table in tables_of(name)):
             raise
         return None
 

@@ -28,6 +28,8 @@ def write_part(
     plan: str,
     first: int,
     started: float,
+    status: str = "status",
+    source: str = "",
 ) -> Receipt:
     """Write the files of a part and then its receipt.
 
@@ -36,18 +38,23 @@ def write_part(
     store
         Where the database lies.
     name
-        ``templates`` or ``rows``.
+        Kind of the part: ``templates``, ``rows``, or ``added.`` and the name of a set of added features.
     part
         Number of the part.
     pieces
         The rows of the part in order, piece by piece: Arrow table by table name (``templates``, or ``features`` and
-        ``signals``). Each piece is encoded when it comes, so that memory never holds all arrays of a part.
+        ``signals``, or that of added features). Each piece is encoded when it comes, so that memory never holds all
+        arrays of a part.
     plan
         Hash of the plan.
     first
         First id.
     started
         :func:`time.perf_counter` at the start of the work.
+    status
+        Column that is ``ok`` in rows with a result; the table that has it counts the rows.
+    source
+        As in :class:`Receipt`.
     """
     encoders: dict[str, _Encoder] = {}
     rows = failed = 0
@@ -56,9 +63,9 @@ def write_part(
             if table not in encoders:
                 encoders[table] = _Encoder(table, content.schema)
             encoders[table].add(content)
-            if "status" in content.column_names:
+            if status in content.column_names:
                 rows += content.num_rows
-                failed += pc.sum(pc.not_equal(content["status"], "ok")).as_py()
+                failed += pc.sum(pc.not_equal(content[status], "ok")).as_py()
     files = tuple(_write_file(store, part_name(table, part), encoder) for table, encoder in encoders.items())
     receipt = Receipt(
         name=name,
@@ -71,6 +78,7 @@ def write_part(
         host=socket.gethostname(),
         seconds=round(time.perf_counter() - started, 3),
         versions={"sigdb": __version__, "python": platform.python_version(), "pyarrow": pa.__version__},
+        source=source,
     )
     write_receipt(store, receipt)
     return receipt
@@ -92,7 +100,7 @@ class _Encoder:
 
     def __init__(self, table: str, schema: pa.Schema) -> None:
         floats, strings = _leaves(schema)
-        self._group, self._rows = ROW_GROUP[table], 0
+        self._group, self._rows = ROW_GROUP.get(table, ROW_GROUP["features"]), 0
         self._waiting: list[pa.Table] = []
         self._sink = pa.BufferOutputStream()
         self._writer = pq.ParquetWriter(

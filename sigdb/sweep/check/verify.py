@@ -13,12 +13,13 @@ from sigdb.database import (
     KINDS,
     MANIFEST_FILE,
     SCHEMA_FILE,
-    TABLES_OF,
+    AddedCheck,
     IntegrityFinding,
     PartKey,
     Receipt,
     Schema,
     Store,
+    check_added,
     damaged_part,
     foreign_files,
     part_name,
@@ -27,12 +28,14 @@ from sigdb.database import (
     read_manifest,
     read_schema,
     receipt_name,
+    tables_of,
 )
 from sigdb.sweep.check.contents import check_row_contents, check_template_contents, doubtful_rows
 from sigdb.sweep.check.descriptions import Owners, check_descriptions
 from sigdb.sweep.check.remake import remake_sample
 from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.plan.plan import Plan
+from sigdb.sweep.work.add_features import finish_all_added
 from sigdb.sweep.work.describe_database import check_version
 from sigdb.sweep.work.engines import Processes
 from sigdb.sweep.work.ownership import ownership_of
@@ -54,7 +57,7 @@ def verify(
     recipe in ``sigdb.toml`` gives. Foreign files are named. So any flipped byte, missing file or foreign file is found.
 
     A database keeps the columns that it was begun with. A column of results that another version of sigdb would add, or
-    no longer has, is no damage.
+    no longer has, is no damage. Added features are checked, too: see :func:`add_features`.
 
     Parameters
     ----------
@@ -63,6 +66,7 @@ def verify(
     deep : bool
         Whether to decode all values, too. Ids, parameters and labels must be those of the recipe. Results must be
         finite numbers where the status is ``ok``, and null elsewhere. A sample is made again and compared bit for bit.
+        So is a sample of added features, which imports the modules of their functions if these have not changed.
     sample : int
         Number of templates, and of blocks of 256 rows, that ``deep`` makes again, spread evenly over the database.
     on_progress : callable
@@ -163,12 +167,13 @@ def repair(
         for key in damaged:
             store.delete(receipt_name(*key))
         run_parts(plans, store, Processes(jobs), on_progress)
+        finish_all_added(store, Processes(jobs), on_progress)
     return Repair(before=before, left=_verify(store, deep, sample, on_progress))
 
 
 def _verify(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> tuple[IntegrityFinding, ...]:
-    descriptions = check_descriptions(store)
-    receipts, findings = _check_receipts(store, descriptions.owners)
+    descriptions, added = check_descriptions(store), AddedCheck.of(store)
+    receipts, findings = _check_receipts(store, descriptions.owners, added)
     findings = [*descriptions.findings, *findings]
     whole: dict[PartKey, tuple[Plan, Receipt]] = {}
     doubtful: list[tuple[PartKey, int]] = []
@@ -187,10 +192,14 @@ def _verify(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> t
         on_progress(Progress(stage="files", done=done, total=total, before=0))
     if deep and descriptions.schema:
         findings += remake_sample(store, whole, descriptions.schema, sample, doubtful)
+    rows = {part: receipt for (stage, part), receipt in receipts.items() if stage == "rows"}
+    findings += check_added(added, rows, deep=deep, sample=sample)
     return tuple(findings)
 
 
-def _check_receipts(store: Store, owners: Owners) -> tuple[dict[PartKey, Receipt], list[IntegrityFinding]]:
+def _check_receipts(
+    store: Store, owners: Owners, added: AddedCheck
+) -> tuple[dict[PartKey, Receipt], list[IntegrityFinding]]:
     """Return the receipts of a database's parts, and the errors in receipts and names of files.
 
     Without owners, which a damaged ``sigdb.toml`` has none of, all receipts that can be read are returned.
@@ -203,7 +212,8 @@ def _check_receipts(store: Store, owners: Owners) -> tuple[dict[PartKey, Receipt
     what = "the receipt is not that of the recipe's part: another plan, other rows or other files"
     findings = [damaged_part(key, receipts[key].path, what) for key in strangers]
     findings += _unfinished(owners, {*receipts, *(finding.key for finding in damaged if finding.key)})
-    findings += foreign_files(store, owners)
+    rows = [part for stage, part in owners if stage == "rows"]
+    findings += foreign_files(store, [*owners, *added.parts(rows)], added.files)
     return {key: receipt for key, receipt in receipts.items() if key in owners and key not in strangers}, [
         *findings,
         *damaged,
@@ -218,7 +228,7 @@ def _read_part(
 ) -> tuple[dict[str, pq.ParquetFile], list[tuple[str, str]]]:
     """Return the undamaged files of a part, by table, and the errors in its other files, by name."""
     files, wrong = {}, []
-    for table, record in zip(TABLES_OF[receipt.name], receipt.files, strict=True):
+    for table, record in zip(tables_of(receipt.name), receipt.files, strict=True):
         file, what = read_file(store, record, receipt.rows, schema.arrow(table) if schema else None)
         if file is None:
             wrong.append((record.path, what))
@@ -234,7 +244,7 @@ def _fits(receipt: Receipt, plan: Plan) -> bool:
         receipt.plan == plan.hash
         and (receipt.first, receipt.rows) == (first, stop - first)
         and [file.path for file in receipt.files]
-        == [part_name(table, receipt.part) for table in TABLES_OF[receipt.name]]
+        == [part_name(table, receipt.part) for table in tables_of(receipt.name)]
     )
 
 

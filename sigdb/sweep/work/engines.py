@@ -1,11 +1,11 @@
-"""Engines, which make the parts of a plan: processes here, or a Dask cluster. They return receipts, never arrays."""
+"""Engines, which make parts of databases: processes here, or a Dask cluster. They return receipts, never arrays."""
 
 import multiprocessing
 import signal
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import joblib
 from joblib.externals.loky.process_executor import TerminatedWorkerError
@@ -13,9 +13,13 @@ from threadpoolctl import threadpool_limits
 
 from sigdb.core import DatabaseError, InputError
 from sigdb.database import Receipt, Store
-from sigdb.sweep.plan.plan import Plan
 
-Make = Callable[[Plan, Store, int], Receipt]
+_Work = TypeVar("_Work")
+Make = Callable[[_Work, Store, int], Receipt]
+"""Makes a part, given the work that all parts share: a plan, or a function that adds features."""
+
+_WORKER_DEATHS = 3
+"""Successive deaths of a worker, with no part finished in between, after which the run gives up."""
 
 
 class WorkerDiedError(Exception):
@@ -25,7 +29,7 @@ class WorkerDiedError(Exception):
 class Engine(Protocol):
     """Makes parts in parallel."""
 
-    def receipts(self, make: Make, plan: Plan, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
+    def receipts(self, make: Make[_Work], work: _Work, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
         """Yield receipts as parts are finished.
 
         Raises
@@ -35,13 +39,66 @@ class Engine(Protocol):
         """
 
 
+def make_missing(
+    engine: Engine,
+    make: Make[_Work],
+    work: _Work,
+    store: Store,
+    *,
+    numbers: Sequence[int],
+    finished: dict[int, int],
+    recount: Callable[[], dict[int, int]],
+    report: Callable[[], object],
+    total: str,
+) -> None:
+    """Make parts until none is missing; a worker that dies costs its part only.
+
+    Parameters
+    ----------
+    engine
+        Engine.
+    make, work, store
+        As in :meth:`Engine.receipts`.
+    numbers
+        Parts that are to exist.
+    finished
+        Number of rows by finished part; new parts are added.
+    recount
+        Returns the same as it is in the store, where a dead worker may have finished parts.
+    report
+        Called when a part is finished.
+    total
+        Number and name of the rows, for messages.
+
+    Raises
+    ------
+    DatabaseError
+        If workers keep dying.
+    """
+    deaths = 0
+    while missing := [part for part in numbers if part not in finished]:
+        try:
+            for receipt in engine.receipts(make, work, store, missing):
+                finished[receipt.part] = receipt.rows
+                deaths = 0
+                report()
+        except WorkerDiedError:
+            deaths += 1
+            finished |= recount()
+            if deaths >= _WORKER_DEATHS:
+                raise DatabaseError(
+                    f"{store}: worker processes keep dying (out of memory?); {sum(finished.values())} of {total} are "
+                    "kept; run the same command with fewer --jobs"
+                ) from None
+
+
 @dataclass(frozen=True)
 class Processes:
     """Worker processes on this machine: ``jobs`` of them, -1 for one on each core."""
 
     jobs: int = -1
 
-    def receipts(self, make: Make, plan: Plan, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
+    def receipts(self, make: Make[_Work], work: _Work, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
         """Yield receipts as parts are finished."""
         cores = joblib.cpu_count()
         # No more workers than cores unless there are parts for them.
@@ -51,7 +108,7 @@ class Processes:
             # A worker that has grown is replaced between two parts. Nothing is lost.
             warnings.filterwarnings("ignore", message="A worker stopped while some jobs were given")
             try:
-                yield from pool(joblib.delayed(_make_in_process)(make, plan, store, part) for part in parts)
+                yield from pool(joblib.delayed(_make_in_process)(make, work, store, part) for part in parts)
             except TerminatedWorkerError:
                 raise WorkerDiedError from None
 
@@ -62,7 +119,7 @@ class Cluster:
 
     scheduler: str
 
-    def receipts(self, make: Make, plan: Plan, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
+    def receipts(self, make: Make[_Work], work: _Work, store: Store, parts: Sequence[int]) -> Iterator[Receipt]:
         """Yield receipts as parts are finished; the scheduler gives a dead worker's parts to others."""
         distributed = _distributed()
         with self._client() as client:
@@ -72,7 +129,7 @@ class Cluster:
                     f"scheduler {self.scheduler} has no workers; start some: dask worker {self.scheduler}"
                 )
             # A task, not scattered data: it is computed again when the worker that holds it dies.
-            waiting, shared = list(reversed(parts)), client.submit(_identity, plan, pure=False)
+            waiting, shared = list(reversed(parts)), client.submit(_identity, work, pure=False)
 
             def submit() -> Any:
                 return client.submit(_make, make, shared, store, waiting.pop(), pure=False)
@@ -102,21 +159,21 @@ class Cluster:
             ) from None
 
 
-def _identity(plan: Plan) -> Plan:
-    return plan
+def _identity(work: _Work) -> _Work:
+    return work
 
 
-def _make_in_process(make: Make, plan: Plan, store: Store, part: int) -> Receipt:
+def _make_in_process(make: Make[_Work], work: _Work, store: Store, part: int) -> Receipt:
     """Make a part in a worker that ignores Ctrl-C: it reaches the whole group, and the parent ends its workers."""
     if multiprocessing.current_process().name != "MainProcess":
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-    return _make(make, plan, store, part)
+    return _make(make, work, store, part)
 
 
-def _make(make: Make, plan: Plan, store: Store, part: int) -> Receipt:
+def _make(make: Make[_Work], work: _Work, store: Store, part: int) -> Receipt:
     """Make a part with one thread in linear algebra: the same sums in the same order everywhere, bit for bit."""
     with threadpool_limits(1):
-        return make(plan, store, part)
+        return make(work, store, part)
 
 
 def _distributed() -> Any:

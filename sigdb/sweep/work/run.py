@@ -4,19 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 
-from sigdb.core import DatabaseError, OnProgress, Progress, ignore
+from sigdb.core import OnProgress, Progress, ignore
 from sigdb.database import KINDS, Manifest, Store, read_manifest, read_receipts
 from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.describe_database import describe_database, plan_record
-from sigdb.sweep.work.engines import Cluster, Engine, Processes, WorkerDiedError
+from sigdb.sweep.work.engines import Cluster, Engine, Processes, make_missing
 from sigdb.sweep.work.ownership import ownership_of
 from sigdb.sweep.work.rows import make_row_part
 from sigdb.sweep.work.stored_schema import check_computable, check_equations, keep_schema
 from sigdb.sweep.work.templates import make_template_part
-
-_WORKER_DEATHS = 3
-"""Successive deaths of a worker, with no part finished in between, after which the sweep gives up."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,25 +134,26 @@ def _run_stage(stage: str, plans: Sequence[Plan], store: Store, engine: Engine, 
     """Make the missing parts of a stage and return the number of new rows or templates."""
     hashes = {plan.hash for plan in plans}
     total = sum(plan.n_templates if stage == "templates" else plan.rows for plan in plans)
-    finished = {receipt.part: receipt.rows for receipt in read_receipts(store, stage, hashes)}
-    before = done = sum(finished.values())
-    on_progress(Progress(stage=stage, done=before, total=total, before=before))
+
+    def count() -> dict[int, int]:
+        return {receipt.part: receipt.rows for receipt in read_receipts(store, stage, hashes)}
+
+    def report() -> None:
+        on_progress(Progress(stage=stage, done=sum(finished.values()), total=total, before=before))
+
+    finished = count()
+    before = sum(finished.values())
+    report()
     for plan in plans:
-        deaths, numbers = 0, plan.template_part_numbers if stage == "templates" else plan.row_part_numbers
-        while missing := [part for part in numbers if part not in finished]:
-            try:
-                for receipt in engine.receipts(_MAKERS[stage], plan, store, missing):
-                    finished[receipt.part] = receipt.rows
-                    done += receipt.rows
-                    deaths = 0
-                    on_progress(Progress(stage=stage, done=done, total=total, before=before))
-            except WorkerDiedError:
-                deaths += 1
-                finished = {receipt.part: receipt.rows for receipt in read_receipts(store, stage, hashes)}
-                done = sum(finished.values())
-                if deaths >= _WORKER_DEATHS:
-                    raise DatabaseError(
-                        f"{store}: worker processes keep dying (out of memory?); {done} of {total} {stage} are kept; "
-                        "run the same command with fewer --jobs"
-                    ) from None
+        make_missing(
+            engine,
+            _MAKERS[stage],
+            plan,
+            store,
+            numbers=plan.template_part_numbers if stage == "templates" else plan.row_part_numbers,
+            finished=finished,
+            recount=count,
+            report=report,
+            total=f"{total} {stage}",
+        )
     return total - before

@@ -1,0 +1,1 @@
+"""Added features: columns that a user's function computes from stored averages."""
