@@ -12,5 +12,6 @@ __all__ = [
     "LevelChange",
     "Location",
     "Power",
+    "StoredReference",
     "diagnose",
 ]

@@ -7,3 +7,5 @@ from .change.location import Location as Location
 from .change.power import Power as Power
 from .diagnose_recording import diagnose as diagnose
 from .diagnosis import Diagnosis as Diagnosis
+from .stored_reference import StoredReference as StoredReference
+from .stored_reference import is_reference as is_reference

@@ -1,18 +1,18 @@
 """Diagnosis of a recording with healthy recordings, and a rig, its tooth counts, a model or a database."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import isfinite
 from os import PathLike
 from pathlib import Path
 from typing import TypedDict, Unpack, cast
 
 from sigdb.core import InputError, Note, validated
-from sigdb.diagnosis.change.templates import Templates
 from sigdb.diagnosis.diagnose_signature import absent_gears, diagnose_signature
 from sigdb.diagnosis.diagnosis import Diagnosis, unjudged
-from sigdb.diagnosis.notes import reading_notes, rig_speed_notes
+from sigdb.diagnosis.notes import reading_notes
 from sigdb.diagnosis.rig_templates import Source, averaged_gear_of, stored_bank
+from sigdb.diagnosis.stored_reference import Healthy, SimulatedTemplates, StoredReference, is_reference
 from sigdb.recording import (
     AngleOptions,
     AveragingSettings,
@@ -70,6 +70,7 @@ def diagnose(
     healthy_torque: Sequence[float] = (),
     load: float | None = None,
     healthy_load: Sequence[float] = (),
+    save_reference: str | PathLike[str] | None = None,
     **options: Unpack[DiagnosisOptions],
 ) -> Diagnosis:
     """Diagnose a gear from a recording: whether a tooth stands out, which, how severely, and what would have been seen.
@@ -87,6 +88,7 @@ def diagnose(
         The rig, with one mesh; or its name or file. Severity needs it.
     healthy : recording or sequence of recordings
         Healthy recordings, read and averaged like the other. Several, at other loads or speeds, give better limits.
+        A file of ``save_reference`` stands for the recordings that it holds.
     teeth : str or int, optional
         Instead of a rig, the tooth counts of the averaged gear and its mate, ``"32/80"``, or of that gear alone.
     module : float or str, optional
@@ -107,6 +109,9 @@ def diagnose(
     load, healthy_load : float and sequence of float, optional
         Instead of torques, the load of the recording and of each healthy recording in any one unit, such as per cent;
         by default those that the recordings state.
+    save_reference : str or path-like, optional
+        File for the averages of the healthy recordings, or of this one where there are none, and for the templates: a
+        reference of the machine, which later calls take as ``healthy``.
     **options
         Fields of :class:`sigdb.recording.AveragingSettings`: ``channel``, ``mesh_phase``, ``speed_rpm``,
         ``revolutions`` and others. For the path of a file also fields of :class:`sigdb.recording.RecordingSettings`:
@@ -123,58 +128,53 @@ def diagnose(
     InputError
         If a file cannot be read, the rig has several meshes, or the recording does not fit it.
     """
-    references = _listed(healthy)
     source, gear, count = _source(
         rig, teeth, module, gear, model=model, database=database, sensor=sensor, torque=torque
     )
-    reading, averaging = _split_options(options, [recording, *references])
-    run, others = _read(recording, reading), [_read(each, reading) for each in references]
-    samples = source.samples_per_tooth or _SAMPLES_PER_TOOTH
-    defaults: dict[str, object] = {"gear": gear, "samples_per_tooth": samples}
-    if gear is None:
-        defaults = {"teeth": count, "samples_per_tooth": samples}
-    if not source.described and "speed_rpm" not in averaging:
-        defaults["speed_range_rpm"] = _ANY_RPM
-    settings = validated(AveragingSettings, defaults | averaging, owner="diagnose")
-    signatures = {"recording": _signature(run, settings, source.rig)}
-    signatures |= {f"healthy {i + 1}": _signature(each, settings, source.rig) for i, each in enumerate(others)}
-    present = [each for each in signatures.values() if isinstance(each, RecordedSignature)]
-    reasons = absent_gears(signatures)
-    if reasons:
-        results = signatures["recording"]
-        signature = results if isinstance(results, RecordedSignature) else None
-        healthies = [each for each in present if each is not signature]
-        notes = tuple(reading_notes(present[0], present[1:])) if present else ()
-        return unjudged(signature, healthies, reasons, teeth=count, reading=notes)
-    signature, *healthy_signatures = present
-    loads, healthy_loads, load_notes = _loads(
+    references = _listed(healthy)
+    stored = [StoredReference.load(cast(str, each)) for each in references if _is_stored(each)]
+    raw = [each for each in references if not _is_stored(each)]
+    reading, averaging = _split_options(options, [recording, *raw])
+    settings = _averaging(averaging, source, gear, count)
+    run, *others = (_candidate(_read(each, reading), settings, source.rig) for each in (recording, *raw))
+    others += [
+        _Candidate(result=each.signature, torque=each.torque, load=each.load)
+        for reference in stored
+        for each in reference.healthy
+    ]
+    results = {"recording": run.result} | {f"healthy {i + 1}": each.result for i, each in enumerate(others)}
+    if reasons := absent_gears(results):
+        return _without_gear(results, reasons, teeth=count)
+    signature, *healthy_signatures = (result for result in results.values() if isinstance(result, RecordedSignature))
+    loads, healthy_loads, notes = _loads(
         run, others, torque=torque, healthy_torque=healthy_torque, load=load, healthy_load=healthy_load
     )
-    templates: Templates | None = None
-    assumed: tuple[str, ...] = ()
-    notes = (*source.notes, *load_notes)
-    if healthy_signatures and source.rig is not None and gear is not None:
-        speed_rpm = signature.speed_rpm / abs(source.rig.ratio(source.rig.gears[gear].shaft))
+    simulated: SimulatedTemplates | None = None
+    if source.rig is not None and gear is not None and (healthy_signatures or save_reference is not None):
         at = next((value for value in (torque, run.torque) if value is not None), source.rig.operating.torque)
-        if source.described and source.bank is None:
-            notes = (*notes, *rig_speed_notes(source.rig.operating.speed_rpm, speed_rpm))
-        templates, assumed = source.templates(
+        speed_rpm = signature.speed_rpm / abs(source.rig.ratio(source.rig.gears[gear].shaft))
+        notes = (*notes, *source.speed_notes(speed_rpm))
+        simulated = source.templates(
             gear=gear,
             sensor=sensor,
             channel=signature.channel,
             speed_rpm=speed_rpm,
             torque=at,
-            samples_per_tooth=samples,
+            samples_per_tooth=settings.samples_per_tooth,
+            stored=[each.simulated for each in stored if each.simulated is not None],
         )
+    if save_reference is not None:
+        kept = tuple(each.as_healthy() for each in others or [run])
+        StoredReference(healthy=kept, simulated=None if source.bank else simulated).save(save_reference)
     diagnosis = diagnose_signature(
         signature,
         healthy_signatures,
-        templates=templates,
+        templates=simulated.templates if simulated is not None and healthy_signatures else None,
         torque=loads,
         healthy_torques=healthy_loads,
-        assumed=assumed,
+        assumed=simulated.assumed if simulated is not None and healthy_signatures else (),
     )
-    return replace(diagnosis, notes=(*notes, *diagnosis.notes))
+    return replace(diagnosis, notes=(*source.notes, *notes, *diagnosis.notes))
 
 
 _ANY_RPM = (300.0, 6000.0)
@@ -222,9 +222,58 @@ def _source(
     return Source(rig=pair, described=False), named, pair.gears[named].teeth
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Candidate:
+    """A recording by its signature, or by the reason why no mesh could be followed, with its torque and load."""
+
+    result: RecordedSignature | NoMeshError
+    torque: float | None
+    load: float | None
+
+    def as_healthy(self) -> Healthy:
+        """Return the recording as a reference stores it."""
+        if isinstance(self.result, NoMeshError):
+            raise self.result
+        return Healthy(signature=self.result, torque=self.torque, load=self.load)
+
+
+def _candidate(
+    recording: Recording | RecordingBlocks, settings: AveragingSettings, rig: Transmission | None
+) -> _Candidate:
+    try:
+        result: RecordedSignature | NoMeshError = recorded_signature(recording, settings, rig=rig)
+    except NoMeshError as error:
+        result = error
+    return _Candidate(result=result, torque=recording.torque, load=recording.load)
+
+
+def _is_stored(recording: AnyRecording) -> bool:
+    return not isinstance(recording, Recording | RecordingBlocks) and is_reference(recording)
+
+
+def _averaging(options: Mapping[str, object], source: Source, gear: str | None, teeth: int) -> AveragingSettings:
+    """Return the settings of the averages, of a gear of the rig or of a tooth count alone."""
+    defaults: dict[str, object] = {"samples_per_tooth": source.samples_per_tooth or _SAMPLES_PER_TOOTH}
+    defaults |= {"teeth": teeth} if gear is None else {"gear": gear}
+    if not source.described and "speed_rpm" not in options:
+        defaults["speed_range_rpm"] = _ANY_RPM
+    return validated(AveragingSettings, {**defaults, **options}, owner="diagnose")
+
+
+def _without_gear(
+    results: Mapping[str, RecordedSignature | NoMeshError], reasons: Mapping[str, str], *, teeth: int
+) -> Diagnosis:
+    """Return the diagnosis where the gear is not to be seen in some of the recordings."""
+    present = {name: each for name, each in results.items() if isinstance(each, RecordedSignature)}
+    first, *others = present.values() if present else (None,)
+    notes = () if first is None else tuple(reading_notes(first, others))
+    healthy = [each for name, each in present.items() if name != "recording"]
+    return unjudged(present.get("recording"), healthy, reasons, teeth=teeth, reading=notes)
+
+
 def _loads(
-    run: Recording | RecordingBlocks,
-    others: Sequence[Recording | RecordingBlocks],
+    run: _Candidate,
+    others: Sequence[_Candidate],
     *,
     torque: float | None,
     healthy_torque: Sequence[float],
@@ -245,9 +294,9 @@ def _loads(
     loads += healthy_load or [each.load for each in others]
     if not all(isfinite(value) for value in (*torques, *loads) if value is not None):
         raise InputError("a torque or a load is no finite number; give numbers")
-    for known in (loads, torques) if load is not None or healthy_load else (torques, loads):
-        if all(value is not None for value in known):
-            return known[0], known[1:], ()
+    for all_of_one_kind in (loads, torques) if load is not None or healthy_load else (torques, loads):
+        if all(value is not None for value in all_of_one_kind):
+            return all_of_one_kind[0], all_of_one_kind[1:], ()
     stated = [value for value in (*torques, *loads) if value is not None]
     notes = [_SOME_LOADS] if others and stated else []
     return None, [None] * len(others), tuple(notes)
@@ -277,12 +326,3 @@ def _read(recording: AnyRecording, options: FileOptions) -> Recording | Recordin
     if isinstance(recording, Recording | RecordingBlocks):
         return recording
     return read_of_any_size(Path(recording), **options)
-
-
-def _signature(
-    recording: Recording | RecordingBlocks, settings: AveragingSettings, rig: Transmission | None
-) -> RecordedSignature | NoMeshError:
-    try:
-        return recorded_signature(recording, settings, rig=rig)
-    except NoMeshError as error:
-        return error

@@ -1,15 +1,18 @@
 """Templates for a recording: of a described rig and its ensemble, of tooth counts alone, of a database or a model."""
 
-from collections.abc import Mapping
+import hashlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from typing import Any
 
 import numpy as np
 
-from sigdb.core import InputError, Note, SigdbError
+from sigdb.core import InputError, Note, SigdbError, __version__, json_text
 from sigdb.database import open as open_database
 from sigdb.diagnosis.change.templates import Templates
+from sigdb.diagnosis.notes import rig_speed_notes
+from sigdb.diagnosis.stored_reference import SimulatedTemplates
 from sigdb.dynamics import ensemble
 from sigdb.recognition import TemplateBank, changed_parts, load_model, model_form
 from sigdb.transmission import Transmission
@@ -47,17 +50,24 @@ class Source:
         point = self.bank.points[0]
         return point.samples // point.teeth
 
+    def speed_notes(self, speed_rpm: float) -> tuple[Note, ...]:
+        """Return the note on a recording whose speed, at the rig's drive, is far from that of a described rig."""
+        if self.rig is None or not self.described or self.bank is not None:
+            return ()
+        return tuple(rig_speed_notes(self.rig.operating.speed_rpm, speed_rpm))
+
     def templates(
         self,
         *,
-        gear: str | None,
+        gear: str,
         sensor: str | None,
         channel: str,
         speed_rpm: float,
         torque: float,
         samples_per_tooth: int,
-    ) -> tuple[Templates | None, tuple[str, ...]]:
-        """Return the templates at the operating point of a recording, and what was assumed for them, in sentences.
+        stored: Sequence[SimulatedTemplates] = (),
+    ) -> SimulatedTemplates:
+        """Return the templates at the operating point of a recording, with what was assumed for them.
 
         Parameters
         ----------
@@ -71,18 +81,30 @@ class Source:
             Speed and torque of the rig's operating point, rpm and N m.
         samples_per_tooth
             Samples of the average in a tooth pass.
+        stored
+            Templates of stored references, which are taken where they are of this rig at nearly this point.
         """
-        if self.rig is None or gear is None:
-            return None, ("Nothing on the machine but the tooth count.",)
+        rig = required_rig(self.rig)
         if self.bank is not None:
-            teeth = np.array([self.rig.gears[gear].teeth])
+            teeth = np.array([rig.gears[gear].teeth])
             (nearest,) = self.bank.nearest(np.array([speed_rpm]), np.array([torque]), teeth)
             point = self.bank.points[nearest]
-            return Templates.stored(point, source="stored templates"), (
-                f"The stored templates at {point.speed_rpm:.5g} rpm and {point.torque:.5g} N m stand for this machine.",
+            return SimulatedTemplates(
+                templates=Templates.stored(point),
+                assumed=(
+                    f"The stored templates at {point.speed_rpm:.5g} rpm and {point.torque:.5g} N m stand for this "
+                    "machine.",
+                ),
+                machine="",
+                speed_rpm=speed_rpm,
+                torque=torque,
             )
-        named = _sensor(self.rig, sensor, channel)
-        at = self.rig.replace({"operating.speed_rpm": speed_rpm, "operating.torque": torque})
+        named = _sensor(rig, sensor, channel)
+        at = rig.replace({"operating.speed_rpm": speed_rpm, "operating.torque": torque})
+        machine = _machine(rig, gear, named, samples_per_tooth, described=self.described)
+        for each in stored:
+            if each.holds_for(machine, speed_rpm=speed_rpm, torque=torque):
+                return each
         rigs, sentence = _rigs(at, described=self.described)
         try:
             templates = Templates.simulated(
@@ -90,7 +112,6 @@ class Source:
                 gear=gear,
                 sensor=named,
                 samples_per_tooth=samples_per_tooth,
-                source=sentence,
                 described=self.described,
             )
         except SigdbError as error:
@@ -101,10 +122,27 @@ class Source:
         if not len(templates.spectra):
             raise InputError(
                 f"rig {at.name} has no templates at {speed_rpm:.5g} rpm and {torque:.5g} N m, where the teeth of its "
-                f"gears part; its operating point is {self.rig.operating.speed_rpm:.5g} rpm and "
-                f"{self.rig.operating.torque:.5g} N m: check the sampling rate, the tacho and the torque"
+                f"gears part; its operating point is {rig.operating.speed_rpm:.5g} rpm and "
+                f"{rig.operating.torque:.5g} N m: check the sampling rate, the tacho and the torque"
             )
-        return templates, (sentence, f"The sensor sits where the rig's sensor {named} does, behind any smooth path.")
+        place = f"The sensor sits where the rig's sensor {named} does, behind any smooth path."
+        return SimulatedTemplates(
+            templates=templates, assumed=(sentence, place), machine=machine, speed_rpm=speed_rpm, torque=torque
+        )
+
+
+def required_rig(rig: Transmission | None) -> Transmission:
+    """Return the rig of a source, without which there are no templates."""
+    if rig is None:
+        raise InputError("a tooth count alone has no templates; give both counts, such as 32/80, or a rig")
+    return rig
+
+
+def _machine(rig: Transmission, gear: str, sensor: str, samples_per_tooth: int, *, described: bool) -> str:
+    """Return the hash of what templates depend on, apart from speed and torque."""
+    model = rig.model_dump(mode="json", exclude_none=True, exclude={"operating": {"speed_rpm", "torque"}})
+    text = json_text([model, gear, sensor, samples_per_tooth, described, __version__])
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _rigs(rig: Transmission, *, described: bool) -> tuple[list[Transmission], str]:

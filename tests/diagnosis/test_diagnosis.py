@@ -32,9 +32,7 @@ def rig():
 
 @pytest.fixture(scope="module")
 def templates(rig):
-    return Templates.simulated(
-        [rig], gear="pinion", sensor=SENSOR, samples_per_tooth=64, source="the rig itself", described=True
-    )
+    return Templates.simulated([rig], gear="pinion", sensor=SENSOR, samples_per_tooth=64, described=True)
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     type=RECORDING,
     multiple=True,
     help="Healthy recording of the same machine by the same channel. Give it several times: recordings at other loads "
-    "and speeds make the limits better.",
+    "and speeds make the limits better. Or a file of --save-reference.",
 )
 @click.option("--rig", type=RIG, help="Built-in rig or TOML file, with one mesh. Severity needs it.")
 @click.option(
@@ -50,6 +50,11 @@ if TYPE_CHECKING:
 )
 @click.option("--load", type=float, help="Instead of a torque: load in any unit, such as per cent.")
 @click.option("--healthy-load", type=float, multiple=True, help="Load of each --healthy, in their order.")
+@click.option(
+    "--save-reference",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Also write the healthy recordings, or this one if there are none, as a reference: --healthy FILE later.",
+)
 @recording_options
 @format_option("table", "json")
 @click.option("--out", type=click.Path(path_type=Path), help="Also write a page and its numbers into this folder.")
@@ -67,6 +72,7 @@ def diagnose(
     healthy_torque: tuple[float, ...],
     load: float | None,
     healthy_load: tuple[float, ...],
+    save_reference: Path | None,
     form: str,
     out: Path | None,
     reading: "RecordingOptions",
@@ -81,13 +87,14 @@ def diagnose(
       sigdb diagnose run.csv --healthy new.csv --teeth 32/80 --tacho tacho --out diagnosis
     """
     from sigdb.diagnosis import diagnose as diagnose_recording
+    from sigdb.diagnosis import is_reference
     from sigdb.recording import read_of_any_size
     from sigdb.report import Terminal, diagnosis_text, write_diagnosis_report
 
     diagnosis = diagnose_recording(
         read_of_any_size(recording, **reading),
         rig,
-        healthy=[read_of_any_size(each, **reading) for each in healthy],
+        healthy=[each if is_reference(each) else read_of_any_size(each, **reading) for each in healthy],
         teeth=teeth,
         module=module,
         model=model,
@@ -98,6 +105,7 @@ def diagnose(
         healthy_torque=healthy_torque,
         load=load,
         healthy_load=healthy_load,
+        save_reference=save_reference,
         **averaging,
     )
     if form == "json":

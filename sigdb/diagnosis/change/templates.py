@@ -33,8 +33,6 @@ class Templates:
 
     Attributes
     ----------
-    source
-        Where they come from, in words.
     teeth, samples
         Tooth count Z, and samples n of an average.
     healthy
@@ -51,7 +49,6 @@ class Templates:
         Whether the rig is described, so that its templates say how severe a damage is; not only its tooth counts.
     """
 
-    source: str
     teeth: int
     samples: int
     healthy: ComplexArray
@@ -69,7 +66,6 @@ class Templates:
         gear: str,
         sensor: str,
         samples_per_tooth: int,
-        source: str,
         described: bool,
     ) -> Self:
         """Simulate the templates of rigs; those whose mesh opens are left out, since the linear solution is none there.
@@ -82,8 +78,6 @@ class Templates:
             Names of the averaged gear and the sensor.
         samples_per_tooth
             Samples of an average in a tooth pass.
-        source
-            Where the rigs come from, in words.
         described
             Whether the rig is described.
         """
@@ -105,7 +99,6 @@ class Templates:
                     cases.append([getattr(damage, name) for name in QUANTITIES])
                     last.append(_next_opens(damages, opens, case - 1))
         return cls(
-            source=source,
             teeth=teeth,
             samples=teeth * samples_per_tooth,
             healthy=np.array(healthy),
@@ -117,13 +110,12 @@ class Templates:
         )
 
     @classmethod
-    def stored(cls, point: PointTemplates, *, source: str) -> Self:
+    def stored(cls, point: PointTemplates) -> Self:
         """Return the templates of a database or a model at one of its operating points."""
         laws = point.hypotheses
         X = np.fft.rfft(laws.signal, axis=1)
         damaged = ~laws.healthy
         return cls(
-            source=source,
             teeth=point.teeth,
             samples=point.samples,
             healthy=X[laws.healthy][:1],

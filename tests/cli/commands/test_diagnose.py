@@ -7,6 +7,7 @@ import pytest
 
 import sigdb
 from sigdb.core import InputError
+from sigdb.diagnosis.stored_reference import SimulatedTemplates
 from sigdb.recording import Surroundings, synthetic_recording
 
 RATE = 102.4e3
@@ -106,6 +107,36 @@ def test_a_tooth_count_alone_is_enough_and_several_healthy_recordings_are_counte
     assert found["kind"] != "no change" or found["power"]["quantity"] == "pulse"
 
 
+def test_a_stored_reference_stands_for_the_healthy_recordings(leave, files, tmp_path, monkeypatch):
+    """The answer is the same to the last digit, and nothing is simulated again."""
+    reference, point = tmp_path / "machine.npz", ("--torque", 356, "--format", "json")
+    healthy = ("--healthy", files / "healthy.csv", "--save-reference", reference)
+    code, out, _ = leave("diagnose", files / "sixth.csv", *TACHO, *point, *healthy)
+    with monkeypatch.context() as patch:
+        patch.setattr("sigdb.diagnosis.change.templates.Templates.simulated", None)
+        again, stored, err = leave("diagnose", files / "sixth.csv", *TACHO, *point, "--healthy", reference)
+    assert (again, err) == (code, "")
+    assert json.loads(stored) == json.loads(out)
+    whole = bytearray(reference.read_bytes())
+    whole[len(whole) // 2] ^= 1
+    reference.write_bytes(whole)
+    code, out, err = leave("diagnose", files / "sixth.csv", *TACHO, *point, "--healthy", reference)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "machine.npz: " in err
+
+
+def test_a_recording_alone_is_stored_as_the_reference(leave, files, tmp_path):
+    reading, reference = ("--sampling-rate", RATE, "--tacho", "tacho", "--format", "json"), tmp_path / "new.npz"
+    teeth = ("--teeth", 12)
+    code, out, err = leave("diagnose", files / "healthy.csv", *reading, *teeth, "--save-reference", reference)
+    assert (code, err) == (json.loads(out)["exit_code"], "")
+    _, whole, _ = leave("diagnose", files / "sixth.csv", *reading, *teeth, "--healthy", files / "healthy.csv")
+    _, stored, _ = leave("diagnose", files / "sixth.csv", *reading, *teeth, "--healthy", reference)
+    assert json.loads(stored) == json.loads(whole)
+    code, _, err = leave("diagnose", files / "sixth.csv", *reading, "--teeth", 24, "--healthy", reference)
+    assert (code, "differ in their tooth count" in err) in ((2, True), (3, False))
+
+
 def test_recordings_that_are_too_large_are_diagnosed_in_blocks(leave, files, folder, monkeypatch):
     options = ("--healthy", files / "healthy.csv", "--db", folder / "signatures", "--format", "json")
     _, whole, _ = leave("diagnose", files / "sixth.csv", *TACHO, *options)
@@ -142,7 +173,7 @@ def test_without_a_healthy_recording_the_answer_is_whether_an_event_repeats(leav
 @pytest.mark.parametrize(("rate", "said"), [(RATE / 4, "0.251 times"), (RATE, None)])
 def test_a_speed_far_from_the_rigs_asks_for_the_sampling_rate(leave, files, folder, monkeypatch, rate, said):
     """Templates that are made for the recording have its speed, so that they say nothing."""
-    nothing = (None, ())
+    nothing = SimulatedTemplates(templates=None, assumed=(), machine="", speed_rpm=14400.0, torque=356.0)
     monkeypatch.setattr("sigdb.diagnosis.rig_templates.Source.templates", lambda self, **options: nothing)
     options = (*READ[:2], "--sampling-rate", rate, "--tacho", "tacho", "--format", "json")
     _, out, _ = leave("diagnose", files / "sixth.csv", "--healthy", files / "healthy.csv", *options)
