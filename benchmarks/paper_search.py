@@ -59,6 +59,8 @@ FINISH = 200
 WALKS, EDGE_STRIDE, STRIDE, LEAST_PART = 8, (0.4, np.inf), (1.0, 0.8), 0.2
 """Walks towards the same point at most; part of the way that one tries, and change of a margin by a single number in
 it, from the first rig and from others; and the least part after some have failed."""
+CORNERS = 200
+"""Corners of the ranges, drawn at random, of which a walk goes towards the farthest."""
 WALK_INSIDE, FARTHER_INSIDE = 0.02, 0.08
 """Margins at which a walk ends, and to which a rig is led that is kept, if it is found."""
 P5_WEIGHT, NEARLY = 4.0, 3.0
@@ -236,6 +238,13 @@ class Search:
             x = x if farther is None else farther
         return [walked.evaluations, *walked.at(x)]
 
+    def far_corner(self) -> FloatArray:
+        """Return the corner of the unit cube, of some drawn at random, with the greatest least distance to the rigs."""
+        corners = self.rng.integers(0, 2, (CORNERS, len(self.ranges))).astype(float)
+        active = self.active(self.found[0])
+        least = [min(np.square(corner - u)[active].sum() for u in self.found) for corner in corners]
+        return np.asarray(corners[np.argmax(least)])
+
     def is_apart(self, u: FloatArray) -> bool:
         """Return whether a rig is apart from those that were found."""
         return all(self.distance(u, other) >= APART for other in self.found)
@@ -317,14 +326,15 @@ def rounds(search: Search) -> None:
 
 
 def wander(search: Search) -> None:
-    """Walk from rigs that were found towards random points, until there are enough or the time is up.
+    """Walk from rigs that were found towards corners of the ranges, until there are enough or the time is up.
 
-    The first rig is on the edge of the rules: once there are others, walks begin at these.
+    A corner is one of those that are far from all rigs. The first rig is on the edge of the rules: once there are
+    others, walks begin at these.
     """
     while not search.over:
         begins = search.found[1:] or search.found
         u = begins[search.rng.integers(len(begins))]
-        towards, (part, push) = search.rng.random(len(u)), EDGE_STRIDE if len(search.found) == 1 else STRIDE
+        towards, (part, push) = search.far_corner(), EDGE_STRIDE if len(search.found) == 1 else STRIDE
         for _ in range(WALKS):
             if search.over or part < LEAST_PART:
                 break

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, overload
 
-from sigdb.core import InputError, NotApplicableError, UnstableRigError
+from sigdb.core import InputError, NotApplicableError, SigdbError, UnstableRigError
 from sigdb.dynamics.period import damaged_gear, repeats
 from sigdb.dynamics.periodic.prepare import prepare_periodic
 from sigdb.transmission import Choice, Seed, Transmission, as_transmission, draws, modal_system, small_matrices
@@ -85,8 +85,9 @@ def ensemble(rig: "Transmission | str | PathLike[str]", n: int, *, rng: Seed = N
 
     The draws are points of a scrambled Sobol sequence over the ranges and choices; member k does not depend on n. A
     draw is left out if a rule refuses it, a part moves freely, the torque pulls the teeth of a mesh apart, the varying
-    mesh stiffness makes it unstable, or a mesh opens without damage, by the linear periodic solution. A hunting train
-    that repeats too late for that solution is only held to the first two of these.
+    mesh stiffness makes it unstable, or a mesh opens without damage, by the linear periodic solution. In place of a
+    hunting train that repeats too late for that solution, the nearest train that does not is solved: its mesh
+    frequencies differ by 0.5 % or less, if there is such a train.
 
     Parameters
     ----------
@@ -155,7 +156,7 @@ def possible_rig(rig: Transmission, values: Mapping[str, Choice]) -> Transmissio
 def _impossible(rig: Transmission) -> str | None:
     """Return why a rig cannot be; None for one that can.
 
-    Without torque through meshes, or where these repeat too late for a periodic solution, only its parts must be held.
+    Without torque through meshes only its parts must be held.
     """
     try:
         system = modal_system(rig)
@@ -165,14 +166,21 @@ def _impossible(rig: Transmission) -> str | None:
     if not rig.meshes or operating.drive is None or not operating.torque or not operating.speed_rpm:
         return None
     gear = damaged_gear(rig, None)
-    if not repeats(rig, gear):
-        return None
     try:
-        prepared = prepare_periodic(rig, gear=gear, samples_per_tooth=SAMPLES_PER_TOOTH, system=system, refine=False)
+        prepared = prepare_periodic(
+            rig,
+            gear=gear,
+            samples_per_tooth=SAMPLES_PER_TOOTH,
+            system=system,
+            refine=False,
+            nearest=not repeats(rig, gear),
+        )
         prepared.floquet_multiplier([{}])
         state = prepared.steady_state([{}], specimens=False)
     except (UnstableRigError, NotApplicableError):  # a motion that is not finite is not applicable
         return UNSTABLE
     except InputError:
         return UNSTEADY
+    except SigdbError:  # the iteration does not converge
+        return UNSTABLE
     return OPEN if state.contact_loss[0] else None

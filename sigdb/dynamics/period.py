@@ -9,6 +9,8 @@ from sigdb.transmission import Transmission
 
 _MOST_REVOLUTIONS = 60
 """Longest common period that is solved; a longer one is refused."""
+_NEARLY = 5e-3
+"""Relative change of a mesh frequency that counts as small: a twentieth of a resonance's width at 5 % damping."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,17 +90,44 @@ def common_period(rig: Transmission, gear: str) -> tuple[int, tuple[int, ...]]:
     >>> common_period(sigdb.load_transmission("two-stage-gearbox"), "input-pinion")
     (5, (160, 96))
     """
-    speed = abs(rig.ratio(rig.gears[gear].shaft))
-    driving = [rig.gears[mesh.driving] for mesh in rig.meshes.values()]
-    per_turn = [gear.teeth * abs(rig.ratio(gear.shaft)) / speed for gear in driving]
+    per_turn = _passes_per_turn(rig, gear)
     for revolutions in range(1, _MOST_REVOLUTIONS + 1):
-        passes = [revolutions * turns for turns in per_turn]
+        passes = revolutions * per_turn
         if np.allclose(passes, np.round(passes), rtol=0, atol=1e-6):
             return revolutions, tuple(round(count) for count in passes)
     raise InputError(
         f"the meshes of rig {rig.name!r} do not repeat within {_MOST_REVOLUTIONS} revolutions; choose tooth counts "
         "with a shorter common period"
     )
+
+
+def nearest_period(rig: Transmission, gear: str) -> tuple[int, tuple[int, ...]]:
+    """Return the revolutions of a gear in which every mesh makes nearly whole tooth passes, and these whole passes.
+
+    It is the common period of a train whose mesh frequencies differ by at most 0.5 %, if there is one that can be
+    solved, and else that of the nearest train. Within it, all meshes meet in many relative phases.
+
+    Examples
+    --------
+    >>> import sigdb
+    >>> train = sigdb.new_rig("23/67,19/81", speed="1480 rpm", torque="45 N m")
+    >>> nearest_period(train, "pinion-1")
+    (2, (46, 13))
+    """
+    per_turn = _passes_per_turn(rig, gear)
+    revolutions = np.arange(1, _MOST_REVOLUTIONS + 1)
+    passes = revolutions[:, None] * per_turn
+    whole = np.maximum(np.round(passes), 1)
+    change = np.abs(whole / passes - 1).max(axis=1)
+    row = int(np.argmax(change <= _NEARLY)) if (change <= _NEARLY).any() else int(np.argmin(change))
+    return int(revolutions[row]), tuple(int(count) for count in whole[row])
+
+
+def _passes_per_turn(rig: Transmission, gear: str) -> FloatArray:
+    """Return the tooth passes (meshes,) in a revolution of a gear."""
+    speed = abs(rig.ratio(rig.gears[gear].shaft))
+    driving = [rig.gears[mesh.driving] for mesh in rig.meshes.values()]
+    return np.array([each.teeth * abs(rig.ratio(each.shaft)) / speed for each in driving])
 
 
 def repeats(rig: Transmission, gear: str) -> bool:

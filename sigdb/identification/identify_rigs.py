@@ -9,7 +9,7 @@ import numpy as np
 
 from sigdb.core import InputError, OnProgress, Progress, ignore
 from sigdb.identification.identification import Identification, Member
-from sigdb.identification.optimum import Linearised, best_optimum, drawn_member
+from sigdb.identification.optimum import Linearised, drawn_member, optima
 from sigdb.identification.problem import Problem, check_free
 from sigdb.identification.search_record import SearchRecord
 from sigdb.identification.targets import Targets, load_targets
@@ -19,8 +19,6 @@ MEMBERS = 39
 """Usual number of members: the least and the greatest of 39 enclose 95 % of the probability."""
 EVALUATIONS = 1000
 """Usual number of rigs that a search without derivatives tries for a member."""
-_STARTS = 4
-"""Searches for the most probable rig: from the rig as it is, then from draws of the prior."""
 _MOST_TRIES = 4
 """Draws for each member: some give rigs that cannot be."""
 
@@ -95,22 +93,15 @@ def identify(
     if not problem.is_smooth:
         inputs["evaluations"] = evaluations
     record = SearchRecord(Path(folder) if folder is not None else None, inputs)
-    near = _most_probable(problem, record, seed) if problem.is_smooth else None
+    near = _optima(problem, record, seed) if problem.is_smooth else []
     search = partial(_member, problem, near, seed, evaluations)
     return _ensemble(problem, search, record, members, on_progress)
 
 
-def _most_probable(problem: Problem, record: SearchRecord, seed: int) -> Linearised:
-    """Return the problem near the most probable rig."""
-
-    def search() -> Linearised:
-        rng = np.random.default_rng([seed, 0])
-        count = len(problem.paths)
-        starts = [problem.start, *rng.standard_normal((_STARTS - 1, count))]
-        return Linearised.near(problem, best_optimum(problem, problem.value, np.zeros(count), starts).z)
-
-    part = record.part("most probable", search)
-    return Linearised(**{name: np.array(value, float) for name, value in part.items()})
+def _optima(problem: Problem, record: SearchRecord, seed: int) -> list[Linearised]:
+    """Return the problem near the most probable rigs."""
+    found = record.part("optima", lambda: optima(problem, np.random.default_rng([seed, 0])))
+    return [Linearised(**{name: np.array(value, float) for name, value in one.items()}) for one in found]
 
 
 def _ensemble(
@@ -140,7 +131,7 @@ def _ensemble(
     )
 
 
-def _member(problem: Problem, near: Linearised | None, seed: int, evaluations: int, number: int) -> dict[str, object]:
+def _member(problem: Problem, near: list[Linearised], seed: int, evaluations: int, number: int) -> dict[str, object]:
     """Return a member as its record has it."""
     end = drawn_member(problem, near, np.random.default_rng([seed, 1, number]), evaluations)
     predicted, observed = problem.predicted(end.z), problem.observed(end.z)

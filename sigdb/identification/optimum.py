@@ -22,8 +22,13 @@ from sigdb.identification.search import minimise
 _TOLERANCE = 1e-3
 """Relative change of cost and coordinates at which a search ends: members differ by far more."""
 _MOST_EVALUATIONS = 40
-_POOR = 3.0
-"""Misfit for each number above which a search is made again from another point."""
+_SCREENED, _STARTS, _FIRST, _FINISHED = 96, 12, 7, 4
+"""Draws of the prior from whose best searches for optima begin; such searches at most, each with so many evaluations
+at first; and those that go on."""
+_SAME, _ALIKE = 0.5, 3
+"""Difference of costs, and of coordinates, up to which two ends are one optimum, and how many such ends are enough."""
+_FARTHER = 30.0
+"""Greatest cost above the least of an optimum from which members are searched for."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,14 +43,23 @@ class Optimum:
         Sum of squares, of measurements and prior.
     misfit
         Mean square of the misses of fitted numbers, in standard deviations.
+    is_final
+        Whether the search ended by itself.
     """
 
     z: FloatArray
     cost: float
     misfit: float
+    is_final: bool = True
 
 
-def optimum(problem: Problem, value: FloatArray, prior: FloatArray, start: FloatArray) -> Optimum:
+def optimum(
+    problem: Problem,
+    value: FloatArray,
+    prior: FloatArray,
+    start: FloatArray,
+    evaluations: int = _MOST_EVALUATIONS,
+) -> Optimum:
     """Return the point that comes nearest to values (m,) and to a point (d,) of the prior, from a start (d,)."""
 
     def residuals(z: FloatArray) -> FloatArray:
@@ -55,21 +69,11 @@ def optimum(problem: Problem, value: FloatArray, prior: FloatArray, start: Float
         return np.vstack([problem.slopes(z), np.eye(len(z))])
 
     ended = least_squares(
-        residuals, start, jac=slopes, ftol=_TOLERANCE, xtol=_TOLERANCE, gtol=_TOLERANCE, max_nfev=_MOST_EVALUATIONS
+        residuals, start, jac=slopes, ftol=_TOLERANCE, xtol=_TOLERANCE, gtol=_TOLERANCE, max_nfev=evaluations
     )
     missed = ended.fun[: len(value)]
     misfit = float((missed**2).sum() / problem.is_fitted.sum())
-    return Optimum(z=ended.x, cost=2 * float(ended.cost), misfit=misfit)
-
-
-def best_optimum(problem: Problem, value: FloatArray, prior: FloatArray, starts: list[FloatArray]) -> Optimum:
-    """Return the best of the searches from several starts; a good end makes later starts needless."""
-    ends: list[Optimum] = []
-    for start in starts:
-        ends.append(optimum(problem, value, prior, start))
-        if ends[-1].misfit < _POOR:
-            break
-    return min(ends, key=lambda end: end.cost)
+    return Optimum(z=ended.x, cost=2 * float(ended.cost), misfit=misfit, is_final=ended.status > 0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,13 +106,43 @@ class Linearised:
         return self.z + np.clip(step, -3.0, 3.0)
 
 
-def drawn_member(problem: Problem, near: Linearised | None, rng: np.random.Generator, evaluations: int) -> Optimum:
-    """Return a member of the ensemble: by least squares near a point, or by CMA-ES where there is none."""
+def optima(problem: Problem, rng: np.random.Generator) -> list[Linearised]:
+    """Return the problem near the most probable rigs, the best one first.
+
+    A rig whose resonances are near other harmonics may be a local optimum. So searches begin at the best of many draws
+    of the prior, and at the rig as it is; the best of them go on. Once the three best ends are one optimum, no more begin.
+    """
+    prior = np.zeros(len(problem.paths))
+    starts = [problem.start, *rng.standard_normal((_SCREENED, len(prior)))]
+    starts.sort(key=lambda z: float((problem.misses(z, problem.value) ** 2).sum() + (z**2).sum()))
+    ends: list[Optimum] = []
+    for start in starts[:_STARTS]:
+        ends.append(optimum(problem, problem.value, prior, start, _FIRST))
+        ends.sort(key=lambda end: end.cost)
+        if len(ends) >= _ALIKE and all(end.is_final and _alike(end, ends[0]) for end in ends[:_ALIKE]):
+            break
+    best = [end if end.is_final else optimum(problem, problem.value, prior, end.z) for end in ends[:_FINISHED]]
+    best.sort(key=lambda end: end.cost)
+    distinct: list[Optimum] = []
+    for end in best:
+        if end.cost < best[0].cost + _FARTHER and not any(_alike(end, other) for other in distinct):
+            distinct.append(end)
+    return [Linearised.near(problem, end.z) for end in distinct]
+
+
+def _alike(one: Optimum, other: Optimum) -> bool:
+    """Return whether two ends are one optimum."""
+    return abs(one.cost - other.cost) < _SAME and float(np.abs(one.z - other.z).max()) < _SAME
+
+
+def drawn_member(problem: Problem, near: list[Linearised], rng: np.random.Generator, evaluations: int) -> Optimum:
+    """Return a member of the ensemble: by least squares near optima, or by CMA-ES where there are none."""
     prior = rng.standard_normal(len(problem.paths))
     shift = problem.is_fitted * rng.standard_normal(len(problem.value))
     value = problem.value + shift * problem.error
-    if near is not None:
-        return best_optimum(problem, value, prior, [prior, near.optimum(shift, prior), near.z])
+    if near:
+        starts = [one.optimum(shift, prior) for one in near]
+        return min((optimum(problem, value, prior, start) for start in starts), key=lambda end: end.cost)
     end = minimise(
         lambda u: problem.misfit(in_prior(u), value, prior),
         len(prior),

@@ -9,7 +9,8 @@ import pytest
 import sigdb
 from sigdb.core.errors import InputError, UnstableRigError
 from sigdb.dynamics import drawn_ensemble, possible_rig, prepare_periodic
-from sigdb.dynamics.drawn_ensemble import FREE, INVALID, MOST_IN_A_ROW, OPEN, UNSTABLE, UNSTEADY
+from sigdb.dynamics.drawn_ensemble import FREE, INVALID, MOST_IN_A_ROW, OPEN, UNSTABLE
+from sigdb.dynamics.period import nearest_period
 from sigdb.transmission import Transmission, draws, new_rig
 
 GUIDE = Path(__file__).parents[2] / "docs" / "guide"
@@ -80,14 +81,43 @@ def test_a_mesh_that_opens_is_left_out(rig):
         assert sigdb.simulate(rig.with_assumed(values)).min_mesh_force < 0
 
 
-def test_a_hunting_train_is_drawn_though_it_has_no_periodic_solution():
-    """Its meshes repeat after 67 turns of the input shaft, later than a periodic solution goes."""
-    train = new_rig("23/67,19/81", speed="1480 rpm", torque="45 N m")
+@pytest.fixture(scope="module")
+def train():
+    """A hunting train, whose meshes repeat after 67 turns of the input shaft, later than a periodic solution goes."""
+    return new_rig("23/67,19/81", speed="14800 rpm", torque="45 N m")
+
+
+def without_damping(rig):
+    return Transmission.model_validate(rig.model_dump() | {"damping_ratio": 1e-4, "assumed": {}})
+
+
+@pytest.mark.parametrize(
+    ("change", "number", "reason"), [(None, 0, None), (None, 2, OPEN), (without_damping, 7, UNSTABLE)]
+)
+def test_a_hunting_train_is_held_to_all_rules(train, change, number, reason):
+    """The march in time over 60 turns from rest keeps the meshes closed in draw 0, and parts teeth in draw 2."""
+    train = change(train) if change else train
+    (values,) = islice(draws(train, 1), number, number + 1)
+    found = possible_rig(train, values)
+    assert found == reason if reason else found == train.with_assumed(values)
+
+
+def test_a_hunting_train_has_no_periodic_solution_of_its_own(train):
     with pytest.raises(InputError, match="do not repeat within 60 revolutions"):
         prepare_periodic(train)
-    rigs = sigdb.ensemble(train, 2, rng=1)
-    assert len(rigs) == 2
-    assert rigs.left_out[UNSTEADY] == 0
+
+
+@pytest.mark.parametrize(
+    ("stages", "revolutions", "passes"),
+    [
+        ("23/67,19/81", 2, (46, 13)),  # 2 * 23 / 67 * 19 = 13.045, 0.34 % more
+        ("20/60,18/54", 1, (20, 6)),  # repeats after a turn
+        ("19/48", 1, (19,)),
+    ],
+)
+def test_the_nearest_train_has_mesh_frequencies_within_half_a_percent(stages, revolutions, passes):
+    rig = new_rig(stages, speed=1480.0, torque=45.0)
+    assert nearest_period(rig, next(iter(rig.gears))) == (revolutions, passes)
 
 
 def test_an_unstable_rig_is_left_out(rig):

@@ -7,11 +7,11 @@ import numpy as np
 
 from sigdb.core import ComplexArray, FloatArray, InputError, NotApplicableError
 from sigdb.dynamics.excitation import excitation, harmonics, over_a_pass
-from sigdb.dynamics.period import Period, common_period, damaged_gear
+from sigdb.dynamics.period import Period, common_period, damaged_gear, nearest_period
 from sigdb.dynamics.periodic.error_forces import ErrorForces
-from sigdb.dynamics.periodic.hill import Hill, entries, hill
+from sigdb.dynamics.periodic.hill import entries, hill
 from sigdb.dynamics.periodic.influences import Influences, sampled_rows
-from sigdb.dynamics.periodic.long_period import LongPeriod, long_period
+from sigdb.dynamics.periodic.long_period import long_period
 from sigdb.dynamics.periodic.periodic import SAMPLES_PER_TOOTH, TOLERANCE, PeriodicRig
 from sigdb.dynamics.periodic.truncation import truncation, twice
 from sigdb.transmission import (
@@ -42,6 +42,7 @@ def prepare_periodic(
     samples_per_tooth: int = SAMPLES_PER_TOOTH,
     system: ModalSystem | None = None,
     refine: bool = True,
+    nearest: bool = False,
 ) -> PeriodicRig:
     """Prepare the periodic problem of a gear: all that its damage does not change.
 
@@ -58,6 +59,9 @@ def prepare_periodic(
     refine
         Whether the grid is made finer until the healthy rig's error is a quarter of the tolerance. The error is
         estimated either way.
+    nearest
+        Whether to solve the nearest train whose meshes repeat soon, in place of a refusal; see
+        :func:`~sigdb.dynamics.period.nearest_period`.
 
     Returns
     -------
@@ -87,7 +91,7 @@ def prepare_periodic(
     names = sorted(rig.meshes, key=lambda name: name != main[0])
     order = [list(rig.meshes).index(name) for name in names]
     meshes, m = tuple(rig.meshes[name] for name in names), len(names)
-    revolutions, passes = common_period(rig, gear)
+    revolutions, passes = (nearest_period if nearest else common_period)(rig, gear)
     teeth, shaft = rig.gears[gear].teeth, rig.gears[gear].shaft
     n, speed = samples_per_tooth * teeth, abs(rig.speed(shaft))
     period = Period(samples=n * revolutions, revolutions=revolutions, passes=tuple(passes[i] for i in order))
@@ -110,7 +114,8 @@ def prepare_periodic(
         loaded = transfer[0, :m, m].real
         static = static_forces(rig, names, loaded)
         inputs = [*range(m), *meshes_among(system.elements)[order[0]].columns[1:]]
-        solver = _solver(transfer[:, :, inputs], [kappa for kappa, _ in varying], period)
+        by_iteration = nearest or entries(period) > _MOST_ENTRIES  # a nearest train has passes with few common factors
+        solver = (long_period if by_iteration else hill)(transfer[:, :, inputs], [k for k, _ in varying], period)
         free, force = excitation(period, meshes, teeth, excitations, transfer)
         force = np.concatenate([force, np.zeros((2, *force.shape[1:]))])
         response = solver.respond(force, free)
@@ -143,10 +148,6 @@ def prepare_periodic(
         if fine or not refine:
             return prepared
         period = twice(period)
-
-
-def _solver(transfer: ComplexArray, kappa: Sequence[FloatArray], period: Period) -> Hill | LongPeriod:
-    return (hill if entries(period) <= _MOST_ENTRIES else long_period)(transfer, kappa, period)
 
 
 def _transfer(system: ModalSystem, order: Sequence[int], period: Period, speed: float) -> ComplexArray:
