@@ -5,7 +5,7 @@ at several speeds by the march in time, with index errors, noise, and a sensor w
 unknown smooth path. The mesh harmonics of the averages are the targets; those of one speed are held out. The first rig
 is the example; all of them count how often the intervals hold the drawn numbers.
 
-    nice -n 5 python benchmarks/fitted_rig.py --out FOLDER [--members 12] [--rigs 6] [--numbers docs/guide/fitted_rig.json]
+    nice -n 5 python benchmarks/fitted_rig.py --out FOLDER [--members 12] [--rigs 4] [--numbers FILE]
 
 It writes TARGETS.toml of each rig into a folder of its own, and searches there, so that a stopped search goes on.
 """
@@ -40,7 +40,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True, help="folder of the targets and the searches")
     parser.add_argument("--members", type=int, default=12, help="rigs of each ensemble; 12 by default")
-    parser.add_argument("--rigs", type=int, default=6, help="drawn rigs; 6 by default")
+    parser.add_argument("--rigs", type=int, default=4, help="drawn rigs; 4 by default")
     parser.add_argument("--numbers", type=Path, help="file for the numbers")
     options = parser.parse_args()
     rig = load_transmission(RIG)

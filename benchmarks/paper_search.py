@@ -56,9 +56,9 @@ NEAR = 1.0
 """Cost below which the last run goes on with more samples."""
 FINISH = 200
 """Generations of that run."""
-WALKS, EDGE_STRIDE, STRIDE, LEAST_PART = 8, (0.4, np.inf), (1.0, 0.8), 0.2
-"""Walks towards the same point at most; part of the way that one tries, and change of a margin by a single number in
-it, from the first rig and from others; and the least part after some have failed."""
+WALKS, PUSHES = 8, (0.8, 0.4, 0.2, 0.1)
+"""Walks towards the same corner at most; change of a margin by a single number in them: the less, the more have failed.
+With little change those numbers go on that matter little."""
 CORNERS = 200
 """Corners of the ranges, drawn at random, of which a walk goes towards the farthest."""
 WALK_INSIDE, FARTHER_INSIDE = 0.02, 0.08
@@ -334,13 +334,13 @@ def wander(search: Search) -> None:
     while not search.over:
         begins = search.found[1:] or search.found
         u = begins[search.rng.integers(len(begins))]
-        towards, (part, push) = search.far_corner(), EDGE_STRIDE if len(search.found) == 1 else STRIDE
+        corner, failed = search.far_corner(), 0
         for _ in range(WALKS):
-            if search.over or part < LEAST_PART:
+            if search.over or failed == len(PUSHES):
                 break
-            walked = search.walk(u, part * (towards - u), push)
+            walked = search.walk(u, corner - u, PUSHES[failed])
             if walked is None:
-                part /= 2
+                failed += 1
             elif search.keep_if_it_holds(walked):
                 break
             else:

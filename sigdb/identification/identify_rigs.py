@@ -100,8 +100,8 @@ def identify(
 
 def _optima(problem: Problem, record: SearchRecord, seed: int) -> list[Linearised]:
     """Return the problem near the most probable rigs."""
-    found = record.part("optima", lambda: optima(problem, np.random.default_rng([seed, 0])))
-    return [Linearised(**{name: np.array(value, float) for name, value in one.items()}) for one in found]
+    parts = record.part("optima", lambda: optima(problem, np.random.default_rng([seed, 0])))
+    return [Linearised(**{name: np.array(value, float) for name, value in part.items()}) for part in parts]
 
 
 def _ensemble(

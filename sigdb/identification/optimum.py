@@ -110,7 +110,8 @@ def optima(problem: Problem, rng: np.random.Generator) -> list[Linearised]:
     """Return the problem near the most probable rigs, the best one first.
 
     A rig whose resonances are near other harmonics may be a local optimum. So searches begin at the best of many draws
-    of the prior, and at the rig as it is; the best of them go on. Once the three best ends are one optimum, no more begin.
+    of the prior, and at the rig as it is; the best of them go on. Once the three best ends are one optimum, no other
+    begins.
     """
     prior = np.zeros(len(problem.paths))
     starts = [problem.start, *rng.standard_normal((_SCREENED, len(prior)))]
@@ -130,9 +131,9 @@ def optima(problem: Problem, rng: np.random.Generator) -> list[Linearised]:
     return [Linearised.near(problem, end.z) for end in distinct]
 
 
-def _alike(one: Optimum, other: Optimum) -> bool:
+def _alike(first: Optimum, second: Optimum) -> bool:
     """Return whether two ends are one optimum."""
-    return abs(one.cost - other.cost) < _SAME and float(np.abs(one.z - other.z).max()) < _SAME
+    return abs(first.cost - second.cost) < _SAME and float(np.abs(first.z - second.z).max()) < _SAME
 
 
 def drawn_member(problem: Problem, near: list[Linearised], rng: np.random.Generator, evaluations: int) -> Optimum:
@@ -141,7 +142,7 @@ def drawn_member(problem: Problem, near: list[Linearised], rng: np.random.Genera
     shift = problem.is_fitted * rng.standard_normal(len(problem.value))
     value = problem.value + shift * problem.error
     if near:
-        starts = [one.optimum(shift, prior) for one in near]
+        starts = [linearised.optimum(shift, prior) for linearised in near]
         return min((optimum(problem, value, prior, start) for start in starts), key=lambda end: end.cost)
     end = minimise(
         lambda u: problem.misfit(in_prior(u), value, prior),
