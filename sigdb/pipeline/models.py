@@ -1,6 +1,6 @@
 """Training and evaluation of models with the settings of their database's recipe."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from sigdb.core import OnStep, ignore, validated
@@ -39,6 +39,7 @@ def train_model(
     learner: str | None = None,
     false_alarm_rate: float | None = None,
     split: str = "S1",
+    columns: Sequence[str] | None = None,
     command: str,
     on_step: OnStep = ignore,
     on_evaluation: Callable[[Evaluation], object] = ignore,
@@ -60,6 +61,9 @@ def train_model(
         Rate of false alarms of detectors and thresholds; that of the database's recipe if left out.
     split : str
         Split of training and evaluation, ``S0`` to ``S4`` or ``S6``; see :func:`sigdb.recognition.make_split`.
+    columns : sequence of str, optional
+        Further columns that ``lda`` and ``boosting`` read: indicators, added features, or the ``MODULE:FUNCTION`` that
+        added them; those of the database's recipe if left out.
     command : str
         Command that makes the model again, for its card.
     on_step : callable
@@ -80,7 +84,7 @@ def train_model(
         If the model is better than the best possible answer.
     """
     settings = recipe_section(database, RecognitionSettings, "recognition")
-    options = {"learner": learner, "false_alarm_rate": false_alarm_rate}
+    options = {"learner": learner, "false_alarm_rate": false_alarm_rate, "columns": columns}
     changes = {name: value for name, value in options.items() if value is not None}
     settings = validated(RecognitionSettings, settings.model_dump() | changes, owner="train_model")
     Path(folder).mkdir(parents=True, exist_ok=True)  # a folder that cannot be written fails before the work

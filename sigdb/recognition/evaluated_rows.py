@@ -7,6 +7,7 @@ import pandas as pd
 from sigdb.core import InputError
 from sigdb.database import Database
 from sigdb.recognition.model import Model
+from sigdb.recognition.rows.further_columns import check_columns_of
 from sigdb.recognition.splits.kinds import changed_parts, make_split
 from sigdb.recognition.splits.split import TEST
 from sigdb.recognition.targets.all_targets import TARGETS
@@ -60,7 +61,8 @@ def requested_rows(model: Model, database: Database) -> pd.DataFrame:
 
 def select_rows(model: Model, database: Database) -> tuple[pd.DataFrame, Selection]:
     """Return the rows of a database that a model is evaluated on, and how they were selected."""
-    rows, target = usable_rows(database, model.target), TARGETS[model.target]
+    check_columns_of(model.columns, model.added, database)
+    rows, target = usable_rows(database, model.target, model.columns), TARGETS[model.target]
     if database.sensors[0] != model.sensor:
         raise InputError(f"the model reads {model.sensor!r}, {database.store} holds {database.sensors[0]!r} first")
     if database.manifest.hash == model.database_hash and model.split != "S1":

@@ -1,8 +1,8 @@
 """A trained model with its baselines: what it reads, and how it answers."""
 
 import warnings
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Unpack
 
 import numpy as np
@@ -60,6 +60,10 @@ class Model:
         Rate that detectors, and the baselines' thresholds, were set at.
     trained_range
         The range of its training rows; None where it is not known, for models of version 0.1.0 without templates.
+    columns
+        Further columns that ``boosting`` and ``lda`` read: indicators or added features.
+    added
+        SHA-256 of the module of each function that added some of these columns, by ``MODULE:FUNCTION``.
     """
 
     target: str
@@ -77,6 +81,8 @@ class Model:
     drawn_rows: int
     false_alarm_rate: float
     trained_range: TrainedRange | None = None
+    columns: tuple[str, ...] = ()
+    added: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def estimator(self) -> Estimator:
@@ -207,15 +213,20 @@ class Model:
 
     def _batch(self, X: Rows | None, row: PlainRow) -> Batch:
         """Return rows as a batch with all that is read, and with averages where there are any."""
+        if X is None and self.estimator.columns:
+            raise InputError(
+                f"the model reads the columns {', '.join(self.estimator.columns)}, which an average alone does not "
+                "have; give rows of a database that has them"
+            )
         if X is None:
             unit = None if self.trained_range is None else self.trained_range.unit
-            X = plain_rows(row, reads=self.estimator.reads, teeth=self._teeth, unit=unit, sensor=self.sensor)
+            X = plain_rows(row, reads=self.estimator.columns_read, teeth=self._teeth, unit=unit, sensor=self.sensor)
         elif row:
             raise InputError(f"rows are given together with {', '.join(row)}; give rows, or arrays by name")
         if isinstance(X, Batch):
             return X
         columns = frozenset(getattr(X, "columns", ()))
-        return Batch.from_rows(X, self.estimator.reads - (self.estimator.optional - columns) | (columns & {TSA}))
+        return Batch.from_rows(X, self.estimator.columns_read - (self.estimator.optional - columns) | (columns & {TSA}))
 
     @property
     def _teeth(self) -> tuple[int, ...]:
@@ -255,7 +266,7 @@ class Model:
     def _fits_none(self, batch: Batch) -> BoolArray:
         """Return whether a row fits no template of any estimator that can read it, (rows,)."""
         for estimator in (self.estimator, *self.estimators.values()):
-            if estimator.reads <= {*batch.table.columns, *((TSA,) if batch.tsa is not None else ())}:
+            if estimator.columns_read <= {*batch.table.columns, *((TSA,) if batch.tsa is not None else ())}:
                 strange = estimator.fits_none(batch)
                 if strange is not None:
                     return strange

@@ -54,6 +54,11 @@ class RecognitionSettings(Section):
         default="boosting",
         description="Shrinkage linear discriminant analysis, gradient boosting of histograms, or a bank of templates.",
     )
+    columns: Annotated[tuple[str, ...], Strict(False)] = Field(
+        default=(),
+        description="Further columns of features that boosting and lda read: indicators, added features, or the "
+        "MODULE:FUNCTION that added them.",
+    )
     folds: int = quantity("-", "Folds of specimens; one is held out for evaluation.", ge=3, default=5)
     seed: int = quantity("-", "Seed of training.", ge=0, default=0)
     false_alarm_rate: float = quantity(
@@ -76,7 +81,7 @@ class RecognitionSettings(Section):
         "models of the first split on them.",
     )
 
-    @field_validator("targets", "splits", "evaluate_on")
+    @field_validator("columns", "targets", "splits", "evaluate_on")
     @classmethod
     def _named_once(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for name, count in Counter(names).items():

@@ -12,6 +12,7 @@ from sigdb.recognition.estimators.registry import columns_read, learner_class
 from sigdb.recognition.idle_cores import idle_cores
 from sigdb.recognition.model import Model, reducers_of
 from sigdb.recognition.rows.batch import CELLS, Batch
+from sigdb.recognition.rows.further_columns import functions_of, further_columns, missing_numbers
 from sigdb.recognition.rows.streams import read_averages, read_features, reduce_averages
 from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.severity_quantities import QUANTITIES
@@ -119,7 +120,11 @@ def train(
     settings = settings or RecognitionSettings()
     question = target_named(target)
     needs_bank = learner_class(settings.learner, target).needs_bank
-    rows = usable_rows(database, target)
+    columns = further_columns(database, settings.columns)
+    settings = settings.model_copy(update={"columns": columns})
+    rows = usable_rows(database, target, columns)
+    for text in missing_numbers(database, rows, columns):
+        on_step(text)
     _check_labels(database, question, rows)
     parts = make_split(split, rows, seed=database.manifest.seed, folds=settings.folds)
     rows = rows[parts.folds(rows) == TRAINING]
@@ -156,6 +161,8 @@ def train(
         drawn_rows=len(drawn),
         false_alarm_rate=settings.false_alarm_rate,
         trained_range=TrainedRange.of_rows(database, rows),
+        columns=columns,
+        added=functions_of(database, columns),
     )
 
 
@@ -222,8 +229,15 @@ def _read(database: Database, rows: pd.DataFrame, estimators: Collection[Estimat
     return read_features(database, batch) if any(CELLS in estimator.reads for estimator in estimators) else batch
 
 
-def usable_rows(database: Database, target: str) -> pd.DataFrame:
+def usable_rows(database: Database, target: str, further: Collection[str] = ()) -> pd.DataFrame:
     """Rows that have a result and, for severity, one severity for all their damaged teeth, by id, without arrays.
+
+    Parameters
+    ----------
+    database, target
+        Database of the rows, and target.
+    further
+        Columns of ``features`` that estimators read besides those of their kinds.
 
     Raises
     ------
@@ -232,7 +246,8 @@ def usable_rows(database: Database, target: str) -> pd.DataFrame:
     """
     check_complete(database)
     member = (MEMBER,) if MEMBER in database.dataset("features").schema.names else ()
-    columns = ", ".join(dict.fromkeys((*_COLUMNS, *member, *sorted(columns_read()))))
+    names = dict.fromkeys((*_COLUMNS, *member, *sorted(columns_read()), *further))
+    columns = ", ".join(f'"{name}"' for name in names)
     condition = TARGETS[target].row_condition
     where = f"status = 'ok' and {condition}" if condition else "status = 'ok'"
     return database.sql(f"select id, {columns} from features where {where} order by id").set_index("id")

@@ -48,7 +48,6 @@ SMALL = {
     "recognition/bound/noise_bands.py": "the bands of noise, used by tables and pages",
     "recognition/calibration/cells.py": "the cells that both kinds of intervals are calibrated in",
     "recognition/metrics/evaluated.py": "the contract between evaluation, targets and metrics",
-    "recognition/rows/tooth_views.py": "one transformation of rows",
     "recognition/severity_quantities.py": "a constant that must not import what uses it",
     "recognition/targets/all_targets.py": "the dictionary of targets, above each of them",
     "recognition/targets/detection_tables.py": "tables of one target, apart from its metrics",

@@ -125,6 +125,7 @@ NOT_RUN = {
     "sigdb identify ": "the example in Python on the same page searches",
     "sigdb add-features data/quick/signatures shape:crest": "the example in Python on the same page computes them",
     'sigdb query data/quick/signatures "select tooth, avg(pass_crest)': "the columns are of the example on the page",
+    "sigdb train data/quick/signatures --target detection --learner lda --column": "trains for seconds",
     "sigdb add-features signatures series:tsfresh_features": "needs tsfresh",
     "sigdb diagnose run.csv ": "the example in Python on the same page makes this diagnosis",
 }

@@ -49,7 +49,23 @@ class NameChoice(click.Choice[str]):
     help="Cases held out: new noise only (S0); specimens (S1), and with them severities between (S2) or beyond (S3) "
     "those of training, or a tooth count (S4), or rigs of an ensemble (S6).",
 )
-def train(database: str, target: str, out: str, learner: str | None, false_alarm_rate: float | None, split: str) -> int:
+@click.option(
+    "--column",
+    "columns",
+    multiple=True,
+    metavar="NAME",
+    help="Further column that lda and boosting read: an indicator, an added feature, or the MODULE:FUNCTION that added "
+    "features; may be given several times.",
+)
+def train(
+    database: str,
+    target: str,
+    out: str,
+    learner: str | None,
+    false_alarm_rate: float | None,
+    split: str,
+    columns: tuple[str, ...],
+) -> int:
     """Train a model on a database, one fold of specimens held out, and write its folder with a card.
 
     The exit code is 1 if the model is better than the best possible answer, which no honest model is.
@@ -66,6 +82,7 @@ def train(database: str, target: str, out: str, learner: str | None, false_alarm
     words = ["sigdb", "train", database, "--target", target, "--out", out, *(["--learner", learner] if learner else [])]
     words += ["--false-alarm-rate", f"{false_alarm_rate:g}"] if false_alarm_rate is not None else []
     words += ["--split", split] if split != "S1" else []
+    words += [word for name in columns for word in ("--column", name)]
 
     def show(evaluation: "Evaluation") -> None:
         click.echo(evaluation_text(evaluation, terminal=Terminal.of(sys.stdout)), nl=False)
@@ -79,6 +96,7 @@ def train(database: str, target: str, out: str, learner: str | None, false_alarm
             learner=learner,
             false_alarm_rate=false_alarm_rate,
             split=split,
+            columns=columns or None,
             command=shlex.join(words),
             on_step=lambda step: click.echo(f"training {target}: {step}", err=True),
             on_evaluation=show,

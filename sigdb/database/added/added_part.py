@@ -109,7 +109,8 @@ def _numbers(
     units: Mapping[str, str],
 ) -> dict[str, float]:
     """Return the numbers of one average of a row."""
-    facts = {name: row.get(name) for name in FACTS} | {"sensor": sensor, "unit": units[sensor]}
+    facts = {name: row.get(name) for name in FACTS}
+    facts |= {"sensor": facts["sensor"] or sensor, "unit": facts["unit"] or units[sensor]}  # a measured row has its own
     facts["scatter"] = row.get(suffixed("scatter", sensors, sensor))
     values = {name: float("nan") if value is None else value for name, value in facts.items()}
     return function.numbers(average.values.to_numpy(zero_copy_only=False), values)

@@ -29,6 +29,8 @@ class Estimator(BaseEstimator, ABC):
     ----------
     reads
         Columns of the table ``features`` that it reads, and ``tsa`` where it reads averages.
+    columns
+        Further columns of ``features`` that it was given to read: indicators or added features.
     optional
         Columns among those of ``reads`` that rows may lack.
     needs_bank
@@ -38,9 +40,15 @@ class Estimator(BaseEstimator, ABC):
     """
 
     reads: frozenset[Column] = frozenset()
+    columns: tuple[Column, ...] = ()
     optional: ClassVar[frozenset[Column]] = frozenset()
     needs_bank: ClassVar[bool] = False
     detector_folds: ClassVar[int] = 5
+
+    @property
+    def columns_read(self) -> frozenset[Column]:
+        """All columns that it reads: those of its kind, and those that it was given."""
+        return self.reads | frozenset(self.columns)
 
     @property
     def reducer(self) -> Reducer | None:
@@ -112,7 +120,7 @@ class Estimator(BaseEstimator, ABC):
         if isinstance(X, Batch):
             return X
         lacking = self.optional - frozenset(getattr(X, "columns", ()))
-        return Batch.from_rows(X, self.reads - lacking)
+        return Batch.from_rows(X, self.columns_read - lacking)
 
 
 class Scorer(Estimator):

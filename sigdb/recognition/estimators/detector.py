@@ -89,6 +89,11 @@ class Detector(ClassifierMixin, Estimator):
         return self.scorer.reads
 
     @property
+    def columns(self) -> tuple[Column, ...]:  # type: ignore[override]
+        """Further columns that its scorer reads."""
+        return self.scorer.columns
+
+    @property
     def learns_from_all(self) -> bool:
         """Whether it is trained on all rows."""
         return self.scorer.learns_from_all

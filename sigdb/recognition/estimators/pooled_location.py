@@ -23,7 +23,7 @@ from sigdb.recognition.calibration.conformal import COVERAGE, rows_by_cell
 from sigdb.recognition.calibration.location_sets import LocationSets, strangeness
 from sigdb.recognition.calibration.probabilities import calibrate, check_labels, specimen_folds_of, with_none
 from sigdb.recognition.estimators.contract import Labels, Scorer, specimens_of, tooth_and_severity
-from sigdb.recognition.rows.batch import NOISE, ROWS_AT_ONCE, Batch, Rows
+from sigdb.recognition.rows.batch import NOISE, ROWS_AT_ONCE, Batch, Column, Rows
 from sigdb.recognition.rows.tooth_views import COLUMNS, ToothViews
 from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.templates.bank import TemplateBank
@@ -104,6 +104,8 @@ class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
     coverage
         Nominal coverage of the sets. It needs ``coverage / (1 - coverage)`` specimens, nine for 0.9; with fewer every
         set holds every answer.
+    columns
+        Further columns of ``features`` that views hold, see :class:`ToothViews`.
 
     Attributes
     ----------
@@ -120,15 +122,22 @@ class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
 
     _OTHER_TEETH = 3
 
-    def __init__(self, learner: str = "boosting", random_state: int = 0, coverage: float = COVERAGE) -> None:
+    def __init__(
+        self,
+        learner: str = "boosting",
+        random_state: int = 0,
+        coverage: float = COVERAGE,
+        columns: tuple[Column, ...] = (),
+    ) -> None:
         self.learner = learner
         self.random_state = random_state
         self.coverage = coverage
+        self.columns = columns
 
     @classmethod
     def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
         """Return an unfitted classifier with the learner of this name."""
-        return cls(name, settings.seed)
+        return cls(name, settings.seed, columns=settings.columns)
 
     def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Train on rows of features.
@@ -163,7 +172,7 @@ class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
 
     def fit_scorer(self, batch: Batch, tooth: IntArray) -> Self:
         """Train the scorer alone, on rows of features and their first damaged tooth."""
-        self.views_ = ToothViews().fit(batch)
+        self.views_ = ToothViews(self.columns).fit(batch)
         self.scorer_ = self._fit_scorer(batch, tooth)
         return self
 

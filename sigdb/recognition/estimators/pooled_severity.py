@@ -15,7 +15,7 @@ from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
 from sigdb.recognition.estimators.contract import Labels, SeverityEstimator, severity_labels
 from sigdb.recognition.estimators.pooled_location import FOLDS, LocationClassifier, own_groups, pooled_learner
-from sigdb.recognition.rows.batch import NOISE, Batch, Rows
+from sigdb.recognition.rows.batch import NOISE, Batch, Column, Rows
 from sigdb.recognition.rows.tooth_views import COLUMNS
 from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.severity_quantities import QUANTITIES
@@ -38,6 +38,8 @@ class SeverityRegressor(SeverityIntervals, RegressorMixin, SeverityEstimator):
     coverage
         Nominal coverage of the intervals. It needs ``coverage / (1 - coverage)`` specimens, nine for 0.9; with fewer
         the intervals are the whole range.
+    columns
+        Further columns of ``features`` that views hold, see :class:`ToothViews`.
 
     Attributes
     ----------
@@ -48,15 +50,22 @@ class SeverityRegressor(SeverityIntervals, RegressorMixin, SeverityEstimator):
     reads = COLUMNS | frozenset(NOISE)
     optional = frozenset(NOISE)
 
-    def __init__(self, learner: str = "boosting", random_state: int = 0, coverage: float = COVERAGE) -> None:
+    def __init__(
+        self,
+        learner: str = "boosting",
+        random_state: int = 0,
+        coverage: float = COVERAGE,
+        columns: tuple[Column, ...] = (),
+    ) -> None:
         self.learner = learner
         self.random_state = random_state
         self.coverage = coverage
+        self.columns = columns
 
     @classmethod
     def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
         """Return an unfitted regressor with the learner of this name."""
-        return cls(name, settings.seed)
+        return cls(name, settings.seed, columns=settings.columns)
 
     def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Train on rows of features, healthy ones included (they teach the location).
@@ -88,7 +97,8 @@ class SeverityRegressor(SeverityIntervals, RegressorMixin, SeverityEstimator):
         """Train the location classifier, and the regressors of severity on views."""
         tooth = labels["tooth"].to_numpy(int)
         damaged = tooth > 0
-        self.location_ = LocationClassifier(self.learner, self.random_state).fit_scorer(batch, tooth)
+        location = LocationClassifier(self.learner, self.random_state, columns=self.columns)
+        self.location_ = location.fit_scorer(batch, tooth)
         seen = self.location_.views_.view_from(batch.take(damaged), tooth[damaged])
         regressor = pooled_learner(self.learner).regressor
         self.regressors_ = [

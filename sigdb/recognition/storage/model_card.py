@@ -245,5 +245,14 @@ def _input(model: Model) -> str:
     if model.estimator.template_bank is not None:
         return _TEMPLATE_INPUT
     if CELLS in model.estimator.reads:
-        return _POOLED_INPUT
-    return f"The columns {', '.join(sorted(model.estimator.reads))} of the table `features`."
+        return _POOLED_INPUT + _further_input(model)
+    return f"The columns {', '.join(sorted(model.estimator.columns_read))} of the table `features`."
+
+
+def _further_input(model: Model) -> str:
+    """Return a sentence on the further columns that the model reads; empty without any."""
+    columns = model.estimator.columns
+    if not columns:
+        return ""
+    functions = "".join(f"; `{title}`, module with SHA-256 `{sha256}`" for title, sha256 in model.added.items())
+    return f"\nFurther columns of the table `features`: {', '.join(f'`{name}`' for name in columns)}{functions}."

@@ -208,7 +208,8 @@ def _probe(content: bytes) -> dict[str, np.ndarray]:
 
 def _rebuilt(described: dict[str, Any], content: bytes) -> Model:
     """The model, of trusted types only."""
-    names = [field.name for field in fields(Model) if field.name not in ("estimators", "trained_range")]
+    later = ("trained_range", "columns", "added")  # models of earlier versions have none
+    names = [field.name for field in fields(Model) if field.name not in ("estimators", *later)]
     lacking = [name for name in names if name not in described]
     if lacking:
         raise InputError(f"model.json lacks {', '.join(lacking)}: it is of another version of sigdb; train it again")
@@ -217,6 +218,8 @@ def _rebuilt(described: dict[str, Any], content: bytes) -> Model:
     return Model(
         estimators=skops_estimators(content),
         trained_range=None if trained_range is None else TrainedRange.from_json(trained_range),
+        columns=tuple(described.get("columns", ())),
+        added=_as_mapping(described.get("added", {})),
         **kept,
     )
 
@@ -233,13 +236,13 @@ def _answers(model: Model, rows: Batch) -> FloatArray:
 
 
 def _as_batch(model: Model, probe: Rows) -> Batch:
-    reads = model.estimator.reads
+    reads = model.estimator.columns_read
     return Batch.from_rows(probe, reads & frozenset(getattr(probe, "columns", ())))
 
 
 def _arrays(model: Model, rows: Batch) -> dict[str, np.ndarray]:
     """Return the columns that a model reads of rows of one tooth count, as arrays."""
-    read = sorted(model.estimator.reads & frozenset(rows.table.columns))
+    read = sorted(model.estimator.columns_read & frozenset(rows.table.columns))
     scalars = {name: rows.table[name].to_numpy() for name in read}
     arrays = {TSA: rows.tsa, CELLS: rows.features}
     return scalars | {name: matrix for name, by_teeth in arrays.items() if by_teeth for matrix in by_teeth.values()}
