@@ -1,4 +1,4 @@
-"""Columns of a database: the directive ``columns`` takes a recipe (from the repository's root) and a table's name."""
+"""Columns of a database: the directive ``columns`` takes a recipe, or the word recordings, and the name of a table."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -9,6 +9,7 @@ from sphinx.util.docutils import SphinxDirective
 from tabular import Cell, text_table
 
 from sigdb.database.store.schema import Schema
+from sigdb.ingest.schema import measured_schema
 from sigdb.pipeline import load_recipe
 from sigdb.sweep.plan.schema import plan_schema
 
@@ -17,8 +18,8 @@ ROOT = Path(__file__).parents[2]
 
 @lru_cache
 def schema_of(recipe: str) -> Schema:
-    """Schema of the database that a recipe makes."""
-    return plan_schema(load_recipe(ROOT / recipe).plan())
+    """Schema of the database that a recipe makes, or that of recordings."""
+    return measured_schema() if recipe == "recordings" else plan_schema(load_recipe(ROOT / recipe).plan())
 
 
 class Columns(SphinxDirective):
@@ -28,7 +29,8 @@ class Columns(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         recipe, table = self.arguments
-        self.env.note_dependency(str(ROOT / recipe))
+        if recipe != "recordings":
+            self.env.note_dependency(str(ROOT / recipe))
         rows = [_row(column) for column in schema_of(recipe).as_json()[table]]
         return [text_table(("column", "type", "unit", "description and formula"), rows, code=(0,), sentence=3)]
 

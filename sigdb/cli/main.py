@@ -19,7 +19,7 @@ from sigdb.core import InputError, SigdbError, __version__, visible_text
 
 _ORDER = (
     *("new-rig", "describe", "modes", "identify"),
-    *("run", "sweep", "verify", "coverage", "refine", "add-features", "card"),
+    *("run", "sweep", "ingest", "label", "verify", "coverage", "refine", "add-features", "card"),
     *("query", "show", "match", "export"),
     *("signature", "diagnose"),
     *("train", "evaluate"),

@@ -48,10 +48,12 @@ from .store.receipts import KINDS as KINDS
 from .store.receipts import TABLES_OF as TABLES_OF
 from .store.receipts import Receipt as Receipt
 from .store.receipts import finished_parts as finished_parts
+from .store.receipts import has_own_files as has_own_files
 from .store.receipts import part_name as part_name
 from .store.receipts import read_receipt as read_receipt
 from .store.receipts import read_receipts as read_receipts
 from .store.receipts import receipt_name as receipt_name
+from .store.receipts import revision_of as revision_of
 from .store.receipts import tables_of as tables_of
 from .store.schema import SCHEMA_FILE as SCHEMA_FILE
 from .store.schema import Column as Column
@@ -66,6 +68,7 @@ from .store.seal import unsealed as unsealed
 from .store.store import DamagedFileError as DamagedFileError
 from .store.store import Store as Store
 from .store.writer import ROW_GROUP as ROW_GROUP
+from .store.writer import write_again as write_again
 from .store.writer import write_part as write_part
 from .stored_tables import check_complete as check_complete
 from .summary import DatabaseFacts as DatabaseFacts

@@ -34,7 +34,7 @@ class Database(StoredTables):
     """
 
     def __repr__(self) -> str:
-        return f"Database({str(self.store)!r}, {len(self)} of {self.manifest.rows} rows)"
+        return f"Database({str(self.store)!r}, {self.lacks or f'{len(self)} of {len(self)} rows'})"
 
     def sql(self, query: str, **limits: Unpack[LimitOptions]) -> pd.DataFrame:
         """Run one SELECT statement.

@@ -32,7 +32,7 @@ from sigdb.database.store.checked import CheckedParquet
 from sigdb.database.store.checked_dataset import CheckedDataset
 from sigdb.database.store.manifest import Manifest, read_manifest
 from sigdb.database.store.receipts import KINDS, Receipt, read_receipts
-from sigdb.database.store.schema import TABLES, suffixed
+from sigdb.database.store.schema import TABLES, read_schema, suffixed
 from sigdb.database.store.store import Store
 from sigdb.signature import FEATURES
 
@@ -64,6 +64,19 @@ class StoredTables:
     def __len__(self) -> int:
         """Number of finished rows."""
         return sum(receipt.rows for receipt in self._receipts["rows"].values())
+
+    @property
+    def lacks(self) -> str:
+        """How much of the database is finished, in words; empty if all of it is."""
+        if self.manifest.is_measured:
+            done, parts = len(self._receipts["rows"]), sum(plan.parts or 0 for plan in self.manifest.plans)
+            return f"{done} of {parts} parts" if done < parts else ""
+        return f"{len(self)} of {self.manifest.rows} rows" if len(self) < self.manifest.rows else ""
+
+    @property
+    def work(self) -> str:
+        """The work that makes the database, in a word: a sweep, or an ingest of recordings."""
+        return "ingest" if self.manifest.is_measured else "sweep"
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -108,7 +121,7 @@ class StoredTables:
             If no part is finished, or a part is damaged.
         """
         with self._reading():
-            return CheckedDataset(self._files(table))
+            return self._dataset(table)
 
     def scan(self, table: str, columns: Sequence[str]) -> Iterator[pa.RecordBatch]:
         """Yield some columns of a table, batch by batch, without SQL."""
@@ -206,12 +219,17 @@ class StoredTables:
         names = [suffixed(name, self.sensors, sensor) for sensor in self.sensors for name in FEATURES]
         return [name for name in names if name not in present]
 
+    def _dataset(self, table: str, errors: list[DatabaseError] | None = None) -> ds.Dataset:
+        if table == "templates" and self.manifest.is_measured:  # recordings have none
+            return ds.dataset(read_schema(self.store).arrow(table).empty_table())
+        return CheckedDataset(self._files(table), errors)
+
     def _files(self, table: str) -> tuple[CheckedParquet, ...]:
         if table not in self._tables:
             receipts = self._receipts[_PART_KIND[table]].values()
             if not receipts:
                 raise DatabaseError(
-                    f"{self.store}: no {table} are finished yet; run the sweep that makes this database"
+                    f"{self.store}: no {table} are finished yet; run the {self.work} that makes this database"
                 )
             self._tables[table] = tuple(self._file(table, receipt) for receipt in receipts)
         return self._tables[table]
@@ -276,7 +294,7 @@ class StoredTables:
             return Connection(self._engine(limits), tables, limits=limits)
         errors: list[DatabaseError] = []
         with self._reading():
-            datasets = {table: CheckedDataset(self._files(table), errors) for table in TABLES}
+            datasets = {table: self._dataset(table, errors) for table in TABLES}
         scalars = [f'"{field.name}"' for field in datasets["features"].schema if not pa.types.is_list(field.type)]
         cases = f"select {', '.join(scalars)} from features"
         return Connection(
@@ -311,10 +329,10 @@ def check_complete(database: StoredTables, columns: Sequence[str] = ()) -> None:
     DatabaseError
         If rows or columns are lacking, with what to do.
     """
-    if len(database) < database.manifest.rows:
+    if database.lacks:
         raise DatabaseError(
-            f"{database.store} has {len(database)} of {database.manifest.rows} rows; finish the sweep first, "
-            "with the same command that began it"
+            f"{database.store} has {database.lacks}; finish the {database.work} first, with the same command that "
+            "began it"
         )
     for name in sorted(set(columns) - set(database.dataset("features").schema.names)):
         why = f"{database.store} lacks the column {name}; give a database that has it"

@@ -1,9 +1,12 @@
+from .averages import RecordedAverages as RecordedAverages
+from .averages import recorded_averages as recorded_averages
 from .blocks.recording_blocks import RecordingBlocks as RecordingBlocks
 from .blocks.recording_blocks import read_in_blocks as read_in_blocks
 from .blocks.recording_blocks import read_of_any_size as read_of_any_size
 from .evidence.presence import MeshPresence as MeshPresence
 from .evidence.presence import NoMeshError as NoMeshError
 from .evidence.repeatability import Repeatability as Repeatability
+from .files.kinds import RECORDING_SUFFIXES as RECORDING_SUFFIXES
 from .files.python_recording import recording_from as recording_from
 from .files.read import read_recording as read_recording
 from .files.settings import FileOptions as FileOptions
@@ -14,6 +17,7 @@ from .first_look.order_map import OrderMap as OrderMap
 from .first_look.shaft_evidence import shaft_evidence as shaft_evidence
 from .gear_signature import recorded_signature as recorded_signature
 from .history import recorded_history as recorded_history
+from .notes import DOUBTS as DOUBTS
 from .notes import NO_MESH as NO_MESH
 from .recording import Channel as Channel
 from .recording import Recording as Recording
@@ -23,7 +27,9 @@ from .settings import AveragingSettings as AveragingSettings
 from .shaft_angle import PULSE_SHARE as PULSE_SHARE
 from .shaft_angle import SPEED_DOUBT as SPEED_DOUBT
 from .signature import RecordedSignature as RecordedSignature
+from .signature import in_si_unit as in_si_unit
 from .signature import in_unit as in_unit
 from .signature import in_unit_of as in_unit_of
 from .synthetic.recording import synthetic_recording as synthetic_recording
 from .synthetic.surroundings import Surroundings as Surroundings
+from .tacho.rig_fit import SPEED_UNLIKE_RIG as SPEED_UNLIKE_RIG

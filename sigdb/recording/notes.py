@@ -16,6 +16,14 @@ _LITTLE_KEPT, _ABOVE_NOISE = 0.2, 2.0
 _OF_PEAKS = ("peak_to_peak", "crest_factor", "kurtosis", "energy_operator", "fm0", "fm4", "m6a", "m8a")
 """Indicators that a few great samples, or missing ones, decide."""
 
+DOUBTS = frozenset(
+    {
+        *("speed-doubt", "speed-to-confirm", "speed-unlike-rig", "ratio-unlike-rig", "rounded-ratio", "tacho-coarse"),
+        *("mesh-phase-slips", "rate-of-another-array", "time-assumed", "cut-short", "spoilt-indicators"),
+    }
+)
+"""Codes of notes on something that an average depends on and the reading is not sure of."""
+
 MESH_PRESENT, NO_MESH = "mesh-present", "no-mesh"
 """Codes of the notes on whether the gear is to be seen in the recording."""
 

@@ -201,6 +201,11 @@ _SI_UNITS = {
 """SI unit and factor by unit; standard gravity and inch as defined."""
 
 
+def in_si_unit(unit: str) -> tuple[str, float]:
+    """Return the SI unit of a unit of acceleration, velocity or displacement, and the factor; others stay."""
+    return _SI_UNITS.get(unit, (unit, 1.0))
+
+
 def in_unit(signature: RecordedSignature, wanted: str) -> RecordedSignature:
     """Return the signature in the unit of a simulated sensor, with a note where the recording states no unit.
 

@@ -13,7 +13,14 @@ from .plan.make_plan import plan_from as plan_from
 from .plan.plan import Plan as Plan
 from .work.add_features import AddedSummary as AddedSummary
 from .work.add_features import add_features as add_features
+from .work.add_features import finish_all_added as finish_all_added
 from .work.add_features import remove_features as remove_features
+from .work.describe_database import check_version as check_version
+from .work.engines import Cluster as Cluster
+from .work.engines import Engine as Engine
+from .work.engines import Processes as Processes
+from .work.engines import make_missing as make_missing
 from .work.estimate import estimate as estimate
+from .work.ownership import ownership_of as ownership_of
 from .work.run import SweepSummary as SweepSummary
 from .work.run import run as run

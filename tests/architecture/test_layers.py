@@ -21,6 +21,7 @@ LAYERS = {
             ["database"],
             ["identification"],
             ["recognition", "sweep", "recording", "paper"],
+            ["ingest"],
             ["diagnosis"],
             ["report"],
             ["pipeline"],

@@ -43,6 +43,8 @@ SMALL = {
     "database/store/seal.py": "the one way in which files are sealed",
     "diagnosis/change/path.py": "the path, which templates and the power use",
     "dynamics/time_profile.py": "a public type of input",
+    "ingest/row_parts.py": "parts of rows, which an ingest makes and a verification makes again",
+    "ingest/settings.py": "a section that a database keeps",
     "measurement/settings.py": "a section of a recipe",
     "recording/evidence/least_event.py": "the power of a decision, apart from the decision",
     "recognition/bound/noise_bands.py": "the bands of noise, used by tables and pages",

@@ -1,5 +1,6 @@
 """``sigdb verify``."""
 
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -12,11 +13,16 @@ from sigdb.cli.options.workers import jobs_option
 
 if TYPE_CHECKING:
     from sigdb.database import IntegrityFinding
+    from sigdb.sweep import Repair
 
 
 @click.command()
 @click.argument("database", metavar="DB", type=DATABASE)
-@click.option("--deep", is_flag=True, help="Also decode all values, and compute a sample again from the recipe.")
+@click.option(
+    "--deep",
+    is_flag=True,
+    help="Also decode all values, and compute a sample again from the recipe or the recordings, which are all read.",
+)
 @click.option(
     "--sample",
     type=click.IntRange(min=0),
@@ -39,9 +45,8 @@ def verify(database: str, deep: bool, sample: int, mend: bool, jobs: int, form: 
       sigdb verify data/quick/signatures
     """
     from sigdb.cli.progress import show_progress
-    from sigdb.sweep import repair
-    from sigdb.sweep import verify as verify_database
 
+    repair, verify_database = _checks(database)
     with show_progress() as on_progress:
         if mend:
             done = repair(database, deep=deep, sample=sample, jobs=jobs, on_progress=on_progress)
@@ -54,6 +59,19 @@ def verify(database: str, deep: bool, sample: int, mend: bool, jobs: int, form: 
     else:
         _print(database, findings, left)
     return ExitCode.WRONG if left else ExitCode.DONE
+
+
+def _checks(database: str) -> "tuple[Callable[..., Repair], Callable[..., tuple[IntegrityFinding, ...]]]":
+    """Return repair and verification of a database of a sweep, or of one of recordings."""
+    from sigdb import ingest, sweep
+    from sigdb.core import CorruptionError
+    from sigdb.database import Store, read_manifest
+
+    try:
+        measured = read_manifest(Store.at(database)).is_measured
+    except CorruptionError:
+        measured = bool(Store.at(database).sizes("recordings"))
+    return (ingest.repair, ingest.verify) if measured else (sweep.repair, sweep.verify)
 
 
 def _print(database: str, findings: "tuple[IntegrityFinding, ...]", left: "tuple[IntegrityFinding, ...]") -> None:

@@ -1,7 +1,7 @@
 """Options of reading recordings and of their averages."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import Any
 
@@ -114,11 +114,23 @@ def recording_options(command: Callable[..., int | None]) -> Callable[..., int |
 
     The command gets them as ``reading``, the options of a file, and ``averaging``, the options of the average.
     """
+    return _with_options(command, _ANGLE)
 
+
+def options_of_recordings(command: Callable[..., int | None]) -> Callable[..., int | None]:
+    """Add the options of :func:`recording_options` that many recordings share: not channel and length."""
+    return _with_options(
+        command, {name: option for name, option in _ANGLE.items() if name not in ("channel", "revolutions")}
+    )
+
+
+def _with_options(
+    command: Callable[..., int | None], angle: Mapping[str, Callable[..., Any]]
+) -> Callable[..., int | None]:
     @wraps(command)
     def call(**options: Any) -> int | None:
         reading = {name: options.pop(name) for name in _FILE}
-        averaging = {name: options.pop(name) for name in _ANGLE}
+        averaging = {name: options.pop(name) for name in angle}
         if reading["tacho"] is not None and averaging["mesh_phase"]:
             raise click.UsageError("Give either --tacho or --mesh-phase.")
         try:
@@ -126,6 +138,6 @@ def recording_options(command: Callable[..., int | None]) -> Callable[..., int |
         except InputError as error:
             raise InputError(in_options(str(error))) from None
 
-    for option in reversed((*_FILE.values(), *_ANGLE.values())):
+    for option in reversed((*_FILE.values(), *angle.values())):
         call = option(call)
     return call

@@ -28,7 +28,10 @@ class PlanRecord:
     first_row_part, first_template_part
         Numbers of its first parts of rows and of templates.
     resolved
-        All settings that determine the rows: sweep, measurement, signature and rig, with every default filled in.
+        All settings that determine the rows: sweep, measurement, signature and rig, with every default filled in. Those
+        of recordings have the section ``ingest`` in place of ``sweep`` and ``measurement``.
+    parts
+        Number of its parts of rows, where the number of rows is not known before they are made; None otherwise.
     """
 
     hash: str
@@ -38,6 +41,7 @@ class PlanRecord:
     first_row_part: int = 0
     first_template_part: int = 0
     resolved: dict[str, Any]
+    parts: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,8 +98,13 @@ class Manifest:
         return (self.plan, *self.extensions)
 
     @property
+    def is_measured(self) -> bool:
+        """Whether the rows come from recordings, or from averages that others simulated, and not from a sweep."""
+        return "ingest" in self.resolved
+
+    @property
     def rows(self) -> int:
-        """Number of rows of all plans."""
+        """Number of rows of all plans; 0 where recordings say how many rows they give."""
         return sum(plan.rows for plan in self.plans)
 
     @property

@@ -87,9 +87,15 @@ def tables_of(name: str) -> tuple[str, ...]:
     return TABLES_OF[name] if name in TABLES_OF else (f"{ADDED}/{name.removeprefix(f'{ADDED}.')}",)
 
 
-def part_name(table: str, part: int) -> str:
-    """Return the name of a part's file of a table."""
-    return f"{table}/part-{part:05d}.parquet"
+def part_name(table: str, part: int, revision: int = 0) -> str:
+    """Return the name of a part's file of a table; a file that was written again with other labels has a revision."""
+    return f"{table}/part-{part:05d}{f'-{revision}' if revision else ''}.parquet"
+
+
+def revision_of(path: str) -> int:
+    """Return the revision in the name of a part's file."""
+    match = re.fullmatch(r".*/part-\d+-(\d+)\.parquet", path)
+    return int(match[1]) if match else 0
 
 
 def receipt_name(name: str, part: int) -> str:
@@ -138,10 +144,19 @@ class CopiedReceiptError(DamagedFileError):
     """A receipt under the name of another part's."""
 
 
+def has_own_files(receipt: Receipt) -> bool:
+    """Return whether the files of a receipt have the names of its part's."""
+    paths = [file.path for file in receipt.files]
+    revisions = map(revision_of, paths)
+    return paths == [
+        part_name(table, receipt.part, r) for table, r in zip(tables_of(receipt.name), revisions, strict=False)
+    ]
+
+
 def _wrong_files(receipt: Receipt) -> str:
     """Return why the records of the files of a receipt cannot be right; empty if they can."""
-    names = [part_name(table, receipt.part) for table in tables_of(receipt.name)]
-    if [file.path for file in receipt.files] != names:
+    if not has_own_files(receipt):
+        names = [part_name(table, receipt.part) for table in tables_of(receipt.name)]
         return f"its files are not {' and '.join(names)}"
     if receipt.rows < 1 or receipt.first < 0:
         return f"it has {receipt.rows} rows from {receipt.first} on"

@@ -41,6 +41,10 @@ class StatusCode(StrEnum):
     NOT_CONVERGED = "not_converged"
     NOT_TURNED = "not_turned"
     NOT_APPLICABLE = "not_applicable"
+    UNREADABLE = "unreadable"
+    NO_GEAR = "no_gear"
+    DOUBTFUL = "doubtful"
+    NO_AVERAGE = "no_average"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,6 +5,7 @@ import platform
 import socket
 import time
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import pyarrow as pa
 import pyarrow.compute as pc
@@ -12,7 +13,7 @@ import pyarrow.parquet as pq
 
 from sigdb.core import DatabaseError, __version__
 from sigdb.database.store.checked import block_checksums
-from sigdb.database.store.receipts import FileRecord, Receipt, part_name, write_receipt
+from sigdb.database.store.receipts import FileRecord, Receipt, part_name, revision_of, write_receipt
 from sigdb.database.store.store import Store
 
 ROW_GROUP = {"templates": 16, "features": 32768, "signals": 256}
@@ -81,6 +82,22 @@ def write_part(
         source=source,
     )
     write_receipt(store, receipt)
+    return receipt
+
+
+def write_again(store: Store, receipt: Receipt, table: str, content: pa.Table) -> Receipt:
+    """Write the file of a table of a part again, with as many rows, and the part's receipt.
+
+    The new file has a name of its own and the receipt names it, so that at every instant the part is whole, with the
+    old rows or with the new ones. The old file is deleted last.
+    """
+    old = receipt.file(table)
+    encoder = _Encoder(table, content.schema)
+    encoder.add(content)
+    new = _write_file(store, part_name(table, receipt.part, revision_of(old.path) + 1), encoder)
+    receipt = replace(receipt, files=tuple(new if file is old else file for file in receipt.files))
+    write_receipt(store, receipt)
+    store.delete(old.path)
     return receipt
 
 

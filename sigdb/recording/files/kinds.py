@@ -285,3 +285,7 @@ def _without_name(path: Path, content: FileKind | None) -> FileKind:
 def _by_content(begin: bytes) -> FileKind | None:
     """Return the format of the first bytes; text only if no other format begins so."""
     return next((kind for kind in (*KINDS[1:], TEXT) if kind.begins(begin)), None)
+
+
+RECORDING_SUFFIXES = tuple(sorted({suffix for kind in KINDS for suffix in kind.suffixes} | {".zip"}))
+"""Suffixes of files that are read as recordings."""

@@ -22,6 +22,7 @@ from sigdb.database import (
     check_added,
     damaged_part,
     foreign_files,
+    has_own_files,
     part_name,
     read_all_receipts,
     read_file,
@@ -241,10 +242,7 @@ def _fits(receipt: Receipt, plan: Plan) -> bool:
     """Return whether a receipt is that of the plan's part of its number."""
     first, stop = _range(plan, receipt)
     return (
-        receipt.plan == plan.hash
-        and (receipt.first, receipt.rows) == (first, stop - first)
-        and [file.path for file in receipt.files]
-        == [part_name(table, receipt.part) for table in tables_of(receipt.name)]
+        receipt.plan == plan.hash and (receipt.first, receipt.rows) == (first, stop - first) and has_own_files(receipt)
     )
 
 

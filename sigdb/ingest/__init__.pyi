@@ -1,0 +1,12 @@
+from .damage_kinds import KIND_NAMES as KIND_NAMES
+from .damage_kinds import kind_of as kind_of
+from .findings import Finding as Finding
+from .findings import enter_findings as enter_findings
+from .ingest_recordings import IngestSummary as IngestSummary
+from .ingest_recordings import ingest as ingest
+from .recording_facts import LABELS as LABELS
+from .recording_facts import RecordingFacts as RecordingFacts
+from .schema import measured_schema as measured_schema
+from .settings import IngestSettings as IngestSettings
+from .verify_recordings import repair as repair
+from .verify_recordings import verify as verify

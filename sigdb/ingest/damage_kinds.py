@@ -1,0 +1,88 @@
+"""Kinds of gear damage by the names of ISO 10825-1, and the words that files and tables use for them."""
+
+import re
+
+from sigdb.core import InputError, suggestion
+
+NONE, UNKNOWN, OTHER = "none", "unknown", "other"
+
+KINDS = (
+    *("wear", "abrasive wear", "scratching", "corrosion", "fretting corrosion", "scaling", "overheating"),
+    *("cavitation erosion", "electric erosion", "scuffing", "indentation", "plastic deformation", "rippling"),
+    *("ridging", "micropitting", "pitting", "flake pitting", "spalling", "case crushing", "crack", "hardening crack"),
+    *("grinding crack", "fatigue crack", "breakage", "overload breakage", "fatigue breakage", "tooth end breakage"),
+    "tooth shear",
+)
+"""Names of ISO 10825-1; ``crack`` and ``breakage`` where it is not stated how they came about."""
+
+KIND_NAMES = (NONE, *KINDS, OTHER, UNKNOWN)
+"""Values of the column ``kind``: no damage, a kind, something that ISO 10825-1 has no name for, or unknown."""
+
+_HEALTHY = (
+    "healthy",
+    "health",
+    "normal",
+    "good",
+    "ok",
+    "intact",
+    "undamaged",
+    "no damage",
+    "no fault",
+    "baseline",
+    NONE,
+)
+_WORDS = {
+    "worn": "wear",
+    "surface wear": "wear",
+    "tooth wear": "wear",
+    "pit": "pitting",
+    "pitted": "pitting",
+    "spall": "spalling",
+    "spalled": "spalling",
+    "scoring": "scuffing",
+    "scuffed": "scuffing",
+    "cracked": "crack",
+    "tooth crack": "crack",
+    "root crack": "crack",
+    "root": "crack",
+    "chip": "breakage",
+    "chipped": "breakage",
+    "chipping": "breakage",
+    "chipped tooth": "breakage",
+    "broken": "breakage",
+    "broken tooth": "breakage",
+    "miss": "breakage",
+    "missing": "breakage",
+    "missing tooth": "breakage",
+    "tooth breakage": "breakage",
+    "tooth fracture": "breakage",
+}
+"""Kind by a word for a state; part of a tooth or all of it is missing after a breakage."""
+
+
+def kind_of(state: str) -> str:
+    """Return the kind of damage that a word for a state means: one of :data:`KIND_NAMES`.
+
+    Examples
+    --------
+    >>> kind_of("Chipped_Tooth"), kind_of("normal"), kind_of("state 3")
+    ('breakage', 'none', 'unknown')
+    """
+    word = re.sub(r"[\s_-]+", " ", state).strip().lower()
+    if word in _HEALTHY:
+        return NONE
+    return word if word in KIND_NAMES else _WORDS.get(word, UNKNOWN)
+
+
+def checked_kind(text: str) -> str:
+    """Return a kind of damage that a table states as such.
+
+    Raises
+    ------
+    InputError
+        If it is no kind; the message names the nearest.
+    """
+    kind = kind_of(text)
+    if kind == UNKNOWN and text.strip().lower() != UNKNOWN:
+        raise InputError(f"kind = {text!r} is no kind of damage of ISO 10825-1{suggestion(text, KIND_NAMES)}")
+    return kind

@@ -1,0 +1,179 @@
+"""The plan of an ingest: the recordings with their facts, and the parts that they are made in."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any, Literal, Self
+
+from sigdb.core import DatabaseError, validated
+from sigdb.database import FORMAT, PlanRecord, Store, sealed_json, unsealed
+from sigdb.ingest.recording_facts import RecordingFacts
+from sigdb.ingest.settings import IngestSettings
+from sigdb.transmission import Transmission
+
+PART_ROWS = 65536
+"""Ids of a part: part k holds ids from ``PART_ROWS k`` on, as many as its recordings give."""
+
+_MOST_RECORDINGS, _PARTS_WANTED = 64, 64
+
+Source = Literal["measured", "simulated elsewhere"]
+"""Origin of rows: recordings, or averages that another program has simulated."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannedRecording:
+    """A file of an ingest.
+
+    Attributes
+    ----------
+    path
+        Its full path.
+    name
+        Its path below the folder of the recordings.
+    bytes
+        Its size.
+    facts
+        Its facts: one entry, or several of different gears or channels.
+    specimens
+        Number of the specimen of each entry; None where it is unknown.
+    """
+
+    path: str
+    name: str
+    bytes: int
+    facts: tuple[RecordingFacts, ...]
+    specimens: tuple[int | None, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the recording as a list of recordings holds it."""
+        facts = [each.model_dump(mode="json", exclude_none=True, exclude={"file"}) for each in self.facts]
+        return asdict(self) | {"facts": facts, "specimens": list(self.specimens)}
+
+    @classmethod
+    def from_json(cls, content: dict[str, Any]) -> Self:
+        """Return the recording that :meth:`as_json` wrote."""
+        facts = [
+            validated(RecordingFacts, {"file": content["name"], **each}, owner=content["name"])
+            for each in content["facts"]
+        ]
+        return cls(**content | {"facts": tuple(facts), "specimens": tuple(content["specimens"])})
+
+
+@dataclass(frozen=True, kw_only=True)
+class IngestPlan:
+    """Recordings that are ingested together.
+
+    Attributes
+    ----------
+    settings
+        Settings of averages and of reading.
+    rigs
+        The rigs that settings and facts name.
+    recordings
+        The files, in order.
+    first_part
+        Number of the first part.
+    source
+        Origin of the rows.
+    """
+
+    settings: IngestSettings
+    rigs: dict[str, Transmission]
+    recordings: tuple[PlannedRecording, ...]
+    first_part: int = 0
+    source: Source = "measured"
+
+    @property
+    def recordings_of_a_part(self) -> int:
+        """Number of recordings in a part, fixed by the number of all of them."""
+        return min(max(1, -(-len(self.recordings) // _PARTS_WANTED)), _MOST_RECORDINGS)
+
+    @property
+    def most_rows(self) -> int:
+        """Greatest number of rows that a recording may give."""
+        return PART_ROWS // self.recordings_of_a_part
+
+    @property
+    def row_part_numbers(self) -> range:
+        """Numbers of its parts."""
+        return range(self.first_part, self.first_part + -(-len(self.recordings) // self.recordings_of_a_part))
+
+    def recordings_of(self, part: int) -> tuple[PlannedRecording, ...]:
+        """Return the recordings of a part."""
+        size = self.recordings_of_a_part
+        start = (part - self.first_part) * size
+        return self.recordings[start : start + size]
+
+    @property
+    def list_name(self) -> str:
+        """Name of the file with the list of its recordings."""
+        return list_name(self.first_part)
+
+    @cached_property
+    def list_content(self) -> bytes:
+        """Content of that file."""
+        return sealed_json({"recordings": [recording.as_json() for recording in self.recordings]})
+
+    @cached_property
+    def resolved(self) -> dict[str, Any]:
+        """Everything that determines the rows; the list of recordings by its SHA-256."""
+        return {
+            "format": FORMAT,
+            "ingest": {"source": self.source, **self.settings.resolved()},
+            "signature": {"samples_per_tooth": self.settings.samples_per_tooth},
+            "rigs": {name: rig.model_dump(mode="json", exclude_none=True) for name, rig in self.rigs.items()},
+            "recordings": hashlib.sha256(self.list_content).hexdigest(),
+        }
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of :attr:`resolved`."""
+        return hashlib.sha256(json.dumps(self.resolved, sort_keys=True).encode()).hexdigest()
+
+    @property
+    def record(self) -> PlanRecord:
+        """The record of the plan that a database keeps."""
+        return PlanRecord(
+            hash=self.hash,
+            seed=0,
+            rows=0,
+            templates=0,
+            first_row_part=self.first_part,
+            resolved=self.resolved,
+            parts=len(self.row_part_numbers),
+        )
+
+
+def list_name(first_part: int) -> str:
+    """Return the name of the file with the list of recordings of a plan."""
+    return f"recordings/list-{first_part:05d}.json"
+
+
+def stored_plan(record: PlanRecord, store: Store) -> IngestPlan:
+    """Return the plan of a record and of the list of its recordings.
+
+    Raises
+    ------
+    DatabaseError
+        If the list is missing or damaged, or is not that of the record.
+    """
+    name = list_name(record.first_row_part)
+    content = unsealed(store.get(name), name=store.name_of(name))
+    settings = {key: value for key, value in record.resolved["ingest"].items() if key != "source"}
+    plan = IngestPlan(
+        settings=validated(IngestSettings, settings, owner=str(store)),
+        rigs={key: validated(Transmission, rig, owner=str(store)) for key, rig in record.resolved["rigs"].items()},
+        recordings=tuple(map(PlannedRecording.from_json, content["recordings"])),
+        first_part=record.first_row_part,
+        source=record.resolved["ingest"]["source"],
+    )
+    if plan.hash != record.hash:
+        raise DatabaseError(f"{store.name_of(name)} is not the list of the recordings that sigdb.toml names")
+    return plan
+
+
+def stored_plans(records: Sequence[PlanRecord], store: Store) -> list[IngestPlan]:
+    """Return the plans of a database."""
+    return [stored_plan(record, store) for record in records]
