@@ -238,7 +238,7 @@ def _about(
     gear: str | None,
 ) -> Recording | RecordingBlocks:
     """Return a recording whose ratio and speed are of the shaft of a gear; those stated are of the first gear's."""
-    first = (facts.gear.split("+") if facts.gear else list(plan.settings.gears) or [gear])[0]
+    first = facts.gear.split("+")[0] if facts.gear else next(iter(plan.settings.gears), gear)
     if rig is None or gear is None or first is None or gear == first:
         return read
     turns = abs(rig.ratio(rig.gears[gear].shaft) / rig.ratio(rig.gears[first].shaft))
