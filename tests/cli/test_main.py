@@ -17,6 +17,7 @@ from sigdb.cli.options import places
 COMMANDS = (
     *("new-rig", "describe", "modes", "run", "sweep", "verify", "coverage", "refine", "card", "identify"),
     *("query", "show", "match", "signature", "export", "train", "evaluate", "diagnose", "ingest", "label"),
+    "add-features",
 )
 SIGDB = Path(sys.executable).with_name("sigdb")
 

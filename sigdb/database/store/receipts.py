@@ -146,11 +146,10 @@ class CopiedReceiptError(DamagedFileError):
 
 def has_own_files(receipt: Receipt) -> bool:
     """Return whether the files of a receipt have the names of its part's."""
-    paths = [file.path for file in receipt.files]
-    revisions = map(revision_of, paths)
-    return paths == [
-        part_name(table, receipt.part, r) for table, r in zip(tables_of(receipt.name), revisions, strict=False)
-    ]
+    paths, tables = [file.path for file in receipt.files], tables_of(receipt.name)
+    return len(paths) == len(tables) and all(
+        path == part_name(table, receipt.part, revision_of(path)) for table, path in zip(tables, paths, strict=True)
+    )
 
 
 def _wrong_files(receipt: Receipt) -> str:
