@@ -46,6 +46,7 @@ from .toml_files import read_toml as read_toml
 from .units import PHYSICAL as PHYSICAL
 from .units import in_si as in_si
 from .units import in_unit as in_unit
+from .units import separate_quantities as separate_quantities
 from .version import __version__ as __version__
 from .whole_files import TEMPORARY as TEMPORARY
 from .whole_files import make_folder as make_folder

@@ -32,7 +32,7 @@ second = [time] = s = sec
 radian = [angle] = rad
 kelvin = [temperature] = K = degC = degF
 degree = 3.1415926535897932384626433832795028841971693993751 / 180 * radian = deg = °
-turn = 360 * degree = rev = revolution
+turn = 360 * degree = rev = revolution = r = U = tr
 minute = 60 * second = min
 hour = 3600 * second = h
 tonne = 1000 * kilogram = t
@@ -44,7 +44,8 @@ pascal = newton / meter ** 2 = Pa
 bar = 1e5 * pascal
 watt = newton * meter / second = W
 hertz = turn / second = Hz
-rpm = turn / minute = RPM
+rpm = turn / minute = RPM = cpm
+rps = turn / second = cps
 inch = 0.0254 * meter = in
 foot = 12 * inch = ft
 mil = 1e-3 * inch = thou
@@ -181,11 +182,24 @@ def in_unit(text: str, unit: str) -> float:
             name for other, (name, _) in _KINDS.items() if _declared(other).dimensionality == parsed.dimensionality
         )
         actual = next(alike, f"in {written}")
-        raise QuantityError(f"{shown} is {actual}; {needed}")
+        as_weight = parsed.dimensionality * _declared("m/s^2").dimensionality == wanted.dimensionality
+        weight = "; a pound or a kilogram as a force is lbf or kgf" if as_weight else ""
+        raise QuantityError(f"{shown} is {actual}; {needed}{weight}")
     value = float(registry.Quantity(Decimal(number), parsed).to(wanted).magnitude)
     if abs(value) == float("inf"):
         raise QuantityError(f"{shown} is too large; {needed}")
     return value
+
+
+def separate_quantities(text: str) -> list[str]:
+    """Return the numbers of a text, each with its unit: they are separated by commas that are not within a number.
+
+    Examples
+    --------
+    >>> separate_quantities("2.5mm,3 mm"), separate_quantities("2,5 mm")
+    (['2.5mm', '3 mm'], ['2,5 mm'])
+    """
+    return re.split(r"(?<=[^\d\s])\s*,\s*|,\s+", text)
 
 
 _COMMON = ("mm", "um", "cm", "kg", "Nm", "N", "kN", "kNm", "rpm", "Hz", "kHz", "deg", "rad", "GPa", "MPa", "Pa", "kW")

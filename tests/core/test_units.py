@@ -18,6 +18,8 @@ from sigdb.core.units import _KINDS, in_si, in_unit
         ("20 um", "m", 2e-5), ("1 in", "m", 0.0254), ("-3.5cm", "m", -0.035), (".5 mm", "m", 5e-4),
         ("1480rpm", "rpm", 1480.0), ("1480 1/min", "rpm", 1480.0), ("1480/min", "rpm", 1480.0),
         ("1480 min^-1", "rpm", 1480.0), ("1480 min-1", "rev/min", 1480.0), ("1480 rev/min", "rev/min", 1480.0),
+        ("1480 r/min", "rpm", 1480.0), ("1480 U/min", "rpm", 1480.0), ("1480 tr/min", "rpm", 1480.0),
+        ("1480 cpm", "rpm", 1480.0), ("25 rps", "rpm", 1500.0), ("25 cps", "Hz", 25.0),
         ("25 Hz", "rpm", 1500.0), ("25 1/s", "rpm", 1500.0), ("9000 deg/s", "rpm", 1500.0),
         ("157.07963267948966 rad/s", "rpm", 1500.0),
         ("12.8kHz", "Hz", 12800.0), ("1500 rpm", "Hz", 25.0),
@@ -40,6 +42,17 @@ def test_a_text_is_the_nearest_number_in_the_unit_of_its_field(text, unit, numbe
     [
         ("3 kg", "m", "'3 kg' is a mass; a length is needed, such as \"3 mm\""),
         ("5kW", "N m", "'5kW' is a power; a torque is needed, such as \"45 N m\""),
+        (
+            "33 lb-ft",
+            "N m",
+            "'33 lb-ft' is an unbalance; a torque is needed, such as \"45 N m\"; "
+            "a pound or a kilogram as a force is lbf or kgf",
+        ),
+        (
+            "5 kg",
+            "N",
+            "'5 kg' is a mass; a force is needed, such as \"2 kN\"; a pound or a kilogram as a force is lbf or kgf",
+        ),
         ("20 °C", "m", "'20 °C' is a temperature; a length is needed, such as \"3 mm\""),
         ("20 degF", "rpm", "'20 degF' is a temperature; a speed of rotation is needed, such as \"1480 rpm\""),
         ("5 N m", "N m/rad", "'5 N m' is a torque; a torsional stiffness is needed, such as \"5 kN m/rad\""),

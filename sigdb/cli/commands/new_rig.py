@@ -5,6 +5,13 @@ from pathlib import Path
 import click
 
 from sigdb.cli.options.quantities import Quantity
+from sigdb.core import separate_quantities
+
+
+def _modules(ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]) -> list[float]:
+    """Return the modules of all uses of an option, in m."""
+    module = Quantity("m", min=0, min_open=True)
+    return [module.convert(text, param, ctx) for listed in texts for text in separate_quantities(listed)]
 
 
 @click.command("new-rig")
@@ -20,9 +27,10 @@ from sigdb.cli.options.quantities import Quantity
 @click.option("--torque", type=Quantity("N m", min=0, min_open=True), help="Torque on the driving shaft, N m.")
 @click.option(
     "--module",
-    type=Quantity("m", min=0, min_open=True),
+    metavar="QUANTITY",
     multiple=True,
-    help="Normal module, m: of all stages, or once for each; sized by the torque if left out.",
+    callback=_modules,
+    help="Normal module, m: of all stages, or of each, as 2.5mm,3mm; sized by the torque if left out.",
 )
 @click.option("--helix-angle", type=Quantity("deg", min=0), help="Helix angle of all stages, deg; spur if left out.")
 @click.option("--force", is_flag=True, help="Overwrite the file if it exists.")
@@ -36,7 +44,7 @@ def new_rig(
     teeth: tuple[str, ...],
     speed: float | None,
     torque: float | None,
-    module: tuple[float, ...],
+    module: list[float],
     helix_angle: float | None,
     force: bool,
     energy_method: bool,
@@ -58,7 +66,7 @@ def new_rig(
     from sigdb.transmission import KnownNumbers, new_rig_text, write_new_rig
 
     options = {"--teeth": teeth, "--speed": speed, "--torque": torque, "--module": module, "--helix-angle": helix_angle}
-    stated = [name for name, value in options.items() if value not in (None, ())]
+    stated = [name for name, value in options.items() if value not in (None, (), [])]
     numbers = None
     if stated:
         lacking = [name for name in ("--teeth", "--speed", "--torque") if name not in stated]

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Strict, field_validator, model_validator
 
-from sigdb.core import Section, quantity
+from sigdb.core import Section, quantity, separate_quantities
 
 MOST_STAGES = 3
 
@@ -52,7 +52,7 @@ class KnownNumbers(Section):
     def _listed(cls, value: object) -> object:
         """Return a list of modules from one module, or from texts such as '2 mm,3 mm'."""
         if isinstance(value, str):
-            return value.split(",")
+            return separate_quantities(value)
         return value if value is None or isinstance(value, list | tuple) else [value]
 
     @model_validator(mode="after")

@@ -154,13 +154,13 @@ def origins(rig: Transmission) -> dict[str, int]:
 def unranged_numbers(rig: Transmission) -> list[str]:
     """Return the dotted paths of numbers that no source gives and of which nothing is assumed in range.
 
-    Those are numbers without a source, or with one that begins with ``assumed:``, without a range, choices or tie of
-    their own or of a component.
+    Those are numbers without a source, and all with one that begins with ``assumed:``, such as a mode shape, without a
+    range, choices or tie of their own or of a component.
     """
     return [
         ".".join((*path, name))
         for path, part in _parts(rig)
-        for name in _stated_numbers(part)
+        for name in dict.fromkeys([*_stated_numbers(part), *part.sources])
         if part.sources.get(name, "assumed:").startswith("assumed:")
         and not any(key.split(".")[0] == name for key in part.assumed)
     ]

@@ -24,6 +24,12 @@ def test_a_file_from_known_numbers_is_the_rig_of_the_function(tmp_path):
     assert rig.assumptions["meshes.main.face_width"].scale == "log"
 
 
+@pytest.mark.parametrize("modules", [["2.5mm,3mm"], ["2.5 mm, 0.003 m"], ["2.5mm", "--module", "3mm"]])
+def test_modules_of_stages_are_listed_as_stages_are(modules):
+    printed = call("--stages 23/67,19/81 --speed 1480 --torque 45 --module", *modules).stdout
+    assert [mesh["module"] for mesh in tomllib.loads(printed)["meshes"].values()] == [0.0025, 0.003]
+
+
 @pytest.mark.parametrize("stages", ["--stages 23/67,19/81", "--teeth 23/67 --stages 19/81"])
 def test_without_a_file_the_rig_is_printed(stages):
     printed = call(f"{stages} {KNOWN} --module 3mm --helix-angle 0.2rad").stdout
@@ -39,6 +45,7 @@ def test_without_a_file_the_rig_is_printed(stages):
         ("--teeth 23/67", "Error: --teeth needs --speed and --torque too."),
         ("--torque 45Nm mine.toml", "Error: --torque needs --teeth and --speed too."),
         ("", "Error: Missing argument 'FILE'; or give --teeth, --speed and --torque."),
+        ("--teeth 23/67 --speed 1480 --torque 45 --module 2,5mm", "'2,5mm' has a comma; write a decimal point"),
         ("--teeth 23/67 --speed 1480 --torque 3kg", "'3kg' is a mass; a torque is needed"),
     ],
 )
