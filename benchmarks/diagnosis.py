@@ -1,4 +1,8 @@
-"""How often a diagnosis of raw recordings is right, with a tacho and by the phase of the mesh, at two levels of noise.
+"""What a diagnosis costs, and how often that of raw recordings is right: by a tacho, by the phase, at two noise levels.
+
+Cost: the command as a whole, imports and reading included, on two recordings of the gearbox twin, 6 s of four channels,
+with tooth counts and one healthy recording, with a stored reference, and with the counts of one gear alone. Processor
+time on one core, greatest memory of the process, and the time over that of the healthy-only detector in the same run.
 
 A dozen recordings of the NASA rig are marched in time with backlash: nine damages and no damage three times. Each has a
 speed and a torque of its own that wander, a resonance between mesh and sensor, coloured noise, jitter of the tacho and
@@ -6,15 +10,23 @@ tones of the other shaft. All are of one pair of gears with index errors. A heal
 gives the path. Right is no tooth for the healthy ones; for the others an interval with the damaged tooth, or, without a
 tacho mark, any tooth, since its number is relative.
 
-    python benchmarks/diagnosis.py [--json]
+    python benchmarks/diagnosis.py [--json]                             # both
+    python benchmarks/diagnosis.py --cost docs/guide/diagnosis_cost.json   # the cost alone, as the guide shows it
 """
 
 import argparse
 import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measuring import environment, print_table, timed
+from gearbox_twin import TEETH, Twin
+from healthy_only import MeanTurn, pulse
+from measuring import environment, least_seconds, print_table, timed
 from threadpoolctl import threadpool_limits
 
 import sigdb
@@ -44,15 +56,70 @@ def main() -> None:
     """Print the tables, or a JSON document with the same numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--cost", type=Path, help="measure the cost alone, and write it into this file")
     given = parser.parse_args()
     machine = environment("numpy", "scipy")
+    costs = cost()
+    if given.cost is not None:
+        print_table("Cost of a diagnosis", costs)
+        document = {"machine": machine, "tables": {"cost": costs}}
+        given.cost.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+        return
     with threadpool_limits(1):
         rows = [diagnosed(angle, level) for angle, levels in LEVELS.items() for level in levels]
     if given.json:
-        print(json.dumps({"machine": machine, "rows": rows}, indent=1))
+        print(json.dumps({"machine": machine, "cost": costs, "rows": rows}, indent=1))
         return
     print(", ".join(f"{key} {value}" for key, value in machine.items()))
+    print_table("Cost of a diagnosis", costs)
     print_table("Diagnoses of a dozen raw recordings", rows)
+
+
+def cost() -> list[dict[str, Any]]:
+    """Processor time and memory of the command, each the least of three runs after one that fills the caches."""
+    with tempfile.TemporaryDirectory() as folder:
+        names = {"new": Path(folder, "new.csv"), "run": Path(folder, "run.csv")}
+        turns = {}
+        for number, (name, path) in enumerate(names.items()):
+            one, angle = Twin(seed=1).record(load=50.0, number=number + 1)
+            turns[name] = (one.channel("a1").samples, angle)
+            columns = np.column_stack([channel.samples for channel in one.channels])
+            header = ",".join(channel.name for channel in one.channels)
+            np.savetxt(path, columns, delimiter=",", header=header, comments="", fmt="%.6g")
+        floor = least_seconds(lambda: _floor(turns), repeats=5)
+        reference = Path(folder, "machine.npz")
+        base = ("diagnose", str(names["run"]), "--sampling-rate", "12800", "--tacho", "tacho")
+        healthy = ("--healthy", str(names["new"]))
+        cases = {
+            "counts 32/80, one healthy recording": (*base, *healthy, "--teeth", "32/80"),
+            "counts 32/80, stored reference": (*base, "--healthy", str(reference), "--teeth", "32/80"),
+            "count 32, one healthy recording": (*base, *healthy, "--teeth", "32"),
+        }
+        command(*base, *healthy, "--teeth", "32/80", "--save-reference", str(reference))
+        rows = []
+        for case, arguments in cases.items():
+            runs = [command(*arguments) for _ in range(3)]
+            seconds = min(seconds for seconds, _ in runs)
+            over = seconds / floor
+            rows.append({"case": case, "seconds": seconds, "MB": min(peak for _, peak in runs), "over floor": over})
+    return rows
+
+
+def _floor(turns: dict[str, Any]) -> None:
+    new, run = (MeanTurn.of(x, angle, teeth=TEETH) for x, angle in (turns["new"], turns["run"]))
+    pulse(run, new, marked=True)
+
+
+def command(*arguments: str) -> tuple[float, float]:
+    """Processor time (s) and greatest memory (10^6 bytes) of a command of sigdb on one core."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "sigdb", *arguments],
+        stdout=subprocess.DEVNULL,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )
+    _, status, usage = os.wait4(process.pid, 0)
+    assert os.waitstatus_to_exitcode(status) in (0, 1), arguments
+    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1e3
 
 
 def diagnosed(angle: str, snr_db: float) -> dict[str, Any]:

@@ -131,6 +131,8 @@ def diagnose(
     source, gear, count = _source(
         rig, teeth, module, gear, model=model, database=database, sensor=sensor, torque=torque
     )
+    if _is_stored(recording):
+        raise InputError(f"{recording} is the reference of a machine, not a recording; give it as healthy")
     references = _listed(healthy)
     stored = [StoredReference.load(cast(str, each)) for each in references if _is_stored(each)]
     raw = [each for each in references if not _is_stored(each)]

@@ -92,7 +92,7 @@ def diagnose(
     from sigdb.report import Terminal, diagnosis_text, write_diagnosis_report
 
     diagnosis = diagnose_recording(
-        read_of_any_size(recording, **reading),
+        recording if is_reference(recording) else read_of_any_size(recording, **reading),
         rig,
         healthy=[each if is_reference(each) else read_of_any_size(each, **reading) for each in healthy],
         teeth=teeth,

@@ -161,9 +161,10 @@ def with_format(contents: Contents, kind: FileKind, path: Path, settings: Record
 def recording_settings(path: Path, options: Mapping[str, object]) -> RecordingSettings:
     """Return the settings from the side file and the options; the options win, and None leaves one out."""
     options = {name: value for name, value in options.items() if value is not None}
-    side = path.with_name(path.name[: len(path.name) - len(suffix_of(path))] + ".toml")
+    named = path if path.name not in ("", "..") else path.resolve()  # the side file of a folder bears its name
+    side = named.with_name(named.name[: len(named.name) - len(suffix_of(named))] + ".toml") if named.name else named
     stated: dict[str, Any] = {}
-    if side != path and side.is_file():
+    if side != named and side.is_file():
         if side.stat().st_size > LARGEST_SIDE_FILE:
             raise InputError(f"{side}: larger than {LARGEST_SIDE_FILE} bytes, so no side file of a recording")
         stated = read_toml(side)

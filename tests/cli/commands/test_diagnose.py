@@ -117,6 +117,8 @@ def test_a_stored_reference_stands_for_the_healthy_recordings(leave, files, tmp_
         again, stored, err = leave("diagnose", files / "sixth.csv", *TACHO, *point, "--healthy", reference)
     assert (again, err) == (code, "")
     assert json.loads(stored) == json.loads(out)
+    code, _, err = leave("diagnose", reference, *TACHO)
+    assert (code, "is the reference of a machine, not a recording" in err) == (2, True)
     whole = bytearray(reference.read_bytes())
     whole[len(whole) // 2] ^= 1
     reference.write_bytes(whole)

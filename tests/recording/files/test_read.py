@@ -85,6 +85,16 @@ def test_a_side_file_gives_what_options_do_not(tmp_path):
     assert sigdb.read_recording(path, sampling_rate=600).channel("a1").sampling_rate == 600
 
 
+@pytest.mark.parametrize("place", [".", "../parts"])
+def test_the_side_file_of_a_folder_bears_its_name(tmp_path, monkeypatch, place):
+    folder = tmp_path / "parts"
+    folder.mkdir()
+    table(folder / "run.csv")
+    (tmp_path / "parts.toml").write_text("sampling_rate = 500\ntorque = 40\n", encoding="utf-8")
+    monkeypatch.chdir(folder)
+    assert sigdb.read_recording(place).torque == 40
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [
