@@ -42,6 +42,7 @@ from .store.manifest import FORMAT as FORMAT
 from .store.manifest import MANIFEST_FILE as MANIFEST_FILE
 from .store.manifest import Manifest as Manifest
 from .store.manifest import PlanRecord as PlanRecord
+from .store.manifest import is_database as is_database
 from .store.manifest import read_manifest as read_manifest
 from .store.manifest import rewrite as rewrite
 from .store.receipts import KINDS as KINDS

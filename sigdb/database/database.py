@@ -274,6 +274,8 @@ class Database(StoredTables):
         z and z_t be these residuals. The residual distance is the root mean square of ``z - z_t turned``. The match is
         the overlap ``<z, z_t turned> / (|z| |z_t|)``. Both are taken at the turn where they are best.
 
+        In a database of recordings, rows with a result take the place of templates: ``id`` that of ``template``.
+
         Templates are ranked by residual distance: under white noise the nearest one is the most likely. The healthy
         template, whose residual and match are 0, takes part on equal terms. Only templates of the average's length
         take part, so of its tooth count.

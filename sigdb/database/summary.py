@@ -4,7 +4,7 @@ from typing import TypedDict, cast
 
 import pyarrow as pa
 
-from sigdb.core import validated
+from sigdb.core import InputError, validated
 from sigdb.database.database import Database
 from sigdb.database.matching.outside_threshold import read_coverage
 from sigdb.database.stored_tables import check_complete
@@ -143,6 +143,8 @@ def database_card(database: Database) -> DatabaseFacts:
         If the database is not finished, or damaged.
     """
     check_complete(database)
+    if database.manifest.is_measured:
+        raise InputError(f"{database.store}: a card is of a sweep; ask sigdb query for the recordings and their labels")
     manifest, receipts = database.manifest, [*database.receipts("templates"), *database.receipts("rows")]
     rig = validated(Transmission, manifest.resolved["rig"], owner=str(database.store))
     counts = database.arrow(_COUNTS).to_pylist()[0]

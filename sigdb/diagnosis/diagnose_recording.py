@@ -8,11 +8,14 @@ from pathlib import Path
 from typing import TypedDict, Unpack, cast
 
 from sigdb.core import InputError, Note, validated
+from sigdb.database import is_database
 from sigdb.diagnosis.diagnose_signature import absent_gears, diagnose_signature
 from sigdb.diagnosis.diagnosis import Diagnosis, unjudged
+from sigdb.diagnosis.healthy_rows import healthy_rows
 from sigdb.diagnosis.notes import reading_notes
 from sigdb.diagnosis.rig_templates import Source, averaged_gear_of, stored_bank
 from sigdb.diagnosis.stored_reference import Healthy, SimulatedTemplates, StoredReference, is_reference
+from sigdb.ingest import database_defaults
 from sigdb.recording import (
     AngleOptions,
     AveragingSettings,
@@ -71,6 +74,7 @@ def diagnose(
     load: float | None = None,
     healthy_load: Sequence[float] = (),
     save_reference: str | PathLike[str] | None = None,
+    where: str | None = None,
     **options: Unpack[DiagnosisOptions],
 ) -> Diagnosis:
     """Diagnose a gear from a recording: whether a tooth stands out, which, how severely, and what would have been seen.
@@ -88,7 +92,8 @@ def diagnose(
         The rig, with one mesh; or its name or file. Severity needs it.
     healthy : recording or sequence of recordings
         Healthy recordings, read and averaged like the other. Several, at other loads or speeds, give better limits.
-        A file of ``save_reference`` stands for the recordings that it holds.
+        A file of ``save_reference`` stands for the recordings that it holds, and a database of recordings for its
+        healthy ones. The database also gives gear, reading and averaging where they are left out.
     teeth : str or int, optional
         Instead of a rig, the tooth counts of the averaged gear and its mate, ``"32/80"``, or of that gear alone.
     module : float or str, optional
@@ -112,6 +117,9 @@ def diagnose(
     save_reference : str or path-like, optional
         File for the averages of the healthy recordings, or of this one where there are none, and for the templates: a
         reference of the machine, which later calls take as ``healthy``.
+    where : str, optional
+        Condition that selects rows of a database of ``healthy``, such as ``"date < '2026-03-01'"``. Rows of unknown
+        health that meet it count as healthy.
     **options
         Fields of :class:`sigdb.recording.AveragingSettings`: ``channel``, ``mesh_phase``, ``speed_rpm``,
         ``revolutions`` and others. For the path of a file also fields of :class:`sigdb.recording.RecordingSettings`:
@@ -128,12 +136,23 @@ def diagnose(
     InputError
         If a file cannot be read, the rig has several meshes, or the recording does not fit it.
     """
+    references = _listed(healthy)
+    databases = [cast(str, each) for each in references if is_database(each)]
+    references = [each for each in references if not is_database(each)]
+    if databases:
+        defaults = database_defaults(databases[0])
+        if rig is None and teeth is None:
+            rig, teeth, gear = defaults.rig, defaults.teeth, gear or defaults.gear
+        needed = {"samples_per_tooth": defaults.samples_per_tooth, **defaults.averaging}
+        needed |= {} if isinstance(recording, Recording | RecordingBlocks) else defaults.reading
+        options = cast(DiagnosisOptions, needed | {name: each for name, each in options.items() if each})
+    elif where is not None:
+        raise InputError(f"where = {where!r} selects rows of a database, and healthy names none")
     source, gear, count = _source(
         rig, teeth, module, gear, model=model, database=database, sensor=sensor, torque=torque
     )
     if _is_stored(recording):
         raise InputError(f"{recording} is the reference of a machine, not a recording; give it as healthy")
-    references = _listed(healthy)
     stored = [StoredReference.load(cast(str, each)) for each in references if _is_stored(each)]
     raw = [each for each in references if not _is_stored(each)]
     reading, averaging = _split_options(options, [recording, *raw])
@@ -144,6 +163,13 @@ def diagnose(
         for reference in stored
         for each in reference.healthy
     ]
+    row_notes: tuple[Note, ...] = ()
+    if databases and isinstance(run.result, RecordedSignature):
+        for each in databases:
+            rows, row_notes = healthy_rows(
+                each, where=where, teeth=run.result.teeth, channel=run.result.channel, samples=len(run.result.tsa)
+            )
+            others += [_Candidate(result=row.signature, torque=row.torque, load=row.load) for row in rows]
     results = {"recording": run.result} | {f"healthy {i + 1}": each.result for i, each in enumerate(others)}
     if reasons := absent_gears(results):
         return _without_gear(results, reasons, teeth=count)
@@ -151,6 +177,7 @@ def diagnose(
     loads, healthy_loads, notes = _loads(
         run, others, torque=torque, healthy_torque=healthy_torque, load=load, healthy_load=healthy_load
     )
+    notes = (*row_notes, *notes)
     simulated: SimulatedTemplates | None = None
     if source.rig is not None and gear is not None and (healthy_signatures or save_reference is not None):
         at = next((value for value in (torque, run.torque) if value is not None), source.rig.operating.torque)

@@ -33,7 +33,7 @@ _FACTS = (
 )
 _ARRAYS = ("tsa", "noise", "groups")
 _TEMPLATES = ("healthy", "spectra", "member", "last")
-_NOTHING = EnvelopeSpectrum(
+NOTHING = EnvelopeSpectrum(
     band=(0.0, 0.0), chosen="not stored", kurtosis=0.0, spectrum=pd.DataFrame(), lines=pd.DataFrame()
 )
 
@@ -199,7 +199,7 @@ def _healthy(facts: Mapping[str, Any], number: int, arrays: Mapping[str, np.ndar
         record_spectrum=empty,
         lines=empty,
         intervals=empty,
-        envelope=_NOTHING,
+        envelope=NOTHING,
         order_map=None,
     )
     return Healthy(signature=signature, torque=facts["torque"], load=facts["load"])

@@ -1,5 +1,7 @@
 from .damage_kinds import KIND_NAMES as KIND_NAMES
 from .damage_kinds import kind_of as kind_of
+from .database_defaults import DatabaseDefaults as DatabaseDefaults
+from .database_defaults import database_defaults as database_defaults
 from .findings import Finding as Finding
 from .findings import enter_findings as enter_findings
 from .ingest_recordings import IngestSummary as IngestSummary

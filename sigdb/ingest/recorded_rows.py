@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sigdb.core import InputError, Note, validated
+from sigdb.core import InputError, Note, plain, validated
 from sigdb.database import StatusCode
 from sigdb.ingest.plan import IngestPlan, PlannedRecording
 from sigdb.ingest.recording_facts import RecordingFacts
@@ -257,7 +257,7 @@ def _failed(code: str, why: str) -> Row:
 
 
 def _notes_text(notes: Sequence[Note]) -> str:
-    return json.dumps([{"code": note.code, "text": note.text} for note in notes])
+    return json.dumps([{"code": note.code, "text": note.text, "values": plain(dict(note.values))} for note in notes])
 
 
 def sha256_of(path: Path) -> str | None:

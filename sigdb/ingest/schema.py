@@ -111,7 +111,7 @@ MEASURED = (
     Column(name="kept", type=pa.float64(), help="Standard deviation of the average over that of the record."),
     Column(name="highest_order", type=pa.float64(), unit="1/rev", help="The record's Nyquist frequency in orders."),
     Column(name="presence_p", type=pa.float64(), help="Probability that noise alone looks as much like the gear."),
-    _text("notes", "Notes of the reading, a JSON list of objects with code and text."),
+    _text("notes", "Notes of the reading, a JSON list of objects with code, text and values."),
 )
 """Columns that only measured rows have."""
 

@@ -52,15 +52,16 @@ def draw_signature(
     tsa, *compared = (_average(database, row, sensor) for row in (id, *others))
     (case,) = database.cases(f"id = {id}").to_dict("records")
     sensor = sensor or database.sensors[0]
-    teeth, tooth = int(case["teeth"]), int(case["tooth"])
+    teeth, tooth = int(case["teeth"]), _count(case["tooth"])
+    damaged_teeth = max(_count(case["damaged_teeth"]), int(tooth > 0))
     settings = recipe_section(database, ReportSettings, "report")
     figure = signature_figure(
         tsa,
         teeth=teeth,
-        sensor=sensor,
-        unit=database.unit("tsa", sensor),
+        sensor=str(case.get("sensor", sensor)),
+        unit=str(case["unit"] or "unit not stated") if "unit" in case else database.unit("tsa", sensor),
         title=f"Row {id}: {_sentence(case)}",
-        damaged=tuple((tooth - 1 + i) % teeth + 1 for i in range(int(case["damaged_teeth"]))),
+        damaged=tuple((tooth - 1 + i) % teeth + 1 for i in range(damaged_teeth)),
         settings=settings,
         others=compared,
     )
@@ -108,7 +109,15 @@ def draw_coverage(coverage: Coverage, path: str | Path, name: str) -> Path:
     return Path(path)
 
 
+def _count(value: float | None) -> int:
+    """Return a number of a label; 0 where it is unknown."""
+    return 0 if value is None or np.isnan(value) else int(value)
+
+
 def _sentence(case: Mapping[Hashable, Any]) -> str:
+    if "recording" in case:
+        place = f", tooth {_count(case['tooth'])}" if _count(case["tooth"]) else ""
+        return f"{case['recording']}, {case['averages']} averages; {case['health']}, kind {case['kind']}{place}"
     noise = f"{case['averages']} averages at {case['snr_db']:g} dB, specimen {case['specimen']}"
     if case["tooth"] == 0:
         return f"undamaged {case['gear']}; {noise}"

@@ -3,12 +3,12 @@
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import click
 
 from sigdb.cli.options.format import echo_json, format_option
-from sigdb.cli.options.places import DATABASE, RECORDING, RIG
+from sigdb.cli.options.places import DATABASE, RECORDING, RECORDING_OR_DATABASE, RIG
 from sigdb.cli.options.quantities import Quantity
 from sigdb.cli.options.recordings import recording_options
 
@@ -20,11 +20,12 @@ if TYPE_CHECKING:
 @click.argument("recording", type=RECORDING)
 @click.option(
     "--healthy",
-    type=RECORDING,
+    type=RECORDING_OR_DATABASE,
     multiple=True,
     help="Healthy recording of the same machine by the same channel. Give it several times: recordings at other loads "
-    "and speeds make the limits better. Or a file of --save-reference.",
+    "and speeds make the limits better. Or a file of --save-reference, or a database of recordings.",
 )
+@click.option("--where", help="Healthy rows of a database of --healthy, such as \"date < '2026-03-01'\".")
 @click.option("--rig", type=RIG, help="Built-in rig or TOML file, with one mesh. Severity needs it.")
 @click.option(
     "--teeth",
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
 def diagnose(
     recording: Path,
     healthy: tuple[Path, ...],
+    where: str | None,
     rig: str | None,
     teeth: str | None,
     module: str | None,
@@ -86,15 +88,23 @@ def diagnose(
     Example:
       sigdb diagnose run.csv --healthy new.csv --teeth 32/80 --tacho tacho --out diagnosis
     """
+    from sigdb.database import is_database
     from sigdb.diagnosis import diagnose as diagnose_recording
     from sigdb.diagnosis import is_reference
+    from sigdb.ingest import database_defaults
     from sigdb.recording import read_of_any_size
     from sigdb.report import Terminal, diagnosis_text, write_diagnosis_report
 
+    given = {name: value for name, value in reading.items() if value is not None}
+    database_reading = next((database_defaults(each).reading for each in healthy if is_database(each)), {})
+    reading = cast("RecordingOptions", database_reading | given)
     diagnosis = diagnose_recording(
         recording if is_reference(recording) else read_of_any_size(recording, **reading),
         rig,
-        healthy=[each if is_reference(each) else read_of_any_size(each, **reading) for each in healthy],
+        healthy=[
+            each if is_database(each) or is_reference(each) else read_of_any_size(each, **reading) for each in healthy
+        ],
+        where=where,
         teeth=teeth,
         module=module,
         model=model,

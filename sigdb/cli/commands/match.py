@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 @click.argument("database", metavar="DB", type=DATABASE)
 @click.argument("recording", type=click.Path(path_type=Path), required=False)
 @click.option("--id", type=int, help="Compare this row of the database instead of a recording.")
+@click.option("--of", "other", type=DATABASE, metavar="OTHER", help="The row of --id is of this database.")
 @click.option("--k", type=click.IntRange(1), default=10, show_default=True, help="Number of templates to show.")
 @click.option("--sensor", help="Sensor; by default the first stored one.")
 @click.option("--where", help="Only templates that meet this SQL condition, for example 'torque > 100'.")
@@ -31,6 +32,7 @@ def match(
     database: str,
     recording: Path | None,
     id: int | None,
+    other: str | None,
     k: int,
     sensor: str | None,
     where: str | None,
@@ -39,6 +41,9 @@ def match(
     limits: "LimitOptions",
 ) -> None:
     """Find the templates nearest to a measured average of one revolution, over all turns.
+
+    Of a database of recordings, the nearest rows are found instead. So the row of one database is compared with the
+    templates or the rows of another: `--of OTHER --id ID`.
 
     RECORDING is a file of one revolution: text with one number a line, or a NumPy array (.npy). It has as many samples
     a tooth as the database. The residual_distance is the root mean square of the difference of residuals, in standard
@@ -51,15 +56,17 @@ def match(
     Example:
       sigdb match DB average.txt
     """
-    import numpy as np
     import pyarrow as pa
 
     from sigdb.database import open as open_database
 
     if (recording is None) == (id is None):
         raise click.UsageError("Give either RECORDING or --id.")
+    if other is not None and id is None:
+        raise click.UsageError("Give the row of --of by --id.")
     opened = open_database(database)
-    tsa = _revolution(recording) if recording is not None else opened.signals(np.array([id]), sensor=sensor)["tsa"][0]
+    rows, of = (opened, sensor) if other is None else (open_database(other), None)
+    tsa = _revolution(recording) if recording is not None else rows.signals([id], sensor=of)["tsa"][0]
     step = opened.manifest.resolved["signature"]["samples_per_tooth"]
     turns = range(len(tsa) // step) if whole_teeth else None
     nearest = opened.match(tsa, k=k, sensor=sensor, where=where, turns=turns, **limits)

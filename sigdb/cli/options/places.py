@@ -18,6 +18,14 @@ class ExistingPath(click.ParamType):  # type: ignore[type-arg]  # generic in lat
         return Path(value)
 
 
+class RecordingOrDatabase(ExistingPath):
+    """A file or folder that exists, or the URI of a database."""
+
+    def convert(self, value: str | Path, param: click.Parameter | None, ctx: click.Context | None) -> Path | str:  # type: ignore[override]
+        """Return the path, or the URI as it is."""
+        return value if isinstance(value, str) and "://" in value else super().convert(value, param, ctx)
+
+
 class RigName(click.ParamType):  # type: ignore[type-arg]
     """The name of a built-in rig, or a rig file that exists."""
 
@@ -71,5 +79,6 @@ def check_database(folder: Path) -> None:
 
 RECIPE = ExistingPath()
 RECORDING = ExistingPath()
+RECORDING_OR_DATABASE = RecordingOrDatabase()
 RIG = RigName()
 DATABASE = DatabasePlace()

@@ -76,6 +76,8 @@ class Matcher:
     def __init__(self, tables: StoredTables) -> None:
         self._tables = tables
         self._step = int(tables.manifest.resolved["signature"]["samples_per_tooth"])
+        self._key = "id" if tables.manifest.is_measured else "template"
+        self._view = "features" if tables.manifest.is_measured else "templates"
         self._indices: dict[tuple[str, int], MatchIndex] = {}
         self._lock = threading.Lock()
 
@@ -93,7 +95,7 @@ class Matcher:
     def _index(self, sensor: str, n: int) -> MatchIndex:
         if (sensor, n) not in self._indices:
             tables, column = self._tables, suffixed("tsa", self._tables.sensors, sensor)
-            digests = (file.sha256 for receipt in tables.receipts("templates") for file in receipt.files)
+            digests = (file.sha256 for receipt in tables.receipts(_KIND[self._view]) for file in receipt.files)
             text = "\n".join([str(_INDEX_FORMAT), tables.manifest.hash, sensor, str(n), *digests])
             key = hashlib.sha256(text.encode()).hexdigest()
             self._indices[sensor, n] = cached_index(key, lambda: self._batches(column, n))
@@ -130,11 +132,11 @@ class Matcher:
         """Which templates of an index meet a condition."""
         if where is None:
             return np.ones(index.cases.num_rows, dtype=bool)
-        with self._tables.connect({"templates": index.cases.drop_columns([RMS])}, limits) as connection:
-            chosen = connection.choose("templates", where)["template"].to_numpy()
-        among = np.isin(index.cases["template"].to_numpy(), chosen)
+        with self._tables.connect({self._view: index.cases.drop_columns([RMS])}, limits) as connection:
+            chosen = connection.choose(self._view, where)[self._key].to_numpy()
+        among = np.isin(index.cases[self._key].to_numpy(), chosen)
         if not among.any():
-            raise InputError(f"no template of this length meets where = {where!r}")
+            raise InputError(f"no {_NAME[self._view]} of this length meets where = {where!r}")
         return among
 
     def _batches(self, column: str, n: int) -> Iterator[pa.RecordBatch]:
@@ -142,6 +144,9 @@ class Matcher:
 
         An extension has undamaged templates of its own. Where an operating point has one, the others are left out.
         """
+        if self._tables.manifest.is_measured:
+            yield from self._row_batches(column, n)
+            return
         tables, step = self._tables, self._step
         scalars = [field.name for field in tables.dataset("templates").schema if not pa.types.is_list(field.type)]
         rig = ["teeth", "speed_rpm", "torque", *(name for name in scalars if "." in name)]  # swept: by dotted path
@@ -169,21 +174,50 @@ class Matcher:
         yield first
         yield from batches
 
+    def _row_batches(self, column: str, n: int) -> Iterator[pa.RecordBatch]:
+        """Batches of the index of measured rows, which are compared as templates are."""
+        tables, teeth = self._tables, n // self._step
+        where = f"status = 'ok' and teeth = {teeth}"
+        scalars = [each.name for each in tables.dataset("features").schema if not pa.types.is_list(each.type)]
+        rows = tables.batches(where, columns=scalars)
+        signals = tables.batches(where, table="signals", columns=["id", column])
+
+        def joined() -> Iterator[pa.RecordBatch]:
+            for cases, averages in zip(rows, signals, strict=True):
+                yield cases.append_column(averages.schema.field(column), averages[column])
+
+        batches = index_batches(joined(), column, n, teeth)
+        first = next(batches, None)
+        if first is None:
+            raise InputError(f"tsa has {n} samples, and no row of {tables.store} has as many, {self._step} a tooth")
+        yield first
+        yield from batches
+
+
+_KIND = {"templates": "templates", "features": "rows"}
+"""Kind of the parts of a table."""
+
+_NAME = {"templates": "template", "features": "row"}
+"""What is matched, by its table."""
+
 
 def _table(near: Nearest, cases: pd.DataFrame, samples_per_tooth: int, threshold: float | None) -> pd.DataFrame:
     """The table of a match from the cases of the nearest templates, in their order."""
-    first, teeth = cases["tooth"].to_numpy(), cases["teeth"].to_numpy()
+    measured = "recording" in cases
+    first, teeth = cases["tooth"].fillna(0).to_numpy(int), cases["teeth"].to_numpy(int)
     turn = near.shift / samples_per_tooth
     # A turn by half a tooth counts for the next tooth.
     tooth = np.where(first > 0, (first - 1 + np.floor(turn + 0.5).astype(int)) % teeth + 1, 0)
     distance = near.residual_distance
     outside = [None if threshold is None else bool(value > threshold) for value in distance]
+    key = "id" if measured else "template"
     columns = {
-        "template": cases["template"].to_numpy(),
+        key: cases[key].to_numpy(),
         "tooth": tooth,
         "turn": turn,
         "match": near.match,
         "residual_distance": distance,
         "outside": pd.array(outside, dtype="boolean"),
     }
-    return pd.DataFrame(columns | {name: cases[name].to_numpy() for name in cases if name not in columns})
+    others = [name for name in cases if name not in columns and name != "template"]
+    return pd.DataFrame(columns | {name: cases[name].to_numpy() for name in others})

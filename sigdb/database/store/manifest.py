@@ -1,6 +1,8 @@
 """``sigdb.toml``, the description of a database."""
 
+import os
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import Any
 
 from sigdb.core import DatabaseError, InputError
@@ -115,6 +117,16 @@ class Manifest:
     def write(self, store: Store) -> None:
         """Publish the manifest as ``sigdb.toml``."""
         store.put(MANIFEST_FILE, sealed_toml(_without_none(asdict(self))))
+
+
+def is_database(location: object) -> bool:
+    """Return whether a path or a URI is the place of a database."""
+    if not isinstance(location, str | os.PathLike):
+        return False
+    place = os.fspath(location)
+    return (
+        Store.at(place).size(MANIFEST_FILE) is not None if "://" in place else (Path(place) / MANIFEST_FILE).is_file()
+    )
 
 
 def read_manifest(store: Store) -> Manifest:
