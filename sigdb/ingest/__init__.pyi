@@ -1,13 +1,13 @@
-from .damage_kinds import KIND_NAMES as KIND_NAMES
-from .damage_kinds import kind_of as kind_of
 from .database_defaults import DatabaseDefaults as DatabaseDefaults
 from .database_defaults import database_defaults as database_defaults
+from .facts.damage_kinds import KIND_NAMES as KIND_NAMES
+from .facts.damage_kinds import kind_of as kind_of
+from .facts.recording_facts import LABELS as LABELS
+from .facts.recording_facts import RecordingFacts as RecordingFacts
 from .findings import Finding as Finding
 from .findings import enter_findings as enter_findings
 from .ingest_recordings import IngestSummary as IngestSummary
 from .ingest_recordings import ingest as ingest
-from .recording_facts import LABELS as LABELS
-from .recording_facts import RecordingFacts as RecordingFacts
 from .schema import measured_schema as measured_schema
 from .settings import IngestSettings as IngestSettings
 from .verify_recordings import repair as repair

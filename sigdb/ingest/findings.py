@@ -24,8 +24,8 @@ from sigdb.database import (
     unsealed,
     write_again,
 )
-from sigdb.ingest.recording_facts import LABELS, RecordingFacts
-from sigdb.ingest.recording_table import read_table
+from sigdb.ingest.facts.recording_facts import LABELS, RecordingFacts
+from sigdb.ingest.facts.recording_table import read_table
 from sigdb.sweep import check_version, ownership_of
 
 _FOLDER = "inspections"

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from sigdb.core import InputError, OnProgress, Progress, __version__, ignore
 from sigdb.database import MANIFEST_FILE, Manifest, Store, read_manifest, read_receipts, write_schema
+from sigdb.ingest.facts.recording_files import find_files, planned_recordings
 from sigdb.ingest.findings import apply_findings
 from sigdb.ingest.plan import PART_ROWS, IngestPlan, PlannedRecording, stored_plans
 from sigdb.ingest.recorded_rows import named_rigs
-from sigdb.ingest.recording_files import find_files, planned_recordings
 from sigdb.ingest.row_parts import make_recording_part
 from sigdb.ingest.schema import SENSOR, measured_schema
 from sigdb.ingest.settings import IngestSettings

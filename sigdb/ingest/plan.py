@@ -9,7 +9,7 @@ from typing import Any, Literal, Self
 
 from sigdb.core import DatabaseError, validated
 from sigdb.database import FORMAT, PlanRecord, Store, sealed_json, unsealed
-from sigdb.ingest.recording_facts import RecordingFacts
+from sigdb.ingest.facts.recording_facts import RecordingFacts
 from sigdb.ingest.settings import IngestSettings
 from sigdb.transmission import Transmission
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from sigdb.core import InputError, Note, plain, validated
 from sigdb.database import StatusCode
+from sigdb.ingest.facts.recording_facts import RecordingFacts
 from sigdb.ingest.plan import IngestPlan, PlannedRecording
-from sigdb.ingest.recording_facts import RecordingFacts
 from sigdb.recording import (
     SPEED_UNLIKE_RIG,
     AveragingSettings,

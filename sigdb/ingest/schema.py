@@ -6,7 +6,7 @@ import pyarrow as pa
 
 from sigdb.core import unit_of
 from sigdb.database import Column, Schema, database_schema
-from sigdb.ingest.recording_facts import RecordingFacts
+from sigdb.ingest.facts.recording_facts import RecordingFacts
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import FEATURES
 from sigdb.transmission import Damage, Gear, Operating, ToothDamage

@@ -25,7 +25,6 @@ MOST_LINES, LEAST_LINES, LEAST_CODE_LINES = 400, 80, 40
 SMALL = {
     "cli/output.py": "the streams that all commands print to",
     "cli/options/format.py": "one option that most commands share",
-    "cli/options/places.py": "types of arguments that most commands share",
     "cli/options/limits.py": "the options of all commands that query",
     "cli/options/quantities.py": "the type of options that hold a number with a unit",
     "cli/options/workers.py": "the options of all commands that start workers",
@@ -43,6 +42,7 @@ SMALL = {
     "database/store/seal.py": "the one way in which files are sealed",
     "diagnosis/change/path.py": "the path, which templates and the power use",
     "dynamics/time_profile.py": "a public type of input",
+    "ingest/database_defaults.py": "settings of a database for other recordings, apart from its making",
     "ingest/row_parts.py": "parts of rows, which an ingest makes and a verification makes again",
     "ingest/settings.py": "a section that a database keeps",
     "measurement/settings.py": "a section of a recipe",

@@ -95,9 +95,9 @@ def diagnose(
     from sigdb.recording import read_of_any_size
     from sigdb.report import Terminal, diagnosis_text, write_diagnosis_report
 
-    given = {name: value for name, value in reading.items() if value is not None}
+    stated = {name: value for name, value in reading.items() if value is not None}
     database_reading = next((database_defaults(each).reading for each in healthy if is_database(each)), {})
-    reading = cast("RecordingOptions", database_reading | given)
+    reading = cast("RecordingOptions", database_reading | stated)
     diagnosis = diagnose_recording(
         recording if is_reference(recording) else read_of_any_size(recording, **reading),
         rig,

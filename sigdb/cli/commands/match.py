@@ -42,7 +42,7 @@ def match(
 ) -> None:
     """Find the templates nearest to a measured average of one revolution, over all turns.
 
-    Of a database of recordings, the nearest rows are found instead. So the row of one database is compared with the
+    In a database of recordings the nearest rows are found instead. So the row of one database is compared with the
     templates or the rows of another: `--of OTHER --id ID`.
 
     RECORDING is a file of one revolution: text with one number a line, or a NumPy array (.npy). It has as many samples
@@ -56,6 +56,7 @@ def match(
     Example:
       sigdb match DB average.txt
     """
+    import numpy as np
     import pyarrow as pa
 
     from sigdb.database import open as open_database
@@ -66,7 +67,7 @@ def match(
         raise click.UsageError("Give the row of --of by --id.")
     opened = open_database(database)
     rows, of = (opened, sensor) if other is None else (open_database(other), None)
-    tsa = _revolution(recording) if recording is not None else rows.signals([id], sensor=of)["tsa"][0]
+    tsa = _revolution(recording) if recording is not None else rows.signals(np.array([id]), sensor=of)["tsa"][0]
     step = opened.manifest.resolved["signature"]["samples_per_tooth"]
     turns = range(len(tsa) // step) if whole_teeth else None
     nearest = opened.match(tsa, k=k, sensor=sensor, where=where, turns=turns, **limits)

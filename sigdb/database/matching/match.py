@@ -198,7 +198,7 @@ _KIND = {"templates": "templates", "features": "rows"}
 """Kind of the parts of a table."""
 
 _NAME = {"templates": "template", "features": "row"}
-"""What is matched, by its table."""
+"""Name of the rows that are matched, by their table."""
 
 
 def _table(near: Nearest, cases: pd.DataFrame, samples_per_tooth: int, threshold: float | None) -> pd.DataFrame:

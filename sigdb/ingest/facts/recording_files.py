@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sigdb.core import InputError
+from sigdb.ingest.facts.recording_facts import RecordingFacts
+from sigdb.ingest.facts.recording_table import facts_by_pattern, read_table
 from sigdb.ingest.plan import PlannedRecording
-from sigdb.ingest.recording_facts import RecordingFacts
-from sigdb.ingest.recording_table import facts_by_pattern, read_table
 from sigdb.recording import RECORDING_SUFFIXES
 
 TABLE = "recordings.csv"

@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 from typing import TypeVar
 
 from sigdb.core import InputError, suggestion, validated
-from sigdb.ingest.recording_facts import RecordingFacts
+from sigdb.ingest.facts.recording_facts import RecordingFacts
 
 _FIELDS = tuple(RecordingFacts.model_fields)
 _FREE = ("number", "_")

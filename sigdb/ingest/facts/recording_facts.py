@@ -6,7 +6,7 @@ from typing import Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from sigdb.core import Section, quantity
-from sigdb.ingest.damage_kinds import NONE, UNKNOWN, checked_kind, kind_of
+from sigdb.ingest.facts.damage_kinds import NONE, UNKNOWN, checked_kind, kind_of
 
 HEALTHY, DAMAGED = "healthy", "damaged"
 

@@ -3,9 +3,9 @@
 import pytest
 
 from sigdb.core.errors import InputError
-from sigdb.ingest.damage_kinds import kind_of
-from sigdb.ingest.recording_facts import RecordingFacts
-from sigdb.ingest.recording_table import facts_by_pattern, read_table
+from sigdb.ingest.facts.damage_kinds import kind_of
+from sigdb.ingest.facts.recording_facts import RecordingFacts
+from sigdb.ingest.facts.recording_table import facts_by_pattern, read_table
 
 
 def table(tmp_path, text, section=RecordingFacts, needed="file"):
