@@ -1,5 +1,3 @@
-from .database_defaults import DatabaseDefaults as DatabaseDefaults
-from .database_defaults import database_defaults as database_defaults
 from .facts.damage_kinds import KIND_NAMES as KIND_NAMES
 from .facts.damage_kinds import kind_of as kind_of
 from .facts.recording_facts import LABELS as LABELS
@@ -8,6 +6,8 @@ from .findings import Finding as Finding
 from .findings import enter_findings as enter_findings
 from .ingest_recordings import IngestSummary as IngestSummary
 from .ingest_recordings import ingest as ingest
+from .machine_defaults import DatabaseDefaults as DatabaseDefaults
+from .machine_defaults import database_defaults as database_defaults
 from .schema import measured_schema as measured_schema
 from .settings import IngestSettings as IngestSettings
 from .verify_recordings import repair as repair

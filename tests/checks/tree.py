@@ -42,7 +42,7 @@ SMALL = {
     "database/store/seal.py": "the one way in which files are sealed",
     "diagnosis/change/path.py": "the path, which templates and the power use",
     "dynamics/time_profile.py": "a public type of input",
-    "ingest/database_defaults.py": "settings of a database for other recordings, apart from its making",
+    "ingest/machine_defaults.py": "settings of a database for other recordings, apart from its making",
     "ingest/row_parts.py": "parts of rows, which an ingest makes and a verification makes again",
     "ingest/settings.py": "a section that a database keeps",
     "measurement/settings.py": "a section of a recipe",
