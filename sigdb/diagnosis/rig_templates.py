@@ -4,7 +4,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,8 +14,10 @@ from sigdb.diagnosis.change.templates import Templates
 from sigdb.diagnosis.notes import rig_speed_notes
 from sigdb.diagnosis.stored_reference import SimulatedTemplates
 from sigdb.dynamics import ensemble
-from sigdb.recognition import TemplateBank, changed_parts, load_model, model_form
 from sigdb.transmission import Transmission
+
+if TYPE_CHECKING:
+    from sigdb.recognition import TemplateBank
 
 MEMBERS = 8
 """Rigs of an ensemble."""
@@ -39,7 +41,7 @@ class Source:
 
     rig: Transmission | None
     described: bool
-    bank: TemplateBank | None = None
+    bank: "TemplateBank | None" = None
     notes: tuple[Note, ...] = ()
 
     @property
@@ -167,16 +169,18 @@ def stored_bank(
     model: str | PathLike[str] | None,
     database: str | PathLike[str] | None,
     sensor: str | None,
-) -> tuple[TemplateBank | None, tuple[Note, ...]]:
+) -> tuple["TemplateBank | None", tuple[Note, ...]]:
     """Return the templates of a model or a database, and notes; None without both."""
+    if model is None and database is None:
+        return None, ()
+    from sigdb.recognition import TemplateBank, changed_parts, load_model, model_form  # imports all of scikit-learn
+
     if model is not None and database is not None:
         raise InputError("model and database are given together; templates are taken from one of them")
     if database is not None:
         opened = open_database(str(database))
         changed = changed_parts(model_form(opened.manifest.resolved), _description(rig))
         return TemplateBank.of(opened, sensor=sensor), _rig_notes("database", changed)
-    if model is None:
-        return None, ()
     loaded = load_model(str(model))
     templates = loaded.estimators.get("templates")
     bank = None if templates is None else templates.template_bank

@@ -13,6 +13,7 @@ from sigdb.diagnosis import Diagnosis, Finding
 from sigdb.report.evaluation.style import drawing, lay_grid
 from sigdb.report.page import CaptionedFigure, page
 from sigdb.report.panels import DAMAGE, HEALTHY, INK, draw_spectrum, mark_passes
+from sigdb.report.recording.tables import repeatability_table
 from sigdb.report.text_table import PLAIN, Terminal, TextTable, number
 
 TITLES = {"stiffness_loss": "stiffness loss", "phase_shift_deg": "phase shift, deg", "damaged_teeth": "damaged teeth"}
@@ -75,6 +76,7 @@ def diagnosis_html(diagnosis: Diagnosis, *, title: str | None = None, command: s
         evidence=_evidence(diagnosis),
         lights=lights(diagnosis),
         severity=[] if severity is None else _severity_rows(diagnosis),
+        repeats=_repeats(diagnosis),
         detector_head=_DETECTOR_HEAD,
         detectors=_detector_rows(diagnosis),
         assumed=diagnosis.assumed,
@@ -106,6 +108,8 @@ def diagnosis_text(diagnosis: Diagnosis, *, terminal: Terminal = PLAIN) -> str:
     if diagnosis.severity is not None:
         head = ("severity", "estimate", "90 % interval")
         lines += ["", TextTable(head, _severity_rows(diagnosis)).text(terminal, indent=2)]
+    if (repeats := _repeats(diagnosis)) is not None:
+        lines += ["", repeats.text(terminal, indent=2)]
     if rows := _detector_rows(diagnosis):
         lines += ["", TextTable(_DETECTOR_HEAD, rows).text(terminal, indent=2)]
     sections = (
@@ -204,6 +208,15 @@ def _detector_rows(diagnosis: Diagnosis) -> list[list[str]]:
         ]
         for each in diagnosis.detectors
     ]
+
+
+def _repeats(diagnosis: Diagnosis) -> TextTable | None:
+    """Return the table of what repeats, where there is no healthy recording and something was computed."""
+    signature = diagnosis.signature
+    if diagnosis.healthy or signature is None or signature.repeatability is None:
+        return None
+    table = repeatability_table(signature.repeatability)
+    return table if table.rows else None
 
 
 def _evidence(diagnosis: Diagnosis) -> str:

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,7 @@ from sigdb.core import Note
 from sigdb.diagnosis import Detector, Diagnosis, Finding, HealthyLaw, LevelChange, Location
 from sigdb.diagnosis.change.change import Band, Change
 from sigdb.diagnosis.change.statistics import Statistic
-from sigdb.recording import MeshPresence, RecordedSignature
+from sigdb.recording import MeshPresence, RecordedSignature, Repeatability
 from sigdb.report import diagnosis_text, write_diagnosis_report
 from sigdb.report.diagnosis import diagnosis_html
 
@@ -114,6 +115,21 @@ def test_three_lights_show_what_has_changed():
     nothing = diagnosis_html(diagnosis("cannot be judged", "No.", compared=False), title="t")
     assert nothing.count('<li class="unknown">') == 3
     assert nothing.count("<img") == 1
+
+
+def test_without_a_healthy_recording_the_page_shows_what_repeats_against_noise_and_pitch_errors():
+    repeats = Repeatability(
+        kind="one event", answer="One event.", revolutions=70, energy_ratio=40.0, same_place=66,
+        same_place_by_chance=3.0, same_place_by_pitch_errors=44.2, odd_even_correlation=0.9, odd_even_by_noise=0.04,
+        power_ratio=12.0,
+    )  # fmt: skip
+    alone = diagnosis("one event", "One event.", compared=False)
+    found = replace(alone, signature=replace(alone.signature, repeatability=repeats))
+    page, text = diagnosis_html(found, title="t"), diagnosis_text(found)
+    for cells in (("66 of 70", "3", "44.2"), ("0.9", "± 0.08", "0.996"), ("12", "1", "159"), ("40", "-", "21.7")):
+        assert "".join(f"<td>{cell}</td>" for cell in cells) in page
+        assert re.search(r"\s+".join(map(re.escape, cells)), text)
+    assert "What repeats" not in diagnosis_html(diagnosis("no change", "None."), title="t")
 
 
 def test_severity_is_shown_where_a_tooth_stands_out():

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 import pandas as pd
@@ -12,8 +12,11 @@ from sigdb.core import BoolArray, ComplexArray, FloatArray, IntArray
 from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
 from sigdb.diagnosis.change.path import path_gain
 from sigdb.dynamics import prepare_periodic
-from sigdb.recognition import QUANTITIES, PointTemplates
+from sigdb.recognition import QUANTITIES
 from sigdb.transmission import Damage, Transmission, as_damage
+
+if TYPE_CHECKING:
+    from sigdb.recognition import PointTemplates
 
 CASES = (
     *({"stiffness_loss": loss} for loss in (0.05, 0.1, 0.2, 0.4, 0.6, 0.8)),
@@ -110,7 +113,7 @@ class Templates:
         )
 
     @classmethod
-    def stored(cls, point: PointTemplates) -> Self:
+    def stored(cls, point: "PointTemplates") -> Self:
         """Return the templates of a database or a model at one of its operating points."""
         laws = point.hypotheses
         X = np.fft.rfft(laws.signal, axis=1)

@@ -15,6 +15,9 @@ FALSE_ALARM_RATE, LIMIT, HEALTHY_GEARS = 1e-3, 21.7, 14_997
 
 The numbers are in ``docs/guide/repeatability.json``; a third of the gears is of each of three kinds.
 """
+SAME_PLACE, ODD_EVEN, POWER_RATIO = 0.632, 0.996, 159.0
+"""Quantiles 0.95 of what repeats of healthy gears with pitch errors, counted there too: share of the revolutions whose
+strongest pulse lies at the same place, correlation of odd and even revolutions, and power ratio."""
 _LEAST_TEETH, _LEAST_REVOLUTIONS = 10, 8
 """Fewest teeth and revolutions for which the healthy gears were counted."""
 _SAME = 1.0
@@ -49,15 +52,17 @@ class Repeatability:
         Place of that pulse in tooth passes after the begin of the revolution, 0 to Z, and its width, tooth passes.
     revolutions
         Revolutions R of the record.
-    same_place, same_place_by_chance
-        Revolutions whose strongest pulse lies within a tooth pass of that place, and how many noise alone gives.
+    same_place, same_place_by_chance, same_place_by_pitch_errors
+        Revolutions whose strongest pulse lies within a tooth pass of that place, how many noise alone gives, and how
+        many at most 95 % of healthy gears with pitch errors give.
     halves_agree
         Whether the strongest pulses of the odd, even, first and last revolutions lie within a tooth pass of the place.
-    odd_even_correlation, odd_even_by_noise
-        Correlation of the residuals of odd and even revolutions, and the standard deviation that noise alone gives.
-    power_ratio
+    odd_even_correlation, odd_even_by_noise, odd_even_by_pitch_errors
+        Correlation of the residuals of odd and even revolutions, the standard deviation that noise alone gives, and
+        the most that 95 % of healthy gears with pitch errors give.
+    power_ratio, power_ratio_by_noise, power_ratio_by_pitch_errors
         Share of the residual's power that the average keeps, over the mean of the same shares for averages of Z - 2,
-        Z - 1, Z + 1 and Z + 2 tooth passes; noise alone gives 1.
+        Z - 1, Z + 1 and Z + 2 tooth passes. The others are its value for noise alone, and the most that 95 % of healthy gears give.
     least_event
         rms of the smallest short pulse, over the rms of the average, that would have been seen with a probability of
         0.95 if added to the record; nan where one of the whole rms would not have been seen, and where a pulse stands
@@ -76,10 +81,14 @@ class Repeatability:
     width: float = math.nan
     same_place: int = 0
     same_place_by_chance: float = math.nan
+    same_place_by_pitch_errors: float = math.nan
     halves_agree: bool = False
     odd_even_correlation: float = math.nan
     odd_even_by_noise: float = math.nan
+    odd_even_by_pitch_errors: float = ODD_EVEN
     power_ratio: float = math.nan
+    power_ratio_by_noise: float = 1.0
+    power_ratio_by_pitch_errors: float = POWER_RATIO
     least_event: float = math.nan
 
 
@@ -150,6 +159,7 @@ def repeatability(
         width=width,
         same_place=int(same.sum()),
         same_place_by_chance=R * float(np.mean(bands.distance(0.0) <= _SAME)),
+        same_place_by_pitch_errors=R * SAME_PLACE,
         halves_agree=bool(agree.all()),
         odd_even_correlation=_odd_even_correlation(bands, halves[:2], average),
         odd_even_by_noise=1 / math.sqrt(2 * bands.orders.size),

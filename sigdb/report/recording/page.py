@@ -9,7 +9,14 @@ from sigdb.core import __version__, json_text, plain, publish_all
 from sigdb.recording import RecordedSignature
 from sigdb.report.page import page
 from sigdb.report.recording.pictures import history_figure, recorded_figures
-from sigdb.report.recording.tables import envelope_table, fact_rows, history_table, indicator_table, line_table
+from sigdb.report.recording.tables import (
+    envelope_table,
+    fact_rows,
+    history_table,
+    indicator_table,
+    line_table,
+    repeatability_table,
+)
 
 PAGE, NUMBERS = "index.html", "signature.json"
 """Files of a report."""
@@ -72,5 +79,6 @@ def _signature(signature: RecordedSignature) -> dict[str, object]:
         "pictures": list(recorded_figures(signature)),
         "lines": line_table(signature),
         "indicators": indicator_table(signature),
+        "repeats": None if signature.repeatability is None else repeatability_table(signature.repeatability),
         "envelope": envelope_table(signature),
     }

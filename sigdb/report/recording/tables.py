@@ -7,7 +7,7 @@ from pathlib import PureWindowsPath
 import numpy as np
 import pandas as pd
 
-from sigdb.recording import RecordedSignature, Recording, RecordingBlocks
+from sigdb.recording import RecordedSignature, Recording, RecordingBlocks, Repeatability
 from sigdb.report.text_table import PLAIN, Terminal, TextTable, number
 from sigdb.signature import INDICATORS
 
@@ -94,6 +94,7 @@ def recorded_text(signature: RecordedSignature, *, terminal: Terminal = PLAIN) -
         f"Indicators\n{indicator_table(signature).text(terminal, indent=2)}"
         if signature.indicators
         else f"No indicators: {signature.presence.reason}",
+        *_repeats_text(signature, terminal),
         f"Lines that stand out of the spectrum over the angle\n{lines.text(terminal, indent=2)}"
         if lines.rows
         else "No line stands out",
@@ -160,6 +161,39 @@ def _repeats(signature: RecordedSignature) -> Iterator[tuple[str, str]]:
     if repeats is not None:
         ratio = "" if isnan(repeats.energy_ratio) else f" (ratio {repeats.energy_ratio:.3g}, limit {repeats.limit:.3g})"
         yield "one event", f"{repeats.answer}{ratio}"
+
+
+def _repeats_text(signature: RecordedSignature, terminal: Terminal) -> Iterator[str]:
+    if signature.repeatability is not None and (table := repeatability_table(signature.repeatability)).rows:
+        yield f"Repeats from revolution to revolution\n{table.text(terminal, indent=2)}"
+
+
+def repeatability_table(repeats: Repeatability) -> TextTable:
+    """Return the table of what repeats from revolution to revolution, against noise and healthy gears."""
+    R = repeats.revolutions
+    rows = [
+        ["strongest pulse over the other teeth", number(repeats.energy_ratio, 3), "-", number(repeats.limit, 3)],
+        [
+            "revolutions whose strongest place is the same",
+            f"{repeats.same_place} of {R}",
+            number(repeats.same_place_by_chance, 3),
+            number(repeats.same_place_by_pitch_errors, 3),
+        ],
+        [
+            "correlation of odd and even revolutions",
+            number(repeats.odd_even_correlation, 3),
+            f"± {number(2 * repeats.odd_even_by_noise, 2)}",
+            number(repeats.odd_even_by_pitch_errors, 3),
+        ],
+        [
+            "power over that of neighbouring tooth counts",
+            number(repeats.power_ratio, 3),
+            number(repeats.power_ratio_by_noise, 3),
+            number(repeats.power_ratio_by_pitch_errors, 3),
+        ],
+    ]
+    head = ("what repeats", "value", "by noise", "by pitch errors, at most")
+    return TextTable(head, [] if isnan(repeats.energy_ratio) else rows)
 
 
 def _kept(signature: RecordedSignature) -> str:

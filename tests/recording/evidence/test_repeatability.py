@@ -132,3 +132,6 @@ def test_the_limit_is_the_counted_one():
     assert counted["limit"] <= module.LIMIT < counted["limit"] + 0.1
     assert (counted["false_alarm_rate"], counted["healthy_gears"]) == (module.FALSE_ALARM_RATE, module.HEALTHY_GEARS)
     assert 1 / (counted["of_each_kind"] + 1) <= module.FALSE_ALARM_RATE
+    repeats = {row["of"]: row["0.95"] for row in json.loads(text)["tables"]["what repeats"]}
+    stated = (module.SAME_PLACE, module.ODD_EVEN, module.POWER_RATIO)
+    assert [float(f"{value:.3g}") for value in repeats.values()] == list(stated)
