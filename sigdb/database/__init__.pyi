@@ -27,6 +27,7 @@ from .matching.nearest import nearest as nearest
 from .matching.nearest import residual_distance as residual_distance
 from .matching.outside_threshold import COVERAGE_FILE as COVERAGE_FILE
 from .matching.outside_threshold import CoverageRecord as CoverageRecord
+from .matching.outside_threshold import read_coverage as read_coverage
 from .matching.outside_threshold import write_coverage as write_coverage
 from .matching.residuals import root_mean_square as root_mean_square
 from .matching.residuals import unit_residuals as unit_residuals
@@ -78,4 +79,5 @@ from .summary import database_card as database_card
 from .templates import CaseValue as CaseValue
 from .templates import Template as Template
 from .templates import mate_teeth as mate_teeth
+from .templates import rig_of as rig_of
 from .templates import stored_templates as stored_templates

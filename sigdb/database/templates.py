@@ -285,7 +285,7 @@ def stored_templates(
     InputError
         If there is no such template.
     """
-    rig, gear = _rig(database)
+    rig, gear = rig_of(database)
     if not rig.turns_exactly(gear):
         raise NotApplicableError(
             f"{database.store}: the rig {rig.name} has {len(rig.meshes)} meshes, so that damage at another tooth is "
@@ -313,14 +313,14 @@ def stored_templates(
 
 def mate_teeth(database: StoredTables, template: Template) -> int:
     """Return the tooth count of the damaged gear's mate in a template, which a sweep may have changed."""
-    rig, gear = _rig(database)
+    rig, gear = rig_of(database)
     mate = rig.mate(gear)
     swept = [name for name in template.case if "." in name and rig.path(name) == ("gears", mate, "teeth")]
     return int(template.case[swept[0]] or 0) if swept else rig.gears[mate].teeth
 
 
-def _rig(database: StoredTables) -> tuple[Transmission, str]:
-    """The rig that a database was made of, and its damaged gear."""
+def rig_of(database: StoredTables) -> tuple[Transmission, str]:
+    """Return the rig that a database was made of, and the name of its damaged gear."""
     resolved = database.manifest.resolved
     rig = validated(Transmission, resolved["rig"], owner=str(database.store))
     return rig, resolved["sweep"]["gear"]

@@ -25,6 +25,7 @@ LAYERS = {
             ["diagnosis"],
             ["report"],
             ["pipeline"],
+            ["explorer"],
             ["cli"],
         ]
     )

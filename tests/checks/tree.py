@@ -45,6 +45,8 @@ SMALL = {
     "ingest/machine_defaults.py": "settings of a database for other recordings, apart from its making",
     "ingest/row_parts.py": "parts of rows, which an ingest makes and a verification makes again",
     "ingest/settings.py": "a section that a database keeps",
+    "explorer/panels.py": "the panels of any average: of a view, a row or a recording",
+    "explorer/view.py": "the settings of a page, which all of the explorer uses",
     "measurement/settings.py": "a section of a recipe",
     "recording/evidence/least_event.py": "the power of a decision, apart from the decision",
     "recognition/bound/noise_bands.py": "the bands of noise, used by tables and pages",

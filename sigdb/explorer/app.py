@@ -1,0 +1,337 @@
+"""The server of the page: on the loopback interface only, with a token, and nothing loaded from elsewhere.
+
+Static files hold no data and need no token. Every other route needs the token of this run in the header
+``X-Sigdb-Token``. The address of the page never holds the token after its first load.
+"""
+
+import io
+import json
+import secrets
+import struct
+from collections.abc import Awaitable, Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.middleware import Middleware
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import BaseRoute, Mount, Route
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from sigdb.core import FloatArray, InputError, SigdbError, __version__, plain
+from sigdb.database import Database
+from sigdb.explorer.code import command_code, python_code, recipe_code, recipe_cost
+from sigdb.explorer.controls import controls_of
+from sigdb.explorer.live import LiveRig, Shown
+from sigdb.explorer.recordings import MOST_BYTES, Recordings, average_in, shown_average
+from sigdb.explorer.stored import StoredRows
+from sigdb.explorer.view import View
+from sigdb.report import rig_figure, signature_figure
+
+STATIC = Path(__file__).parent / "static"
+TOKEN_HEADER = "x-sigdb-token"
+_POLICY = "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'"
+_MOST_JSON = 4 * 2**20
+"""Bytes of a request that is no recording."""
+
+
+class Guard:
+    """Refuse requests of other pages and other programs.
+
+    Parameters
+    ----------
+    app : ASGI application
+        The application that is guarded.
+    hosts : tuple of str
+        Values of the header ``Host`` that are taken.
+    token : str
+        The token of this run.
+    """
+
+    def __init__(self, app: ASGIApp, hosts: tuple[str, ...], token: str) -> None:
+        self._app, self._hosts, self._token = app, hosts, token
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, or answer it with 403."""
+        if scope["type"] != "http":
+            return
+        headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
+        origin = headers.get("origin")
+        reason = None
+        if headers.get("host") not in self._hosts:
+            reason = "this address is not that of the explorer"
+        elif origin is not None and origin not in {f"http://{host}" for host in self._hosts}:
+            reason = "another page may not ask the explorer"
+        elif scope["path"].startswith("/api/") and not secrets.compare_digest(
+            headers.get(TOKEN_HEADER, "").encode(), self._token.encode()
+        ):
+            reason = "open the page by the address that sigdb explore prints"
+        if reason is not None:
+            await JSONResponse({"error": reason}, status_code=403)(scope, receive, send)
+            return
+
+        async def with_policy(message: Any) -> None:
+            if message["type"] == "http.response.start":
+                kept = [(b"content-security-policy", _POLICY.encode()), (b"referrer-policy", b"no-referrer")]
+                kept += [(b"x-content-type-options", b"nosniff"), (b"cache-control", b"no-store")]
+                message = message | {"headers": [*message["headers"], *kept]}
+            await send(message)
+
+        await self._app(scope, receive, with_policy)
+
+
+class Explorer:
+    """The rig, the database and the recordings that the routes of a page share.
+
+    Parameters
+    ----------
+    live : LiveRig
+        The rig.
+    source : str
+        Name or file of the rig.
+    database : Database, optional
+        The database.
+    row : int, optional
+        The row that the page shows first.
+    recordings : Recordings
+        Recordings of the page.
+    offered : dict, optional
+        Names of recordings that the command line gave, by their keys.
+    """
+
+    def __init__(
+        self,
+        live: LiveRig,
+        source: str,
+        *,
+        database: Database | None = None,
+        row: int | None = None,
+        recordings: Recordings | None = None,
+        offered: dict[str, str] | None = None,
+    ) -> None:
+        self.live, self.source, self.row = live, source, row
+        self.stored = None if database is None else StoredRows(database)
+        self.recordings = recordings or Recordings()
+        self._offered = offered or {}
+
+    def start(self, _: Any) -> dict[str, Any]:
+        """Return what the page needs at first: rig, controls, sensors, database."""
+        rig, live = self.live.rig, self.live
+        return {
+            "version": __version__,
+            "rig": {"name": rig.name, "source": self.source, "gear": live.gear, "teeth": live.teeth},
+            "sensors": [{"name": name, "unit": sensor.unit} for name, sensor in rig.sensors.items()],
+            "controls": [asdict(control) for control in controls_of(live)],
+            "database": None if self.stored is None else self.stored.facts(),
+            "row": self.row,
+            "offered": self._offered,
+        }
+
+    def live_view(self, settings: dict[str, Any]) -> Shown:
+        """Return the picture of a view."""
+        return self.live.show(View.of(settings))
+
+    def code(self, settings: dict[str, Any]) -> dict[str, str]:
+        """Return a view as Python, recipe and command."""
+        view = View.of(settings)
+        return {
+            "python": python_code(self.live, view, self.source),
+            "recipe": recipe_code(self.live, view, self.source),
+            "command": command_code(settings, self.source),
+        }
+
+    def recipe(self, wanted: dict[str, Any]) -> dict[str, Any]:
+        """Return a recipe of ranges with its size."""
+        text = recipe_code(self.live, View.of(wanted.get("view", {})), self.source, wanted.get("ranges", {}))
+        return {"recipe": text} | recipe_cost(text, Path.cwd())
+
+    def table(self, wanted: dict[str, Any]) -> dict[str, Any]:
+        """Return the result of a SQL statement."""
+        return self._stored().table(_text(wanted, "sql"))
+
+    def stored_row(self, wanted: dict[str, Any]) -> Shown:
+        """Return the picture of a row."""
+        return self._stored().row(_whole(wanted, "id"), wanted.get("sensor"))
+
+    def map(self, wanted: dict[str, Any]) -> dict[str, Any]:
+        """Return an indicator over two axes."""
+        x, value = (_text(wanted, name) for name in ("x", "value"))
+        return self._stored().map(x, wanted.get("y") or None, value, wanted.get("where") or None)
+
+    def nearest(self, wanted: dict[str, Any]) -> dict[str, Any]:
+        """Return the nearest templates of a row, of a view or of numbers."""
+        sensor = wanted.get("sensor")
+        return self._stored().nearest(
+            self._average(wanted)[0], sensor if sensor in self._stored().database.sensors else None
+        )
+
+    def diagnosis(self, wanted: dict[str, Any]) -> Shown:
+        """Return the diagnosis of a recording, or a dropped average."""
+        key = _text(wanted, "recording")
+        teeth = wanted.get("teeth")
+        tsa = average_in(self.recordings.path(key), self.live.teeth)
+        if tsa is not None:
+            return shown_average(tsa, self.live.teeth)
+        rig = self.live.rig
+        shown, _ = self.recordings.diagnose(key, wanted.get("healthy", []), rig, teeth, wanted.get("options", {}))
+        return shown
+
+    def picture(self, wanted: dict[str, Any]) -> tuple[bytes, str]:
+        """Return the picture of a row, a view or numbers as a file of a format, and its media type."""
+        form = wanted.get("format")
+        if form not in ("png", "svg"):
+            raise InputError(f"format = {form!r} is not png or svg")
+        tsa, teeth, sensor, unit, damaged = self._average(wanted)
+        figure = signature_figure(
+            tsa, teeth=teeth, sensor=sensor, unit=unit, title=str(wanted.get("title", self.source)), damaged=damaged
+        )
+        file = io.BytesIO()
+        figure.savefig(file, format=form, dpi=110)
+        return file.getvalue(), {"png": "image/png", "svg": "image/svg+xml"}[form]
+
+    def drawing(self) -> bytes:
+        """Return the drawing of the rig as SVG."""
+        file = io.BytesIO()
+        rig_figure(self.live.rig).savefig(file, format="svg")
+        return file.getvalue()
+
+    def _stored(self) -> StoredRows:
+        if self.stored is None:
+            raise InputError("no database is open; give one to sigdb explore")
+        return self.stored
+
+    def _average(self, wanted: dict[str, Any]) -> tuple[FloatArray, int, str, str, tuple[int, ...]]:
+        if "id" in wanted:
+            shown = self.stored_row(wanted)
+            facts = shown.facts
+            return shown.arrays["tsa"], facts["teeth"], facts["sensor"], facts["unit"], tuple(facts["damaged"])
+        if "tsa" in wanted:
+            tsa = np.asarray(wanted["tsa"], dtype=float)
+            return tsa, _whole(wanted, "teeth"), str(wanted.get("sensor", "")), str(wanted.get("unit", "")), ()
+        view = View.of(wanted.get("view", {}))
+        tsa, sensor, unit, teeth = self.live.average(view)
+        return tsa, teeth, sensor, unit, tuple(view.damage.on_teeth(teeth))
+
+
+def explorer_app(explorer: Explorer, *, token: str, hosts: tuple[str, ...]) -> Starlette:
+    """Return the web application of a page.
+
+    Parameters
+    ----------
+    explorer : Explorer
+        The rig, the database and the recordings of the page.
+    token : str
+        The token of this run.
+    hosts : tuple of str
+        Hosts with port by which it may be reached, such as ``127.0.0.1:8765``.
+
+    Returns
+    -------
+    starlette.applications.Starlette
+    """
+    post = {
+        "start": explorer.start,
+        "live": explorer.live_view,
+        "code": explorer.code,
+        "recipe": explorer.recipe,
+        "table": explorer.table,
+        "row": explorer.stored_row,
+        "map": explorer.map,
+        "nearest": explorer.nearest,
+        "diagnosis": explorer.diagnosis,
+        "picture": explorer.picture,
+    }
+    routes: list[BaseRoute] = [Route(f"/api/{name}", _answer(work), methods=["POST"]) for name, work in post.items()]
+    routes += [
+        Route("/api/upload", _upload(explorer.recordings), methods=["POST"]),
+        Route("/api/drawing", _drawing(explorer), methods=["POST"]),
+        Mount("/", StaticFiles(directory=STATIC, html=True)),
+    ]
+    return Starlette(routes=routes, middleware=[Middleware(Guard, hosts=hosts, token=token)])
+
+
+def packed(shown: Shown) -> bytes:
+    """Return a picture as bytes: length of the header (uint32), header (JSON), and float32 arrays, little-endian.
+
+    The header holds the facts and ``arrays``: name, shape and first number of each array. It is filled with spaces
+    to a multiple of four bytes.
+    """
+    listed, first = [], 0
+    for name, array in shown.arrays.items():
+        listed.append([name, list(np.shape(array)), first])
+        first += int(np.size(array))
+    header = json.dumps(plain(shown.facts | {"arrays": listed}), allow_nan=False).encode()
+    header += b" " * (-len(header) % 4)
+    data = b"".join(np.ascontiguousarray(array, dtype="<f4").tobytes() for array in shown.arrays.values())
+    return struct.pack("<I", len(header)) + header + data
+
+
+Endpoint = Callable[[Request], Awaitable[Response]]
+
+
+def _answer(work: Callable[[dict[str, Any]], Any]) -> Endpoint:
+    async def endpoint(request: Request) -> Response:
+        content = await _body(request, _MOST_JSON)
+        try:
+            wanted = json.loads(content or b"{}")
+            if not isinstance(wanted, dict):
+                raise InputError("a request is one JSON object")
+            result = await run_in_threadpool(work, wanted)
+        except SigdbError as error:
+            return JSONResponse({"error": str(error)}, status_code=422)
+        except json.JSONDecodeError as error:
+            return JSONResponse({"error": f"a request is one JSON object: {error}"}, status_code=400)
+        if isinstance(result, Shown):
+            return Response(packed(result), media_type="application/octet-stream")
+        if isinstance(result, tuple):
+            return Response(result[0], media_type=result[1])
+        return JSONResponse(result)
+
+    return endpoint
+
+
+def _upload(recordings: Recordings) -> Endpoint:
+    async def endpoint(request: Request) -> Response:
+        name = request.query_params.get("name", "recording")
+        try:
+            key = recordings.add(name, await _body(request, MOST_BYTES))
+        except SigdbError as error:
+            return JSONResponse({"error": str(error)}, status_code=422)
+        return JSONResponse({"recording": key, "name": name})
+
+    return endpoint
+
+
+def _drawing(explorer: Explorer) -> Endpoint:
+    async def endpoint(request: Request) -> Response:
+        return Response(await run_in_threadpool(explorer.drawing), media_type="image/svg+xml")
+
+    return endpoint
+
+
+async def _body(request: Request, most: int) -> bytes:
+    """Return the body of a request; one that is too large is cut off, which no reader takes."""
+    content = bytearray()
+    async for chunk in request.stream():
+        content += chunk
+        if len(content) > most:
+            return b"\xff"
+    return bytes(content)
+
+
+def _text(wanted: dict[str, Any], name: str) -> str:
+    if not isinstance(wanted.get(name), str):
+        raise InputError(f"{name} = {wanted.get(name)!r} is no text")
+    return str(wanted[name])
+
+
+def _whole(wanted: dict[str, Any], name: str) -> int:
+    value = wanted.get(name)
+    if not isinstance(value, int) or isinstance(value, bool):
+        raise InputError(f"{name} = {value!r} is no whole number")
+    return value

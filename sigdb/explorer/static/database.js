@@ -1,0 +1,105 @@
+// Looking through a database: SQL, rows, maps.
+
+import { request } from "./api.js";
+import { digits, paintMap } from "./plots.js";
+
+export class DatabaseTab {
+  constructor(place, facts, { onRows, onError }) {
+    this.place = place; this.facts = facts; this.onRows = onRows; this.onError = onError; this.chosen = [];
+    const numbers = facts.columns.filter((column) => column.number).map((column) => column.name);
+    const options = (chosen) => numbers.map((name) => `<option${name === chosen ? " selected" : ""}>${name}</option>`).join("");
+    place.innerHTML = `
+      <p><b>${escaped(facts.name)}</b>, ${facts.rows} rows. <span class="quiet">${facts.coverage ? `Coverage was studied for ${escaped(facts.coverage.sensor)}: a signature is outside the database where its residual distance is above ${digits(facts.coverage.threshold)}.` : "Its coverage was not studied; sigdb coverage does."}</span></p>
+      <label>Only rows with <input type="text" id="where" placeholder="tooth = 6 and stiffness_loss > 0.2"></label>
+      <label>or one SELECT <textarea id="sql" spellcheck="false"></textarea></label>
+      <p class="buttons"><button id="ask">Show rows</button></p>
+      <div class="scroll"><table id="cases" aria-label="Rows"></table></div>
+      <p class="quiet">Click a row to show it; with Ctrl or ⌘ to lay it over the others.</p>
+      <h2>Map</h2>
+      <div class="pair"><label>over <select id="map-x">${options("tooth")}</select></label><label>and <select id="map-y"><option value="">the values themselves</option>${options("")}</select></label></div>
+      <label>show <select id="map-value">${options("fm4")}</select></label>
+      <p class="buttons"><button id="draw-map">Draw the map</button></p>
+      <canvas class="map" id="map" role="img" aria-label="Map of an indicator over two axes" hidden></canvas>
+      <p id="map-text" class="quiet"></p>`;
+    this.find("#sql").value = this.statement("");
+    this.find("#where").addEventListener("change", () => { this.find("#sql").value = this.statement(this.find("#where").value); this.ask(); });
+    this.find("#ask").addEventListener("click", () => this.ask());
+    this.find("#draw-map").addEventListener("click", () => this.map());
+    this.find("#map").addEventListener("mousemove", (event) => this.point(event));
+  }
+
+  find(selector) { return this.place.querySelector(selector); }
+
+  statement(where) {
+    const wanted = ["id", "tooth", "damaged_teeth", "stiffness_loss", "phase_shift_deg", "snr_db", "fm4"];
+    const names = wanted.filter((name) => this.facts.columns.some((column) => column.name === name));
+    return `select ${names.join(", ")} from cases${where ? ` where ${where}` : ""} order by id limit 200`;
+  }
+
+  async ask() {
+    try { this.fill(await request("table", { sql: this.find("#sql").value })); } catch (error) { this.onError(error); }
+  }
+
+  fill({ columns, rows }) {
+    const table = this.find("#cases"), id = columns.indexOf("id");
+    table.innerHTML = `<thead><tr>${columns.map((name) => `<th>${escaped(name)}</th>`).join("")}</tr></thead>`;
+    const body = table.createTBody();
+    for (const row of rows) {
+      const line = body.insertRow();
+      for (const value of row) line.insertCell().textContent = digits(value);
+      if (id < 0) continue;
+      line.tabIndex = 0; line.dataset.id = row[id];
+      line.addEventListener("click", (event) => this.choose(row[id], event.ctrlKey || event.metaKey || event.shiftKey));
+      line.addEventListener("keydown", (event) => { if (event.key === "Enter") this.choose(row[id], event.ctrlKey || event.metaKey); });
+    }
+    this.mark();
+  }
+
+  choose(id, also) {
+    this.chosen = also ? (this.chosen.includes(id) ? this.chosen.filter((other) => other !== id) : [...this.chosen, id]) : [id];
+    this.mark();
+    if (this.chosen.length) this.onRows(this.chosen);
+  }
+
+  mark() {
+    for (const line of this.place.querySelectorAll("tr[data-id]")) line.setAttribute("aria-selected", this.chosen.includes(Number(line.dataset.id)));
+  }
+
+  async map() {
+    const wanted = { x: this.find("#map-x").value, y: this.find("#map-y").value, value: this.find("#map-value").value, where: this.find("#where").value };
+    try {
+      const { x, y, mean, count } = this.mapped = await request("map", wanted);
+      const shown = wanted.y ? mean : count, what = wanted.y ? `mean of ${wanted.value}` : "number of rows";
+      const values = shown.flat().filter((value) => value !== null), low = Math.min(...values), high = Math.max(...values);
+      const canvas = this.find("#map");
+      canvas.hidden = false;
+      paintMap(canvas, x.length, y.length, (i, j) => shown[j][i], high, { low: Math.max(low, 0) === low ? low : -high });
+      canvas.style.imageRendering = "pixelated";
+      const rows = count.flat().reduce((a, b) => a + b, 0);
+      this.mapText = `${what} from ${digits(low)} (light) to ${digits(high)} (dark); ${wanted.x} to the right, ${digits(x[0])} to ${digits(x.at(-1))}; ${wanted.y || wanted.value} upwards, ${digits(y[0])} to ${digits(y.at(-1))}; ${rows} rows in ${count.flat().filter((one) => one > 0).length} of ${x.length * y.length} cells.`;
+      this.find("#map-text").textContent = this.mapText;
+    } catch (error) { this.onError(error); }
+  }
+
+  point(event) {
+    if (!this.mapped) return;
+    const { x, y, mean, count } = this.mapped, box = event.target.getBoundingClientRect();
+    const i = Math.min(x.length - 1, Math.floor((event.clientX - box.left) / box.width * x.length));
+    const j = Math.min(y.length - 1, Math.floor((box.bottom - event.clientY) / box.height * y.length));
+    this.find("#map-text").textContent = `${this.find("#map-x").value} ${digits(x[i])}, ${this.find("#map-y").value || this.find("#map-value").value} ${digits(y[j])}: ${digits(mean[j]?.[i])}, mean of ${count[j]?.[i]} rows. ${this.mapText}`;
+  }
+}
+
+export function escaped(text) {
+  const element = document.createElement("span");
+  element.textContent = text;
+  return element.innerHTML;
+}
+
+// A table of the nearest templates with its verdict.
+export function showNearest(place, { columns, rows, verdict }) {
+  const wanted = ["template", "tooth", "stiffness_loss", "phase_shift_deg", "match", "residual_distance"].filter((name) => columns.includes(name));
+  const cells = (row) => wanted.map((name) => `<td>${escaped(digits(row[columns.indexOf(name)]))}</td>`).join("");
+  place.hidden = false;
+  place.innerHTML = `<h2>Nearest templates</h2><table class="small"><thead><tr>${wanted.map((name) => `<th>${name.replaceAll("_", " ")}</th>`).join("")}</tr></thead><tbody>${rows.map((row) => `<tr>${cells(row)}</tr>`).join("")}</tbody></table><p class="quiet">${escaped(verdict)}</p>`;
+}

@@ -1,0 +1,160 @@
+// The four panels of an average, and a map of colours.
+
+const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+
+// Numbers with three digits: 0.0123, 12.3, 1.23e-6.
+export function digits(value) {
+  if (value === null || value === undefined || Number.isNaN(value)) return "–";
+  if (typeof value !== "number") return String(value);
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 1e5 || size < 1e-3) return value.toExponential(2).replace("e+", "e");
+  return String(Number(value.toPrecision(4)));
+}
+
+export class Panels {
+  constructor() {
+    this.marked = { teeth: 1, damaged: [] };
+    this.stiffness = this.line("plot-stiffness", 3);
+    this.signal = this.line("plot-signal", 8);
+    this.spectrum = this.bars("plot-spectrum");
+    this.canvas = document.getElementById("wigner");
+    this.labels = document.createElement("div");
+    this.canvas.parentElement.append(this.labels);
+    new ResizeObserver(() => this.resize()).observe(document.getElementById("pictures"));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.restyle());
+  }
+
+  axes(xFormat) {
+    const common = { stroke: () => colour("quiet"), grid: { stroke: () => colour("line"), width: 0.5 }, ticks: { show: false }, font: "11px system-ui" };
+    return [
+      { ...common, size: 20, gap: 2, values: (_, ticks) => ticks.map(xFormat) },
+      { ...common, size: 56, values: (_, ticks) => ticks.map(digits), splits: undefined, space: 24 },
+    ];
+  }
+
+  line(id, overlays) {
+    const place = document.getElementById(id);
+    const series = [{}, { stroke: () => colour("healthy"), width: 2 }, { stroke: () => colour("now"), width: 1.2 }];
+    const palette = ["#b8860b", "#2a9d8f", "#8e6bbf", "#d1495b", "#6b8e23"];
+    for (let i = 0; i < overlays; i++) series.push({ stroke: palette[i % palette.length], width: 1 });
+    const plot = new uPlot({
+      width: place.clientWidth || 600, height: place.clientHeight, series, legend: { show: false },
+      cursor: { y: false, points: { show: false } },
+      scales: { x: { time: false, range: [0, 360] } },
+      axes: this.axes((angle) => angle + "°").map((axis, i) => i ? axis : { ...axis, splits: () => [0, 60, 120, 180, 240, 300, 360] }),
+      hooks: { drawClear: [(plot) => this.passes(plot)] },
+    }, [[0, 360], [null, null], [null, null], ...Array(overlays).fill([null, null])], place);
+    plot.overlays = overlays;
+    return plot;
+  }
+
+  bars(id) {
+    const place = document.getElementById(id), paths = uPlot.paths.bars({ size: [0.7, 6, 1] });
+    return new uPlot({
+      width: place.clientWidth || 600, height: place.clientHeight, legend: { show: false },
+      series: [{}, { stroke: () => colour("healthy"), fill: () => colour("healthy"), paths: uPlot.paths.bars({ size: [1, 9, 1] }), points: { show: false } },
+        { stroke: () => colour("now"), fill: () => colour("now"), paths, points: { show: false } }],
+      scales: { x: { time: false } }, cursor: { y: false, points: { show: false } },
+      axes: this.axes((order) => order).map((axis, i) => i ? axis : { ...axis, splits: (plot) => {
+        const Z = this.marked.teeth, top = plot.scales.x.max ?? 4 * Z;
+        return Array.from({ length: Math.floor(top / Z) + 1 }, (_, h) => h * Z);
+      } }),
+    }, [[0, 1], [null, null], [null, null]], place);
+  }
+
+  // Bands over the passes of damaged teeth, lines between all passes, and their numbers.
+  passes(plot) {
+    const { ctx } = plot, { left, top, width, height } = plot.bbox, { teeth, damaged } = this.marked;
+    ctx.save();
+    ctx.fillStyle = colour("band");
+    for (const tooth of damaged) ctx.fillRect(left + (tooth - 1) / teeth * width, top, width / teeth, height);
+    ctx.strokeStyle = colour("line");
+    ctx.lineWidth = devicePixelRatio * 0.5;
+    const every = Math.ceil(teeth / 24);
+    ctx.font = `${10 * devicePixelRatio}px system-ui`;
+    ctx.textAlign = "center";
+    for (let tooth = 1; tooth <= teeth; tooth++) {
+      const x = left + (tooth - 1) / teeth * width;
+      ctx.beginPath(); ctx.moveTo(x, top); ctx.lineTo(x, top + height); ctx.stroke();
+      if ((tooth - 1) % every && !damaged.includes(tooth)) continue;
+      ctx.fillStyle = damaged.includes(tooth) ? colour("damage") : colour("quiet");
+      ctx.fillText(tooth, x + width / teeth / 2, top + 10 * devicePixelRatio);
+    }
+    ctx.restore();
+  }
+
+  // Paint an average; others are {name, tsa} that lie over it.
+  paint(shown, others = []) {
+    const { facts, arrays } = shown;
+    this.shown = shown; this.others = others;
+    this.marked = { teeth: facts.teeth, damaged: facts.damaged ?? [] };
+    const n = arrays.tsa.length, angle = Float64Array.from({ length: n }, (_, i) => i * 360 / n);
+    const over = others.slice(0, this.signal.overlays).map((other) => resampled(other.tsa, n));
+    while (over.length < this.signal.overlays) over.push(blank(n));
+    this.signal.setData([angle, arrays.tsa_healthy ?? blank(n), arrays.tsa, ...over]);
+    const stiffness = document.getElementById("plot-stiffness").parentElement;
+    stiffness.hidden = !arrays.stiffness;
+    if (arrays.stiffness) {
+      const m = arrays.stiffness.length, at = Float64Array.from({ length: m }, (_, i) => i * 360 / m);
+      this.stiffness.setData([at, arrays.stiffness_healthy, arrays.stiffness, ...Array(this.stiffness.overlays).fill(blank(m))]);
+    }
+    const orders = Float64Array.from(arrays.spectrum.keys());
+    this.spectrum.setData([orders, withoutMean(arrays.spectrum_healthy) ?? blank(orders.length), withoutMean(arrays.spectrum)]);
+    this.distribution(shown);
+    const unit = facts.unit ? `, ${facts.unit}` : "";
+    document.getElementById("signal-caption").textContent = `Averaged signal, ${facts.sensor}${unit}`;
+    document.getElementById("spectrum-caption").textContent = `Order spectrum, peak amplitude${unit} (ticks at mesh harmonics)`;
+    document.getElementById("wigner-caption").textContent = `Wigner-Ville distribution over angle and order${facts.unit ? `, ${/[/ ]/.test(facts.unit) ? `(${facts.unit})` : facts.unit}²` : ""}`;
+  }
+
+  distribution({ arrays, shapes, facts }) {
+    const [columns, rows] = shapes.wigner_ville, w = arrays.wigner_ville;
+    let limit = 0;
+    for (const value of w) limit = Math.max(limit, Math.abs(value));
+    // Colours saturate at a fifth of the greatest magnitude, so that cross-terms stay visible.
+    if (!facts.saturated) limit *= 0.2;
+    paintMap(this.canvas, columns, rows, (i, j) => w[i * rows + j], limit || 1);
+    const highest = arrays.orders[rows - 1];
+    this.labels.replaceChildren();
+    for (let h = 0; h * facts.teeth <= highest; h++) this.label(`${h * facts.teeth}`, { right: "calc(100% - 50px)", bottom: `calc(18px + (100% - 26px) * ${h * facts.teeth / highest} - 7px)` });
+    for (let angle = 0; angle <= 360; angle += 60) this.label(`${angle}°`, { left: `calc(56px + (100% - 73px) * ${angle / 360} - 8px)`, bottom: "0" });
+  }
+
+  label(text, place) {
+    const label = document.createElement("span");
+    label.className = "axis-label"; label.textContent = text;
+    Object.assign(label.style, place);
+    this.labels.append(label);
+  }
+
+  resize() {
+    for (const plot of [this.stiffness, this.signal, this.spectrum]) {
+      const place = plot.root.parentElement;
+      if (place.clientWidth) plot.setSize({ width: place.clientWidth, height: place.clientHeight });
+    }
+  }
+
+  restyle() { if (this.shown) { this.paint(this.shown, this.others); for (const plot of [this.stiffness, this.signal, this.spectrum]) plot.redraw(); } }
+}
+
+const blanks = new Map();
+function blank(n) { if (!blanks.has(n)) blanks.set(n, Array(n).fill(null)); return blanks.get(n); }
+function withoutMean(spectrum) { if (!spectrum) return null; const copy = Float64Array.from(spectrum); copy[0] = 0; return copy; }
+function resampled(x, n) { return x.length === n ? x : Float64Array.from({ length: n }, (_, i) => x[Math.floor(i * x.length / n)]); }
+
+// A map of numbers, blue below and red above zero, saturated at the limit; or from light to dark, without a sign.
+export function paintMap(canvas, columns, rows, at, limit, { low = -limit } = {}) {
+  canvas.width = columns; canvas.height = rows;
+  const context = canvas.getContext("2d"), image = context.createImageData(columns, rows), data = image.data;
+  for (let j = 0; j < rows; j++) {
+    for (let i = 0; i < columns; i++) {
+      const value = at(i, j), k = 4 * ((rows - 1 - j) * columns + i);
+      if (value === null || Number.isNaN(value)) { data[k + 3] = 0; continue; }
+      const part = low < 0 ? Math.max(-1, Math.min(1, value / limit)) : Math.max(0, Math.min(1, (value - low) / (limit - low || 1)));
+      const [r, g, b] = part >= 0 ? [178, 24, 43] : [33, 102, 172], size = Math.abs(part) ** 0.7;
+      data[k] = 250 + (r - 250) * size; data[k + 1] = 250 + (g - 250) * size; data[k + 2] = 250 + (b - 250) * size; data[k + 3] = 255;
+    }
+  }
+  context.putImageData(image, 0, 0);
+}

@@ -1,0 +1,50 @@
+"""The view of a page: a case of damage at an operating point, its specimen, its noise and its sensor."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from sigdb.core import Section, quantity, validated
+from sigdb.transmission import Damage, Transmission
+
+_DAMAGE = tuple(name for name in Damage.model_fields if name not in {"pattern", "each"})
+
+
+class View(Section):
+    """The settings of a page: what stands in its address.
+
+    A setting that is left out is that of the rig, and the page has no noise.
+    """
+
+    damage: Damage = Damage()
+    teeth: int | None = quantity(
+        "-", "Tooth count of the damaged gear; that of the rig if left out.", ge=5, default=None
+    )
+    speed_rpm: float | None = quantity("rev/min", "Speed of the drive.", gt=0, default=None)
+    torque: float | None = quantity("N m", "Torque of the drive.", gt=0, default=None)
+    snr_db: float | None = quantity(
+        "dB", "Signal-to-noise ratio of one revolution; no noise if left out.", default=None
+    )
+    averages: int = quantity("rev", "Revolutions in the average.", ge=1, default=102)
+    index_error: float = quantity("m", "Standard deviation of the index errors of the teeth.", ge=0, default=0.0)
+    specimen: int = quantity("-", "Number of the specimen, which determines its index errors.", ge=0, default=0)
+    sensor: str | None = None
+
+    @classmethod
+    def of(cls, settings: Mapping[str, Any]) -> "View":
+        """Return the view of settings as they stand in an address: fields of the damage and of the view together.
+
+        Raises
+        ------
+        InputError
+            If a setting is unknown or breaks a rule.
+        """
+        damage = {name: value for name, value in settings.items() if name in _DAMAGE and value is not None}
+        if not damage.get("tooth"):
+            damage = {name: damage[name] for name in ("gear",) if name in damage}
+        others = {name: value for name, value in settings.items() if name not in _DAMAGE}
+        return validated(cls, others | {"damage": validated(Damage, damage, owner="damage")}, owner="view")
+
+    def changes(self, rig: Transmission, gear: str) -> dict[str, float]:
+        """Return the numbers of the rig that the view changes, by dotted path, without the torque."""
+        wanted = {f"gears.{gear}.teeth": self.teeth, "operating.speed_rpm": self.speed_rpm}
+        return {path: value for path, value in wanted.items() if value is not None and value != rig.value(path)}
