@@ -10,11 +10,12 @@ SEED ?= 1
 # Installations leave compiling to the first import, so that each module must be compiled once, not in each process.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help quickstart test lowest fuzz paper paper-search check types lint docs peers wheel clean
+.PHONY: help quickstart test test-browser lowest fuzz paper paper-search check types lint docs peers wheel clean
 
 help:
 	@echo "make quickstart   install, make the quick database, its models and reports, query, draw"
 	@echo "make test         run the test suite"
+	@echo "make test-browser test the explorer in Chromium, which must be installed"
 	@echo "make lowest       run the test suite with the lowest versions of all dependencies that pyproject.toml allows"
 	@echo "make fuzz         damage and disguise all that sigdb reads, for SECONDS=300 with SEED=1; one KIND, and of it one CASE"
 	@echo "make paper        evaluate and draw the rigs that show the paper's pictures, in 10 minutes"
@@ -40,8 +41,8 @@ help:
 
 # The environments of all checks in one go, which takes half the time.
 .venv/all: .venv/pip pyproject.toml
-	$(BIN)/python -m pip install --quiet --no-compile --editable '.[test,check,docs]'
-	@touch .venv/base .venv/test .venv/check .venv/docs $@
+	$(BIN)/python -m pip install --quiet --no-compile --editable '.[test,check,docs,browser]'
+	@touch .venv/base .venv/test .venv/check .venv/docs .venv/browser $@
 
 quickstart: .venv/base
 	$(BIN)/python -m sigdb.sweep pipelines/quick.toml
@@ -59,6 +60,9 @@ quickstart: .venv/base
 
 test: .venv/test
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+
+test-browser: .venv/browser
+	$(BIN)/python -m pytest tests/browser
 
 # An environment of its own, with every dependency at its lower bound.
 .venv-lowest/test: pyproject.toml tests/checks/lowest.py

@@ -20,6 +20,7 @@ extensions = [
     "numpydoc",
     "cli",
     "columns",
+    "explorer_page",
     "fields",
     "paper",
     "pictures",

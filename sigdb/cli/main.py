@@ -18,6 +18,7 @@ from sigdb.cli.output import discard_output, visible_output
 from sigdb.core import InputError, SigdbError, __version__, visible_text
 
 _ORDER = (
+    "explore",
     *("new-rig", "describe", "modes", "identify"),
     *("run", "sweep", "ingest", "label", "verify", "coverage", "refine", "add-features", "card"),
     *("query", "show", "match", "export"),

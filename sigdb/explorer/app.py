@@ -136,6 +136,11 @@ class Explorer:
         """Return the picture of a view."""
         return self.live.show(View.of(settings))
 
+    def stability(self, settings: dict[str, Any]) -> dict[str, Any]:
+        """Return the largest Floquet multiplier of a view, and whether the rig is stable."""
+        multiplier = self.live.floquet_multiplier(View.of(settings))
+        return {"multiplier": multiplier, "stable": multiplier < 1}
+
     def code(self, settings: dict[str, Any]) -> dict[str, str]:
         """Return a view as Python, recipe and command."""
         view = View.of(settings)
@@ -237,6 +242,7 @@ def explorer_app(explorer: Explorer, *, token: str, hosts: tuple[str, ...]) -> S
     post = {
         "start": explorer.start,
         "live": explorer.live_view,
+        "stability": explorer.stability,
         "code": explorer.code,
         "recipe": explorer.recipe,
         "table": explorer.table,

@@ -77,13 +77,10 @@ class Simulated:
         (sensors, n) clean averages.
     forces
         (meshes, N) force of each mesh over its static one at the rig's own torque.
-    floquet_multiplier
-        Largest multiplier of the linear rig.
     """
 
     signals: FloatArray
     forces: FloatArray
-    floquet_multiplier: float
 
 
 class LiveRig:
@@ -99,8 +96,9 @@ class LiveRig:
 
     def __init__(self, rig: Transmission, gear: str | None = None) -> None:
         self.rig, self.gear = rig, damaged_gear(rig, gear)
+        self._built: Kept[Transmission] = Kept(32)
         self._prepared: Kept[PreparedRig] = Kept(12)
-        self._states: Kept[tuple[SteadyState, float]] = Kept(32)
+        self._states: Kept[SteadyState] = Kept(32)
 
     @property
     def teeth(self) -> int:
@@ -110,7 +108,15 @@ class LiveRig:
     def built(self, view: View) -> Transmission:
         """Return the rig of a view, at the rig's own torque."""
         changes = view.changes(self.rig, self.gear)
-        return self.rig.replace(changes) if changes else self.rig
+        return self._built.get(tuple(changes.items()), lambda: self.rig.replace(changes)) if changes else self.rig
+
+    def floquet_multiplier(self, view: View) -> float:
+        """Return the largest Floquet multiplier of the linear rig of a view, which is unstable from 1.
+
+        It takes longer than a picture, and nothing else depends on it: a page asks for it once its settings rest.
+        """
+        prepared = self._prepare(self.built(view), 1.0).prepared
+        return prepared.floquet_multiplier([view.damage.on_teeth(prepared.teeth)])
 
     def errors_of(self, view: View, rig: Transmission) -> FloatArray:
         """Return the (teeth,) index errors of the specimen of a view, m."""
@@ -163,7 +169,6 @@ class LiveRig:
             ],
             "least_force": least,
             "contact": least > 0,
-            "floquet_multiplier": damaged.floquet_multiplier,
             "milliseconds": {"simulation": 1e3 * (solved - started), "signature": 1e3 * (computed - solved)},
         }
         return Shown(facts=facts, arrays=arrays)
@@ -203,7 +208,6 @@ class LiveRig:
         return Simulated(
             signals=once.signals + (ratio - 1) * (double.signals - once.signals),
             forces=(once.forces + (ratio - 1) * (double.forces - once.forces)) / ratio,
-            floquet_multiplier=once.floquet_multiplier,
         )
 
     def _torque_ratio(self, view: View) -> float:
@@ -211,7 +215,7 @@ class LiveRig:
 
     def _solve(self, rig: Transmission, damage: Damage, errors: FloatArray | None, ratio: float) -> Simulated:
         """Return a case at a multiple of the rig's torque, with forces over the static ones at the rig's own."""
-        state, multiplier = self._state(rig, damage, ratio)
+        state = self._state(rig, damage, ratio)
         force = state.mesh_force_at(errors) / state.static_force
         others = superpose(
             state.force_elsewhere, state.force_elsewhere_response, state.force_elsewhere_harmonic, errors
@@ -219,18 +223,14 @@ class LiveRig:
         return Simulated(
             signals=state.signals_at(errors),
             forces=ratio * np.concatenate([force[None], others]),
-            floquet_multiplier=multiplier,
         )
 
-    def _state(self, rig: Transmission, damage: Damage, ratio: float) -> tuple[SteadyState, float]:
-        """Return the steady state of a case, and its Floquet multiplier; kept for other specimens and torques."""
+    def _state(self, rig: Transmission, damage: Damage, ratio: float) -> SteadyState:
+        """Return the steady state of a case, kept for other specimens and torques."""
         prepared = self._prepare(rig, ratio).prepared
         teeth = damage.on_teeth(prepared.teeth)
-
-        def solve() -> tuple[SteadyState, float]:
-            return prepared.steady_state([teeth])[0], prepared.floquet_multiplier([teeth])
-
-        return self._states.get((*_build(rig, self.gear), ratio, repr(teeth)), solve)
+        key = (*_build(rig, self.gear), ratio, repr(teeth))
+        return self._states.get(key, lambda: prepared.steady_state([teeth])[0])
 
     def _prepare(self, rig: Transmission, ratio: float) -> PreparedRig:
         """Return a prepared rig, kept from before where it can be."""

@@ -7,8 +7,8 @@ from sigdb.signature import order_spectrum, wigner_ville
 
 MESH_ORDERS = 4
 """Highest order that is shown, as a multiple of the tooth count."""
-_MOST_SAMPLES = 1024
-"""Samples of the average of a distribution at most; longer averages lose their highest orders first."""
+_MOST_SAMPLES, _LEAST_IN_TOOTH, _MOST_IN_TOOTH = 1024, 16, 32
+"""Samples of the average of a distribution, and in a tooth pass of it; the highest mesh orders are left out."""
 _COLUMNS = 256
 """Angles of a distribution at most."""
 
@@ -45,8 +45,8 @@ def _amplitudes(tsa: FloatArray, highest: int) -> FloatArray:
 
 def _distribution(x: FloatArray, teeth: int, highest: int) -> tuple[FloatArray, FloatArray]:
     """Return the distribution (angles, bins) to a highest order, and the order of each bin."""
-    if len(x) > _MOST_SAMPLES:
-        fewer = max(_MOST_SAMPLES // teeth, 4 * MESH_ORDERS) * teeth
+    fewer = teeth * max(_LEAST_IN_TOOTH, min(_MOST_IN_TOOTH, _MOST_SAMPLES // teeth))
+    if len(x) > fewer:
         x = np.fft.irfft(np.fft.rfft(x)[: fewer // 2 + 1], fewer) * fewer / len(x)
     w = wigner_ville(x)
     orders = np.arange(w.shape[1]) * len(x) / (2 * w.shape[1])

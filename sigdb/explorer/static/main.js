@@ -9,7 +9,7 @@ import { RecipeTab } from "./recipe.js";
 
 const $ = (id) => document.getElementById(id);
 const ask = window.sigdbStatic?.request ?? request;
-let panels, controls, live, start, tab = "live", rows = [], shownNow = null, changedAt = 0;
+let panels, controls, live, start, tab = "live", rows = [], shownNow = null;
 
 function message(text) { $("message").hidden = !text; $("message").textContent = text ?? ""; }
 function behind(text) { $("legend-behind").hidden = !text; $("behind").textContent = text; }
@@ -33,10 +33,12 @@ function readAddress() {
   return wantedTab;
 }
 
+// Ask for the picture of the settings, and keep when they changed.
+function want() { live.want({ view: controls.view(), at: performance.now() }); }
+
 function changed() {
-  changedAt = performance.now();
   address();
-  live.want(controls.view());
+  want();
 }
 
 function paint(shown, others, text) {
@@ -47,17 +49,33 @@ function paint(shown, others, text) {
   facts(shown.facts);
 }
 
-function showLive(shown) {
+function showLive(shown, { view, at }) {
   if (tab === "database" || tab === "measurement") return;
-  const { facts: f } = shown, view = controls.view();
+  const { facts: f } = shown;
   behind("healthy");
   const damage = f.damaged.length ? `tooth ${f.damaged.join(", ")} of ${start.rig.gear}, ${f.teeth} teeth` : `undamaged ${start.rig.gear}, ${f.teeth} teeth`;
   paint(shown, [], `${damage}${view.snr_db === undefined ? "; without noise" : `; ${view.averages ?? 102} averages at ${view.snr_db} dB`}`);
-  requestAnimationFrame(() => {
+  // A task after the frame's callback runs once the frame is painted.
+  checkStability(view);
+  requestAnimationFrame(() => setTimeout(() => {
     const { simulation, signature } = f.milliseconds;
-    $("timing").textContent = `simulation ${simulation.toFixed(0)} ms, signature ${signature.toFixed(0)} ms, painted after ${(performance.now() - changedAt).toFixed(0)} ms`;
-    document.body.dataset.painted = JSON.stringify({ view, milliseconds: performance.now() - changedAt, simulation: simulation + signature });
-  });
+    $("timing").textContent = `simulation ${simulation.toFixed(0)} ms, signature ${signature.toFixed(0)} ms, painted after ${(performance.now() - at).toFixed(0)} ms`;
+    document.body.dataset.painted = JSON.stringify({ view, milliseconds: performance.now() - at, simulation: simulation + signature });
+  }));
+}
+
+// The check of stability takes longer than a picture, so it waits until the settings rest.
+let resting = 0;
+function checkStability(view) {
+  clearTimeout(resting);
+  if (window.sigdbStatic) return;
+  resting = setTimeout(async () => {
+    try {
+      const { stable, multiplier } = await request("stability", view);
+      document.body.dataset.stable = stable;
+      if (!stable) message(`The rig is unstable with this damage (Floquet multiplier ${digits(multiplier)}): the picture is no steady state.`);
+    } catch (error) { fail(error); }
+  }, 300);
 }
 
 function facts(f) {
@@ -102,7 +120,7 @@ function choose(name) {
   for (const id of ["database", "measurement", "recipe"]) $(id).hidden = id !== name;
   $("nearest").hidden = true;
   address();
-  if (name === "live" || name === "recipe") live.want(controls.view());
+  if (name === "live" || name === "recipe") want();
   if (name === "database" && rows.length) showRows(rows);
 }
 
@@ -158,7 +176,7 @@ async function main() {
   if (window.sigdbStatic) for (const element of document.querySelectorAll("[data-server]")) element.hidden = true;
   panels = new Panels();
   controls = new Controls($("controls"), start.controls, start.sensors, changed);
-  live = new Latest((view) => ask("live", view), showLive, fail);
+  live = new Latest(({ view }) => ask("live", view), showLive, fail);
   const wantedTab = readAddress();
   if (!window.sigdbStatic) {
     if (start.database) {
@@ -178,7 +196,6 @@ async function main() {
   addEventListener("hashchange", () => choose(readAddress()));
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => event.preventDefault());
-  changedAt = performance.now();
   choose(start.row !== null && start.database ? "database" : start.database && wantedTab === "database" ? "database" : wantedTab === "database" ? "live" : wantedTab);
 }
 

@@ -1,0 +1,136 @@
+"""The explorer as a person uses it, in a browser."""
+
+import json
+
+import numpy as np
+import pytest
+
+import sigdb
+
+
+def painted(page, **wanted):
+    """What the page paints once its view has the wanted settings."""
+    for name, value in wanted.items():
+        page.wait_for_selector(f"body[data-painted*='\"{name}\":{json.dumps(value)}']")
+    return json.loads(page.get_attribute("body", "data-painted"))
+
+
+def event_at(page):
+    """The tooth pass in which the shown average differs most from the healthy one."""
+    with page.expect_download() as download:
+        page.click("[data-save=csv]")
+    table = np.genfromtxt(download.value.path(), delimiter=",", skip_header=1)
+    stiffness, healthy = table[:, 3], table[:, 4]
+    return int(np.argmax(np.abs(stiffness - healthy)) // 64) + 1
+
+
+def test_the_address_loses_the_token_and_keeps_the_view(page):
+    assert "token" not in page.url
+    page.fill("#number-stiffness_loss", "0.3")
+    painted(page, stiffness_loss=0.3)
+    assert "stiffness_loss=0.3" in page.url
+    assert "token" not in page.url
+
+
+@pytest.mark.parametrize("tooth", [3, 11])
+def test_a_dragged_slider_moves_the_event(page, tooth):
+    slider = page.locator("#slider-tooth")
+    box = slider.bounding_box()
+    knob = 16  # px, the width of the knob, whose middle runs over the rest
+    x = [box["x"] + knob / 2 + (box["width"] - knob) * value / 12 for value in (6, tooth)]
+    page.mouse.move(x[0], box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(x[1], box["y"] + box["height"] / 2, steps=10)
+    page.mouse.up()
+    painted(page, tooth=tooth)
+    assert f"tooth {tooth} of pinion" in page.inner_text("#shown")
+    assert event_at(page) in (tooth, tooth + 1)
+
+
+def test_arrow_keys_move_the_tooth_round_the_gear(page):
+    page.click("#shown")
+    for expected in (7, 8, 9, 10, 11, 12, 1):
+        page.keyboard.press("ArrowRight")
+        painted(page, tooth=expected)
+    page.keyboard.press("ArrowLeft")
+    painted(page, tooth=12)
+
+
+def test_a_mesh_that_opens_is_said_in_red(page):
+    page.fill("#number-stiffness_loss", "0.9")
+    painted(page, stiffness_loss=0.9)
+    assert page.inner_text("#contact").startswith("The teeth part")
+    assert page.get_attribute("#contact", "class") == "parts"
+
+
+def test_rows_of_a_database_are_shown_and_overlaid(page):
+    page.click("#tab-database")
+    page.wait_for_selector("#cases tr[data-id]")
+    page.fill("#where", "tooth = 6")
+    page.press("#where", "Enter")
+    page.wait_for_selector("#cases tbody tr:nth-child(2):last-child")
+    page.click("#cases tbody tr:nth-child(2)")
+    page.wait_for_selector("#nearest table")
+    assert page.inner_text("#nearest tbody tr:first-child td:nth-child(2)") == "6"
+    page.click("#cases tbody tr:nth-child(1)", modifiers=["Control"])
+    page.wait_for_selector("#shown:has-text(';')")
+    assert len(page.url.split("rows=")[1].split("%2C")) == 2
+
+
+def test_sql_answers_and_a_map_is_drawn(page):
+    page.click("#tab-database")
+    page.fill("#sql", "select tooth, count(*) as rows from cases group by tooth order by tooth")
+    page.click("#ask")
+    page.wait_for_selector("#cases th:has-text('rows')")
+    assert page.inner_text("#cases tbody tr:first-child").split() == ["0", "2"]
+    page.click("#draw-map")
+    page.wait_for_selector("#map:not([hidden])")
+    assert "26 rows" in page.inner_text("#map-text")
+
+
+def test_a_dropped_file_is_shown_and_matched(page, database, tmp_path):
+    opened = sigdb.open(database)
+    row = int(opened.cases("tooth = 3 and stiffness_loss = 0.4")["id"].iloc[0])
+    np.save(tmp_path / "average.npy", opened.signals([row])["tsa"][0])
+    page.click("#tab-measurement")
+    content = (tmp_path / "average.npy").read_bytes()
+    transfer = page.evaluate_handle(
+        """bytes => {
+            const transfer = new DataTransfer();
+            transfer.items.add(new File([new Uint8Array(bytes)], 'average.npy'));
+            return transfer;
+        }""",
+        list(content),
+    )
+    page.dispatch_event("#drop-run", "drop", {"dataTransfer": transfer})
+    page.wait_for_selector("#nearest table")
+    assert page.inner_text("#nearest tbody tr:first-child td:nth-child(2)") == "3"
+    assert "average.npy" in page.inner_text("#shown")
+
+
+def test_copied_python_runs(page):
+    page.fill("#number-tooth", "9")
+    painted(page, tooth=9)
+    page.click("[data-copy=python]")
+    page.wait_for_selector("#copied:not([hidden])")
+    names = {}
+    exec(page.inner_text("#copied"), names)
+    expected = sigdb.simulate("nasa-spiral-bevel", {"tooth": 9, "stiffness_loss": 0.5}).signal("pinion-vertical")
+    np.testing.assert_allclose(names["average"], expected, rtol=1e-9)
+
+
+def test_a_page_without_its_token_says_what_to_do(browser, address):
+    stranger = browser.new_context().new_page()
+    stranger.goto(address.split("#")[0])
+    stranger.wait_for_selector("#message:not([hidden])")
+    assert "sigdb explore prints" in stranger.inner_text("#message")
+
+
+def test_the_page_works_on_a_tablet(browser, address):
+    tablet = browser.new_page(viewport={"width": 820, "height": 1180}, color_scheme="dark")
+    tablet.goto(address)
+    tablet.wait_for_selector("body[data-painted]")
+    assert tablet.evaluate_handle(
+        "() => document.documentElement.scrollWidth <= document.documentElement.clientWidth"
+    ).json_value()
+    tablet.close()
