@@ -24,6 +24,7 @@ HEAVY = (
     "rich",
 )
 NAMES = {
+    "add_features": "sigdb.sweep",
     "Damage": "sigdb.transmission",
     "Periodic": "sigdb.dynamics",
     "SigdbError": "sigdb.core",

@@ -30,6 +30,7 @@ PACKAGES = [
         "sweep",
         "recognition",
         "recording",
+        "explorer",
         "ingest",
         "diagnosis",
         "paper",
