@@ -106,6 +106,7 @@ def test_a_dropped_file_is_shown_and_matched(page, database, tmp_path):
     page.wait_for_selector("#nearest table")
     assert page.inner_text("#nearest tbody tr:first-child td:nth-child(2)") == "3"
     assert "average.npy" in page.inner_text("#shown")
+    assert "scaled to the same rms" in page.inner_text("#shown")
 
 
 def test_copied_python_runs(page):

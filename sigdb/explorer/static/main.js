@@ -105,10 +105,23 @@ function caseText(row) {
   return `row ${row.id}: ${damage}, ${digits(row.snr_db)} dB, specimen ${row.specimen}`;
 }
 
+// The case of the tab Damage as a line over a measured average: without its mean, and as strong as the average.
+async function simulatedOver(shown) {
+  let simulated;
+  try { simulated = await request("live", controls.view()); } catch { return []; }
+  if (simulated.facts.teeth !== shown.facts.teeth) return [];
+  const [x, y] = [shown, simulated].map(({ arrays }) => arrays.tsa), mean = (v) => v.reduce((a, b) => a + b, 0) / v.length;
+  const [m, k] = [mean(x), mean(y)], spread = (v, c) => Math.sqrt(mean(v.map((one) => (one - c) ** 2)));
+  const scale = spread(x, m) / (spread(y, k) || 1);
+  return [{ name: "simulated", tsa: y.map((one) => m + scale * (one - k)) }];
+}
+
 async function showMeasured(shown, name) {
   if (!shown.arrays.tsa) { message(null); return; }
   behind(shown.arrays.tsa_healthy ? "healthy recording" : "");
-  paint(shown, [], `${name}: ${shown.facts.teeth} teeth${shown.facts.speed_rpm ? `, ${digits(shown.facts.speed_rpm)} rpm` : ""}`);
+  const over = await simulatedOver(shown);
+  const text = `${name}: ${shown.facts.teeth} teeth${shown.facts.speed_rpm ? `, ${digits(shown.facts.speed_rpm)} rpm` : ""}`;
+  paint(shown, over, text + (over.length ? "; the thin line is the simulated case of the tab Damage, scaled to the same rms" : ""));
   if (!start.database) return;
   try { showNearest($("nearest"), await request("nearest", { tsa: [...shown.arrays.tsa], teeth: shown.facts.teeth })); } catch { $("nearest").hidden = true; }
 }
