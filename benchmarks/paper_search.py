@@ -1,6 +1,6 @@
 """Search for rigs that show the paper's pictures, inside what is assumed of the built-in rig.
 
-Usage: python benchmarks/paper_search.py [--out FOLDER] [--seed 1] [--hours 3] [--rigs 12]
+Usage: python benchmarks/paper_search.py [--out FOLDER] [--seed 1] [--hours 3] [--rigs 10]
 
 The targets are `sigdb.paper.margins.target_margins`: the paper's rules about the shifts of 1.5 and 4.5 deg and the loss
 of 50 %. The other cases are not simulated here. Each round draws rigs, and for each many profiles of its mesh, since
@@ -353,7 +353,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("build/paper-search"))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--hours", type=float, default=3.0)
-    parser.add_argument("--rigs", type=int, default=12)
+    parser.add_argument("--rigs", type=int, default=10)
     parser.add_argument("--ensemble", type=Path, default=Path("data/transmissions"))
     given = parser.parse_args()
     search = Search(given.out, given.seed, given.hours * 3600, given.rigs)
