@@ -75,15 +75,17 @@ class IngestPlan:
         The files, in order.
     first_part
         Number of the first part.
-    source
-        Origin of the rows.
     """
 
     settings: IngestSettings
     rigs: dict[str, Transmission]
     recordings: tuple[PlannedRecording, ...]
     first_part: int = 0
-    source: Source = "measured"
+
+    @property
+    def source(self) -> Source:
+        """Origin of the rows."""
+        return "measured" if self.settings.averages_of is None else "simulated elsewhere"
 
     @property
     def recordings_of_a_part(self) -> int:
@@ -121,7 +123,7 @@ class IngestPlan:
         """Everything that determines the rows; the list of recordings by its SHA-256."""
         return {
             "format": FORMAT,
-            "ingest": {"source": self.source, **self.settings.resolved()},
+            "ingest": self.settings.resolved(),
             "signature": {"samples_per_tooth": self.settings.samples_per_tooth},
             "rigs": {name: rig.model_dump(mode="json", exclude_none=True) for name, rig in self.rigs.items()},
             "recordings": hashlib.sha256(self.list_content).hexdigest(),
@@ -161,13 +163,11 @@ def stored_plan(record: PlanRecord, store: Store) -> IngestPlan:
     """
     name = list_name(record.first_row_part)
     content = unsealed(store.get(name), name=store.name_of(name))
-    settings = {key: value for key, value in record.resolved["ingest"].items() if key != "source"}
     plan = IngestPlan(
-        settings=validated(IngestSettings, settings, owner=str(store)),
+        settings=validated(IngestSettings, record.resolved["ingest"], owner=str(store)),
         rigs={key: validated(Transmission, rig, owner=str(store)) for key, rig in record.resolved["rigs"].items()},
         recordings=tuple(map(PlannedRecording.from_json, content["recordings"])),
         first_part=record.first_row_part,
-        source=record.resolved["ingest"]["source"],
     )
     if plan.hash != record.hash:
         raise DatabaseError(f"{store.name_of(name)} is not the list of the recordings that sigdb.toml names")

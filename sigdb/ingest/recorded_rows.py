@@ -12,6 +12,7 @@ import numpy as np
 
 from sigdb.core import InputError, Note, plain, validated
 from sigdb.database import StatusCode
+from sigdb.ingest.averaged_rows import averaged_rows
 from sigdb.ingest.facts.recording_facts import RecordingFacts
 from sigdb.ingest.plan import IngestPlan, PlannedRecording
 from sigdb.recording import (
@@ -58,7 +59,8 @@ def recording_rows(plan: IngestPlan, recording: PlannedRecording) -> list[Row]:
         common = _common(plan, recording, facts, specimen) | {"sha256": digest}
         rows += [common | row for row in _rows_of(plan, recording, facts)]
     if len(rows) > plan.most_rows:
-        why = f"{recording.name} gives {len(rows)} averages, more than {plan.most_rows}; average more revolutions"
+        count = f"{recording.name} gives {len(rows)} averages, more than {plan.most_rows}"
+        why = f"{count}; average more revolutions, or split it"
         return [_common(plan, recording, recording.facts[0], None) | {"sha256": digest} | _failed("no_average", why)]
     return rows
 
@@ -92,6 +94,9 @@ def _common(plan: IngestPlan, recording: PlannedRecording, facts: RecordingFacts
 
 def _rows_of(plan: IngestPlan, recording: PlannedRecording, facts: RecordingFacts) -> Iterator[Row]:
     """Yield the rows of an entry, without what they share."""
+    if plan.settings.averages_of is not None:
+        yield from _averaged_rows(plan, recording, facts, plan.settings.averages_of)
+        return
     try:
         read = _read(plan, recording, facts)
     except InputError as error:
@@ -105,13 +110,42 @@ def _rows_of(plan: IngestPlan, recording: PlannedRecording, facts: RecordingFact
             yield from _gear_rows(plan, turned, facts, rig, gear, channel)
 
 
+def _averaged_rows(plan: IngestPlan, recording: PlannedRecording, facts: RecordingFacts, name: str) -> Iterator[Row]:
+    """Yield the rows of the averages of a file of another program; one with the reason if it cannot be read."""
+    unit = facts.unit or plan.settings.reading.units
+    try:
+        check_size(recording)
+        rows = averaged_rows(
+            Path(recording.path),
+            name,
+            facts,
+            teeth=plan.settings.teeth,
+            samples_per_tooth=plan.settings.samples_per_tooth,
+            unit=unit if isinstance(unit, str) else "",
+        )
+        yield from list(rows)
+    except InputError as error:
+        yield _failed(StatusCode.UNREADABLE, str(error))
+
+
+def check_size(recording: PlannedRecording) -> None:
+    """Refuse a file that has another size than when it was planned.
+
+    Raises
+    ------
+    InputError
+        If it has changed.
+    """
+    size = Path(recording.path).stat().st_size if Path(recording.path).is_file() else None
+    if size is not None and size != recording.bytes:
+        raise InputError(f"{recording.path}: has {size} bytes, and had {recording.bytes} when it was planned")
+
+
 def _read(plan: IngestPlan, recording: PlannedRecording, facts: RecordingFacts) -> Recording | RecordingBlocks:
     options = plan.settings.reading.model_dump(exclude_unset=True, exclude={"teeth", "speed_rpm", "torque"})
     options |= {name: getattr(facts, name) for name in _READING if getattr(facts, name) is not None}
     options |= {"units": facts.unit} if facts.unit else {}
-    size = Path(recording.path).stat().st_size if Path(recording.path).is_file() else None
-    if size is not None and size != recording.bytes:
-        raise InputError(f"{recording.path}: has {size} bytes, and had {recording.bytes} when it was planned")
+    check_size(recording)
     return read_of_any_size(recording.path, **options)
 
 

@@ -23,6 +23,11 @@ class IngestSettings(Section):
         "rev", "Revolutions of each average; one average of all revolutions if left out.", ge=1, default=None
     )
     samples_per_tooth: int = quantity("-", "Samples of an average in a tooth pass.", ge=8, default=64)
+    averages_of: str | None = Field(
+        default=None,
+        description="Name of the array of averages in files of another program (NPZ, MAT, HDF5, Parquet), whose rows "
+        "are simulated elsewhere; None for recordings.",
+    )
     accept: Names = Field(
         default=(),
         description="Codes of doubts of the reading that are accepted: rows of such recordings have a result.",

@@ -39,6 +39,12 @@ if TYPE_CHECKING:
     "average of all revolutions.",
 )
 @click.option(
+    "--averages-of",
+    metavar="ARRAY",
+    help="The files are of another program and hold averages of one revolution in this array, (rows, n), with labels "
+    "in arrays such as tooth, torque or kind: NPZ, MAT, HDF5, Parquet.",
+)
+@click.option(
     "--samples-per-tooth",
     type=click.IntRange(8),
     default=64,
@@ -65,6 +71,7 @@ def ingest(
     gears: tuple[str, ...],
     channels: tuple[str, ...],
     averages: int | None,
+    averages_of: str | None,
     samples_per_tooth: int,
     accept: tuple[str, ...],
     jobs: int,
@@ -82,6 +89,7 @@ def ingest(
     \b
     Example:
       sigdb ingest recordings --out machine.db --teeth 32/80 --tacho tacho
+      sigdb ingest simulations --out model.db --teeth 32 --averages-of tsa
     """
     from sigdb.cli.progress import show_progress
     from sigdb.core import plain, validated
@@ -94,6 +102,7 @@ def ingest(
         "gears": gears,
         "channels": channels,
         "averages": averages,
+        "averages_of": averages_of,
         "samples_per_tooth": samples_per_tooth,
         "accept": accept,
         "reading": {name: value for name, value in reading.items() if value is not None},
