@@ -41,6 +41,7 @@ from .store.integrity import read_file as read_file
 from .store.integrity import unsealed_or_why as unsealed_or_why
 from .store.manifest import FORMAT as FORMAT
 from .store.manifest import MANIFEST_FILE as MANIFEST_FILE
+from .store.manifest import MEASURED_SENSOR as MEASURED_SENSOR
 from .store.manifest import Manifest as Manifest
 from .store.manifest import PlanRecord as PlanRecord
 from .store.manifest import is_database as is_database

@@ -68,10 +68,7 @@ class StoredTables:
     @property
     def lacks(self) -> str:
         """How much of the database is finished, in words; empty if all of it is."""
-        if self.manifest.is_measured:
-            done, parts = len(self._receipts["rows"]), sum(plan.parts or 0 for plan in self.manifest.plans)
-            return f"{done} of {parts} parts" if done < parts else ""
-        return f"{len(self)} of {self.manifest.rows} rows" if len(self) < self.manifest.rows else ""
+        return unfinished_share(self)
 
     @property
     def work(self) -> str:
@@ -321,6 +318,15 @@ class StoredTables:
             return engine
 
 
+def unfinished_share(database: StoredTables) -> str:
+    """Return how much of a database is finished, in words; empty if all of it is."""
+    manifest = database.manifest
+    if manifest.is_measured:
+        done, parts = len(database.receipts("rows")), sum(plan.parts or 0 for plan in manifest.plans)
+        return f"{done} of {parts} parts" if done < parts else ""
+    return f"{len(database)} of {manifest.rows} rows" if len(database) < manifest.rows else ""
+
+
 def check_complete(database: StoredTables, columns: Sequence[str] = ()) -> None:
     """Refuse a database whose sweep is not finished, or that lacks columns of ``features``.
 
@@ -329,10 +335,10 @@ def check_complete(database: StoredTables, columns: Sequence[str] = ()) -> None:
     DatabaseError
         If rows or columns are lacking, with what to do.
     """
-    if database.lacks:
+    lacks = unfinished_share(database)
+    if lacks:
         raise DatabaseError(
-            f"{database.store} has {database.lacks}; finish the {database.work} first, with the same command that "
-            "began it"
+            f"{database.store} has {lacks}; finish the {database.work} first, with the same command that began it"
         )
     for name in sorted(set(columns) - set(database.dataset("features").schema.names)):
         why = f"{database.store} lacks the column {name}; give a database that has it"

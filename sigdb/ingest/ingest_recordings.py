@@ -6,13 +6,13 @@ from os import PathLike
 from pathlib import Path
 
 from sigdb.core import InputError, OnProgress, Progress, __version__, ignore
-from sigdb.database import MANIFEST_FILE, Manifest, Store, read_manifest, read_receipts, write_schema
+from sigdb.database import MANIFEST_FILE, MEASURED_SENSOR, Manifest, Store, read_manifest, read_receipts, write_schema
 from sigdb.ingest.facts.recording_files import find_files, planned_recordings
 from sigdb.ingest.findings import apply_findings
 from sigdb.ingest.plan import PART_ROWS, IngestPlan, PlannedRecording, stored_plans
 from sigdb.ingest.recorded_rows import named_rigs
 from sigdb.ingest.row_parts import make_recording_part
-from sigdb.ingest.schema import SENSOR, measured_schema
+from sigdb.ingest.schema import measured_schema
 from sigdb.ingest.settings import IngestSettings
 from sigdb.sweep import Cluster, Engine, Processes, check_version, make_missing, ownership_of
 from sigdb.transmission import Transmission
@@ -198,7 +198,7 @@ def _describe(plan: IngestPlan, store: Store) -> None:
             plan=plan.record,
             part_rows=PART_ROWS,
             part_templates=1,
-            sensors=(SENSOR,),
+            sensors=(MEASURED_SENSOR,),
             recipe="",
             sigdb_version=__version__,
             licence="not stated: that of the recordings",

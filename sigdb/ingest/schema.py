@@ -5,14 +5,11 @@ from dataclasses import replace
 import pyarrow as pa
 
 from sigdb.core import unit_of
-from sigdb.database import Column, Schema, database_schema
+from sigdb.database import MEASURED_SENSOR, Column, Schema, database_schema
 from sigdb.ingest.facts.recording_facts import RecordingFacts
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import FEATURES
 from sigdb.transmission import Damage, Gear, Operating, ToothDamage
-
-SENSOR = "measured"
-"""Name of the stored sensor of a database of recordings; the column ``sensor`` has that of each row."""
 
 _LIST = pa.list_(pa.field("element", pa.float32()))
 _TYPES = {int: pa.int32(), float: pa.float64(), str: pa.string()}
@@ -39,7 +36,7 @@ def measured_schema() -> Schema:
             *(_column_of(MeasurementSettings, name) for name in MeasurementSettings.model_fields),
             *MEASURED,
         ],
-        sensors={SENSOR: "signal"},
+        sensors={MEASURED_SENSOR: "signal"},
         signature=FEATURES.values(),
     )
     return Schema(
@@ -58,7 +55,7 @@ def _column_of(section: type, name: str, help: str = "") -> Column:
 
 def _of_any_sensor(column: Column) -> Column:
     """Return a column whose help names no sensor."""
-    return replace(column, help=column.help.removesuffix(f" Sensor {SENSOR}."))
+    return replace(column, help=column.help.removesuffix(f" Sensor {MEASURED_SENSOR}."))
 
 
 _CHANGED = {

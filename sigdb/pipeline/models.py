@@ -38,7 +38,8 @@ def train_model(
     *,
     learner: str | None = None,
     false_alarm_rate: float | None = None,
-    split: str = "S1",
+    split: str | None = None,
+    allow_leak: bool = False,
     columns: Sequence[str] | None = None,
     command: str,
     on_step: OnStep = ignore,
@@ -59,8 +60,11 @@ def train_model(
         Learner; that of the database's recipe if left out.
     false_alarm_rate : float, optional
         Rate of false alarms of detectors and thresholds; that of the database's recipe if left out.
-    split : str
-        Split of training and evaluation, ``S0`` to ``S4`` or ``S6``; see :func:`sigdb.recognition.make_split`.
+    split : str, optional
+        Split of training and evaluation; see :func:`sigdb.recognition.make_split`. By default ``S1``, of recordings
+        ``recording``.
+    allow_leak : bool
+        Whether the split ``random`` of recordings may be made.
     columns : sequence of str, optional
         Further columns that ``lda`` and ``boosting`` read: indicators, added features, or the ``MODULE:FUNCTION`` that
         added them; those of the database's recipe if left out.
@@ -88,7 +92,8 @@ def train_model(
     changes = {name: value for name, value in options.items() if value is not None}
     settings = validated(RecognitionSettings, settings.model_dump() | changes, owner="train_model")
     Path(folder).mkdir(parents=True, exist_ok=True)  # a folder that cannot be written fails before the work
-    model = train(database, target, settings, split=split, on_step=on_step)
+    split = split or ("recording" if database.manifest.is_measured else "S1")
+    model = train(database, target, settings, split=split, allow_leak=allow_leak, on_step=on_step)
     evaluation = evaluate(model, database, criteria=settings.criteria)
     save_model(
         model,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from sigdb.core import InputError
-from sigdb.database import Database
+from sigdb.database import MEASURED_SENSOR, Database
 from sigdb.recognition.model import Model
 from sigdb.recognition.rows.further_columns import check_columns_of
 from sigdb.recognition.splits.kinds import changed_parts, make_split
@@ -63,9 +63,12 @@ def select_rows(model: Model, database: Database) -> tuple[pd.DataFrame, Selecti
     """Return the rows of a database that a model is evaluated on, and how they were selected."""
     check_columns_of(model.columns, model.added, database)
     rows, target = usable_rows(database, model.target, model.columns), TARGETS[model.target]
-    if database.sensors[0] != model.sensor:
+    across = database.manifest.is_measured != (model.sensor == MEASURED_SENSOR)
+    if database.sensors[0] != model.sensor and not across:
         raise InputError(f"the model reads {model.sensor!r}, {database.store} holds {database.sensors[0]!r} first")
-    if database.manifest.hash == model.database_hash and model.split != "S1":
+    if across:
+        rows, selection = rows, _across(database)
+    elif database.manifest.hash == model.database_hash and model.split != "S1":
         rows, selection = _of_split(model, database, rows)
     else:
         rows, selection = _of_others(model, database, rows)
@@ -80,9 +83,16 @@ def select_rows(model: Model, database: Database) -> tuple[pd.DataFrame, Selecti
     return rows, selection
 
 
+def _across(database: Database) -> Selection:
+    """Return the selection of all rows, where a model of simulated rows meets measured ones or the other way round."""
+    kinds = ("simulated", "measured") if database.manifest.is_measured else ("measured", "simulated")
+    text = "across: trained on {} rows, and tested on all {} rows of {}".format(*kinds, database.store)
+    return Selection(split="S6" if database.manifest.is_measured else "S5", text=text)
+
+
 def _of_split(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, Selection]:
     """Return the test rows of the model's split, on the database of its training."""
-    split = make_split(model.split, rows, seed=model.seed, folds=model.folds)
+    split = make_split(model.split, rows, seed=model.seed, folds=model.folds, allow_leak=True)
     if split.hash != model.split_hash:
         raise InputError(
             f"{database.store} was extended since the model was trained, and the split {model.split} of its rows is "

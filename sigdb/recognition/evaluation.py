@@ -8,6 +8,7 @@ import pandas as pd
 
 from sigdb.core import NotApplicableError, Note, SigdbError, plain
 from sigdb.database import Database
+from sigdb.recognition.confounds import measured_notes
 from sigdb.recognition.criteria import CriterionResult, assess_criteria
 from sigdb.recognition.evaluated_rows import select_rows
 from sigdb.recognition.evaluation_tables import efficiency_table, evaluation_tables
@@ -17,6 +18,7 @@ from sigdb.recognition.metrics.estimate import Estimate
 from sigdb.recognition.metrics.evaluated import Evaluated
 from sigdb.recognition.metrics.metric import differences, estimates
 from sigdb.recognition.model import Model
+from sigdb.recognition.rows.streams import sensor_in
 from sigdb.recognition.settings import CriteriaSettings
 from sigdb.recognition.targets.all_targets import target_named
 from sigdb.recognition.targets.best_answers import best_answers
@@ -149,9 +151,11 @@ def evaluate(
     }
     ours, notes, best = evaluated[model.learner], [], None
     try:
+        if bound and database.manifest.is_measured:
+            raise NotApplicableError(f"{database.store}: the law of measured rows is not known")
         if bound:
             rate = model.false_alarm_rate
-            best = best_answers(target, database, ours, sensor=model.sensor, false_alarm_rate=rate)
+            best = best_answers(target, database, ours, sensor=sensor_in(database, model.sensor), false_alarm_rate=rate)
     except NotApplicableError as error:
         notes.append(Note(code="no-bound", text=str(error)))
     law, bound_values = (None, {}) if best is None else (best.bound, best.all_values)
@@ -173,7 +177,11 @@ def evaluate(
         above=() if best is None or selection.seen else best.above(ours),
         tables=tables,
         efficiency=efficiency if len(efficiency) else None,
-        notes=(*notes, *limitations(model, rows, selection, index_error)),
+        notes=(
+            *notes,
+            *limitations(model, rows, selection, index_error),
+            *(measured_notes(database, rows) if database.manifest.is_measured else ()),
+        ),
         criteria=assess_criteria(
             criteria or CriteriaSettings(),
             target,

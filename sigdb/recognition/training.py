@@ -83,6 +83,7 @@ def train(
     settings: RecognitionSettings | None = None,
     *,
     split: str = "S1",
+    allow_leak: bool = False,
     on_step: OnStep = ignore,
 ) -> Model:
     """Train on a database, with one fold of specimens left out for :func:`evaluate`.
@@ -126,7 +127,7 @@ def train(
     for text in missing_numbers(database, rows, columns):
         on_step(text)
     _check_labels(database, question, rows)
-    parts = make_split(split, rows, seed=database.manifest.seed, folds=settings.folds)
+    parts = make_split(split, rows, seed=database.manifest.seed, folds=settings.folds, allow_leak=allow_leak)
     rows = rows[parts.folds(rows) == TRAINING]
     _check_labels(database, question, rows, "training ")
     unfitted = question.estimators(settings, _bank(database, rows, needs_bank, on_step))
@@ -250,7 +251,31 @@ def usable_rows(database: Database, target: str, further: Collection[str] = ()) 
     columns = ", ".join(f'"{name}"' for name in names)
     condition = TARGETS[target].row_condition
     where = f"status = 'ok' and {condition}" if condition else "status = 'ok'"
+    if database.manifest.is_measured:
+        return _measured_rows(database, f"{columns}, {', '.join(_MEASURED)}", where)
     return database.sql(f"select id, {columns} from features where {where} order by id").set_index("id")
+
+
+def _measured_rows(database: Database, columns: str, where: str) -> pd.DataFrame:
+    """Return measured rows whose damage is known.
+
+    The specimen of a row is its recording: averages of one recording are of the same teeth, mounting and day. A torque
+    that is not known counts as 0, and a damaged row of an unknown number of damaged teeth as one of one.
+    """
+    rows = database.sql(
+        f"select id, {columns} from features where {where} and tooth is not null order by id"
+    ).set_index("id")
+    if rows.empty:
+        raise InputError(f"{database.store}: no row has a result and a known tooth; enter labels with sigdb label")
+    rows["specimen"] = pd.factorize(rows["recording"])[0]
+    rows["torque"] = rows["torque"].fillna(0.0)
+    rows["tooth"] = rows["tooth"].astype(int)
+    rows["damaged_teeth"] = rows["damaged_teeth"].fillna((rows["tooth"] > 0).astype(float)).astype(int)
+    return rows
+
+
+_MEASURED = ("recording", "machine", "load", '"set"')
+"""Columns by which measured rows are split."""
 
 
 _COLUMNS = ("tooth", *QUANTITIES, "specimen", "draw", "snr_db", "averages", "scatter", "teeth", "speed_rpm", "torque")

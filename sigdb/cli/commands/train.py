@@ -44,10 +44,15 @@ class NameChoice(click.Choice[str]):
 @click.option(
     "--split",
     type=NameChoice("SPLIT_NAMES"),
-    default="S1",
-    show_default=True,
     help="Cases held out: new noise only (S0); specimens (S1), and with them severities between (S2) or beyond (S3) "
-    "those of training, or a tooth count (S4), or rigs of an ensemble (S6).",
+    "those of training, or a tooth count (S4), or rigs of an ensemble (S6). Of recordings: a part of the recordings, "
+    "machines, loads or sets. By default S1, of recordings recording.",
+)
+@click.option(
+    "--allow-leak",
+    is_flag=True,
+    help="Allow the split random of recordings, in which averages of one recording are in training and in test. Card "
+    "and page say so.",
 )
 @click.option(
     "--column",
@@ -63,7 +68,8 @@ def train(
     out: str,
     learner: str | None,
     false_alarm_rate: float | None,
-    split: str,
+    split: str | None,
+    allow_leak: bool,
     columns: tuple[str, ...],
 ) -> int:
     """Train a model on a database, one fold of specimens held out, and write its folder with a card.
@@ -81,7 +87,8 @@ def train(
 
     words = ["sigdb", "train", database, "--target", target, "--out", out, *(["--learner", learner] if learner else [])]
     words += ["--false-alarm-rate", f"{false_alarm_rate:g}"] if false_alarm_rate is not None else []
-    words += ["--split", split] if split != "S1" else []
+    words += ["--split", split] if split not in (None, "S1") else []
+    words += ["--allow-leak"] if allow_leak else []
     words += [word for name in columns for word in ("--column", name)]
 
     def show(evaluation: "Evaluation") -> None:
@@ -96,6 +103,7 @@ def train(
             learner=learner,
             false_alarm_rate=false_alarm_rate,
             split=split,
+            allow_leak=allow_leak,
             columns=columns or None,
             command=shlex.join(words),
             on_step=lambda step: click.echo(f"training {target}: {step}", err=True),

@@ -14,6 +14,9 @@ FORMAT = 2
 
 MANIFEST_FILE = "sigdb.toml"
 
+MEASURED_SENSOR = "measured"
+"""Name of the stored sensor of a database of recordings; the column ``sensor`` has that of each row."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class PlanRecord:

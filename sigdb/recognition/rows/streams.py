@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow as pa
 
 from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError
-from sigdb.database import Database, suffixed
+from sigdb.database import MEASURED_SENSOR, Database, suffixed
 from sigdb.recognition.rows.batch import CELLS, ROWS_AT_ONCE, TSA, Batch, Matrices, Reducer
 
 
@@ -23,9 +23,18 @@ def stream_averages(database: Database, rows: Batch, *, sensor: str) -> Iterator
     sensor
         A stored sensor.
     """
-    stored = suffixed(TSA, database.sensors, database.stored_sensor(sensor))
+    stored = suffixed(TSA, database.sensors, sensor_in(database, sensor))
     for places, matrices in _stream(database, rows, "signals", stored):
         yield places, replace(rows.take(places), tsa=matrices)
+
+
+def sensor_in(database: Database, sensor: str) -> str:
+    """Return the sensor of a database whose averages a model reads.
+
+    A model of simulated rows reads those of recordings, and the other way round: the first sensor of the database.
+    """
+    across = database.manifest.is_measured or sensor == MEASURED_SENSOR
+    return database.sensors[0] if across else database.stored_sensor(sensor)
 
 
 def stream_features(database: Database, rows: Batch) -> Iterator[tuple[IntArray, Batch]]:
@@ -96,7 +105,8 @@ def read_features(database: Database, rows: Batch) -> Batch:
 def read_averages(database: Database, rows: Batch, *, sensor: str) -> Batch:
     """Return rows, not too many of them, by id, with the averages of a sensor."""
     ids = rows.index.to_numpy()
-    averages = {teeth: database.signals(ids[at], sensor=sensor)["tsa"] for teeth, at in rows.by_teeth()}
+    stored = sensor_in(database, sensor)
+    averages = {teeth: database.signals(ids[at], sensor=stored)["tsa"] for teeth, at in rows.by_teeth()}
     return replace(rows, tsa=averages)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import BoolArray, InputError, suggestion, without_keys
+from sigdb.recognition.estimators.registry import MEASURED_SPLITS
 from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.splits.split import ASIDE, TEST, TRAINING, Split, specimen_folds
 
@@ -65,7 +66,7 @@ MEMBER = "rig_member"
 """Column with the member of an ensemble that a row's rig is, where there is one."""
 
 
-def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int) -> Split:
+def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int, allow_leak: bool = False) -> Split:
     """Return a split of a database's rows.
 
     ======  ===========================================================================================
@@ -78,6 +79,9 @@ def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int) -> Split
     ``S4``  other specimens, a tooth count that training has not seen: the middle one, the greater of two
     ``S6``  other specimens, rigs of an ensemble that training has not seen: one in ``folds``, drawn by the seed
     ======  ===========================================================================================
+
+    Measured rows are split by ``recording``, ``machine``, ``load`` or ``set`` (a published set is S6 of recordings):
+    one in ``folds`` of these is held out. Averages of one recording stay together.
 
     From S1 on no specimen is on both sides: held-out cases are tested on held-out specimens only. Held-out cases of
     training specimens, and training cases of held-out ones, are neither.
@@ -93,6 +97,8 @@ def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int) -> Split
         Seed of the database, by which specimens are dealt into folds.
     folds
         Folds of specimens (of draws for S0), of which one is held out.
+    allow_leak
+        Whether the split ``random`` may be made, in which averages of one recording are on both sides.
 
     Returns
     -------
@@ -106,9 +112,59 @@ def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int) -> Split
     """
     if name not in SPLITS:
         raise InputError(f"split = {name!r} does not exist{suggestion(name, SPLITS)}")
+    _check_kind(name, rows, allow_leak)
     split = SPLITS[name](rows, seed, folds)
     split.check_classes(rows)
     return split
+
+
+def _check_kind(name: str, rows: pd.DataFrame, allow_leak: bool) -> None:
+    """Refuse a split of simulated rows for measured ones, the other way round, and one that leaks."""
+    measured, by = "recording" in rows, ", ".join(MEASURED_SPLITS[:-1])
+    if measured != (name in MEASURED_SPLITS):
+        kind = (
+            f"measured rows are split by {by}" if measured else f"it is of recordings; choose {', '.join(_OF_SWEEPS)}"
+        )
+        raise InputError(f"split {name} is not one of these rows: {kind}")
+    if name == "random" and not allow_leak:
+        raise InputError(
+            "a random split puts averages of one recording into training and test, and a model then knows the "
+            f"recording again; split by {by}, or allow the leak (--allow-leak), which marks card and page"
+        )
+
+
+def _by_column(column: str) -> Callable[[pd.DataFrame, int, int], Split]:
+    """Return the split of measured rows by the values of a column."""
+
+    def split(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+        values = rows[column].astype(str)
+        named = values[~values.isin(["", "nan", "None"])].nunique()
+        if named < 2 or named < values.nunique():
+            raise InputError(
+                f"split {column} needs two values or more of {column}, and one of each row; there are {named}; choose "
+                f"another of {', '.join(MEASURED_SPLITS[:-1])}"
+            )
+        codes = pd.Series(pd.factorize(values, sort=True)[0], index=rows.index)
+        dealt = specimen_folds(seed, codes, min(folds, named), rows["tooth"] > 0)
+        held_out = codes.map(dealt) == _TEST_FOLD
+        table = rows[["specimen"]].assign(fold=np.where(held_out, TEST, TRAINING)).drop_duplicates()
+        listed = ", ".join(sorted(values[held_out].unique())[:8])
+        text = f"by {column}: {listed} held out of training; averages of one recording stay together"
+        return Split(name=column, text=text, table=table, by_health=True)
+
+    return split
+
+
+def _random(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+    table = rows[["specimen", "draw"]].drop_duplicates()
+    drawn = np.random.default_rng(seed).permutation(len(table)) % folds
+    return Split(
+        name="random",
+        text="LEAKS: at random, so that averages of one recording are in training and in test",
+        table=table.assign(fold=np.where(drawn == _TEST_FOLD, TEST, TRAINING)),
+        shares_specimens=True,
+        by_health=True,
+    )
 
 
 def _new_noise(rows: pd.DataFrame, seed: int, folds: int) -> Split:
@@ -234,8 +290,12 @@ SPLITS: dict[str, Callable[[pd.DataFrame, int, int], Split]] = {
     "S3": _beyond,
     "S4": _tooth_counts,
     "S6": _unknown_rig,
+    **{name: _by_column(name) for name in MEASURED_SPLITS[:-1]},
+    "random": _random,
 }
 """Splits of one database by name."""
+
+_OF_SWEEPS = tuple(name for name in SPLITS if name not in MEASURED_SPLITS)
 
 _NOT_FORM = ("name", "title", "sources", "assumed", "operating")
 
@@ -258,9 +318,8 @@ def changed_parts(form: Mapping[str, str], resolved: Mapping[str, Any]) -> list[
 
 
 def _form(resolved: Mapping[str, Any], left_out: tuple[str, ...]) -> dict[str, str]:
-    parts = {
-        f"rig.{name}": without_keys(part, left_out) for name, part in resolved["rig"].items() if name not in _NOT_FORM
-    }
+    rig = resolved.get("rig", {})  # recordings have none
+    parts = {f"rig.{name}": without_keys(part, left_out) for name, part in rig.items() if name not in _NOT_FORM}
     parts |= {name: resolved[name] for name in ("solver",) if name in resolved}
     return {
         name: hashlib.sha256(json.dumps(part, sort_keys=True, default=str).encode()).hexdigest()

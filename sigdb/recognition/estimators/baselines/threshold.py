@@ -300,7 +300,8 @@ class Na4StarLocation(ThresholdLocation):
         It has the least relative differences in speed and torque.
         """
         points, index = np.unique(batch.table[_POINT].to_numpy(float), axis=0, return_inverse=True)
-        away = np.abs(points[:, None] - self.points_) / np.maximum(np.abs(self.points_), np.finfo(float).tiny)
+        with np.errstate(over="ignore"):  # of an unknown torque, which counts as 0
+            away = np.abs(points[:, None] - self.points_) / np.maximum(np.abs(self.points_), np.finfo(float).tiny)
         # Another tooth count is another gear: it comes last, however near speed and torque are.
         distance = np.hypot(away[..., 1], away[..., 2]) + 1e6 * away[..., 0]
         return np.asarray(distance.argmin(axis=1)[index.ravel()])

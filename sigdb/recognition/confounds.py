@@ -1,0 +1,166 @@
+"""Confounds of measured rows: what else than damage a model could learn, and a detector that knows no damage."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from sigdb.core import FloatArray, Note
+from sigdb.database import Database
+from sigdb.signature import INDICATORS
+
+_COLUMNS = ("machine", "date", "load", "set", "sensor")
+"""Columns that may be told from healthy rows."""
+
+_FOLDS = 5
+_CLEAR = 0.15
+"""Balanced accuracy above chance from which on a confound is noted."""
+
+_LEAST = 3
+"""Least number of recordings of a value, so that some remain to be tested."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Confound:
+    """How well a column is told from healthy rows alone.
+
+    Attributes
+    ----------
+    column
+        The column; dates are split at their median into earlier and later.
+    values
+        Number of its values.
+    recordings
+        Number of recordings.
+    accuracy
+        Balanced accuracy of a linear classifier on recordings that it has not seen.
+    """
+
+    column: str
+    values: int
+    recordings: int
+    accuracy: float
+
+    @property
+    def chance(self) -> float:
+        """Balanced accuracy of guesses."""
+        return 1 / self.values
+
+    @property
+    def note(self) -> Note:
+        """The confound as a note."""
+        text = (
+            f"Healthy rows alone tell {self.column} with a balanced accuracy of {self.accuracy:.2f} (chance "
+            f"{self.chance:.2f}) on recordings that were not learnt from: a model may answer by the {self.column} in "
+            "place of damage, so split by it."
+        )
+        values = {"column": self.column, "accuracy": self.accuracy, "chance": self.chance}
+        return Note(code="confound", text=text, values=values)
+
+
+def confounds(database: Database) -> tuple[Confound, ...]:
+    """Return how well machine, date, load, set and sensor are told from the healthy rows of a database of recordings.
+
+    A linear classifier of the standardised logarithms of the indicators is trained for each column, on folds that keep
+    averages of one recording together. Columns with fewer than two values of three recordings each are left out.
+
+    Parameters
+    ----------
+    database
+        A database of recordings.
+    """
+    rows = _indicator_rows(database, "tooth = 0")
+    found = (_confound(rows, column) for column in _COLUMNS)
+    return tuple(each for each in found if each is not None)
+
+
+def _confound(rows: pd.DataFrame, column: str) -> Confound | None:
+    from sklearn.linear_model import LogisticRegression
+    from sklearn.metrics import balanced_accuracy_score
+    from sklearn.model_selection import StratifiedGroupKFold, cross_val_predict
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import StandardScaler
+
+    labels = rows[column].astype(str)
+    rows, labels = (each[~labels.isin(["", "nan", "None", "<NA>"])] for each in (rows, labels))
+    if column == "date" and len(labels):
+        labels = pd.Series(np.where(labels > sorted(labels)[len(labels) // 2], "later", "earlier"), index=labels.index)
+    recordings = rows.groupby(labels)["recording"].nunique()
+    kept = labels.isin(recordings.index[recordings >= _LEAST])
+    rows, labels = rows[kept], labels[kept]
+    if labels.nunique() < 2:
+        return None
+    folds = StratifiedGroupKFold(min(_FOLDS, int(recordings[recordings >= _LEAST].min())))
+    model = make_pipeline(StandardScaler(), LogisticRegression(max_iter=1000, class_weight="balanced"))
+    told = cross_val_predict(model, _numbers(rows), labels, groups=rows["recording"], cv=folds)
+    accuracy = float(balanced_accuracy_score(labels, told))
+    return Confound(column=column, values=labels.nunique(), recordings=rows["recording"].nunique(), accuracy=accuracy)
+
+
+def measured_notes(database: Database, evaluated: pd.DataFrame) -> Iterator[Note]:
+    """Yield notes on an evaluation on measured rows: confounds, labels, and a detector that knows healthy rows only.
+
+    Parameters
+    ----------
+    database
+        A database of recordings.
+    evaluated
+        The evaluated rows, by id.
+    """
+    yield from (each.note for each in confounds(database) if each.accuracy > each.chance + _CLEAR)
+    yield from _label_notes(evaluated)
+    area = _healthy_only(database, evaluated)
+    if area is not None:
+        text = (
+            f"A detector that knows healthy rows only, by the distance of the indicators from those of other healthy "
+            f"recordings, separates the damaged from the healthy rows with an area under the curve of {area:.3f}."
+        )
+        yield Note(code="healthy-only", text=text, values={"area": area})
+
+
+def _label_notes(evaluated: pd.DataFrame) -> Iterator[Note]:
+    """Yield a note for each column whose every value has healthy rows only, or damaged rows only."""
+    for column in ("machine", "load", "set"):
+        if column not in evaluated or evaluated[column].nunique() < 2:
+            continue
+        kinds = (evaluated["tooth"] > 0).groupby(evaluated[column]).nunique()
+        if (kinds == 1).all() and (evaluated["tooth"] > 0).nunique() == 2:
+            text = (
+                f"No {column} has both healthy and damaged rows, so that nothing distinguishes a model of damage from "
+                f"one of the {column}."
+            )
+            yield Note(code="label-is-column", text=text, values={"column": column})
+
+
+def _healthy_only(database: Database, evaluated: pd.DataFrame) -> float | None:
+    """Return the area under the curve of the detector; None without healthy and damaged rows, or healthy others."""
+    from sklearn.metrics import roc_auc_score
+
+    rows = _indicator_rows(database, "tooth is not null")
+    tested = rows[rows.index.isin(evaluated.index)]
+    known = rows[(rows["tooth"] == 0) & ~rows["recording"].isin(tested["recording"])]
+    if known.empty:  # all rows are evaluated: every other healthy recording is the reference
+        healthy = rows.loc[rows["tooth"] == 0, "recording"].drop_duplicates()
+        known = rows[rows["recording"].isin(healthy[::2])]
+        tested = tested[~tested["recording"].isin(known["recording"])]
+    damaged = tested["tooth"] > 0
+    if len(known) < 2 * len(INDICATORS) // 3 or damaged.nunique() < 2:
+        return None
+    reference = _numbers(known)
+    deviation = np.maximum(reference.std(axis=0), 1e-12)
+    score = np.mean(((_numbers(tested) - reference.mean(axis=0)) / deviation) ** 2, axis=1)
+    return float(roc_auc_score(damaged, score))
+
+
+def _indicator_rows(database: Database, where: str) -> pd.DataFrame:
+    stored = database.dataset("features").schema.names
+    names = [name for name in INDICATORS if name in stored]
+    columns = ", ".join(f'"{name}"' for name in ("id", "recording", "tooth", *_COLUMNS, *names))
+    return database.sql(f"select {columns} from features where status = 'ok' and {where} order by id").set_index("id")
+
+
+def _numbers(rows: pd.DataFrame) -> FloatArray:
+    """Return the logarithms of the indicators, (rows, k); those with a value that is none are left out."""
+    values = rows[[name for name in INDICATORS if name in rows]].to_numpy(float)
+    return np.log(np.maximum(np.nan_to_num(values), 1e-12))

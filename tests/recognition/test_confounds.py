@@ -1,0 +1,58 @@
+"""Unit: what healthy rows tell besides damage, and training and evaluation on measured rows and across."""
+
+import numpy as np
+import pytest
+
+import sigdb
+from sigdb.ingest import IngestSettings, ingest
+from sigdb.recognition import RecognitionSettings, evaluate, train
+from sigdb.recognition.confounds import confounds
+
+TEETH, SAMPLES = 12, 32
+N = TEETH * SAMPLES
+
+
+def averages(stream, tooth, mounting):
+    """Four averages of a recording: a mesh, teeth of the machine, and noise; the mounting lifts a band of orders."""
+    angle = 2 * np.pi * np.arange(N) / N
+    errors = np.repeat(0.05 * np.random.default_rng(1).normal(size=TEETH), SAMPLES)
+    x = np.cos(TEETH * angle) * (1 + errors) + mounting * 0.3 * np.cos(3 * TEETH * angle)
+    if tooth:
+        x[(tooth - 1) * SAMPLES : tooth * SAMPLES] *= 0.5
+    return x + 0.02 * stream.normal(size=(4, N))
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """Two machines that differ by their mounting, twelve recordings of each, half of them damaged."""
+    folder, stream = tmp_path_factory.mktemp("measured"), np.random.default_rng(0)
+    for machine in range(2):
+        for number in range(12):
+            tooth = 0 if number < 6 else 1 + (5 * number + machine) % TEETH
+            facts = {"tooth": tooth, "machine": f"m{machine}", "load": 10.0 * (number % 2), "torque": 20.0}
+            tsa = averages(stream, tooth, machine)
+            np.savez(folder / f"m{machine}-{number:02d}.npz", tsa=tsa, speed_rpm=1500.0, averages=40, **facts)
+    settings = IngestSettings(averages_of="tsa", teeth=str(TEETH), samples_per_tooth=SAMPLES)
+    ingest(folder, folder / "db", settings=settings, jobs=1)
+    return sigdb.open(folder / "db")
+
+
+def test_a_mounting_is_told_from_healthy_rows_and_a_load_that_does_nothing_is_not(measured):
+    told = {each.column: each for each in confounds(measured)}
+    assert set(told) == {"machine", "load"}
+    assert told["machine"].accuracy == 1.0
+    assert told["machine"].chance == 0.5
+    assert abs(told["load"].accuracy - 0.5) < 0.3
+
+
+def test_a_model_of_recordings_is_evaluated_on_others_with_the_confound_in_its_notes(measured, few_trees):
+    settings = RecognitionSettings(learner="lda", folds=3, false_alarm_rate=0.3)
+    model = train(measured, "location", settings, split="recording")
+    result = evaluate(model, measured)
+    assert result.split == "recording"
+    assert result.bound is None
+    notes = {note.code: note for note in result.notes}
+    assert "the law of measured rows is not known" in notes["no-bound"].text
+    assert notes["confound"].values["column"] == "machine"
+    assert notes["healthy-only"].values["area"] > 0.9
+    assert result.specimens == pytest.approx(24 / 3, abs=1)
