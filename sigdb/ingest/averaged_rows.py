@@ -110,8 +110,8 @@ def averaged_rows(
     file, (unit, factor) = read_averages(path, name), in_si_unit(unit)
     stated = {key: str(value) for key, value in common.model_dump(exclude_none=True).items()}
     for i, average in enumerate(file.tsa):
-        own = {key: texts[i] for key, texts in file.facts.items() if texts[i]}
-        facts = facts_of({**stated, **own}, RecordingFacts, owner=f"{path}: average {i + 1}")
+        stated_here = {key: texts[i] for key, texts in file.facts.items() if texts[i]}
+        facts = facts_of({**stated, **stated_here}, RecordingFacts, owner=f"{path}: average {i + 1}")
         counts = facts.teeth or teeth
         if counts is None:
             raise InputError(f"{path}: the tooth count is not stated; give teeth")

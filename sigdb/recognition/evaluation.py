@@ -8,7 +8,6 @@ import pandas as pd
 
 from sigdb.core import NotApplicableError, Note, SigdbError, plain
 from sigdb.database import Database
-from sigdb.recognition.confounds import measured_notes
 from sigdb.recognition.criteria import CriterionResult, assess_criteria
 from sigdb.recognition.evaluated_rows import select_rows
 from sigdb.recognition.evaluation_tables import efficiency_table, evaluation_tables
@@ -20,6 +19,7 @@ from sigdb.recognition.metrics.metric import differences, estimates
 from sigdb.recognition.model import Model
 from sigdb.recognition.rows.streams import sensor_in
 from sigdb.recognition.settings import CriteriaSettings
+from sigdb.recognition.splits.confounds import measured_notes
 from sigdb.recognition.targets.all_targets import target_named
 from sigdb.recognition.targets.best_answers import best_answers
 

@@ -102,6 +102,8 @@ def train(
         Learner, folds, seed and false-alarm rate.
     split
         Split, ``S0`` to ``S4`` or ``S6``, whose test rows training leaves out; see :func:`make_split`.
+    allow_leak
+        Whether the split ``random`` of recordings may be made, in which averages of one recording are on both sides.
     on_step
         Called with the name of each estimator before it is trained, and with a sentence on what is left out.
 

@@ -87,7 +87,6 @@ NAMED_OTHERWISE = {
     "recognition/calibration/conformal.py": "conformal quantiles",
     "recognition/calibration/probabilities.py": "calibrated probabilities",
     "recognition/estimators/contract.py": "the contract of estimators",
-    "recognition/splits/kinds.py": "the kinds of splits",
     "report/evaluation/page.py": "the page of an evaluation",
     "report/panels.py": "what a panel of a picture shows",
     "report/recording/page.py": "the page of a recording",

@@ -45,8 +45,8 @@ class NameChoice(click.Choice[str]):
     "--split",
     type=NameChoice("SPLIT_NAMES"),
     help="Cases held out: new noise only (S0); specimens (S1), and with them severities between (S2) or beyond (S3) "
-    "those of training, or a tooth count (S4), or rigs of an ensemble (S6). Of recordings: a part of the recordings, "
-    "machines, loads or sets. By default S1, of recordings recording.",
+    "those of training, or a tooth count (S4), or rigs of an ensemble (S6). Recordings: a part of the recordings, "
+    "machines, loads or sets. By default S1, for recordings recording.",
 )
 @click.option(
     "--allow-leak",

@@ -11,7 +11,7 @@ from sigdb.database import Database
 from sigdb.signature import INDICATORS
 
 _COLUMNS = ("machine", "date", "load", "set", "sensor")
-"""Columns that may be told from healthy rows."""
+"""Columns that healthy rows may show."""
 
 _FOLDS = 5
 _CLEAR = 0.15
@@ -23,7 +23,7 @@ _LEAST = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Confound:
-    """How well a column is told from healthy rows alone.
+    """How well healthy rows alone show a column.
 
     Attributes
     ----------
@@ -51,16 +51,16 @@ class Confound:
     def note(self) -> Note:
         """The confound as a note."""
         text = (
-            f"Healthy rows alone tell {self.column} with a balanced accuracy of {self.accuracy:.2f} (chance "
+            f"Healthy rows alone show the {self.column} with a balanced accuracy of {self.accuracy:.2f} (chance "
             f"{self.chance:.2f}) on recordings that were not learnt from: a model may answer by the {self.column} in "
             "place of damage, so split by it."
         )
-        values = {"column": self.column, "accuracy": self.accuracy, "chance": self.chance}
+        values: dict[str, float | int | str] = {"column": self.column, "accuracy": self.accuracy, "chance": self.chance}
         return Note(code="confound", text=text, values=values)
 
 
 def confounds(database: Database) -> tuple[Confound, ...]:
-    """Return how well machine, date, load, set and sensor are told from the healthy rows of a database of recordings.
+    """Return how well the healthy rows of a database of recordings show machine, date, load, set and sensor.
 
     A linear classifier of the standardised logarithms of the indicators is trained for each column, on folds that keep
     averages of one recording together. Columns with fewer than two values of three recordings each are left out.
@@ -71,8 +71,8 @@ def confounds(database: Database) -> tuple[Confound, ...]:
         A database of recordings.
     """
     rows = _indicator_rows(database, "tooth = 0")
-    found = (_confound(rows, column) for column in _COLUMNS)
-    return tuple(each for each in found if each is not None)
+    each = (_confound(rows, column) for column in _COLUMNS)
+    return tuple(confound for confound in each if confound is not None)
 
 
 def _confound(rows: pd.DataFrame, column: str) -> Confound | None:
@@ -82,20 +82,23 @@ def _confound(rows: pd.DataFrame, column: str) -> Confound | None:
     from sklearn.pipeline import make_pipeline
     from sklearn.preprocessing import StandardScaler
 
-    labels = rows[column].astype(str)
-    rows, labels = (each[~labels.isin(["", "nan", "None", "<NA>"])] for each in (rows, labels))
-    if column == "date" and len(labels):
-        labels = pd.Series(np.where(labels > sorted(labels)[len(labels) // 2], "later", "earlier"), index=labels.index)
-    recordings = rows.groupby(labels)["recording"].nunique()
-    kept = labels.isin(recordings.index[recordings >= _LEAST])
-    rows, labels = rows[kept], labels[kept]
-    if labels.nunique() < 2:
+    rows = rows.assign(label=rows[column].astype(str))
+    rows = rows[~rows["label"].isin(["", "nan", "None", "<NA>"])]
+    if column == "date" and len(rows):
+        middle = sorted(rows["label"])[len(rows) // 2]
+        rows = rows.assign(label=np.where(rows["label"] > middle, "later", "earlier"))
+    recordings = rows.groupby("label")["recording"].nunique()
+    rows = rows[rows["label"].isin(recordings.index[recordings >= _LEAST])]
+    labels = rows["label"].to_numpy()
+    if rows["label"].nunique() < 2:
         return None
     folds = StratifiedGroupKFold(min(_FOLDS, int(recordings[recordings >= _LEAST].min())))
     model = make_pipeline(StandardScaler(), LogisticRegression(max_iter=1000, class_weight="balanced"))
-    told = cross_val_predict(model, _numbers(rows), labels, groups=rows["recording"], cv=folds)
-    accuracy = float(balanced_accuracy_score(labels, told))
-    return Confound(column=column, values=labels.nunique(), recordings=rows["recording"].nunique(), accuracy=accuracy)
+    answers = cross_val_predict(model, _numbers(rows), labels, groups=rows["recording"], cv=folds)
+    accuracy = float(balanced_accuracy_score(labels, answers))
+    return Confound(
+        column=column, values=rows["label"].nunique(), recordings=rows["recording"].nunique(), accuracy=accuracy
+    )
 
 
 def measured_notes(database: Database, evaluated: pd.DataFrame) -> Iterator[Note]:
@@ -139,15 +142,15 @@ def _healthy_only(database: Database, evaluated: pd.DataFrame) -> float | None:
 
     rows = _indicator_rows(database, "tooth is not null")
     tested = rows[rows.index.isin(evaluated.index)]
-    known = rows[(rows["tooth"] == 0) & ~rows["recording"].isin(tested["recording"])]
-    if known.empty:  # all rows are evaluated: every other healthy recording is the reference
+    reference_rows = rows[(rows["tooth"] == 0) & ~rows["recording"].isin(tested["recording"])]
+    if reference_rows.empty:  # all rows are evaluated: every other healthy recording is the reference
         healthy = rows.loc[rows["tooth"] == 0, "recording"].drop_duplicates()
-        known = rows[rows["recording"].isin(healthy[::2])]
-        tested = tested[~tested["recording"].isin(known["recording"])]
+        reference_rows = rows[rows["recording"].isin(healthy[::2])]
+        tested = tested[~tested["recording"].isin(reference_rows["recording"])]
     damaged = tested["tooth"] > 0
-    if len(known) < 2 * len(INDICATORS) // 3 or damaged.nunique() < 2:
+    if len(reference_rows) < 2 * len(INDICATORS) // 3 or damaged.nunique() < 2:
         return None
-    reference = _numbers(known)
+    reference = _numbers(reference_rows)
     deviation = np.maximum(reference.std(axis=0), 1e-12)
     score = np.mean(((_numbers(tested) - reference.mean(axis=0)) / deviation) ** 2, axis=1)
     return float(roc_auc_score(damaged, score))

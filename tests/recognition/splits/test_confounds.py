@@ -6,7 +6,7 @@ import pytest
 import sigdb
 from sigdb.ingest import IngestSettings, ingest
 from sigdb.recognition import RecognitionSettings, evaluate, train
-from sigdb.recognition.confounds import confounds
+from sigdb.recognition.splits.confounds import confounds
 
 TEETH, SAMPLES = 12, 32
 N = TEETH * SAMPLES
