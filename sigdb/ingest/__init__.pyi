@@ -2,6 +2,8 @@ from .facts.damage_kinds import KIND_NAMES as KIND_NAMES
 from .facts.damage_kinds import kind_of as kind_of
 from .facts.recording_facts import LABELS as LABELS
 from .facts.recording_facts import RecordingFacts as RecordingFacts
+from .facts.recording_table import facts_of as facts_of
+from .facts.recording_table import pattern_expression as pattern_expression
 from .findings import Finding as Finding
 from .findings import enter_findings as enter_findings
 from .ingest_recordings import IngestSummary as IngestSummary

@@ -25,7 +25,7 @@ LAYERS = {
             ["diagnosis"],
             ["report"],
             ["pipeline"],
-            ["explorer"],
+            ["explorer", "public_sets"],
             ["cli"],
         ]
     )

@@ -32,6 +32,7 @@ PACKAGES = [
         "recording",
         "explorer",
         "ingest",
+        "public_sets",
         "diagnosis",
         "paper",
         "pipeline",

@@ -85,9 +85,10 @@ def facts_of(values: Mapping[str, str], section: type[F], *, owner: str) -> F:
     stated: dict[str, object] = {}
     for name, text in values.items():
         text = text.strip()
-        is_text = name in section.model_fields and "str" in str(section.model_fields[name].annotation)
+        annotation = str(section.model_fields[name].annotation) if name in section.model_fields else ""
+        is_text = "str" in annotation or "Literal" in annotation
         if text and not name.startswith("_") and (is_text or text.lower() != "unknown"):
-            stated[name] = text if is_text or name == "label_trust" else _number(text)
+            stated[name] = text if is_text else _number(text)
     return validated(section, stated, owner=owner)
 
 
