@@ -103,10 +103,14 @@ def run_stage(stage: Stage, make: Callable[[], Iterable[Path]], on_stage: OnStep
 
 
 def content_of(database: Database) -> dict[str, Any]:
-    """Return the content of a finished database: its plans, its rows, and a SHA-256 over those of all its files."""
+    """Return the content of a finished database: its plans, its rows, and a SHA-256 over those of all its files.
+
+    Added features stand by the hashes of their descriptions, where there are any.
+    """
     files = [file for kind in KINDS for receipt in database.receipts(kind) for file in receipt.files]
     listed = "\n".join(f"{file.path} {file.sha256}" for file in sorted(files, key=lambda file: file.path))
-    return {
+    added = {"added": [each.hash for each in database.added]} if database.added else {}
+    return added | {
         "plans": [plan.hash for plan in database.manifest.plans],
         "rows": len(database),
         "sha256": hashlib.sha256(listed.encode()).hexdigest(),

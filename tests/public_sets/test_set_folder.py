@@ -42,7 +42,7 @@ def test_labels_of_a_name(check):
 def test_folders_tell_gears_from_bearings(check):
     checked = check("seu", "gearset/Chipped_20_0.csv", "gearbox/gearset/health_30_2.csv", "bearingset/ball_20_0.csv")
     chipped = facts(checked, "gearset/Chipped_20_0.csv")
-    assert (chipped["kind"], chipped["load"], chipped["label_trust"]) == ("breakage", 0, "seeded")
+    assert (chipped["kind"], chipped["load"], chipped["label_trust"]) == ("crack", 0, "seeded")
     assert facts(checked, "bearingset/ball_20_0.csv")["kind"] == "none"
     assert facts(checked, "gearbox/gearset/health_30_2.csv")["load"] == 2
     assert len(checked.missing) == 4
@@ -53,7 +53,7 @@ def test_states_and_severities(check):
         "mcc5-thu", "teeth_crack_M_speed_circulation_10Nm-2000rpm.csv", "health_torque_circulation_1000rpm_20Nm.csv"
     )
     crack = facts(checked, "teeth_crack_M_speed_circulation_10Nm-2000rpm.csv")
-    assert (crack["kind"], crack["severity"], crack["load"]) == ("crack", "medium", 10)
+    assert (crack["kind"], crack["severity"], crack["load"]) == ("crack", "M", 10)
     assert facts(checked, "health_torque_circulation_1000rpm_20Nm.csv")["kind"] == "none"
     assert checked.missing == ()
 

@@ -6,7 +6,7 @@ import pandas as pd
 import pyarrow as pa
 
 from sigdb.core import InputError, suggestion
-from sigdb.database import Database
+from sigdb.database import Database, suffixed
 
 
 def further_columns(database: Database, names: Sequence[str]) -> tuple[str, ...]:
@@ -48,7 +48,8 @@ def _results(database: Database) -> list[str]:
     """Return the columns of numbers that are computed from averages; they stand behind the scatter."""
     schema = database.dataset("features").schema
     behind = schema.names[schema.names.index("scatter") + 1 :]
-    return [name for name in behind if pa.types.is_floating(schema.field(name).type)]
+    scatters = {suffixed("scatter", database.sensors, sensor) for sensor in database.sensors}
+    return [name for name in behind if pa.types.is_floating(schema.field(name).type) and name not in scatters]
 
 
 def functions_of(database: Database, columns: Sequence[str]) -> dict[str, str]:

@@ -42,6 +42,11 @@ def test_a_mistake_in_a_table_is_named(tmp_path, text, message):
         table(tmp_path, text)
 
 
+def test_an_unknown_trust_is_no_empty_one(tmp_path):
+    stated, unknown = table(tmp_path, "file,state,label_trust\na.csv,chipped,\nb.csv,chipped,unknown\n")
+    assert [each.labels["label_trust"] for each in (stated, unknown)] == ["stated", "unknown"]
+
+
 @pytest.mark.parametrize(
     ("pattern", "name", "facts"),
     [

@@ -16,7 +16,7 @@ import sigdb
 from sigdb.cli.main import cli
 from sigdb.core.errors import DatabaseError, InputError
 from sigdb.database.store.store import Store
-from sigdb.sweep import run
+from sigdb.sweep import add_features, remove_features, run, verify
 
 
 @pytest.fixture(scope="module")
@@ -115,3 +115,16 @@ def test_places_that_do_not_exist(endpoint, place, small_plan):
         sigdb.open("ftp://x/y")
     with pytest.raises(InputError, match=r"s3://: "):
         sigdb.open("s3://")
+
+
+def test_features_are_added_there_too(made, small, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in_a_bucket.py").write_text("def peak(tsa):\n    return {'peak': tsa.max()}\n", encoding="utf-8")
+    done = add_features(made, "in_a_bucket:peak", jobs=1)
+    assert (done.new_rows, done.failed) == (len(small), 0)
+    assert sigdb.open(made).cases("tooth = 6")["peak"].notna().all()
+    assert add_features(made, "in_a_bucket:peak", jobs=1).new_rows == 0
+    assert verify(made) == ()
+    remove_features(made, "in_a_bucket:peak")
+    assert "peak" not in sigdb.open(made).cases()
+    assert verify(made) == ()
