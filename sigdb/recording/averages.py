@@ -7,7 +7,6 @@ import numpy as np
 
 from sigdb.core import FloatArray, InputError, Note, validated
 from sigdb.recording.blocks.averaged_record import MOST_OVER_ANGLE
-from sigdb.recording.blocks.recording_blocks import RecordingBlocks
 from sigdb.recording.channel_record import ChannelRecord, channel_record
 from sigdb.recording.evidence.presence import MeshPresence
 from sigdb.recording.first_look.indicator_intervals import revolution_groups
@@ -17,6 +16,7 @@ from sigdb.recording.settings import AveragingOptions, AveragingSettings
 from sigdb.transmission import Transmission
 
 if TYPE_CHECKING:
+    from sigdb.recording.blocks.recording_blocks import RecordingBlocks
     from sigdb.recording.recording import Recording
 
 
@@ -93,8 +93,9 @@ def recorded_averages(
     rig : Transmission, optional
         The rig.
     averages : int, optional
-        Revolutions of each average. By default there is one average, that of :func:`recorded_signature`. Averages are
-        taken of the first 2048 revolutions.
+        Revolutions of each average. By default there is one average, that of :func:`recorded_signature` but for
+        rounding. Averages are taken of the first 2048 revolutions. Clipped samples, spikes and drop-outs are noted
+        where the reading of the file has found them.
     **options
         Fields of :class:`AveragingSettings`, which win over ``settings``.
 
@@ -124,7 +125,7 @@ def recorded_averages(
     """
     base = {} if settings is None else settings.model_dump(exclude_unset=True)
     settings = validated(AveragingSettings, base | dict(options), owner="recorded_averages")
-    channel = channel_record(recording, settings, rig)
+    channel = channel_record(recording, settings, rig, once=True)
     record, gear = channel.record, channel.gear
     n, over_angle = record.samples_per_rev, record.record.over_angle
     if averages is None:
@@ -153,7 +154,14 @@ def recorded_averages(
         scatter=scatter,
         noise=np.array(
             [
-                average_noise(piece, samples_per_rev=n, scatter=float(s), highest=record.highest_order, averages=M)
+                average_noise(
+                    piece,
+                    samples_per_rev=n,
+                    scatter=float(s),
+                    highest=record.highest_order,
+                    averages=M,
+                    power=record.power if len(pieces) == 1 else None,
+                )
                 for piece, s in zip(pieces, scatter, strict=True)
             ]
         ),
@@ -168,7 +176,7 @@ def recorded_averages(
             average_note(gear, M, record.available),
             presence_note(record.presence, record.record.kept),
             *kept_notes(record.presence, record.record.kept),
-            *spoilt_notes(channel.recording, channel.signal, in_blocks=isinstance(recording, RecordingBlocks)),
+            *spoilt_notes(channel.recording, channel.signal, in_blocks=True),  # its reading has noted faults
             *range_notes(gear.teeth, record.highest_order, settings.samples_per_tooth),
         ),
     )

@@ -34,6 +34,7 @@ class _Average(TypedDict):
 
     samples_per_tooth: int
     revolutions: int | None
+    once: bool
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,9 +60,16 @@ class ChannelRecord:
 
 
 def channel_record(
-    recording: "Recording | RecordingBlocks", settings: AveragingSettings, rig: Transmission | None
+    recording: "Recording | RecordingBlocks",
+    settings: AveragingSettings,
+    rig: Transmission | None,
+    *,
+    once: bool = False,
 ) -> ChannelRecord:
     """Return the averaged record of the channel and the gear that the settings name.
+
+    ``once`` resamples the record once, where it is short enough; see
+    :func:`sigdb.recording.blocks.averaged_record.averaged_record`.
 
     Raises
     ------
@@ -71,7 +79,7 @@ def channel_record(
     source, recording = recording, _needed(recording, settings)
     gear = averaged_gear(_teeth(recording, settings), rig, settings.gear)
     signal = _signal(recording, settings.channel)
-    record = _record(source, recording, signal, gear, settings, rig)
+    record = _record(source, recording, signal, gear, settings, rig, once=once)
     return ChannelRecord(recording=recording, signal=signal, gear=gear, record=record)
 
 
@@ -108,6 +116,8 @@ def _record(
     gear: AveragedGear,
     settings: AveragingSettings,
     rig: Transmission | None,
+    *,
+    once: bool,
 ) -> GearRecord:
     """Return the averaged record, by the angle from the tacho or from the phase of the mesh."""
     most = max(float(signal.samples.max()), -float(signal.samples.min()))  # nan where they are read in blocks
@@ -116,7 +126,11 @@ def _record(
             f"{recording.source}: channel {signal.name} has a sample of {most:g}; give it in a unit in which it is "
             f"below {_GREATEST:g}"
         )
-    average: _Average = {"samples_per_tooth": settings.samples_per_tooth, "revolutions": settings.revolutions}
+    average: _Average = {
+        "samples_per_tooth": settings.samples_per_tooth,
+        "revolutions": settings.revolutions,
+        "once": once,
+    }
     if settings.constant_speed:
         if settings.mesh_phase:
             raise InputError("constant_speed and mesh_phase are both set; the angle is taken from one of them")

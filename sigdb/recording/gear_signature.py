@@ -113,7 +113,7 @@ def recorded_signature(
         absolute=angle.absolute,
         tsa=average.tsa,
         scatter=scatter,
-        noise=average_noise(x, samples_per_rev=n, scatter=scatter, highest=highest, averages=M),
+        noise=average_noise(x, samples_per_rev=n, scatter=scatter, highest=highest, averages=M, power=result.power),
         groups=revolution_groups(x, samples_per_rev=n, cycle=gear.cycle)[0],
         averages=M,
         dropped=result.available - M,

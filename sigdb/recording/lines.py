@@ -1,9 +1,11 @@
 """Order spectrum of a whole record over the angle of a shaft, and the lines that stand out in it."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import pandas as pd
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from sigdb.core import BoolArray, FloatArray
@@ -11,6 +13,8 @@ from sigdb.recording.orders import NamedOrder
 
 _MOST = 1024
 """Largest number of revolutions of a spectrum: a resolution of a thousandth of an order."""
+_WINDOWS = 512
+"""Number of windows whose medians are computed together."""
 _FALSE_ALARM = 1e-4
 """Probability that noise alone makes a named order stand out."""
 _PEAKS = 20
@@ -57,6 +61,17 @@ class RecordSpectrum:
         return np.abs(np.sum(within * np.exp(-2j * np.pi * np.outer(np.arange(revolutions), orders)), axis=0))
 
 
+@lru_cache(maxsize=2)
+def hann_window(samples: int) -> FloatArray:
+    """Return the periodic Hann window, whose sum is half its length; do not change it."""
+    return np.asarray(np.hanning(samples + 1)[:-1])
+
+
+def hann_power(x: FloatArray) -> FloatArray:
+    """Return the squared magnitudes of the spectrum of a record without its mean under a Hann window."""
+    return np.asarray(np.abs(np.fft.rfft((x - x.mean()) * hann_window(len(x)))) ** 2)
+
+
 def record_spectrum(x: FloatArray, *, samples_per_rev: int, highest: float) -> RecordSpectrum:
     """Return the spectrum of a record that is sampled in equal steps of angle.
 
@@ -70,7 +85,7 @@ def record_spectrum(x: FloatArray, *, samples_per_rev: int, highest: float) -> R
         Highest order.
     """
     x = x[: _MOST * samples_per_rev]
-    window = np.hanning(len(x) + 1)[:-1]
+    window = hann_window(len(x))
     windowed = 2 * window / window.sum() * (x - x.mean())
     revolutions = len(x) // samples_per_rev
     bins = min(int(highest * revolutions), len(x) // 2) + 1
@@ -124,7 +139,15 @@ def _level(amplitude: FloatArray, revolutions: int) -> FloatArray:
     """Return medians over half orders and their neighbours, interpolated between the centres of the half orders."""
     step = max(revolutions // 2, 1)
     starts = np.arange(0, len(amplitude), step)
-    medians = [np.median(amplitude[max(start - step // 2, 0) : start + step + step // 2]) for start in starts]
+    half = step // 2
+    medians = np.empty(len(starts))
+    inside = (starts >= half) & (starts + step + half <= len(amplitude))
+    if inside.any():
+        windows = sliding_window_view(amplitude, step + 2 * half)
+        for some in np.array_split(np.flatnonzero(inside), max(1, inside.sum() // _WINDOWS)):
+            medians[some] = np.median(windows[starts[some] - half], axis=1)
+    for i in np.flatnonzero(~inside):
+        medians[i] = np.median(amplitude[max(starts[i] - half, 0) : starts[i] + step + half])
     return np.interp(np.arange(len(amplitude)), starts + step / 2, medians)
 
 
@@ -169,7 +192,13 @@ _LEAST_REVOLUTIONS = 24
 
 
 def average_noise(
-    x: FloatArray, *, samples_per_rev: int, scatter: float, highest: float, averages: int | None = None
+    x: FloatArray,
+    *,
+    samples_per_rev: int,
+    scatter: float,
+    highest: float,
+    averages: int | None = None,
+    power: FloatArray | None = None,
 ) -> FloatArray:
     """Return the standard deviation of the noise of an average for white noise of the density at each order.
 
@@ -194,6 +223,8 @@ def average_noise(
         Highest order of the record.
     averages
         Revolutions M of the average; K if left out.
+    power
+        :func:`hann_power` of the record, where it is known.
 
     Returns
     -------
@@ -204,6 +235,10 @@ def average_noise(
     M = len(x) // n if averages is None else averages
     if M < _LEAST_REVOLUTIONS:
         return np.full(n // 2 + 1, scatter / np.sqrt(M * min(1.0, highest / (n / 2))))
-    spectrum = record_spectrum(x, samples_per_rev=n, highest=n / 2)
-    level = np.interp(np.arange(n // 2 + 1), spectrum.order, spectrum.level)
-    return np.asarray(level * np.sqrt(spectrum.samples / (6 * M * np.log(2))))
+    K = min(len(x) // n, _MOST)
+    x = x[: K * n]
+    power = hann_power(x) if power is None or len(power) != len(x) // 2 + 1 else power
+    amplitude = np.sqrt(power) * (4 / len(x))  # the window's sum is half the samples
+    level = np.maximum(_level(amplitude, K), 64 * np.finfo(float).eps * np.max(np.abs(x)))
+    level = np.interp(np.arange(n // 2 + 1), np.arange(len(level)) / K, level)
+    return np.asarray(level * np.sqrt(len(x) / (6 * M * np.log(2))))

@@ -55,6 +55,7 @@ def averaged_record(
     samples_per_rev: int,
     available: int,
     revolutions: int | None,
+    once: bool = False,
 ) -> AveragedRecord:
     """Return the average of a signal.
 
@@ -72,6 +73,9 @@ def averaged_record(
         Whole revolutions of the recording.
     revolutions
         Revolutions to average; all if None.
+    once
+        Whether the record is resampled once where it is short enough: the average is then that of the record over the
+        angle, which differs from the other by the rounding of the kernel.
 
     Raises
     ------
@@ -82,6 +86,12 @@ def averaged_record(
     if isinstance(recording, RecordingBlocks):
         return _in_blocks(recording, signal, angle, n, available, revolutions)
     fs = signal.sampling_rate
+    count = available if revolutions is None else revolutions
+    if once and 1 <= count <= min(available, MOST_OVER_ANGLE):
+        over_angle = _over_angle(signal.samples, fs, angle, n, count)
+        record = _Deviation()
+        record.take(signal.samples)
+        return AveragedRecord(average=_mean(over_angle, n), over_angle=over_angle, deviation=record.deviation())
     average = synchronous_average(
         signal.samples,
         fs,
@@ -95,6 +105,13 @@ def averaged_record(
     record = _Deviation()
     record.take(signal.samples)
     return AveragedRecord(average=average, over_angle=over_angle, deviation=record.deviation())
+
+
+def _mean(over_angle: FloatArray, n: int) -> SynchronousAverage:
+    """Return the average of a record over the angle."""
+    rows = over_angle.reshape(-1, n)
+    scatter = rows.std(axis=0, ddof=1) if len(rows) > 1 else np.full(n, np.nan)
+    return SynchronousAverage(tsa=rows.mean(axis=0), scatter=scatter, revolutions=len(rows))
 
 
 def tacho_in_blocks(recording: RecordingBlocks) -> Waveform | None:

@@ -11,6 +11,7 @@ import numpy as np
 from sigdb.core import FloatArray, NotApplicableError, Note
 from sigdb.recording.blocks.averaged_record import AveragedRecord, averaged_record
 from sigdb.recording.evidence.presence import ALARM, MeshPresence, mesh_presence
+from sigdb.recording.lines import hann_power
 from sigdb.recording.orders import AveragedGear
 from sigdb.recording.shaft_angle import ShaftAngle, mesh_angle_at
 from sigdb.recording.speed import HARMONICS
@@ -37,6 +38,8 @@ class GearRecord:
         Whole revolutions of the recording.
     presence
         Whether the gear is to be seen.
+    power
+        :func:`sigdb.recording.lines.hann_power` of the record over the angle.
     """
 
     signal: "Channel"
@@ -45,6 +48,7 @@ class GearRecord:
     times: FloatArray
     available: int
     presence: MeshPresence
+    power: FloatArray
 
     @property
     def revolutions(self) -> int:
@@ -81,6 +85,7 @@ def gear_record(
     samples_per_tooth: int,
     revolutions: int | None,
     mesh_phase: bool,
+    once: bool = False,
 ) -> GearRecord:
     """Return the average of a channel over the revolutions of a shaft, or over whole tooth cycles if one fits in.
 
@@ -96,6 +101,8 @@ def gear_record(
         Revolutions to average; None for as many whole tooth cycles as there are.
     mesh_phase
         Whether the angle was taken from the phase of the mesh.
+    once
+        Whether the record is resampled once; see :func:`averaged_record`.
 
     Raises
     ------
@@ -106,12 +113,15 @@ def gear_record(
     available = angle.revolutions((len(signal.samples) - 1) / fs)
     if revolutions is None and gear.cycle:
         revolutions = available // gear.cycle * gear.cycle or None
-    record = averaged_record(recording, signal, angle, samples_per_rev=n, available=available, revolutions=revolutions)
+    record = averaged_record(
+        recording, signal, angle, samples_per_rev=n, available=available, revolutions=revolutions, once=once
+    )
     M = record.average.revolutions
     places = np.arange(M + 1) * angle.pulses_per_rev / angle.ratio
     times = np.interp(places, np.arange(len(angle.pulses)), angle.pulses)
     speed_rpm = float(60 * M / (times[-1] - times[0]))
     check_mesh_in_range(signal, recording.source, teeth=gear.teeth, speed_rpm=speed_rpm)
+    power = hann_power(record.over_angle)
     presence = mesh_presence(
         record.over_angle,
         samples_per_rev=n,
@@ -120,6 +130,7 @@ def gear_record(
         others=gear.others,
         mates=gear.mates,
         mesh_phase=mesh_phase,
+        power=power,
     )
     return GearRecord(
         signal=signal,
@@ -128,6 +139,7 @@ def gear_record(
         times=times,
         available=available,
         presence=replace(presence, kept_by_noise=1 / math.sqrt(M)),
+        power=power,
     )
 
 
@@ -149,6 +161,7 @@ def at_true_speed(
     range_rpm: tuple[float, float],
     samples_per_tooth: int,
     revolutions: int | None,
+    once: bool = False,
 ) -> GearRecord:
     """Return the record at the speed at which the gear is present, if the phase followed a sideband; else unchanged.
 
@@ -159,7 +172,7 @@ def at_true_speed(
     if record.presence.present:
         return record
     speeds = [s for s in sideband_speeds(gear.teeth) if _within(s * record.speed_rpm, range_rpm)]
-    others = _present(record, gear, speeds, recording, samples_per_tooth, revolutions)
+    others = _present(record, gear, speeds, recording, samples_per_tooth, revolutions, once)
     within = (other for other in others if _within(other.speed_rpm, range_rpm))
     return min(within, key=lambda other: other.presence.p_value, default=record)
 
@@ -175,6 +188,7 @@ def _present(
     recording: "Recording | RecordingBlocks",
     samples_per_tooth: int,
     revolutions: int | None,
+    once: bool,
 ) -> Iterator[GearRecord]:
     for speed in speeds:
         try:
@@ -187,6 +201,7 @@ def _present(
                 samples_per_tooth=samples_per_tooth,
                 revolutions=revolutions,
                 mesh_phase=True,
+                once=once,
             )
         except NotApplicableError:
             continue

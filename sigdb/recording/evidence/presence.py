@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sigdb.core import FloatArray, IntArray, NotApplicableError
+from sigdb.recording.lines import hann_power
 
 ALARM = 1e-3
 """Probability at which noise alone passes for a gear."""
@@ -94,6 +95,7 @@ def mesh_presence(
     others: Collection[int] = (),
     mates: Collection[float] = (),
     mesh_phase: bool = False,
+    power: FloatArray | None = None,
 ) -> MeshPresence:
     r"""Test whether the mesh of a gear stands out of a record.
 
@@ -137,6 +139,8 @@ def mesh_presence(
         Orders of the shafts that the gear meshes with.
     mesh_phase
         Whether the angle was taken from the phase of the mesh.
+    power
+        :func:`sigdb.recording.lines.hann_power` of the record's first 2048 revolutions, where it is known.
 
     Returns
     -------
@@ -161,7 +165,7 @@ def mesh_presence(
     M = min(len(x) // n, _MOST)
     top = int(min(_USED * highest, n // 2 - 1, (_HARMONICS + 0.5) * Z))
     orders: IntArray = np.arange(1, max(top, 0) + 1)
-    spectrum = _Spectrum(x[: M * n], M)
+    spectrum = _Spectrum(hann_power(x[: M * n]) if power is None else power, M)
     line = np.concatenate([[0.0], spectrum.log_p(orders)])
     mesh = orders[orders % Z == 0]
     about = np.minimum(orders % Z, -orders % Z)
@@ -244,8 +248,8 @@ def _doubt(values: dict[str, float], Z: int, rival: str, *, any_mesh: bool, mesh
 class _Spectrum:
     """Power of M whole revolutions under a Hann window, with bins 1/M apart."""
 
-    def __init__(self, x: FloatArray, M: int) -> None:
-        self._P = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(len(x) + 1)[:-1])) ** 2
+    def __init__(self, power: FloatArray, M: int) -> None:
+        self._P = power
         self._M = M
 
     def log_p(self, orders: IntArray | FloatArray) -> FloatArray:
