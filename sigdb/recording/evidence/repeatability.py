@@ -62,7 +62,8 @@ class Repeatability:
         the most that 95 % of healthy gears with pitch errors give.
     power_ratio, power_ratio_by_noise, power_ratio_by_pitch_errors
         Share of the residual's power that the average keeps, over the mean of the same shares for averages of Z - 2,
-        Z - 1, Z + 1 and Z + 2 tooth passes. The others are its value for noise alone, and the most that 95 % of healthy gears give.
+        Z - 1, Z + 1 and Z + 2 tooth passes. The others are its value for noise alone, and the most that 95 % of healthy
+        gears give.
     least_event
         rms of the smallest short pulse, over the rms of the average, that would have been seen with a probability of
         0.95 if added to the record; nan where one of the whole rms would not have been seen, and where a pulse stands
