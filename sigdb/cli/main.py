@@ -22,7 +22,7 @@ _ORDER = (
     *("new-rig", "describe", "modes", "identify"),
     *("run", "sweep", "ingest", "label", "verify", "coverage", "refine", "add-features", "card"),
     *("query", "show", "match", "export"),
-    *("signature", "diagnose"),
+    *("signature", "diagnose", "monitor"),
     *("train", "evaluate", "public-sets"),
 )
 """Order of the commands in the help; others follow by name."""

@@ -11,6 +11,7 @@ Kind = Literal[
     "one tooth",
     "several teeth",
     "damage",
+    "gear changed",
     "one event",
     "nothing stands out",
     "cannot be judged",
@@ -65,6 +66,12 @@ ANSWERS: Mapping[Kind, AnswerForm] = MappingProxyType(
             sentence="The gear is damaged at a tooth that is not known.",
             exit_code=1,
             meaning="a detector finds damage; it does not locate",
+        ),
+        "gear changed": AnswerForm(
+            sentence="The gear has changed at no single tooth: {reason}.",
+            exit_code=1,
+            meaning="by a monitor: the vibration between the mesh harmonics has changed for all teeth alike, more than "
+            "load, speed or sensor explain: wear, another gear, or another path",
         ),
         "one event": AnswerForm(
             sentence="One event at one place of this gear's turn, in {same_place} of {revolutions} revolutions: a "

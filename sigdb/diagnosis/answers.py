@@ -22,6 +22,11 @@ _QUANTITIES = {
 }
 
 
+def cause_text(cause: str) -> str:
+    """Return the likelier cause of a change of levels in words."""
+    return _CAUSES[cause]
+
+
 def damage_answer(teeth: Sequence[Location], counted: str) -> Answer:
     """Return the answer for teeth that stand out."""
     named = ", ".join(_tooth(location) for location in teeth)

@@ -23,6 +23,7 @@ LAYERS = {
             ["recognition", "sweep", "recording", "paper"],
             ["ingest"],
             ["diagnosis"],
+            ["monitoring"],
             ["report"],
             ["pipeline"],
             ["explorer", "public_sets"],

@@ -48,6 +48,7 @@ SMALL = {
     "explorer/panels.py": "the panels of any average: of a view, a row or a recording",
     "explorer/view.py": "the settings of a page, which all of the explorer uses",
     "measurement/settings.py": "a section of a recipe",
+    "monitoring/settings.py": "the settings, which the modules of the package use",
     "recording/evidence/least_event.py": "the power of a decision, apart from the decision",
     "recognition/bound/noise_bands.py": "the bands of noise, used by tables and pages",
     "recognition/calibration/cells.py": "the cells that both kinds of intervals are calibrated in",

@@ -171,6 +171,7 @@ COMMANDS = {
     "diagnose": Written(
         "{file} --rig nasa-spiral-bevel --sampling-rate 51200 --tacho tacho --db {db} --out {out}", head="index.html"
     ),
+    "monitor": Written("{measured} --out {out}", head="index.html"),
     "train": Written("{trained} --target location --out {out}", head="model.json"),
     "evaluate": Written("{model} {trained} --report {out}", head="index.html"),
 }
@@ -211,6 +212,7 @@ def places(folder, tmp_path_factory):
     return {name: place / f"{name}.toml" for name in ("recipe", "run", "targets")} | {
         "db": place / "db",
         "list": place / "list.csv",
+        "measured": place / "measured",
         "findings": place / "findings.csv",
         "file": place / "a.csv",
         **model,

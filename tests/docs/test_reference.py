@@ -34,6 +34,7 @@ PACKAGES = [
         "ingest",
         "public_sets",
         "diagnosis",
+        "monitoring",
         "paper",
         "pipeline",
         "report",

@@ -1,0 +1,310 @@
+"""History of a gear by one sensor: its indicators over time, the answer at the newest look, and what has changed."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from sigdb.core import Answer, FloatArray, InputError, Note, plain
+from sigdb.diagnosis import LevelChange, Power, cause_text, level_change, power_sentence
+from sigdb.monitoring.alarms import (
+    LEAST_HEALTHY,
+    ChangePoint,
+    Trend,
+    alarm_limit,
+    change_point,
+    standardised,
+    trend,
+)
+from sigdb.monitoring.look_results import KeptResults, LookResult, Reference
+from sigdb.monitoring.looks import Look
+from sigdb.monitoring.settings import MonitorSettings
+
+_FIRST = 10
+"""Healthy looks where none is labelled."""
+
+_ALL_TEETH = 0.1
+"""Energy of the rest of the turn, relative to the greatest of a tooth, that all teeth have together; assumed."""
+
+_SAME_LIMIT = 0.1
+"""Difference of limits, in healthy deviations, up to which the power that was kept holds."""
+
+_LEAST_LOOKS, _DAILY = 2, 365.0
+"""Least dated looks from which their rate is taken, and the rate without."""
+
+_WITHIN = 2
+"""Teeth on each side of the place of a pulse that the damaged tooth may be."""
+
+_LEVEL_DEVIATION = 0.2
+"""Least deviation of a level, dB: sensors and loads are no steadier. Assumed."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GearHistory:
+    """History of a gear by one sensor.
+
+    Attributes
+    ----------
+    place
+        ``machine``, ``gear``, ``teeth``, ``sensor`` and ``channel``.
+    answer
+        Answer at the newest look.
+    looks
+        A row for each look: ``recording``, ``day``, ``healthy``, ``health_indicator``, ``tooth_indicator``,
+        ``rest_indicator`` (of the turn without the strongest pulse) and ``level`` in healthy deviations, ``tooth``,
+        ``level_db``, ``likeness``, ``na4_star``, ``nb4_star``, ``rms``, ``record_rms``, ``zone`` and ``alarm``.
+    tooth_map
+        (L, Z) energy of the difference from the reference in each tooth pass, relative to that of noise.
+    limit
+        Limit of the indicators in healthy deviations.
+    false_alarms_a_year, looks_a_year, healthy_looks
+        Rate of false alarms and the numbers that the limit counts.
+    change
+        The instant of a change; None without one.
+    trend
+        Straight line through the indicator since that change, or since the healthy looks; None for fewer than three.
+    level
+        Change of the newest look that is the same for all teeth; None where nothing was compared.
+    power
+        Pulse that would have been seen in a healthy look; None where nothing was compared.
+    notes
+        Notes.
+    """
+
+    place: dict[str, str]
+    answer: Answer
+    looks: pd.DataFrame
+    tooth_map: FloatArray
+    limit: float
+    false_alarms_a_year: float
+    looks_a_year: float
+    healthy_looks: int
+    change: ChangePoint | None = None
+    trend: Trend | None = None
+    level: LevelChange | None = None
+    power: Power | None = None
+    notes: tuple[Note, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the history as plain values for JSON."""
+        power = None
+        if self.power is not None:
+            tables = {name: getattr(self.power, name).to_dict("records") for name in ("exceptions", "table")}
+            power = vars(self.power) | tables
+        facts = {
+            **self.place,
+            "kind": self.answer.kind,
+            "answer": self.answer.sentence,
+            "exit_code": self.answer.exit_code,
+            "limit": self.limit,
+            "false_alarms_a_year": self.false_alarms_a_year,
+            "looks_a_year": self.looks_a_year,
+            "healthy_looks": self.healthy_looks,
+            "change": self.change,
+            "trend": self.trend,
+            "level": None if self.level is None else vars(self.level),
+            "power": power,
+            "looks": self.looks.to_dict("records"),
+            "tooth_map": self.tooth_map,
+            "notes": self.notes,
+        }
+        return {name: plain(value) for name, value in facts.items()}
+
+
+def gear_history(
+    looks: Sequence[Look],
+    settings: MonitorSettings | None = None,
+    *,
+    place: Mapping[str, str] | None = None,
+    kept: KeptResults | None = None,
+) -> GearHistory:
+    """Return the history of a gear from its looks.
+
+    Parameters
+    ----------
+    looks : sequence of Look
+        Looks at one gear by one sensor, the oldest first.
+    settings : MonitorSettings, optional
+        Rate of false alarms, healthy looks and zones; the defaults if left out.
+    place : mapping, optional
+        Names of the machine, the gear and the sensor.
+    kept : KeptResults, optional
+        Results of earlier looks against the same healthy ones; those of new looks are added.
+
+    Returns
+    -------
+    GearHistory
+        It cannot be judged where fewer than five looks are healthy.
+    """
+    settings = settings or MonitorSettings()
+    kept = KeptResults() if kept is None else kept
+    place = dict(place or {})
+    healthy, notes = healthy_looks(looks, settings)
+    rate, rate_notes = _looks_a_year(looks, settings)
+    notes += rate_notes
+    reference = Reference.of([look for look, good in zip(looks, healthy, strict=True) if good])
+    allowed = settings.false_alarms_a_year
+    if int(healthy.sum()) < LEAST_HEALTHY:
+        few = f"{int(healthy.sum())} looks are healthy, fewer than {LEAST_HEALTHY}"
+        reason = f"{few}; record more of the undamaged gear"
+        return GearHistory(
+            place=place,
+            answer=Answer.of("cannot be judged", reason=reason),
+            looks=pd.DataFrame(),
+            tooth_map=np.zeros((0, 0)),
+            limit=np.nan,
+            false_alarms_a_year=allowed,
+            looks_a_year=rate,
+            healthy_looks=int(healthy.sum()),
+            notes=tuple(notes),
+        )
+    used, results = [], []
+    for number, look in enumerate(looks):
+        try:
+            result = kept.looks.get(look.key) or reference.result(look)
+        except InputError as error:
+            text = f"{look.name} was left out: {error}"
+            notes.append(Note(code="look-left-out", text=text, values={"look": look.name}))
+            continue
+        kept.looks[look.key] = result
+        used.append(number)
+        results.append(result)
+    some, good = [looks[number] for number in used], healthy[used]
+    limit = alarm_limit(false_alarms_a_year=allowed, looks_a_year=rate, healthy=int(good.sum()))
+    table = _table(some, results, good, limit, settings)
+    signal = table["tooth_indicator"] if table["tooth_indicator"].iloc[-1] > limit else table["health_indicator"]
+    step = change_point(signal.to_numpy())
+    since = int(good.nonzero()[0][-1]) if step is None else step.look
+    days = None if any(look.day is None for look in some) else np.array([look.day for look in some], float)
+    seen = _power(reference, results, good, limit, kept)
+    level = _level(reference, some[-1])
+    answer, more = _answer(table, results[-1], limit, level, seen, absolute=reference.healthy.absolute)
+    return GearHistory(
+        place=place,
+        answer=answer,
+        looks=table,
+        tooth_map=np.array([each.tooth_map for each in results]),
+        limit=limit,
+        false_alarms_a_year=allowed,
+        looks_a_year=rate,
+        healthy_looks=int(good.sum()),
+        change=step,
+        trend=trend(None if days is None else days[since:], signal.to_numpy()[since:]),
+        level=level,
+        power=seen,
+        notes=(*notes, *more),
+    )
+
+
+def healthy_looks(looks: Sequence[Look], settings: MonitorSettings) -> tuple[np.ndarray, list[Note]]:
+    """Return whether each look is taken as healthy (L,), and a note where that is assumed."""
+    labelled = np.array([look.health == "healthy" for look in looks])
+    if settings.baseline is not None:
+        return np.arange(len(looks)) < settings.baseline, []
+    if labelled.sum() >= LEAST_HEALTHY:
+        return labelled, []
+    first = (np.arange(len(looks)) < _FIRST) & np.array([look.health != "damaged" for look in looks])
+    text = f"The first {int(first.sum())} recordings were taken to be healthy, since fewer than five are labelled so."
+    return first, [Note(code="healthy-assumed", text=text, values={"looks": int(first.sum())})]
+
+
+def _looks_a_year(looks: Sequence[Look], settings: MonitorSettings) -> tuple[float, list[Note]]:
+    if settings.looks_a_year is not None:
+        return settings.looks_a_year, []
+    days = [look.day for look in looks if look.day is not None]
+    if len(days) == len(looks) >= _LEAST_LOOKS and days[-1] > days[0]:
+        return 365.25 * (len(looks) - 1) / (days[-1] - days[0]), []
+    text = "The recordings have no dates: one look a day was assumed; state looks_a_year."
+    return _DAILY, [Note(code="looks-assumed", text=text)]
+
+
+def _table(
+    looks: Sequence[Look], results: Sequence[LookResult], healthy: np.ndarray, limit: float, settings: MonitorSettings
+) -> pd.DataFrame:
+    """Return the rows of the looks."""
+    levels = 20 * np.log10(np.maximum([each.rms for each in results], np.finfo(float).tiny))
+    table = pd.DataFrame(
+        {
+            "recording": [look.name for look in looks],
+            "day": [look.day for look in looks],
+            "healthy": healthy,
+            "health_indicator": standardised(np.array([each.misfit for each in results]), healthy, least=0.05),
+            "tooth_indicator": standardised(np.array([each.pulse for each in results]), healthy, least=0.05),
+            "rest_indicator": standardised(np.array([each.rest for each in results]), healthy, least=0.05),
+            "tooth": [each.tooth for each in results],
+            "level": standardised(levels, healthy, least=_LEVEL_DEVIATION),
+            "level_db": levels - levels[healthy].mean(),
+            "likeness": [each.likeness for each in results],
+            "na4_star": [each.na4_star for each in results],
+            "nb4_star": [each.nb4_star for each in results],
+            "rms": [each.rms for each in results],
+            "record_rms": [each.record_rms for each in results],
+        }
+    )
+    table["zone"] = "" if settings.zones is None else [_zone(each.record_rms, settings.zones) for each in results]
+    table["alarm"] = (table["health_indicator"] > limit) | (table["tooth_indicator"] > limit)
+    return table
+
+
+def _zone(rms: float, ends: tuple[float, float, float]) -> str:
+    """Return the zone of an rms in m/s by the ends of zones in mm/s."""
+    return "ABCD"[int(np.searchsorted(ends, 1e3 * rms))]
+
+
+def _power(
+    reference: Reference, results: Sequence[LookResult], healthy: np.ndarray, limit: float, kept: KeptResults
+) -> Power:
+    """Return the pulse that would have been seen in a healthy look; that which was kept for nearly the same limit."""
+    if kept.power is None or abs(kept.power_limit - limit) > _SAME_LIMIT:
+        pulses = np.array([each.pulse for each in results])[healthy]
+        kept.power = reference.power(float(pulses.mean() + limit * max(pulses.std(ddof=1), 0.05)))
+        kept.power_limit = limit
+    return kept.power
+
+
+def _level(reference: Reference, look: Look) -> LevelChange:
+    """Return what of a look has changed for all teeth alike, and the likelier cause."""
+    signature = look.read()
+    change, run, mean = reference.change(look, signature)
+    speeds = [each.speed_rpm for each in reference.signatures]
+    load, loads = reference.load_of(look), [each for each in reference.torques if each is not None]
+    return level_change(
+        run,
+        mean.turned(change.turn),
+        reference.healthy,
+        speeds_rpm=(signature.speed_rpm, float(np.clip(signature.speed_rpm, min(speeds), max(speeds)))),
+        torques=(load, float(np.clip(load, min(loads), max(loads))) if load is not None and loads else None),
+    )
+
+
+def _answer(
+    table: pd.DataFrame, result: LookResult, limit: float, level: LevelChange, seen: Power, *, absolute: bool
+) -> tuple[Answer, list[Note]]:
+    """Return the answer at the newest look, and notes on it."""
+    newest = table.iloc[-1]
+    notes: list[Note] = []
+    explained = level.cause in ("speed", "load")
+    share = float(np.exp(result.rest) / result.tooth_map.max())
+    if newest["rest_indicator"] > limit and share > _ALL_TEETH and not explained:
+        text = (
+            f"The errors of the teeth have a correlation of {newest['likeness']:.2f} with those of the healthy looks, "
+            f"which have {table.loc[table['healthy'], 'likeness'].median():.2f} among themselves."
+        )
+        notes.append(Note(code="teeth-unlike", text=text, values={"likeness": float(newest["likeness"])}))
+        return Answer.of("gear changed", reason="the difference is large over the whole turn"), notes
+    if newest["tooth_indicator"] > limit:
+        teeth = f"{newest['tooth']} ± {_WITHIN}"
+        where = "" if absolute else ", counted from where the first healthy average begins"
+        return Answer.of("one tooth", teeth=teeth, counted=where), notes
+    if newest["health_indicator"] > limit and not explained:
+        reason = f"the health indicator is {newest['health_indicator']:.3g} healthy deviations, the limit {limit:.3g}"
+        return Answer.of("gear changed", reason=reason), notes
+    power = power_sentence(seen)
+    if seen.smallest is None:
+        return Answer.of("cannot be judged", reason=power), notes
+    if newest["health_indicator"] > limit or abs(newest["level"]) > limit or level.cause == "polarity":
+        cause = cause_text(level.cause if level.changed else "load or mounting")
+        return Answer.of("level changed", cause=cause, power=power), notes
+    return Answer.of("no change", power=power), notes

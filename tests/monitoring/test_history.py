@@ -1,0 +1,103 @@
+"""Validation: what has changed is named, from looks whose change is known; a kept result is not computed again."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sigdb.core import InputError
+from sigdb.monitoring import MonitorSettings, gear_history
+from sigdb.monitoring.look_results import KeptResults
+
+CHANGES = {
+    "nothing": ({}, "no change", 0),
+    "tooth": ({"event": 0.8}, "one tooth", 1),
+    "gear": ({"gear": 3}, "gear changed", 1),
+    "sensor": ({"gain": 2.0}, "level changed", 0),
+}
+
+
+@pytest.fixture(scope="module")
+def kept():
+    return KeptResults()
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_what_has_changed_is_named_with_its_instant(look, healthy, kept, name):
+    options, kind, code = CHANGES[name]
+    looks = [*healthy, *(look(100 + 10 * len(name) + number, **options) for number in range(3))]
+    found = gear_history(looks, MonitorSettings(looks_a_year=365.0), kept=kept)
+    assert (found.answer.kind, found.answer.exit_code) == (kind, code)
+    assert found.looks["alarm"].tolist() == [False] * 14 + [code == 1] * 3
+    assert found.tooth_map.shape == (17, 12)
+    assert found.healthy_looks == 12
+    if code:
+        assert (found.change.low, found.change.look, found.change.high) == (14, 14, 14)
+    else:
+        assert found.change is None
+        assert "would have been seen at any tooth with probability 0.95" in found.answer.sentence
+    if name == "tooth":
+        assert found.answer.sentence == "One tooth stands out: 5 ± 2."
+        assert found.tooth_map[-1].argmax() in (3, 4, 5)
+    if name == "sensor":
+        assert found.looks["level_db"].iloc[-1] == pytest.approx(20 * np.log10(2), abs=0.2)
+    facts = json.loads(json.dumps(found.as_json()))
+    assert (facts["kind"], len(facts["looks"]), len(facts["tooth_map"][0])) == (kind, 17, 12)
+
+
+def test_results_that_are_kept_are_not_computed_again(look, healthy, kept):
+    gear_history(healthy, kept=kept)
+
+    def none():
+        raise AssertionError("read again")
+
+    looks = [replace(each, read=none) if each.health == "unknown" else each for each in healthy] + [look(50)]
+    assert len(gear_history(looks, kept=kept).looks) == 15
+
+
+def test_a_load_that_explains_the_change_is_no_alarm(look, healthy):
+    """Twice the vibration of all teeth at a torque that the healthy looks did not have."""
+    loaded = [replace(each, torque=50.0 + number % 2) for number, each in enumerate(healthy)]
+    found = gear_history([*loaded, replace(look(60, gain=2.0), torque=80.0)], MonitorSettings(looks_a_year=365.0))
+    assert (found.answer.kind, found.level.cause) == ("level changed", "load")
+
+
+@pytest.mark.parametrize(
+    ("labelled", "settings", "kind", "codes"),
+    [
+        (12, {}, "no change", ["looks-assumed"]),
+        (0, {}, "no change", ["healthy-assumed", "looks-assumed"]),
+        (0, {"baseline": 6, "looks_a_year": 52.0}, "no change", []),
+    ],
+)
+def test_what_is_assumed_is_noted(look, labelled, settings, kind, codes):
+    looks = [look(n, health="healthy" if n < labelled else "unknown", dated=False) for n in range(14)]
+    found = gear_history(looks, MonitorSettings(**settings))
+    assert found.answer.kind == kind
+    assert [note.code for note in found.notes] == codes
+
+
+def test_too_few_healthy_looks_cannot_be_judged(look):
+    found = gear_history([look(number, health="healthy") for number in range(4)])
+    assert (found.answer.kind, found.answer.exit_code) == ("cannot be judged", 3)
+    assert "4 looks are healthy, fewer than 5" in found.answer.sentence
+
+
+def test_a_look_that_cannot_be_compared_is_left_out_with_a_note(look, healthy, kept):
+    found = gear_history([*healthy, look(70, groups=3)], kept=kept)
+    assert len(found.looks) == 14
+    assert [note.code for note in found.notes] == ["look-left-out"]
+    assert "revolutions are too few" in found.notes[0].text
+
+
+def test_zones_are_those_that_are_stated(healthy, kept):
+    """The rms of the averages is about 0.9 m/s, that of the records 1."""
+    found = gear_history(healthy, MonitorSettings(zones=(500.0, 800.0, 2000.0)), kept=kept)
+    assert set(found.looks["zone"]) == {"C"}
+
+
+@pytest.mark.parametrize("wrong", [{"false_alarms_a_year": 0}, {"baseline": 3}, {"looks_a_year": -1}])
+def test_wrong_settings_are_refused(wrong):
+    with pytest.raises((InputError, ValueError)):
+        MonitorSettings(**wrong)
