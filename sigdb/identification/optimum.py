@@ -122,13 +122,21 @@ def optima(problem: Problem, rng: np.random.Generator) -> list[Linearised]:
         ends.sort(key=lambda end: end.cost)
         if len(ends) >= _ALIKE and all(end.is_final and _alike(end, ends[0]) for end in ends[:_ALIKE]):
             break
-    best = [end if end.is_final else optimum(problem, problem.value, prior, end.z) for end in ends[:_FINISHED]]
-    best.sort(key=lambda end: end.cost)
+    best = _finished(problem, problem.value, prior, ends, _FINISHED)
     distinct: list[Optimum] = []
     for end in best:
         if end.cost < best[0].cost + _FARTHER and not any(_alike(end, other) for other in distinct):
             distinct.append(end)
     return [Linearised.near(problem, end.z) for end in distinct]
+
+
+def _finished(
+    problem: Problem, value: FloatArray, prior: FloatArray, ends: list[Optimum], count: int = 2
+) -> list[Optimum]:
+    """Return the best of some ends after their searches have gone on, the best one first."""
+    best = sorted(ends, key=lambda end: end.cost)[:count]
+    best = [end if end.is_final else optimum(problem, value, prior, end.z) for end in best]
+    return sorted(best, key=lambda end: end.cost)
 
 
 def _alike(first: Optimum, second: Optimum) -> bool:
@@ -137,13 +145,13 @@ def _alike(first: Optimum, second: Optimum) -> bool:
 
 
 def drawn_member(problem: Problem, near: list[Linearised], rng: np.random.Generator, evaluations: int) -> Optimum:
-    """Return a member of the ensemble: by least squares near optima, or by CMA-ES where there are none."""
+    """Return a member of the ensemble: by least squares from its draw and near optima, or else by CMA-ES."""
     prior = rng.standard_normal(len(problem.paths))
     shift = problem.is_fitted * rng.standard_normal(len(problem.value))
     value = problem.value + shift * problem.error
     if near:
-        starts = [linearised.optimum(shift, prior) for linearised in near]
-        return min((optimum(problem, value, prior, start) for start in starts), key=lambda end: end.cost)
+        starts = [prior, *(linearised.optimum(shift, prior) for linearised in near)]
+        return _finished(problem, value, prior, [optimum(problem, value, prior, start, _FIRST) for start in starts])[0]
     end = minimise(
         lambda u: problem.misfit(in_prior(u), value, prior),
         len(prior),

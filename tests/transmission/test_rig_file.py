@@ -1,5 +1,6 @@
 """The built-in rigs: published numbers, and an origin for every number of every file."""
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -46,6 +47,15 @@ def rig():
 def test_every_number_has_an_origin(path):
     table = tomllib.loads(path.read_text(encoding="utf-8"))
     assert list(_numbers_without_origin(table)) == []
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_published_number_names_a_work_that_the_head_cites_or_a_standard(path):
+    text = path.read_text(encoding="utf-8")
+    head = " ".join(line for line in text.splitlines() if line.startswith("#"))
+    for source in re.findall(r'"published: ([^"]*)"', text):
+        assert re.search(r"\b(the paper|the book)\b|\b(ISO|EN) \d+|, (19|20)\d\d\b", source), source
+        assert not re.match(r"the (paper|book)\b", source) or re.search(r"\b(19|20)\d\d\b", head), source
 
 
 def test_the_search_for_origins_finds_a_missing_one():
