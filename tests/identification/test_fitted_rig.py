@@ -1,6 +1,7 @@
 """Documentation: the worked example of the guide is of the rig, the targets and the numbers that it states."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -37,13 +38,18 @@ def test_the_stored_truth_is_the_drawn_rig_and_inside_means_inside(rig):
         assert (row["low"], row["high"]) == (assumption.low, assumption.high)
         assert row["inside"] == (row["interval_from"] <= row["truth"] <= row["interval_to"])
         assert row["identified"] == (row["width"] <= 0.8)
-    (counts,) = TABLES["counts"]
-    assert counts["inside"] == sum(row["inside"] for row in TABLES["numbers"])
+    first, *others, total = TABLES["rigs"]
+    assert first["inside"] == sum(row["inside"] for row in TABLES["numbers"])
+    assert first["identified"] == sum(row["identified"] for row in TABLES["numbers"])
+    assert first["expected"] == pytest.approx(11 * (first["of"] - 1) / (first["of"] + 1))
+    assert total["inside"] == sum(row["inside"] for row in (first, *others))
 
 
 def test_the_page_shows_every_table():
-    page = (GUIDE / "known_and_assumed.md").read_text(encoding="utf-8")
-    assert all(f"{{stored}} fitted_rig.json {title}\n" in page for title in TABLES)
-    (counts,) = TABLES["counts"]
-    assert counts["inside"] == 5
-    assert f"--members {counts['rigs']} " in page
+    page = " ".join((GUIDE / "known_and_assumed.md").read_text(encoding="utf-8").split())
+    assert all(f"{{stored}} fitted_rig.json {title} " in page for title in TABLES)
+    first, *_ = TABLES["rigs"]
+    assert f"--members {first['of']} " in page
+    assert re.findall(r"(\d+) of the (\d+) intervals hold the truth, where (\d+) % would be ([\d.]+)", page) == [
+        (str(first["inside"]), str(first["numbers"]), "85", f"{first['expected']:.1f}")
+    ]
