@@ -31,13 +31,15 @@ from sigdb.explorer.live import LiveRig, Shown
 from sigdb.explorer.recordings import MOST_BYTES, Recordings, average_in, shown_average
 from sigdb.explorer.stored import StoredRows
 from sigdb.explorer.view import View
-from sigdb.report import rig_figure, signature_figure
+from sigdb.report import Case, comparison_figure, rig_figure
 
 STATIC = Path(__file__).parent / "static"
 TOKEN_HEADER = "x-sigdb-token"
 _POLICY = "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'"
 _MOST_JSON = 4 * 2**20
 """Bytes of a request that is no recording."""
+_MOST_CASES = 6
+"""Cases side by side in a picture."""
 
 
 class Guard:
@@ -170,10 +172,9 @@ class Explorer:
 
     def nearest(self, wanted: dict[str, Any]) -> dict[str, Any]:
         """Return the nearest templates of a row, of a view or of numbers."""
-        sensor = wanted.get("sensor")
-        return self._stored().nearest(
-            self._average(wanted)[0], sensor if sensor in self._stored().database.sensors else None
-        )
+        stored, sensor = self._stored(), wanted.get("sensor")
+        tsa = self._case_of(wanted).arrays["tsa"]
+        return stored.nearest(tsa, sensor if sensor in stored.database.sensors else None)
 
     def diagnosis(self, wanted: dict[str, Any]) -> Shown:
         """Return the diagnosis of a recording, or a dropped average."""
@@ -191,9 +192,25 @@ class Explorer:
         form = wanted.get("format")
         if form not in ("png", "svg"):
             raise InputError(f"format = {form!r} is not png or svg")
-        tsa, teeth, sensor, unit, damaged = self._average(wanted)
-        figure = signature_figure(
-            tsa, teeth=teeth, sensor=sensor, unit=unit, title=str(wanted.get("title", self.source)), damaged=damaged
+        cases = [self._case_of(each) for each in self._wanted(wanted)]
+        stiffness = all("stiffness" in shown.arrays for shown in cases)
+        figure = comparison_figure(
+            [
+                Case(
+                    title=f"row {shown.facts['id']}" if "id" in shown.facts else "",
+                    teeth=shown.facts["teeth"],
+                    tsa=shown.arrays["tsa"],
+                    damaged=tuple(shown.facts["damaged"]),
+                    healthy=shown.arrays.get("tsa_healthy"),
+                    stiffness=shown.arrays.get("stiffness"),
+                    healthy_stiffness=shown.arrays.get("stiffness_healthy"),
+                )
+                for shown in cases
+            ],
+            sensor=cases[0].facts["sensor"],
+            unit=cases[0].facts["unit"],
+            panels=(*(("stiffness",) if stiffness else ()), "signal", "spectrum", "distribution"),
+            title=str(wanted.get("title", self.source)),
         )
         file = io.BytesIO()
         figure.savefig(file, format=form, dpi=110)
@@ -210,17 +227,25 @@ class Explorer:
             raise InputError("no database is open; give one to sigdb explore")
         return self.stored
 
-    def _average(self, wanted: dict[str, Any]) -> tuple[FloatArray, int, str, str, tuple[int, ...]]:
+    def _wanted(self, wanted: dict[str, Any]) -> list[dict[str, Any]]:
+        """Return one request for each row of a list of ``ids``, or the request itself."""
+        ids = wanted.get("ids")
+        if ids is None:
+            return [wanted]
+        if not isinstance(ids, list) or not 1 <= len(ids) <= _MOST_CASES:
+            raise InputError(f"ids = {ids!r}: give a list of 1 to {_MOST_CASES} rows")
+        return [{"id": each, "sensor": wanted.get("sensor")} for each in ids]
+
+    def _case_of(self, wanted: dict[str, Any]) -> Shown:
+        """Return the picture of a row, of numbers, or of a view."""
         if "id" in wanted:
-            shown = self.stored_row(wanted)
-            facts = shown.facts
-            return shown.arrays["tsa"], facts["teeth"], facts["sensor"], facts["unit"], tuple(facts["damaged"])
-        if "tsa" in wanted:
-            tsa = np.asarray(wanted["tsa"], dtype=float)
-            return tsa, _whole(wanted, "teeth"), str(wanted.get("sensor", "")), str(wanted.get("unit", "")), ()
-        view = View.of(wanted.get("view", {}))
-        tsa, sensor, unit, teeth = self.live.average(view)
-        return tsa, teeth, sensor, unit, tuple(view.damage.on_teeth(teeth))
+            return self.stored_row(wanted)
+        if "tsa" not in wanted:
+            return self.live_view(wanted.get("view", {}))
+        facts = {"sensor": str(wanted.get("sensor", "")), "unit": str(wanted.get("unit", ""))}
+        shown = shown_average(_numbers(wanted, "tsa"), _whole(wanted, "teeth"))
+        healthy = {"tsa_healthy": _numbers(wanted, "healthy")} if "healthy" in wanted else {}
+        return Shown(facts=shown.facts | facts, arrays=shown.arrays | healthy)
 
 
 def explorer_app(explorer: Explorer, *, token: str, hosts: tuple[str, ...]) -> Starlette:
@@ -341,3 +366,13 @@ def _whole(wanted: dict[str, Any], name: str) -> int:
     if not isinstance(value, int) or isinstance(value, bool):
         raise InputError(f"{name} = {value!r} is no whole number")
     return value
+
+
+def _numbers(wanted: dict[str, Any], name: str) -> FloatArray:
+    try:
+        x = np.asarray(wanted[name], dtype=float)
+    except (TypeError, ValueError):
+        x = np.empty(0)
+    if x.ndim != 1 or not x.size or not np.isfinite(x).all():
+        raise InputError(f"{name} is no list of finite numbers")
+    return x

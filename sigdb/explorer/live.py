@@ -123,14 +123,6 @@ class LiveRig:
         teeth, mate = (rig.gears[name].teeth for name in (self.gear, rig.mate(self.gear)))
         return view.index_error * index_errors(specimen_stream(SEED, view.specimen), teeth, mate)
 
-    def average(self, view: View) -> tuple[FloatArray, str, str, int]:
-        """Return the average of a view with its noise, its sensor, its unit, and the tooth count."""
-        rig = self.built(view)
-        sensor, number = self.sensor(view)
-        case = self._case(rig, view, view.damage, self.errors_of(view, rig))
-        noise = self._noise(rig, view, number)
-        return case.signals[number] + noise, sensor, rig.sensors[sensor].unit, rig.gears[self.gear].teeth
-
     def show(self, view: View) -> Shown:
         """Return what the page draws of a view.
 

@@ -73,7 +73,7 @@ def test_the_noise_has_the_stated_level(live):
 def test_copied_python_computes_the_average_of_the_page(live, settings):
     view, names = View.of(settings), {}
     exec(python_code(live, view, "nasa-spiral-bevel"), names)
-    average = live.average(view)[0]
+    average = live.show(view).arrays["tsa"]
     np.testing.assert_allclose(names["average"], average, atol=1e-9 * np.ptp(average))
 
 

@@ -123,6 +123,9 @@ def test_errors_are_sentences(client):
         ("row", {"id": "one"}),
         ("map", {"x": "tooth", "y": "nose", "value": "fm4"}),
         ("picture", {"view": {}, "format": "exe"}),
+        ("picture", {"ids": [], "format": "png"}),
+        ("picture", {"tsa": ["a"], "teeth": 12, "format": "png"}),
+        ("picture", {"tsa": [1.0], "teeth": "12", "format": "png"}),
         ("recipe", {"view": {}, "ranges": {"specimen": [1]}}),
         ("diagnosis", {"recording": "none"}),
         ("diagnosis", {}),
@@ -137,6 +140,10 @@ def test_errors_are_sentences(client):
 def test_pictures_are_files(client):
     png = client.post("/api/picture", json={"view": {"tooth": 6, "stiffness_loss": 0.4}, "format": "png"}).content
     assert png.startswith(b"\x89PNG")
+    several = client.post("/api/picture", json={"ids": [0, 5], "format": "svg"}).content
+    assert several.count(b"row ") >= 2
+    average = {"tsa": np.sin(np.arange(768)).tolist(), "healthy": np.cos(np.arange(768)).tolist(), "teeth": 12}
+    assert client.post("/api/picture", json=average | {"format": "png"}).content.startswith(b"\x89PNG")
     assert b"<svg" in client.post("/api/drawing", json={}).content[:500]
 
 

@@ -4,8 +4,8 @@ import { request } from "./api.js";
 import { digits, paintMap } from "./plots.js";
 
 export class DatabaseTab {
-  constructor(place, facts, { onRows, onError }) {
-    this.place = place; this.facts = facts; this.onRows = onRows; this.onError = onError; this.chosen = [];
+  constructor(place, facts, { onRows, onError, onSql }, sql) {
+    this.place = place; this.facts = facts; this.onRows = onRows; this.onError = onError; this.onSql = onSql; this.chosen = [];
     const numbers = facts.columns.filter((column) => column.number).map((column) => column.name);
     const options = (chosen) => numbers.map((name) => `<option${name === chosen ? " selected" : ""}>${name}</option>`).join("");
     place.innerHTML = `
@@ -21,7 +21,7 @@ export class DatabaseTab {
       <p class="buttons"><button id="draw-map">Draw the map</button></p>
       <canvas class="map" id="map" role="img" aria-label="Map of an indicator over two axes" hidden></canvas>
       <p id="map-text" class="quiet"></p>`;
-    this.find("#sql").value = this.statement("");
+    this.find("#sql").value = sql || this.statement("");
     this.find("#where").addEventListener("change", () => { this.find("#sql").value = this.statement(this.find("#where").value); this.ask(); });
     this.find("#ask").addEventListener("click", () => this.ask());
     this.find("#draw-map").addEventListener("click", () => this.map());
@@ -37,6 +37,8 @@ export class DatabaseTab {
   }
 
   async ask() {
+    const text = this.find("#sql").value;
+    this.onSql(text === this.statement("") ? "" : text);
     try { this.fill(await request("table", { sql: this.find("#sql").value })); } catch (error) { this.onError(error); }
   }
 

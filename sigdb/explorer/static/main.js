@@ -9,7 +9,7 @@ import { RecipeTab } from "./recipe.js";
 
 const $ = (id) => document.getElementById(id);
 const ask = window.sigdbStatic?.request ?? request;
-let panels, controls, live, start, tab = "live", rows = [], shownNow = null;
+let panels, controls, live, start, tab = "live", rows = [], sql = "", shownNow = null;
 
 function message(text) { $("message").hidden = !text; $("message").textContent = text ?? ""; }
 function behind(text) { $("legend-behind").hidden = !text; $("behind").textContent = text; }
@@ -21,6 +21,7 @@ function address() {
   if (!controls.view().tooth) settings.set("tooth", "0");
   if (tab !== "live") settings.set("tab", tab);
   if (rows.length) settings.set("rows", rows.join(","));
+  if (sql) settings.set("sql", sql);
   history.replaceState(null, "", "#" + settings);
 }
 
@@ -28,7 +29,8 @@ function readAddress() {
   const settings = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
   rows = settings.rows ? settings.rows.split(",").map(Number).filter(Number.isInteger) : [];
   const wantedTab = settings.tab ?? "live";
-  delete settings.tab; delete settings.rows;
+  sql = settings.sql ?? "";
+  for (const name of ["tab", "rows", "sql"]) delete settings[name];
   if (Object.keys(settings).length) controls.set(settings); else controls.first();
   return wantedTab;
 }
@@ -72,7 +74,11 @@ function checkStability(view) {
   resting = setTimeout(async () => {
     try {
       const { stable, multiplier } = await request("stability", view);
+      if (tab !== "live") return;
       document.body.dataset.stable = stable;
+      const near = start.database ? await request("nearest", { view, sensor: view.sensor }) : null;
+      if (tab !== "live") return;
+      if (near) showNearest($("nearest"), near);
       if (!stable) message(`The rig is unstable with this damage (Floquet multiplier ${digits(multiplier)}): the picture is no steady state.`);
     } catch (error) { fail(error); }
   }, 300);
@@ -128,6 +134,7 @@ async function showMeasured(shown, name) {
 
 function choose(name) {
   tab = name;
+  clearTimeout(resting);
   for (const button of document.querySelectorAll("[data-tab]")) button.setAttribute("aria-selected", button.dataset.tab === name);
   $("controls").hidden = name === "database" || name === "measurement" || name === "recipe";
   for (const id of ["database", "measurement", "recipe"]) $(id).hidden = id !== name;
@@ -154,14 +161,19 @@ async function save(form) {
   try {
     const name = `signature.${form}`;
     if (form === "csv") { download(new Blob([csv()], { type: "text/csv" }), name); return; }
-    const wanted = tab === "database" && rows.length ? { id: rows[0] } : tab === "measurement" && shownNow
-      ? { tsa: [...shownNow.arrays.tsa], teeth: shownNow.facts.teeth, sensor: shownNow.facts.sensor, unit: shownNow.facts.unit } : { view: controls.view() };
+    const wanted = tab === "database" && rows.length ? { ids: rows.slice(0, 6) } : tab === "measurement" && shownNow ? measured(shownNow) : { view: controls.view() };
     download(await request("picture", { ...wanted, format: form, title: $("shown").textContent }), name);
   } catch (error) { fail(error); }
 }
 
+function measured({ arrays, facts: f }) {
+  const healthy = arrays.tsa_healthy ? { healthy: [...arrays.tsa_healthy] } : {};
+  return { tsa: [...arrays.tsa], teeth: f.teeth, sensor: f.sensor, unit: f.unit, ...healthy };
+}
+
 function csv() {
-  const { arrays, facts: f } = shownNow, n = arrays.tsa.length, names = ["tsa", "tsa_healthy", "stiffness", "stiffness_healthy"].filter((name) => arrays[name]?.length === n);
+  const over = Object.fromEntries(panels.others.map(({ name, tsa }) => [`tsa ${name}`, tsa]));
+  const { facts: f } = shownNow, arrays = { ...shownNow.arrays, ...over }, n = arrays.tsa.length, names = ["tsa", "tsa_healthy", "stiffness", "stiffness_healthy", ...Object.keys(over)].filter((name) => arrays[name]?.length === n);
   const lines = [`angle_deg,${names.map((name) => name.startsWith("tsa") ? `${name} (${f.unit})` : `${name} (N/m)`).join(",")}`];
   for (let i = 0; i < n; i++) lines.push([i * 360 / n, ...names.map((name) => arrays[name][i])].join(","));
   return lines.join("\n") + "\n";
@@ -194,7 +206,7 @@ async function main() {
   if (!window.sigdbStatic) {
     if (start.database) {
       $("tab-database").hidden = false;
-      const database = new DatabaseTab($("database"), start.database, { onRows: showRows, onError: fail });
+      const database = new DatabaseTab($("database"), start.database, { onRows: showRows, onError: fail, onSql: (text) => { sql = text; address(); } }, sql);
       database.ask();
       if (start.row !== null && !rows.length) { rows = [start.row]; database.chosen = rows; }
     }
