@@ -1,6 +1,7 @@
 """The explorer as a person uses it, in a browser."""
 
 import json
+from urllib.parse import parse_qs
 
 import numpy as np
 import pytest
@@ -74,7 +75,8 @@ def test_rows_of_a_database_are_shown_and_overlaid(page):
     assert page.inner_text("#nearest tbody tr:first-child td:nth-child(2)") == "6"
     page.click("#cases tbody tr:nth-child(1)", modifiers=["Control"])
     page.wait_for_selector("#shown:has-text(';')")
-    assert len(page.url.split("rows=")[1].split("%2C")) == 2
+    (rows,) = parse_qs(page.url.partition("#")[2])["rows"]
+    assert len(rows.split(",")) == 2
 
 
 def test_sql_answers_and_a_map_is_drawn(page):
