@@ -8,6 +8,7 @@ __all__ = [
     "ModelResult",
     "Recipe",
     "RecipeRun",
+    "draw_among",
     "draw_coverage",
     "draw_rig",
     "draw_signature",

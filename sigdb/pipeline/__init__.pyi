@@ -1,5 +1,6 @@
 from .models import evaluate_model as evaluate_model
 from .models import train_model as train_model
+from .pictures import draw_among as draw_among
 from .pictures import draw_coverage as draw_coverage
 from .pictures import draw_rig as draw_rig
 from .pictures import draw_signature as draw_signature

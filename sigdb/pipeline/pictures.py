@@ -11,6 +11,8 @@ from sigdb.database import Database
 from sigdb.pipeline.recipe import recipe_section
 from sigdb.report import (
     ReportSettings,
+    among_figure,
+    among_simulated,
     campbell_figure,
     coverage_figure,
     rig_figure,
@@ -76,6 +78,56 @@ def _average(database: Database, id: int, sensor: str | None) -> FloatArray:
         (status,) = database.cases(f"id = {id}")["status"]
         raise InputError(f"row {id} of {database.store} has no signal: {status}")
     return tsa
+
+
+_SIMULATED = 3000
+"""Greatest number of simulated rows of a picture."""
+
+
+def draw_among(simulated: Database, measured: Database, path: str | Path, *, where: str | None = None) -> Path:
+    """Draw where measured healthy rows lie among simulated ones, as they are and with gain and path removed.
+
+    Parameters
+    ----------
+    simulated, measured : Database
+        A database of a sweep, and one of recordings.
+    path : str or path-like
+        Picture file; its suffix is the format.
+    where : str, optional
+        Condition on the measured rows; those labelled healthy if left out.
+
+    Returns
+    -------
+    pathlib.Path
+        The picture file.
+
+    Raises
+    ------
+    InputError
+        If a database is of the other kind, or there are no rows of one tooth count and length.
+    """
+    if simulated.manifest.is_measured or not measured.manifest.is_measured:
+        raise InputError("a picture needs a database of a sweep, and one of recordings as the other")
+    rows = measured.cases(f"status = 'ok' and ({where or 'tooth = 0'})")
+    if rows.empty:
+        raise InputError(f"{measured.store}: no measured row meets {where or 'tooth = 0'}; enter labels, or give where")
+    teeth = int(rows["teeth"].iloc[0])
+    cases = simulated.cases(f"status = 'ok' and teeth = {teeth}")
+    if cases.empty:
+        raise InputError(f"{simulated.store}: no simulated row is of {teeth} teeth")
+    cases = cases.iloc[np.unique(np.linspace(0, len(cases) - 1, _SIMULATED).round().astype(int))]
+    simulated_spectra = simulated.signals(cases["id"])["spectrum"]
+    recorded = measured.signals(rows.loc[rows["teeth"] == teeth, "id"])["spectrum"]
+    if simulated_spectra.shape[1] != recorded.shape[1]:
+        raise InputError(f"{measured.store} and {simulated.store} have averages of different samples a tooth")
+    damaged = cases["tooth"].to_numpy() > 0
+    views = [
+        among_simulated(simulated_spectra, recorded, damaged, teeth=teeth, path_removed=removed)
+        for removed in (False, True)
+    ]
+    title = f"{len(recorded)} measured healthy rows among {len(simulated_spectra)} simulated"
+    save_figure(among_figure(views[0], views[1], title=title), Path(path))
+    return Path(path)
 
 
 def draw_coverage(coverage: Coverage, path: str | Path, name: str) -> Path:

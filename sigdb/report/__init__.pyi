@@ -15,6 +15,8 @@ from .grid_coverage import coverage_figure as coverage_figure
 from .grid_coverage import coverage_text as coverage_text
 from .identification import identification_figures as identification_figures
 from .identification import write_identification_report as write_identification_report
+from .measured_among import among_figure as among_figure
+from .measured_among import among_simulated as among_simulated
 from .monitoring import monitor_text as monitor_text
 from .monitoring import write_monitor_report as write_monitor_report
 from .recording.page import write_recorded_report as write_recorded_report

@@ -166,6 +166,7 @@ COMMANDS = {
     "card": Written("{db} --out {out}/card.md"),
     "query": Written("{db} SQL --format csv --out {out}/rows.csv"),
     "show": Written("{db} 0 1 --out {out}"),
+    "match": Written("{db} --of {measured} --where true --out {out}/among.png"),
     "export": Written("{db} {out}/rows.h5"),
     "signature": Written("{file} --sampling-rate 51200 --tacho tacho --teeth 12 --out {out}", head="index.html"),
     "diagnose": Written(
@@ -175,7 +176,7 @@ COMMANDS = {
     "train": Written("{trained} --target location --out {out}", head="model.json"),
     "evaluate": Written("{model} {trained} --report {out}", head="index.html"),
 }
-READ_ONLY = {"match", "modes"}
+READ_ONLY = {"modes"}
 COMPUTED = (
     ("sigdb.recording", "read_of_any_size"),
     ("sigdb.recording", "recorded_signature"),
@@ -214,6 +215,7 @@ def places(folder, tmp_path_factory):
         "list": place / "list.csv",
         "measured": place / "measured",
         "findings": place / "findings.csv",
+        "measured": place / "measured",
         "file": place / "a.csv",
         **model,
     }
@@ -246,7 +248,7 @@ def quick(folder, evaluation):
     model = load_model(folder / "location")
     put("sigdb.pipeline.models", train=lambda *_, **__: model, evaluate=lambda *_, **__: evaluation)
     put("sigdb.pipeline", evaluate_model=lambda *_: evaluation)
-    for name in ("rig_figure", "campbell_figure", "signature_figure", "coverage_figure"):
+    for name in ("rig_figure", "campbell_figure", "signature_figure", "coverage_figure", "among_figure"):
         put("sigdb.pipeline.pictures", **{name: lambda *_, **__: Figure()})
     put("sigdb.report", comparison_figure=lambda *_, **__: Figure())
     put("sigdb.report.evaluation.page", evaluation_html=lambda *_, **__: LONG)

@@ -26,6 +26,12 @@ if TYPE_CHECKING:
 @click.option("--sensor", help="Sensor; by default the first stored one.")
 @click.option("--where", help="Only templates that meet this SQL condition, for example 'torque > 100'.")
 @click.option("--whole-teeth", is_flag=True, help="Turn by whole teeth only: sample 0 is at the tacho mark.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="In place of a match, draw where the healthy rows of --of, a database of recordings, lie among those of DB; "
+    "--where selects others.",
+)
 @format_option("table", "csv", "json", of="the rows")
 @limit_options("max_seconds", "max_memory_gb")
 def match(
@@ -37,6 +43,7 @@ def match(
     sensor: str | None,
     where: str | None,
     whole_teeth: bool,
+    out: Path | None,
     form: str,
     limits: "LimitOptions",
 ) -> None:
@@ -61,6 +68,13 @@ def match(
 
     from sigdb.database import open as open_database
 
+    if out is not None:
+        if other is None:
+            raise click.UsageError("Give the database of recordings by --of.")
+        from sigdb.pipeline import draw_among
+
+        click.echo(draw_among(open_database(database), open_database(other), out, where=where))
+        return
     if (recording is None) == (id is None):
         raise click.UsageError("Give either RECORDING or --id.")
     if other is not None and id is None:
