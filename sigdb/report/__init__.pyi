@@ -15,10 +15,10 @@ from .grid_coverage import coverage_figure as coverage_figure
 from .grid_coverage import coverage_text as coverage_text
 from .identification import identification_figures as identification_figures
 from .identification import write_identification_report as write_identification_report
-from .measured_among import among_figure as among_figure
-from .measured_among import among_simulated as among_simulated
 from .monitoring import monitor_text as monitor_text
 from .monitoring import write_monitor_report as write_monitor_report
+from .recording.measured_among import among_figure as among_figure
+from .recording.measured_among import among_simulated as among_simulated
 from .recording.page import write_recorded_report as write_recorded_report
 from .recording.pictures import history_figure as history_figure
 from .recording.pictures import recorded_figures as recorded_figures

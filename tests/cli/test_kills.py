@@ -215,7 +215,6 @@ def places(folder, tmp_path_factory):
         "list": place / "list.csv",
         "measured": place / "measured",
         "findings": place / "findings.csv",
-        "measured": place / "measured",
         "file": place / "a.csv",
         **model,
     }

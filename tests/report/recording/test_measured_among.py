@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sigdb.report.measured_among import among_figure, among_simulated
+from sigdb.report.recording.measured_among import among_figure, among_simulated
 
 TEETH, ORDERS = 12, 385
 
