@@ -172,8 +172,8 @@ def _unranged_remark(rig: Transmission) -> Iterator[str]:
         more = f" and {len(paths) - _MOST_NAMED} more" if len(paths) > _MOST_NAMED else ""
         count = "1 number is" if len(paths) == 1 else f"{len(paths)} numbers are"
         yield (
-            f"{count} assumed without a range: {', '.join(paths[:_MOST_NAMED])}{more}; give each assumed.KEY, or a "
-            "source that is published, derived or fitted"
+            f"{count} assumed without a range: {', '.join(paths[:_MOST_NAMED])}{more}; give each assumed.KEY, or "
+            "another source"
         )
 
 

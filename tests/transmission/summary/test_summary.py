@@ -50,7 +50,7 @@ def test_a_number_without_range_and_source_is_remarked_on_by_its_path(rig):
     (remark,) = facts["remarks"]
     assert remark == (
         "3 numbers are assumed without a range: couplings.motor.inertia, meshes.main.module, meshes.main.stiffness; "
-        "give each assumed.KEY, or a source that is published, derived or fitted"
+        "give each assumed.KEY, or another source"
     )
     assert remark in rig_text(facts)
     assert origins(changed)["fitted"] == 1
