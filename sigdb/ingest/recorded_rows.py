@@ -273,8 +273,8 @@ def _about(
 ) -> Recording | RecordingBlocks:
     """Return a recording whose ratio and speed are of the shaft of a gear; those stated are of the first gear's."""
     first = facts.gear.split("+")[0] if facts.gear else next(iter(plan.settings.gears), gear)
-    if rig is None or gear is None or first is None or gear == first:
-        return read
+    if rig is None or gear is None or first is None or gear == first or not {gear, first} <= rig.gears.keys():
+        return read  # a gear that the rig lacks is refused later
     turns = abs(rig.ratio(rig.gears[gear].shaft) / rig.ratio(rig.gears[first].shaft))
     whole = _whole(read)
     speed = None if whole.speed_rpm is None else whole.speed_rpm * turns

@@ -1,6 +1,6 @@
 """Verification of a database of recordings, and repair: damaged parts are made again from the recordings."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 
@@ -114,7 +114,9 @@ def repair(
     jobs: int = -1,
     on_progress: OnProgress = ignore,
 ) -> Repair:
-    """Make damaged and missing parts again from the recordings, which must be where they were.
+    """Make damaged and missing parts again from the recordings.
+
+    A damaged part of which a recording is gone stays as it is, and is among the findings that are left.
 
     Parameters
     ----------
@@ -149,11 +151,19 @@ def repair(
         check_version(store, manifest.sigdb_version)
         if any(finding.file == SCHEMA_FILE for finding in before):
             write_schema(measured_schema(), store)
+        plans = stored_plans(manifest.plans, store)
         for key in {finding.key for finding in before if finding.key}:
-            store.delete(receipt_name(*key))
-        run_plans(stored_plans(manifest.plans, store), store, Processes(jobs), on_progress)
+            if key[0] != "rows" or _can_be_read(plans, key[1]):
+                store.delete(receipt_name(*key))
+        run_plans(plans, store, Processes(jobs), on_progress)
         finish_all_added(store, Processes(jobs), on_progress)
     return Repair(before=before, left=verify(location, deep=deep, sample=sample, on_progress=on_progress))
+
+
+def _can_be_read(plans: Sequence[IngestPlan], part: int) -> bool:
+    """Return whether all recordings of a part are where they were: without them its rows would have no result."""
+    of_part = (each for plan in plans if part in plan.row_part_numbers for each in plan.recordings_of(part))
+    return all(Path(each.path).is_file() for each in of_part)
 
 
 def _description(file: str, what: str) -> IntegrityFinding:

@@ -118,6 +118,7 @@ def test_an_ingested_file_that_has_changed_is_refused(folder_copy, settings, tmp
         ({"averaging": {"speed_rpm": 2000.0}}, "doubtful", "accept the doubt speed-unlike-rig"),
         ({"channels": ("a9",)}, "no_average", "no channel 'a9'"),
         ({"teeth": None}, "no_average", "teeth is missing"),
+        ({"teeth": "12/36", "gears": ("whel",)}, "no_average", "whel"),
         ({"reading": {}}, "unreadable", "sampling rate"),
     ],
 )
@@ -146,6 +147,14 @@ def test_several_gears_of_a_rig_are_averaged_each_over_its_own_shaft(listed, set
     assert rows["teeth"].to_dict() == {"pinion": 12, "wheel": 36}
     assert rows["shaft_rpm"].to_dict() == pytest.approx({"pinion": 1200, "wheel": 400}, rel=1e-4)
     np.testing.assert_allclose(rows["speed_rpm"], 1200, rtol=1e-4)
+
+
+@pytest.mark.parametrize("gears", [("pinion", "whel"), ("whel", "pinion")])
+def test_a_gear_that_the_rig_lacks_is_a_row_without_result_beside_the_others(listed, settings_with, tmp_path, gears):
+    settings = settings_with(teeth="12/36", gears=gears, channels=("a1",), averages=None)
+    ingest(listed, tmp_path / "db", settings=settings, jobs=1)
+    rows = sigdb.open(tmp_path / "db").cases().set_index("gear")
+    assert rows["status_code"].to_dict() == {"pinion": "ok", "whel": "no_average"}
 
 
 def test_another_length_of_averages_is_refused(folder, copy, settings_with):

@@ -53,3 +53,15 @@ def test_deep_reads_the_recordings_again(folder_copy, settings, tmp_path):
         "m1-a.npz": "is gone",
         "m1-b.npz": "is not the file that was ingested: its SHA-256 is another one",
     }
+
+
+def test_a_damaged_part_whose_recording_is_gone_is_left_as_it_is(folder_copy, settings, tmp_path):
+    """Made again, its rows would have no result any more."""
+    ingest(folder_copy, tmp_path / "db", settings=settings, jobs=1)
+    name = tmp_path / "db" / "features" / "part-00001.parquet"
+    name.write_bytes(name.read_bytes()[:-1] + b"x")
+    kept = name.read_bytes()
+    (folder_copy / "m1-b.npz").unlink()
+    left = repair(tmp_path / "db", jobs=1).left
+    assert [(finding.kind, finding.part) for finding in left] == [("damage", 1)]
+    assert name.read_bytes() == kept

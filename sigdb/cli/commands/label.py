@@ -23,4 +23,6 @@ def label(database: str, findings: Path) -> None:
     """
     from sigdb.ingest import enter_findings
 
-    click.echo(f"{database}: {enter_findings(database, findings)} rows have new labels")
+    rows = enter_findings(database, findings)
+    hint = "" if rows else "; rows need a date up to that of the finding, and its machine, specimen, gear and sensor"
+    click.echo(f"{database}: {rows} rows have new labels{hint}")
