@@ -42,8 +42,8 @@ def row_signature(database: Database, ids: Sequence[int], facts: Mapping[Hashabl
         raise InputError(f"{database.store} holds simulated rows, which have no revolutions; give one of recordings")
     n = int(facts["samples"])
     rows = database.signal_rows(np.sort(np.asarray(ids, np.int64)), ["groups", "noise"])
-    groups = np.concatenate([np.asarray(each, float).reshape(-1, n) for each in rows["groups"].to_pylist()])
-    noise = np.asarray(rows["noise"].to_pylist()[0], float) / np.sqrt(len(ids))
+    groups = rows["groups"].combine_chunks().flatten().to_numpy().astype(float).reshape(-1, n)
+    noise = np.asarray(rows["noise"][0].as_py(), float) / np.sqrt(len(ids))
     empty = pd.DataFrame()
     return RecordedSignature(
         source=str(facts["recording"]),

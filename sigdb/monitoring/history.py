@@ -286,8 +286,14 @@ def _answer(
     newest = table.iloc[-1]
     notes: list[Note] = []
     explained = level.cause in ("speed", "load")
+    if explained and max(newest["health_indicator"], newest["tooth_indicator"]) > limit:
+        reason = (
+            f"the {level.cause} lies outside that of the healthy looks, which may explain the difference; label "
+            f"recordings at this {level.cause} as healthy"
+        )
+        return Answer.of("cannot be judged", reason=reason), notes
     share = float(np.exp(result.rest) / result.tooth_map.max())
-    if newest["rest_indicator"] > limit and share > _ALL_TEETH and not explained:
+    if newest["rest_indicator"] > limit and share > _ALL_TEETH:
         text = (
             f"The errors of the teeth have a correlation of {newest['likeness']:.2f} with those of the healthy looks, "
             f"which have {table.loc[table['healthy'], 'likeness'].median():.2f} among themselves."
@@ -298,13 +304,13 @@ def _answer(
         teeth = f"{newest['tooth']} ± {_WITHIN}"
         where = "" if absolute else ", counted from where the first healthy average begins"
         return Answer.of("one tooth", teeth=teeth, counted=where), notes
-    if newest["health_indicator"] > limit and not explained:
+    if newest["health_indicator"] > limit:
         reason = f"the health indicator is {newest['health_indicator']:.3g} healthy deviations, the limit {limit:.3g}"
         return Answer.of("gear changed", reason=reason), notes
     power = power_sentence(seen)
     if seen.smallest is None:
         return Answer.of("cannot be judged", reason=power), notes
-    if newest["health_indicator"] > limit or abs(newest["level"]) > limit or level.cause == "polarity":
+    if abs(newest["level"]) > limit or level.cause == "polarity":
         cause = cause_text(level.cause if level.changed else "load or mounting")
         return Answer.of("level changed", cause=cause, power=power), notes
     return Answer.of("no change", power=power), notes

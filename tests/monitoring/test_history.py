@@ -56,11 +56,14 @@ def test_results_that_are_kept_are_not_computed_again(look, healthy, kept):
     assert len(gear_history(looks, kept=kept).looks) == 15
 
 
-def test_a_load_that_explains_the_change_is_no_alarm(look, healthy):
-    """Twice the vibration of all teeth at a torque that the healthy looks did not have."""
+@pytest.mark.parametrize(("gear", "kind"), [(1, "level changed"), (3, "cannot be judged")])
+def test_a_load_that_explains_the_change_is_no_alarm(look, healthy, gear, kind):
+    """Twice the vibration at a torque that the healthy looks did not have, and other errors of the teeth or not."""
     loaded = [replace(each, torque=50.0 + number % 2) for number, each in enumerate(healthy)]
-    found = gear_history([*loaded, replace(look(60, gain=2.0), torque=80.0)], MonitorSettings(looks_a_year=365.0))
-    assert (found.answer.kind, found.level.cause) == ("level changed", "load")
+    found = gear_history(
+        [*loaded, replace(look(60, gain=2.0, gear=gear), torque=80.0)], MonitorSettings(looks_a_year=365.0)
+    )
+    assert (found.answer.kind, found.level.cause) == (kind, "load")
 
 
 @pytest.mark.parametrize(
