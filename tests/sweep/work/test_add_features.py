@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import pickle
 import re
 import shutil
 import sys
@@ -11,7 +12,15 @@ import pytest
 
 import sigdb
 from sigdb.core import DatabaseError, InputError
-from sigdb.database import Database, check_complete, database_card, sealed_json
+from sigdb.database import (
+    AddedCheck,
+    Database,
+    check_added,
+    check_complete,
+    database_card,
+    read_receipts,
+    sealed_json,
+)
 from sigdb.database.added import added_part
 from sigdb.database.store.store import Store
 from sigdb.sweep import add_features, remove_features, repair, verify
@@ -66,6 +75,13 @@ def place(small_run, tmp_path):
 def parts(parts_folder, tmp_path):
     """5060 rows in three parts."""
     return shutil.copytree(parts_folder, tmp_path / "parts")
+
+
+def deep(place):
+    """Findings in the added features alone, with a block computed again."""
+    store = Store.at(place)
+    rows = {receipt.part: receipt for receipt in read_receipts(store, "rows", {sigdb.open(place).manifest.hash})}
+    return tuple(check_added(AddedCheck.of(store), rows, deep=True, sample=1))
 
 
 def crest_of(database, ids, sensor=None):
@@ -152,7 +168,7 @@ def test_a_changed_module_is_refused_until_all_is_computed_again(place, shapes, 
     (tmp_path / f"{shapes}.py").write_text(MODULE.replace("abs(tsa).max()", "2 * abs(tsa).max()"), encoding="utf-8")
     with pytest.raises(InputError, match=rf"{shapes} has changed since .* compute all again with --replace"):
         add_features(place, f"{shapes}:crest", jobs=1)
-    (finding,) = verify(place, deep=True, sample=1)
+    (finding,) = deep(place)
     assert (finding.kind, finding.key) == ("unfinished", None)
     assert "its values cannot be computed again" in finding.what
     assert "--replace" in finding.remedy
@@ -160,7 +176,7 @@ def test_a_changed_module_is_refused_until_all_is_computed_again(place, shapes, 
     done = add_features(place, f"{shapes}:crest", jobs=1, replace=True)
     assert done.new_rows == done.rows
     np.testing.assert_allclose(sigdb.open(place).cases()["crest"], 2 * old, rtol=1e-12)
-    assert verify(place, deep=True, sample=1) == ()
+    assert deep(place) == ()
 
 
 def test_a_module_that_is_not_here_leaves_the_columns_readable_and_removable(place, shapes, tmp_path, monkeypatch):
@@ -168,7 +184,7 @@ def test_a_module_that_is_not_here_leaves_the_columns_readable_and_removable(pla
     monkeypatch.chdir("/")
     monkeypatch.delitem(sys.modules, shapes)
     assert sigdb.open(place).cases()["crest"].notna().any()
-    assert "no such module" in verify(place, deep=True, sample=1)[0].what
+    assert "no such module" in deep(place)[0].what
     with pytest.raises(InputError, match=f"added: {shapes}:crest"):
         remove_features(place, f"{shapes}:picky")
     assert remove_features(place, f"{shapes}:crest")[0] == "crest"
@@ -176,13 +192,13 @@ def test_a_module_that_is_not_here_leaves_the_columns_readable_and_removable(pla
     assert verify(place) == ()
 
 
-def test_in_parallel_stopped_and_gone_on_it_writes_the_same(parts, shapes, digests, monkeypatch):
+def test_stopped_and_gone_on_it_writes_the_same(parts, shapes, digests, monkeypatch):
     one = shutil.copytree(parts, parts.parent / "one")
     add_features(one, f"{shapes}:crest", jobs=1)
 
     class Stopped(Processes):
-        def receipts(self, *arguments):
-            yield next(super().receipts(*arguments))
+        def receipts(self, make, work, store, parts):
+            yield make(pickle.loads(pickle.dumps(work)), store, parts[0])  # as a worker gets it
             raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
@@ -197,28 +213,28 @@ def test_in_parallel_stopped_and_gone_on_it_writes_the_same(parts, shapes, diges
     assert "2 of 3 parts of the features" in finding.what
     assert f"sigdb add-features {parts} {shapes}:crest" in finding.remedy
     steps = []
-    done = add_features(parts, f"{shapes}:crest", jobs=2, on_progress=steps.append)
+    done = add_features(parts, f"{shapes}:crest", jobs=1, on_progress=steps.append)
     assert (done.new_rows, done.rows) == (5060 - 2048, 5060)
     assert [step.done for step in steps][:: len(steps) - 1] == [2048, 5060]
     assert digests(parts) == digests(one)
 
 
-def test_parts_of_other_averages_are_computed_again(parts, shapes):
+def test_parts_of_other_averages_are_computed_again(place, shapes):
     """The database has grown, or rows were made again with another result: receipts keep the averages' SHA-256."""
-    add_features(parts, f"{shapes}:crest", jobs=1)
-    path = parts / "receipts" / "rows-00001.json"
-    receipt = sigdb.open(parts).receipts("rows")[1]
+    add_features(place, f"{shapes}:crest", jobs=1)
+    path = place / "receipts" / "rows-00000.json"
+    receipt = sigdb.open(place).receipts("rows")[0]
     other = json.loads(path.read_text(encoding="utf-8"))
     del other["sha256"]
     other["files"][1]["sha256"] = "0" * 64
     path.write_bytes(sealed_json(other))
-    database = sigdb.open(parts)
+    database = sigdb.open(place)
     ids = slice(receipt.first, receipt.first + receipt.rows)
     status = database.cases()["crest_status"]
     assert status[ids].isna().all()
     assert status.isna().sum() == receipt.rows
-    assert add_features(parts, f"{shapes}:crest", jobs=1).new_rows == receipt.rows
-    assert sigdb.open(parts).cases()["crest_status"].notna().all()
+    assert add_features(place, f"{shapes}:crest", jobs=1).new_rows == receipt.rows
+    assert sigdb.open(place).cases()["crest_status"].notna().all()
 
 
 @pytest.mark.parametrize("where", ["part", "receipt", "description"])
@@ -245,7 +261,7 @@ def test_any_flipped_bit_is_found_and_a_part_is_repaired(place, shapes, digests,
             sigdb.open(place).cases()
         assert repair(place, jobs=1).left == ()
     assert digests(place) == whole
-    assert verify(place, deep=True, sample=1) == ()
+    assert deep(place) == ()
 
 
 def test_deep_finds_numbers_that_are_not_the_functions(place, shapes):
@@ -262,7 +278,7 @@ def test_deep_finds_numbers_that_are_not_the_functions(place, shapes):
         patch.setattr(added_part, "_numbers", lambda *arguments: {"crest": numbers(*arguments)["crest"] * (1 + 1e-12)})
         added_part.make_added_part(work, store, rows.part)
     assert verify(place) == ()
-    (finding,) = verify(place, deep=True, sample=1)
+    (finding,) = deep(place)
     assert finding.key == (added.kind, 0)
     assert f"crest is not what {shapes}:crest gives again" in finding.what
     assert repair(place, deep=True, sample=1, jobs=1).left == ()
