@@ -180,13 +180,13 @@ def assumed_rig(given: str) -> Transmission:
 
 
 @cache
-def _templates(given: str) -> Templates | None:
+def _templates(given: str) -> Templates:
     rig = assumed_rig(given)
     source = Source(rig=rig, described=given == "rig")
     speed, torque = rig.operating.speed_rpm, rig.operating.torque
     return source.templates(
         gear=_GEAR, sensor=None, channel="", speed_rpm=speed, torque=torque, samples_per_tooth=SAMPLES_PER_TOOTH
-    )[0]
+    ).templates
 
 
 def outcome(found: Diagnosis, row: Row, question: Question, angle: FloatArray, recording: Any) -> tuple[str, str]:

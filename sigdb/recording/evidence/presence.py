@@ -21,6 +21,8 @@ _LINE = 1e-6
 """Probability below which a single order is a line."""
 _OTHERS = 0.01
 """Probability above which the mesh harmonics that are no multiples of 2 or 3 are noise."""
+_MOST_PARTS, _LEAST_LINES = 12, 4
+"""Parts of a mesh order, and multiples of one, that are tested for another part's lines."""
 _HARMONICS = 8
 """Mesh harmonics that are tested."""
 _SIDEBANDS = 3
@@ -118,10 +120,12 @@ def mesh_presence(
     The gear is present where ``p_value`` is at most 0.001 and all of these hold: ``p_neighbours`` is at most 0.5, no
     comb ``h Z + s``, ``|s| > 2``, and no mesh of another tooth count has 1.25 E + 15 of evidence, where E, a sum of
     -ln p like p_neighbours', is the evidence of this one. Orders of a half or a third of the teeth have at most
-    E + 10. The lines have no common spacing of another gear, or the sidebands between them stand out together, with p
-    of at most 0.01. Harmonics that are no multiples of 2, or 3, stand out as well, with a combined p of at most 0.01;
-    else the gear has twice or three times as many teeth. A single line is a gear's only where no line between the whole
-    orders is stronger.
+    E + 10. The lines have no common spacing of another gear, or the sidebands between them stand out, with a p of
+    at most 0.01 for all of them together or the strongest of them. Spaced by 2, they are an oval gear's where none is
+    farther than that from a mesh harmonic. Harmonics that are no multiples of 2, or 3, stand out as well, with a
+    combined p of at most 0.01; else the gear has twice or three times as many teeth. A single line is a gear's only
+    where no line between the whole orders is stronger. By the phase of the mesh, fewer than half of the multiples of
+    Z / n that are no whole orders are lines, for n of 3 to 12 that are no mate's: a bearing's impacts are no mesh.
 
     Parameters
     ----------
@@ -173,8 +177,9 @@ def mesh_presence(
     combs = _Combs(np.abs(np.fft.rfft(x[: M * n].reshape(M, n).mean(axis=0))[: top + 1]) ** 2, Z)
     lines = np.flatnonzero(line < math.log(_LINE))
     spacing = int(np.gcd.reduce(lines, initial=0))
-    if spacing > 1 and _combined(line[side[side % spacing > 0]]) <= _OTHERS:
-        spacing = 1  # Pitch errors of a low order are strong; the other orders are weak, and no noise.
+    oval = spacing == 2 and Z % 2 == 0 and np.all(np.minimum(lines % Z, -lines % Z) <= 2)
+    if oval or (spacing > 1 and _any_lines(line[side[side % spacing > 0]]) <= _OTHERS):
+        spacing = 1  # Pitch errors of a low order are strong; the other orders are weak.
     p_mesh, p_revolution = _combined(line[mesh]), _p_revolution(line, side, mesh)
     sums = [order for m in mates for order in (m, *(mesh - m), *(mesh + m))]
     between = np.array([order for order in sums if order < top and abs(order * M - round(order) * M) > _GUARD + 1])
@@ -196,6 +201,8 @@ def mesh_presence(
     strongest = int(mesh[np.argmin(line[mesh])]) if mesh.size else 0
     if _combined(np.sort(line[np.concatenate([side, mesh])])[1:]) > ALARM and spectrum.stronger_between(strongest, top):
         rival = rival or "tones between the orders of the shaft"
+    if mesh_phase and not rival:
+        rival = _part_of_mesh(spectrum, Z, top, mates)
     doubt = _doubt(values, Z, rival, any_mesh=bool(mesh.size), mesh_phase=mesh_phase)
     if not doubt and (part := combs.part_of_teeth(mesh, others)):
         doubt = _doubt(values, Z, part, any_mesh=True, mesh_phase=mesh_phase)
@@ -210,6 +217,25 @@ def mesh_presence(
         unverified=unverified,
         **kept,
     )
+
+
+def _part_of_mesh(spectrum: "_Spectrum", Z: int, top: int, mates: Collection[float]) -> str:
+    """Return the part of the mesh order at whose multiples lines lie between whole orders, in words; empty for none."""
+    for n in range(_MOST_PARTS, 2, -1):
+        orders = np.arange(1, int(top * n / Z)) * Z / n
+        orders = orders[np.abs(orders - np.round(orders)) > 0.5 / n]
+        if len(orders) < _LEAST_LINES or any(abs(mate - Z / n) < 1e-3 * mate for mate in mates):
+            continue
+        if np.mean(spectrum.log_p(orders) < math.log(_LINE)) >= 0.5:
+            return f"multiples of order {Z / n:.3f}, as of a bearing's impacts,"
+    return ""
+
+
+def _any_lines(log_p: FloatArray) -> float:
+    """Return the probability that noise alone gives such lines: together, or the strongest one, whichever is rarer."""
+    if not log_p.size:
+        return 1.0
+    return min(1.0, 2 * min(_combined(log_p), len(log_p) * math.exp(float(log_p.min()))))
 
 
 def _p(p: float) -> str:

@@ -152,3 +152,21 @@ def test_no_indicators_of_a_recording_without_the_gear(kind, tacho):
         found.row(torque=10.0)
     with pytest.raises(InputError, match="leave such recordings out of the history"):
         recorded_history([found])
+
+
+@pytest.mark.parametrize("noise", [0.3, 1.0])
+def test_an_oval_gear_is_present(noise):
+    """Its strong lines are twice a revolution apart, and those of its single teeth may be below the noise."""
+    oval = 1 + 0.3 * np.cos(2 * THETA + 1)
+    x = sum(np.cos(12 * h * THETA + h) / h for h in (1, 2, 3)) * oval
+    found = presence(x + noise * np.random.default_rng(4).standard_normal(M * N), 12)
+    assert (found.present, found.spacing) == (True, 1)
+
+
+@pytest.mark.parametrize("parts", [5, 7, 9])
+def test_the_impacts_of_a_bearing_are_no_mesh_by_its_phase(parts):
+    """Every fifth, seventh or ninth harmonic of the impacts passes for the mesh; a weak tone turns with the shaft."""
+    x = sum(np.cos(12 / parts * j * THETA + j**2) for j in range(1, 4 * parts)) + 0.1 * np.cos(13 * THETA)
+    found = presence(x + 0.3 * np.random.default_rng(4).standard_normal(M * N), 12, mesh_phase=True)
+    assert not found.present
+    assert not found.unverified
