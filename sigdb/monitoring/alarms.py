@@ -63,7 +63,7 @@ def alarm_limit(*, false_alarms_a_year: float, looks_a_year: float, healthy: int
     Examples
     --------
     >>> round(alarm_limit(false_alarms_a_year=1.0, looks_a_year=365.0, healthy=20), 2)
-    3.49
+    3.53
     """
     from scipy.special import stdtrit
 
