@@ -103,9 +103,17 @@ def pulse_statistic(change: Change) -> Statistic:
 
     with the residual r and its median energy m over the turn, where that is above that of noise.
     """
-    Z = change.teeth
     if not change.bands:
         return nothing(change)
+    values = pulse_energy(change)
+    ratio = values.max(axis=0) / change.middle
+    limit = noise_limit(float(len(change.bands)), _WIDTHS_THAT_DIFFER * INDEPENDENT * change.teeth)
+    return Statistic(value=ratio / limit, best=values.argmax(axis=0), ratio=ratio)
+
+
+def pulse_energy(change: Change) -> FloatArray:
+    """Return the energy (3, 8 Z) of pulses of the three widths at each place, before it is divided by the median."""
+    Z = change.teeth
     values = np.zeros((len(WIDTHS), PLACES * Z))
     for number, width in enumerate(WIDTHS):
         shapes = [
@@ -115,9 +123,7 @@ def pulse_statistic(change: Change) -> Statistic:
         parts = [shape * band.residual for shape, band in zip(shapes, change.bands, strict=True)]
         powers = np.array([np.sum(shape**2) for shape in shapes])
         values[number] = (envelopes(change, parts) / powers[:, None]).sum(axis=0)
-    ratio = values.max(axis=0) / change.middle
-    limit = noise_limit(float(len(change.bands)), _WIDTHS_THAT_DIFFER * INDEPENDENT * Z)
-    return Statistic(value=ratio / limit, best=values.argmax(axis=0), ratio=ratio)
+    return values
 
 
 def template_statistic(change: Change, templates: BehindPath) -> Statistic:

@@ -19,8 +19,9 @@ _TAIL = 0.05
 _FACTORS = np.exp([-0.5, -0.25, 0.0, 0.25, 0.5])
 """Factors of the gain that all bands share; assumed."""
 
-_FITS = 0.5
-"""Least share of the change's energy over noise that the best template explains."""
+_FITS = 0.8
+"""Least share of the change's energy over noise that the best template explains. Templates of the rig itself explained
+as much in 114 of 144 simulated cases, those of a rig of other sizes in 12 of 151."""
 
 _NEAR = 1.5
 """Distance, in tooth passes, from the likeliest place within which templates count for the severity."""
@@ -110,7 +111,7 @@ def likelihood_statistic(change: Change, behind: BehindPath) -> Statistic:
 
 
 def fit_templates(change: Change, behind: BehindPath) -> TemplateFit | None:
-    """Return the place and severity of the damage behind a change; None where no template explains half of it.
+    """Return the place and severity of the damage behind a change; None where no template explains it.
 
     All templates are equally likely before, so the intervals count the rigs of an ensemble too.
 
