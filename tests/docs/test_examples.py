@@ -112,6 +112,7 @@ def _parse(line):
 LINES = [(page, line) for page, line in _shown() if re.match(r"sigdb [a-z]|python -m sigdb", line)]
 
 NOT_RUN = {
+    "sigdb explore": "serves a page until it is interrupted; other tests do that",
     "python -m sigdb.sweep pipelines/": "simulates for minutes",
     "python -m sigdb.sweep RECIPE --out s3://": "needs an object store",
     "sigdb query s3://": "needs an object store",
