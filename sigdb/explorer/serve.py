@@ -67,7 +67,7 @@ def serve_explorer(
         from sigdb.explorer.app import Explorer, explorer_app
     except ImportError as error:
         raise InputError(
-            f"the explorer needs the package {error.name}; install it with: pip install 'gear-signatures[explore]'"
+            f"the explorer needs the package {error.name}; install it with: pip install starlette uvicorn"
         ) from None
     live = LiveRig(rig, gear)
     kept = Recordings()

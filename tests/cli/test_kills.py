@@ -176,7 +176,8 @@ COMMANDS = {
     "train": Written("{trained} --target location --out {out}", head="model.json"),
     "evaluate": Written("{model} {trained} --report {out}", head="index.html"),
 }
-READ_ONLY = {"modes"}
+READ_ONLY = {"modes", "explore", "public-sets", "add-features"}
+"""Commands that write nothing, or only by the writers of other commands: of parts, and of an ingest."""
 COMPUTED = (
     ("sigdb.recording", "read_of_any_size"),
     ("sigdb.recording", "recorded_signature"),

@@ -68,7 +68,7 @@ def test_the_commands_of_the_how_to_answer_as_it_shows(reader):
     words = [shlex.split(line.partition(" --out")[0])[1:] for line in lines]
     done = [CliRunner().invoke(cli, each, catch_exceptions=False, standalone_mode=False) for each in words]
     assert [each.return_value for each in done] == [None, 1]
-    shown = "One tooth stands out: 9 \u00b1 2."
+    shown = "One tooth stands out: 10 \u00b1 2."
     assert shown in page.read_text(encoding="utf-8")
     assert shown in " ".join(done[1].output.split())
 

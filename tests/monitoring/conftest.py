@@ -18,9 +18,9 @@ def _few_tries(few_tries):
 
 
 def signature(seed, *, event=0.0, gear=1, gain=1.0, groups=GROUPS):
-    """A gear with an event at tooth 5, other errors of its teeth, or another gain."""
+    """A gear with an event 1.1 passes after first contact of tooth 5, other errors of its teeth, or another gain."""
     errors = 1 + 0.1 * np.random.default_rng(gear).standard_normal(TEETH)
-    after = (PASSES - 4.9 + TEETH / 2) % TEETH - TEETH / 2
+    after = (PASSES - 5.1 + TEETH / 2) % TEETH - TEETH / 2
     x = errors[PASSES.astype(int)] * MESH + event * np.exp(-2 * after**2) * np.cos(3 * np.pi * after)
     noise = 0.1 * np.random.default_rng(seed).standard_normal((groups, len(x)))
     each, empty = gain * (x + noise), pd.DataFrame()

@@ -1,7 +1,8 @@
 """The page of a rig: its numbers as tables of text."""
 
 import math
-from collections.abc import Mapping, Sequence
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TypedDict
 
 from sigdb.report.text_table import PLAIN, Column, Terminal, TextTable, number, word
@@ -41,10 +42,19 @@ def rig_text(facts: RigFacts, *, terminal: Terminal = PLAIN) -> str:
         the assumed numbers, the origins of all, and remarks on what is unusual.
     """
     parts = [f"{title}\n{table.text(terminal, indent=2)}" for title, table in _part_tables(facts).items() if table.rows]
-    remarks = ["\n".join(["remarks", *(f"  {text}" for text in facts["remarks"])])] if facts["remarks"] else []
+    remarks = ["\n".join(["remarks", *_folded(facts["remarks"], terminal)])] if facts["remarks"] else []
     origins = [*_assumed(facts["assumed"], terminal), _origins(facts["origins"])]
     blocks = [_head(facts), *parts, *_frequencies(facts, terminal), *origins, *remarks]
     return "\n\n".join(blocks) + "\n"
+
+
+def _folded(texts: Sequence[str], terminal: Terminal) -> Iterator[str]:
+    """Yield the lines of indented sentences, folded at the width of a terminal."""
+    for text in texts:
+        width = len(text) + 2 if terminal.width is None else max(terminal.width, 20)
+        yield from textwrap.wrap(
+            text, width, initial_indent="  ", subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
+        )
 
 
 def modes_text(modes: CoupledModes, *, count: int | None = None, terminal: Terminal = PLAIN) -> str:

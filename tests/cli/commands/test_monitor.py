@@ -16,7 +16,7 @@ def write(path, seed, *, event):
     passes = TEETH * REVS * t
     errors = 1 + 0.1 * np.random.default_rng(1).standard_normal(TEETH)
     mesh = sum(np.cos(2 * np.pi * h * passes + h) / h for h in (1, 2, 3))
-    after = (passes - 4.9 + TEETH / 2) % TEETH - TEETH / 2
+    after = (passes - 5.1 + TEETH / 2) % TEETH - TEETH / 2
     x = errors[passes.astype(int) % TEETH] * mesh + event * np.exp(-2 * after**2) * np.cos(3 * np.pi * after)
     np.savez(path, a1=x + 0.3 * stream.standard_normal(t.size), tacho=5.0 * (REVS * t % 1 < 0.1))
 

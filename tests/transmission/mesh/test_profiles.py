@@ -229,7 +229,7 @@ def test_the_energy_method_is_for_spur_teeth_with_a_bore(rig_with):
 def test_gears_given_by_their_mass_name_the_material_in_the_profile(rig_with):
     body = ("body_length = 0.016\n", "mass = 0.4\npolar_inertia = 3e-4\ndiametral_inertia = 2e-4\n")
     bare = ('material = "steel"\nsources.node', "sources.node")
-    loose = ('sources.body_length = "published: the face width"\n', "")
+    loose = ('sources.body_length = "derived: the face width"\n', "")
     with pytest.raises(InputError, match=r"give profile\.material, one of steel"):
         rig_with(PROFILES["energy-method"], body=body, bare=bare, loose=loose)
     named = rig_with(PROFILES["energy-method"] + 'material = "steel"\n', body=body, bare=bare, loose=loose)
