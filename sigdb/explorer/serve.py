@@ -2,15 +2,18 @@
 
 import secrets
 import socket
+import threading
 import webbrowser
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from sigdb.core import InputError
+from sigdb.core import InputError, SigdbError
 from sigdb.database import Database
 from sigdb.explorer.live import LiveRig
 from sigdb.explorer.recordings import Recordings
+from sigdb.explorer.view import View
 from sigdb.transmission import Transmission
 
 DEFAULT_RIG = "nasa-spiral-bevel-identified"
@@ -61,6 +64,9 @@ def serve_explorer(
     InputError
         If Starlette or uvicorn is not installed, the port is taken, or the rig cannot be simulated.
     """
+    live = LiveRig(rig, gear)
+    # The first picture is computed while the server starts.
+    threading.Thread(target=_first_picture, args=(live,), daemon=True).start()
     try:
         import uvicorn
 
@@ -69,7 +75,6 @@ def serve_explorer(
         raise InputError(
             f"the explorer needs the package {error.name}; install it with: pip install starlette uvicorn"
         ) from None
-    live = LiveRig(rig, gear)
     kept = Recordings()
     offered = {kept.give(path): path.name for path in recordings}
     listener = _listener(port)
@@ -90,6 +95,12 @@ def serve_explorer(
         Server(uvicorn.Config(app, log_level="warning", lifespan="off")).run([listener])
     finally:
         kept.close()
+
+
+def _first_picture(live: LiveRig) -> None:
+    """Compute what a page shows first, which loads all that pictures need; the page tells what is wrong with a rig."""
+    with suppress(SigdbError):
+        live.show(View.of({"tooth": min(6, live.teeth), "stiffness_loss": 0.5}))
 
 
 def _listener(port: int) -> socket.socket:

@@ -90,7 +90,16 @@ function facts(f) {
   contact.textContent = f.least_force === undefined ? "" : f.contact
     ? `Least mesh force: ${digits(f.least_force)} of the static one.`
     : `The teeth part: the least mesh force is ${digits(f.least_force)} of the static one. The picture, which is linear, does not hold.`;
-  $("indicators").tBodies[0].innerHTML = (f.indicators ?? []).map(({ name, unit, value, healthy, help }) =>
+  const body = $("indicators").tBodies[0], names = (f.indicators ?? []).map(({ name, unit }) => name + unit).join();
+  if (names && names === body.dataset.names) {
+    f.indicators.forEach(({ value, healthy }, i) => {
+      body.rows[i].cells[1].textContent = digits(value);
+      body.rows[i].cells[2].textContent = digits(healthy);
+    });
+    return;
+  }
+  body.dataset.names = names;
+  body.innerHTML = (f.indicators ?? []).map(({ name, unit, value, healthy, help }) =>
     `<tr title="${escaped(help)}"><td>${escaped(name)}${unit === "-" || !unit ? "" : ` <span class="quiet">${escaped(unit)}</span>`}</td><td>${digits(value)}</td><td>${digits(healthy)}</td></tr>`).join("");
 }
 

@@ -1,6 +1,11 @@
 // The four panels of an average, and a map of colours.
 
-const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+// Colours of the style sheet, read once: reading them makes the browser lay the page out.
+const colours = new Map();
+function colour(name) {
+  if (!colours.has(name)) colours.set(name, getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim());
+  return colours.get(name);
+}
 
 // Numbers with three digits: 0.0123, 12.3, 1.23e-6.
 export function digits(value) {
@@ -89,14 +94,14 @@ export class Panels {
     const { facts, arrays } = shown;
     this.shown = shown; this.others = others;
     this.marked = { teeth: facts.teeth, damaged: facts.damaged ?? [] };
-    const n = arrays.tsa.length, angle = Float64Array.from({ length: n }, (_, i) => i * 360 / n);
+    const n = arrays.tsa.length, angle = angles(n);
     const over = others.slice(0, this.signal.overlays).map((other) => resampled(other.tsa, n));
     while (over.length < this.signal.overlays) over.push(blank(n));
     this.signal.setData([angle, arrays.tsa_healthy ?? blank(n), arrays.tsa, ...over]);
     const stiffness = document.getElementById("plot-stiffness").parentElement;
     stiffness.hidden = !arrays.stiffness;
     if (arrays.stiffness) {
-      const m = arrays.stiffness.length, at = Float64Array.from({ length: m }, (_, i) => i * 360 / m);
+      const m = arrays.stiffness.length, at = angles(m);
       this.stiffness.setData([at, arrays.stiffness_healthy, arrays.stiffness, ...Array(this.stiffness.overlays).fill(blank(m))]);
     }
     const orders = Float64Array.from(arrays.spectrum.keys());
@@ -116,6 +121,9 @@ export class Panels {
     if (!facts.saturated) limit *= 0.2;
     paintMap(this.canvas, columns, rows, (i, j) => w[i * rows + j], limit || 1);
     const highest = arrays.orders[rows - 1];
+    const labelled = `${facts.teeth} ${highest}`;
+    if (labelled === this.labelled) return;
+    this.labelled = labelled;
     this.labels.replaceChildren();
     for (let h = 0; h * facts.teeth <= highest; h++) this.label(`${h * facts.teeth}`, { right: "calc(100% - 50px)", bottom: `calc(18px + (100% - 26px) * ${h * facts.teeth / highest} - 7px)` });
     for (let angle = 0; angle <= 360; angle += 60) this.label(`${angle}°`, { left: `calc(56px + (100% - 73px) * ${angle / 360} - 8px)`, bottom: "0" });
@@ -135,9 +143,14 @@ export class Panels {
     }
   }
 
-  restyle() { if (this.shown) { this.paint(this.shown, this.others); for (const plot of [this.stiffness, this.signal, this.spectrum]) plot.redraw(); } }
+  restyle() { colours.clear(); if (this.shown) { this.paint(this.shown, this.others); for (const plot of [this.stiffness, this.signal, this.spectrum]) plot.redraw(); } }
 }
 
+const angleLists = new Map();
+function angles(n) {
+  if (!angleLists.has(n)) angleLists.set(n, Float64Array.from({ length: n }, (_, i) => i * 360 / n));
+  return angleLists.get(n);
+}
 const blanks = new Map();
 function blank(n) { if (!blanks.has(n)) blanks.set(n, Array(n).fill(null)); return blanks.get(n); }
 function withoutMean(spectrum) { if (!spectrum) return null; const copy = Float64Array.from(spectrum); copy[0] = 0; return copy; }
