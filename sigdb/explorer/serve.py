@@ -98,7 +98,7 @@ def serve_explorer(
 
 
 def _first_picture(live: LiveRig) -> None:
-    """Compute what a page shows first, which loads all that pictures need; the page tells what is wrong with a rig."""
+    """Compute what a page shows first, which loads all that pictures need; the page shows what is wrong with a rig."""
     with suppress(SigdbError):
         live.show(View.of({"tooth": min(6, live.teeth), "stiffness_loss": 0.5}))
 
