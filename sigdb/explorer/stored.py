@@ -84,14 +84,16 @@ class StoredRows:
         tsa = self.database.signals([int(id)], sensor=sensor)["tsa"][0].astype(float)
         if not np.isfinite(tsa).all() or not len(tsa):
             raise InputError(f"row {id} has no signal: {facts.get('status')}")
-        teeth, tooth = int(facts["teeth"]), int(facts["tooth"])
+        # Recordings without labels have no tooth.
+        teeth, tooth = int(facts["teeth"]), int(facts["tooth"] or 0)
+        damaged = max(int(facts.get("damaged_teeth") or 0), 1) if tooth else 0
         unit = self.database.unit("tsa", sensor)
         values = indicators(tsa, teeth=teeth)
         return Shown(
             facts={
                 "id": int(id),
                 "teeth": teeth,
-                "damaged": [(tooth - 1 + i) % teeth + 1 for i in range(int(facts["damaged_teeth"]))],
+                "damaged": [(tooth - 1 + i) % teeth + 1 for i in range(damaged)],
                 "sensor": self.database.stored_sensor(sensor),
                 "unit": unit,
                 "case": facts,

@@ -35,7 +35,7 @@ def explore(
     """Open a page on which a signature changes while you move the damage.
 
     RIG is a built-in rig or a rig file. DB is a database: its rows can be looked through, and its rig is the one whose
-    damage moves. The page is served to this machine only.
+    damage moves; a database of recordings has none. The page is served to this machine only.
 
     \b
     Example:
@@ -46,9 +46,12 @@ def explore(
     from sigdb.transmission import load_transmission
 
     database = _database(source) if source is not None else None
-    if database is not None:
+    if database is not None and not database.manifest.is_measured:
         rig, gear = rig_of(database)
         name = rig.name
+    elif database is not None:
+        name = DEFAULT_RIG  # a database of recordings holds no rig
+        rig = load_transmission(name)
     else:
         if row is not None:
             raise click.UsageError(f"ID is a row of a database, and {source} is none.")
