@@ -100,7 +100,7 @@ def main() -> None:
     """Print the results as JSON."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--count", type=int, default=4, help="Recordings of each format.")
-    parser.add_argument("--rounds", type=int, default=3, help="Rounds, of which the best counts.")
+    parser.add_argument("--rounds", type=int, default=3, help="Rounds; the best one counts.")
     parser.add_argument("--memory", type=int, help="Only print the memory for so many recordings, MB.")
     options = parser.parse_args()
     if options.memory:

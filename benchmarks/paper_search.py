@@ -60,7 +60,7 @@ WALKS, PUSHES = 8, (0.8, 0.4, 0.2, 0.1)
 """Walks towards the same corner at most; change of a margin by a single number in them: the less, the more have failed.
 With little change those numbers go on that matter little."""
 CORNERS = 200
-"""Corners of the ranges, drawn at random, of which a walk goes towards the farthest."""
+"""Corners of the ranges, drawn at random; a walk goes towards the farthest one."""
 WALK_INSIDE, FARTHER_INSIDE = 0.02, 0.08
 """Margins at which a walk ends, and to which a rig is led that is kept, if it is found."""
 P5_WEIGHT, NEARLY = 4.0, 3.0

@@ -102,7 +102,7 @@ class Reference:
 
     @classmethod
     def of(cls, looks: Sequence[Look]) -> "Reference":
-        """Return the reference of healthy looks, of which twelve at most are taken, in even steps."""
+        """Return the reference of healthy looks: twelve of them at most, in even steps."""
         steps = np.unique(np.linspace(0, len(looks) - 1, min(len(looks), _MOST_HEALTHY)).round().astype(int))
         some = tuple(looks[step] for step in steps)
         by_torque = all(look.torque is not None for look in some)

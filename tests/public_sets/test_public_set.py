@@ -32,7 +32,7 @@ def test_every_set_is_described_with_its_sources(name):
 
 
 def test_the_tooth_counts_that_a_quotient_gives():
-    """The script of Gear0 states the mesh and the shaft frequency, of which the count is the quotient."""
+    """The script of Gear0 states mesh and shaft frequency; their quotient is the tooth count."""
     assert float(load_public_set("gear0").settings["teeth"]) == pytest.approx(766.666667 / 33.333333, abs=1e-4)
     rates = load_public_set("phm2009").settings["reading"]["sampling_rate"]
     np.testing.assert_allclose(rates, 200e3 / 3, atol=0.01)

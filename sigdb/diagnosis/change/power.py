@@ -73,7 +73,7 @@ def power(
     the path errs at random between them: by 30 %, twice a mesh harmonic, and that of pulses by 70 %. The value that is
     seen is found by bisection, so a greater damage counts as seen where a smaller one is.
 
-    The machine is one more rig, of which only the ensemble is known. Let m and s be the mean and the standard deviation
+    The machine is one more rig; only its ensemble is known. Let m and s be the mean and the standard deviation
     of the logarithm of the value that is needed, over all teeth of n rigs. The bound for a tooth of one more rig, with
     a probability of 0.95, is ``exp(m + t s sqrt(1 + 1 / n))`` with the quantile t of Student's law with n - 1 degrees
     of freedom. The next value above it is stated. Pulses are no rigs: for them it is ``exp(m + 1.645 s)``.
