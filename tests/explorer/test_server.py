@@ -8,6 +8,7 @@ from starlette.testclient import TestClient
 from sigdb.explorer import View
 from sigdb.explorer.app import packed
 from sigdb.explorer.live import Shown
+from sigdb.explorer.stored import StoredRows
 
 
 def unpacked(content):
@@ -96,6 +97,12 @@ def test_a_row_its_nearest_templates_and_a_map(client, database):
     assert np.sum(spread["count"]) == 24
     values = database.cases("tooth > 0")["fm4"]
     assert min(spread["y"]) - values.min() < (values.max() - values.min()) / 40
+
+
+def test_a_row_without_a_label_has_no_damaged_tooth(database, monkeypatch):
+    unlabelled = database.cases("id = 0").assign(tooth=None, damaged_teeth=None)
+    monkeypatch.setattr(type(database), "cases", lambda self, where: unlabelled)
+    assert StoredRows(database).row(0, None).facts["damaged"] == []
 
 
 def test_sql_has_limits_and_reads_only(client):
