@@ -76,7 +76,7 @@ class Bound:
 
     @cached_property
     def metrics(self) -> dict[str, Estimate]:
-        """Metrics by name, with 95 % intervals of a bootstrap over specimens."""
+        """Metrics by name, with 95 % intervals over specimens."""
         values = {str(name): value.to_numpy() for name, value in self.values.items()}
         metrics = (*LOCATION_METRICS, *CALIBRATION_METRICS, *SEVERITY_METRICS)
         return estimates(metrics, values, Specimens(self.rows["specimen"].to_numpy()))

@@ -11,7 +11,7 @@ from sigdb.recognition.bound.error_curve import INFORMATION_RANGE
 from sigdb.recognition.bound.expected_losses import error_curve_around
 from sigdb.recognition.bound.operating_points import OperatingPoint
 from sigdb.recognition.metrics.calibration import calibration_error, calibration_values
-from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, columns_of, interval
+from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, columns_of
 from sigdb.recognition.metrics.evaluated import Evaluated
 from sigdb.recognition.metrics.location_and_severity import severity_values
 from sigdb.recognition.metrics.probability_of_detection import LOSS_COLUMNS, Pod, detection_by_loss
@@ -41,16 +41,16 @@ def detection_efficiency(evaluated: Evaluated, bound: Bound) -> dict[str, float]
     best = detection_by_loss(bound.rows.loc[rows.index, "log_odds"].to_numpy(), rows, specimens)
     if model is None or best is None:
         return columns_of(a90=UNKNOWN, bound_a90=UNKNOWN, a90_ratio=UNKNOWN) | {"a90_95_ratio": np.nan}
-    return columns_of(a90=model.a90, bound_a90=best.a90, a90_ratio=_smallest_loss_ratio(model, best)) | {
+    return columns_of(a90=model.a90, bound_a90=best.a90, a90_ratio=_smallest_loss_ratio(model, best, specimens)) | {
         "a90_95_ratio": model.a90_95.value / best.a90_95.value
     }
 
 
-def _smallest_loss_ratio(model: Pod, bound: Pod) -> Estimate:
+def _smallest_loss_ratio(model: Pod, bound: Pod, specimens: Specimens) -> Estimate:
     if np.isnan(model.a90.value) and not np.isnan(bound.a90.value):
         beyond = model.levels["detected"].iloc[-1] < 0.9
         return Estimate(value=np.inf, low=np.nan, high=np.nan) if beyond else UNKNOWN
-    return interval(model.resampled / bound.resampled)
+    return specimens.interval(model.resampled / bound.resampled, within=(0, np.inf))
 
 
 def location_efficiency(evaluated: Evaluated, bound: Bound, *, draws: int = DRAWS) -> dict[str, float]:

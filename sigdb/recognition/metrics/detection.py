@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import BoolArray, FloatArray, IntArray
-from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, interval
+from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens
 from sigdb.recognition.metrics.metric import Kind, Metric
 
 RATES = (1e-2, 1e-3, 1e-4)
@@ -74,7 +74,7 @@ def detection_at_rates(score: FloatArray, healthy: BoolArray, specimens: Specime
     detected = dict.fromkeys(map(rate_name, RATES), UNKNOWN)
     if resolved and not healthy.all():
         share = detected_share(score, ~healthy, specimens, thresholds(score, healthy, specimens, resolved))
-        detected |= {rate_name(rate): interval(share[:, i]) for i, rate in enumerate(resolved)}
+        detected |= {rate_name(rate): specimens.interval(share[:, i], within=(0, 1)) for i, rate in enumerate(resolved)}
     return detected
 
 
@@ -132,7 +132,7 @@ def roc(score: FloatArray, healthy: BoolArray, specimens: Specimens, *, levels: 
         return pd.DataFrame(columns=["false_alarm_rate", "detected", "low", "high"], dtype=float)
     rates = np.geomspace(NEEDED / healthy.sum(), 1.0, levels)
     share = detected_share(score, ~healthy, specimens, thresholds(score, healthy, specimens, list(rates)))
-    detected = [interval(share[:, i]) for i in range(levels)]
+    detected = [specimens.interval(share[:, i], within=(0, 1)) for i in range(levels)]
     return pd.DataFrame(
         {
             "false_alarm_rate": rates,

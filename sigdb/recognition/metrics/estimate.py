@@ -1,4 +1,4 @@
-"""Estimates with intervals from a bootstrap over specimens, all resamples at once."""
+"""Estimates with intervals from a bootstrap over specimens, or by Student's t where they are few."""
 
 from collections.abc import Callable
 from copy import copy
@@ -7,11 +7,15 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import ndtri, stdtrit
 
 from sigdb.core import BoolArray, FloatArray, IntArray, plain_array
 
 RESAMPLES = 1000
 """Resamples of a bootstrap."""
+
+FEW = 30
+"""Number of specimens below which intervals are by Student's t: percentiles of resamples of fewer are too narrow."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,7 +27,7 @@ class Estimate:
     value
         The estimate; NaN where there is none.
     low, high
-        Ends of the interval, at 95 % unless the text says otherwise; NaN where there is none.
+        Ends of the interval, at 95 % unless the text says otherwise; NaN where there is none, as of one specimen.
     """
 
     value: float
@@ -59,6 +63,10 @@ class Specimens:
     Rows of a specimen are no independent evidence, so specimens are drawn, with replacement, and bring all their rows.
     The same seed draws the same specimens: differences of metrics of the same rows are paired.
 
+    Intervals hold percentiles of the resamples. Of fewer than 30 specimens, S, percentiles are too narrow: the interval
+    is then ``value +- t s sqrt(S / (S - 1))``, with s the standard deviation of the resamples and t the quantile of
+    Student's t with S - 1 degrees of freedom. A bootstrap over S specimens has (S - 1) / S of the variance [1]_.
+
     Parameters
     ----------
     specimens
@@ -74,6 +82,10 @@ class Specimens:
         Number of specimens.
     weights
         (1 + resamples, count) multiplicity of each specimen. The first row is all ones: the specimens as they are.
+
+    References
+    ----------
+    .. [1] B. Efron, R. J. Tibshirani, *An Introduction to the Bootstrap*, Chapman and Hall 1993, chapters 5 and 12.
     """
 
     index: IntArray
@@ -104,7 +116,39 @@ class Specimens:
         sums = np.column_stack([np.bincount(self.index, column.astype(float), self.count) for column in flat.T])
         return np.asarray((self.weights @ sums).reshape(len(self.weights), *values.shape[1:]), float)
 
-    def estimate(self, statistic: Callable[..., FloatArray], *values: FloatArray, level: float = 0.95) -> Estimate:
+    def interval(
+        self, statistic: FloatArray, *, level: float = 0.95, within: tuple[float, float] = (-np.inf, np.inf)
+    ) -> Estimate:
+        """Return the estimate of a statistic (1 + resamples,): its first entry, and an interval by the finite others.
+
+        Parameters
+        ----------
+        statistic
+            The statistic of the specimens as they are, then of each resample.
+        level
+            Level of the interval.
+        within
+            Least and greatest value that the statistic can have.
+        """
+        value, resampled = float(statistic[0]), statistic[1:][np.isfinite(statistic[1:])]
+        if not np.isfinite(value) or resampled.size == 0:
+            return UNKNOWN
+        if self.count < 2:
+            return Estimate(value=value, low=np.nan, high=np.nan)
+        if self.count >= FEW:
+            low, high = np.quantile(resampled, [(1 - level) / 2, (1 + level) / 2])
+        else:
+            half_width = resampled.std() * errors_to_end(self.count, level)
+            low, high = np.clip([value - half_width, value + half_width], *within)
+        return Estimate(value=value, low=float(low), high=float(high))
+
+    def estimate(
+        self,
+        statistic: Callable[..., FloatArray],
+        *values: FloatArray,
+        level: float = 0.95,
+        within: tuple[float, float] = (-np.inf, np.inf),
+    ) -> Estimate:
         """Estimate a statistic of sums over rows.
 
         Parameters
@@ -115,24 +159,33 @@ class Specimens:
             (rows, ...) each.
         level
             Level of the interval.
+        within
+            Least and greatest value that the statistic can have.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             totals = [self.totals(np.asarray(summand, float)) for summand in values]
-            return interval(statistic(*totals), level=level)
+            return self.interval(statistic(*totals), level=level, within=within)
 
     def mean(self, values: FloatArray, *, level: float = 0.95) -> Estimate:
         """Estimate the mean of the values (rows,) that are not NaN."""
-        return self.estimate(np.divide, np.nan_to_num(values), ~np.isnan(values), level=level)
+        counted = values[~np.isnan(values)]
+        within = 0.0 if (counted >= 0).all() else -np.inf, 1.0 if np.isin(counted, (0, 1)).all() else np.inf
+        return self.estimate(np.divide, np.nan_to_num(values), ~np.isnan(values), level=level, within=within)
 
     def root_mean_square(self, values: FloatArray) -> Estimate:
         """Estimate the root mean square of the values (rows,) that are not NaN."""
-        return self.estimate(lambda s, n: np.sqrt(s / n), np.nan_to_num(values) ** 2, ~np.isnan(values))
+        squares = np.nan_to_num(values) ** 2
+        return self.estimate(lambda s, n: np.sqrt(s / n), squares, ~np.isnan(values), within=(0.0, np.inf))
 
 
-def interval(statistic: FloatArray, *, level: float = 0.95) -> Estimate:
-    """Return the estimate of a statistic (1 + resamples,): its first entry, and percentiles of the finite others."""
-    value, resampled = float(statistic[0]), statistic[1:][np.isfinite(statistic[1:])]
-    if not np.isfinite(value) or resampled.size == 0:
-        return UNKNOWN
-    low, high = np.quantile(resampled, [(1 - level) / 2, (1 + level) / 2])
-    return Estimate(value=value, low=float(low), high=float(high))
+def errors_to_end(count: int, level: float = 0.95) -> float:
+    """Return how many standard deviations of the resamples an interval of so many specimens extends to either side.
+
+    Examples
+    --------
+    >>> round(errors_to_end(2), 2), round(errors_to_end(10**6), 2)
+    (17.97, 1.96)
+    """
+    if count >= FEW:
+        return float(ndtri((1 + level) / 2))
+    return float(np.sqrt(count / (count - 1)) * stdtrit(count - 1, (1 + level) / 2))

@@ -8,7 +8,7 @@ from scipy.special import expit, logit, ndtri
 
 from sigdb.core import FloatArray
 from sigdb.recognition.metrics.detection import counts, is_resolved, thresholds
-from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, interval
+from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens
 from sigdb.recognition.metrics.metric import Kind, Metric
 
 RATE = 1e-3
@@ -186,17 +186,17 @@ def detection_by_loss(score: FloatArray, rows: pd.DataFrame, specimens: Specimen
     hit, of = np.einsum("rsl,rs->rl", hits, specimens.weights), specimens.weights @ total
     return Pod(
         rate=rate,
-        levels=_levels(a, hit, of),
+        levels=_levels(a, hit, of, specimens),
         curve=(curve := pod_curve(a, hits[0], total)),
-        a90=interval(resampled := _a90(a, hit, of, curve)),
+        a90=specimens.interval(resampled := _a90(a, hit, of, curve), within=(0, np.inf)),
         a90_95=_within(curve.severity_bound(), a) if curve else UNKNOWN,
         resampled=resampled,
     )
 
 
-def _levels(a: FloatArray, hit: FloatArray, of: FloatArray) -> pd.DataFrame:
+def _levels(a: FloatArray, hit: FloatArray, of: FloatArray, specimens: Specimens) -> pd.DataFrame:
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = [interval(level) for level in (hit / of).T]
+        share = [specimens.interval(level, within=(0, 1)) for level in (hit / of).T]
     return pd.DataFrame(
         {
             "stiffness_loss": a,

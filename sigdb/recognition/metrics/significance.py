@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtr, stdtr, stdtrit
 
 from sigdb.core import FloatArray, InputError, plain_array
-from sigdb.recognition.metrics.estimate import Estimate
+from sigdb.recognition.metrics.estimate import Estimate, errors_to_end
 from sigdb.recognition.metrics.metric import Metric
 
 
@@ -164,7 +164,8 @@ def _is_better(model_losses: FloatArray, bound_losses: FloatArray, specimens: np
 
 def _error(metric: Metric, model: Estimate, bound: Estimate, rows: pd.DataFrame) -> float:
     """Return the standard error of the difference of two estimates."""
-    error = np.hypot(model.high - model.low, bound.high - bound.low) / (2 * 1.96)
+    S = rows["specimen"].nunique()
+    error = np.hypot(model.high - model.low, bound.high - bound.low) / (2 * errors_to_end(S)) if S > 1 else 0.0
     if not metric.share:
         return float(error)
     n = int((rows["tooth"] > 0).sum())

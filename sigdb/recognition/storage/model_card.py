@@ -184,7 +184,7 @@ of the database `{model.database_hash[:12]}`, seed {model.seed}; split {model.sp
 ## Metrics
 
 Split: {evaluation.split}, {evaluation.split_text}. {evaluation.rows} rows of
-{evaluation.specimens} specimens; in brackets the 95 % interval of a bootstrap over specimens, which is rough for few.
+{evaluation.specimens} specimens; in brackets the 95 % interval over specimens, by Student's t for fewer than 30.
 {_SAME_DAMAGES if evaluation.split == "S1" else ""}{bound_text(evaluation)}
 
 {_markdown(metric_table(evaluation))}

@@ -35,7 +35,7 @@ def evaluation_text(evaluation: Evaluation, *, terminal: Terminal = PLAIN) -> st
     lines = [
         f"{evaluation.target}: {rows}. {evaluation.split}, {evaluation.split_text}.",
         _table(metric_table(evaluation)).text(terminal),
-        f"In brackets: 95 % interval, bootstrap over specimens. {bound_text(evaluation)}",
+        f"In brackets: 95 % interval over specimens. {bound_text(evaluation)}",
     ]
     if efficiency := efficiency_cells(evaluation):
         lines += ["", "Against the best possible, by signal-to-noise ratio of one revolution:"]
