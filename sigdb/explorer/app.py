@@ -1,90 +1,45 @@
 """The server of the page: on the loopback interface only, with a token, and nothing loaded from elsewhere.
 
-Static files hold no data and need no token. Every other route needs the token of this run in the header
+The page itself holds no data and needs no token. Every other route needs the token of this run in the header
 ``X-Sigdb-Token``. The address of the page never holds the token after its first load.
+
+Packages that a page does not need at first are imported where they are used, so that the server starts soon.
 """
 
 import io
 import json
-import secrets
 import struct
 from collections.abc import Awaitable, Callable
 from dataclasses import asdict
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.middleware import Middleware
 from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
-from starlette.routing import BaseRoute, Mount, Route
-from starlette.staticfiles import StaticFiles
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.responses import HTMLResponse, JSONResponse, Response
+from starlette.routing import BaseRoute, Route
 
 from sigdb.core import FloatArray, InputError, SigdbError, __version__, plain
-from sigdb.database import Database
 from sigdb.explorer.code import command_code, python_code, recipe_code, recipe_cost
-from sigdb.explorer.controls import controls_of
+from sigdb.explorer.controls import Control, controls_of, first_view
+from sigdb.explorer.guard import Guard
 from sigdb.explorer.live import LiveRig, Shown
 from sigdb.explorer.recordings import MOST_BYTES, Recordings, average_in, shown_average
-from sigdb.explorer.stored import StoredRows
-from sigdb.explorer.view import View
-from sigdb.report import Case, comparison_figure, rig_figure
+from sigdb.explorer.static_page import page_text, script_hashes
+from sigdb.explorer.view import View, settings_in
 
-STATIC = Path(__file__).parent / "static"
-TOKEN_HEADER = "x-sigdb-token"
-_POLICY = "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'"
+if TYPE_CHECKING:
+    from sigdb.database import Database
+    from sigdb.explorer.stored import StoredRows
+
 _MOST_JSON = 4 * 2**20
 """Bytes of a request that is no recording."""
 _MOST_CASES = 6
 """Cases side by side in a picture."""
-
-
-class Guard:
-    """Refuse requests of other pages and other programs.
-
-    Parameters
-    ----------
-    app : ASGI application
-        The application that is guarded.
-    hosts : tuple of str
-        Values of the header ``Host`` that are taken.
-    token : str
-        The token of this run.
-    """
-
-    def __init__(self, app: ASGIApp, hosts: tuple[str, ...], token: str) -> None:
-        self._app, self._hosts, self._token = app, hosts, token
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on, or answer it with 403."""
-        if scope["type"] != "http":
-            return
-        headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
-        origin = headers.get("origin")
-        reason = None
-        if headers.get("host") not in self._hosts:
-            reason = "this address is not that of the explorer"
-        elif origin is not None and origin not in {f"http://{host}" for host in self._hosts}:
-            reason = "another page may not ask the explorer"
-        elif scope["path"].startswith("/api/") and not secrets.compare_digest(
-            headers.get(TOKEN_HEADER, "").encode(), self._token.encode()
-        ):
-            reason = "open the page by the address that sigdb explore prints"
-        if reason is not None:
-            await JSONResponse({"error": reason}, status_code=403)(scope, receive, send)
-            return
-
-        async def with_policy(message: Any) -> None:
-            if message["type"] == "http.response.start":
-                kept = [(b"content-security-policy", _POLICY.encode()), (b"referrer-policy", b"no-referrer")]
-                kept += [(b"x-content-type-options", b"nosniff"), (b"cache-control", b"no-store")]
-                message = message | {"headers": [*message["headers"], *kept]}
-            await send(message)
-
-        await self._app(scope, receive, with_policy)
 
 
 class Explorer:
@@ -111,24 +66,41 @@ class Explorer:
         live: LiveRig,
         source: str,
         *,
-        database: Database | None = None,
+        database: "Database | None" = None,
         row: int | None = None,
         recordings: Recordings | None = None,
         offered: dict[str, str] | None = None,
     ) -> None:
         self.live, self.source, self.row = live, source, row
-        self.stored = None if database is None else StoredRows(database)
+        self.stored = None if database is None else _stored_rows(database)
         self.recordings = recordings or Recordings()
         self._offered = offered or {}
 
-    def start(self, _: Any) -> dict[str, Any]:
-        """Return what the page needs at first: rig, controls, sensors, database."""
+    def start(self, wanted: dict[str, Any]) -> Shown:
+        """Return what the page needs at first, and the picture of the view of its ``address``.
+
+        A view that cannot be shown has no picture here: the page asks for it, and shows what is wrong.
+        """
+        try:
+            settings = settings_in(wanted.get("address", {})) or first_view(self._controls)
+            shown = self.live_view(settings)
+        except SigdbError:
+            return Shown(facts={"start": self._start}, arrays={})
+        return Shown(facts={"start": self._start, "shown": shown.facts}, arrays=shown.arrays)
+
+    @cached_property
+    def _controls(self) -> list[Control]:
+        return controls_of(self.live)
+
+    @cached_property
+    def _start(self) -> dict[str, Any]:
+        """Rig, controls, sensors, database and recordings."""
         rig, live = self.live.rig, self.live
         return {
             "version": __version__,
             "rig": {"name": rig.name, "source": self.source, "gear": live.gear, "teeth": live.teeth},
             "sensors": [{"name": name, "unit": sensor.unit} for name, sensor in rig.sensors.items()],
-            "controls": [asdict(control) for control in controls_of(live)],
+            "controls": [asdict(control) for control in self._controls],
             "database": None if self.stored is None else self.stored.facts(),
             "row": self.row,
             "offered": self._offered,
@@ -189,6 +161,8 @@ class Explorer:
 
     def picture(self, wanted: dict[str, Any]) -> tuple[bytes, str]:
         """Return the picture of a row, a view or numbers as a file of a format, and its media type."""
+        from sigdb.report import Case, comparison_figure
+
         form = wanted.get("format")
         if form not in ("png", "svg"):
             raise InputError(f"format = {form!r} is not png or svg")
@@ -218,11 +192,13 @@ class Explorer:
 
     def drawing(self) -> bytes:
         """Return the drawing of the rig as SVG."""
+        from sigdb.report import rig_figure
+
         file = io.BytesIO()
         rig_figure(self.live.rig).savefig(file, format="svg")
         return file.getvalue()
 
-    def _stored(self) -> StoredRows:
+    def _stored(self) -> "StoredRows":
         if self.stored is None:
             raise InputError("no database is open; give one to sigdb explore")
         return self.stored
@@ -264,6 +240,7 @@ def explorer_app(explorer: Explorer, *, token: str, hosts: tuple[str, ...]) -> S
     -------
     starlette.applications.Starlette
     """
+    page = page_text()
     post = {
         "start": explorer.start,
         "live": explorer.live_view,
@@ -281,9 +258,10 @@ def explorer_app(explorer: Explorer, *, token: str, hosts: tuple[str, ...]) -> S
     routes += [
         Route("/api/upload", _upload(explorer.recordings), methods=["POST"]),
         Route("/api/drawing", _drawing(explorer), methods=["POST"]),
-        Mount("/", StaticFiles(directory=STATIC, html=True)),
+        Route("/", _page(page)),
     ]
-    return Starlette(routes=routes, middleware=[Middleware(Guard, hosts=hosts, token=token)])
+    guard = Middleware(Guard, hosts=hosts, token=token, scripts=script_hashes(page))
+    return Starlette(routes=routes, middleware=[guard])
 
 
 def packed(shown: Shown) -> bytes:
@@ -326,6 +304,13 @@ def _answer(work: Callable[[dict[str, Any]], Any]) -> Endpoint:
     return endpoint
 
 
+def _page(text: str) -> Endpoint:
+    async def endpoint(_: Request) -> Response:
+        return HTMLResponse(text)
+
+    return endpoint
+
+
 def _upload(recordings: Recordings) -> Endpoint:
     async def endpoint(request: Request) -> Response:
         name = request.query_params.get("name", "recording")
@@ -353,6 +338,12 @@ async def _body(request: Request, most: int) -> bytes:
         if len(content) > most:
             return b"\xff"
     return bytes(content)
+
+
+def _stored_rows(database: "Database") -> "StoredRows":
+    from sigdb.explorer.stored import StoredRows
+
+    return StoredRows(database)
 
 
 def _text(wanted: dict[str, Any], name: str) -> str:

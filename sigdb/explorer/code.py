@@ -12,8 +12,6 @@ import tomli_w
 from sigdb.core import InputError
 from sigdb.explorer.live import SEED, LiveRig
 from sigdb.explorer.view import View
-from sigdb.pipeline import load_recipe
-from sigdb.sweep import estimate
 from sigdb.transmission import ToothDamage
 
 
@@ -144,6 +142,9 @@ def recipe_cost(text: str, folder: Path) -> dict[str, float]:
     InputError
         If the recipe breaks a rule; the message says which.
     """
+    from sigdb.pipeline import load_recipe  # takes long to import, as does sweep, and most pages make no recipe
+    from sigdb.sweep import estimate
+
     with tempfile.TemporaryDirectory(dir=folder if folder.is_dir() else None) as place:
         file = Path(place) / "recipe.toml"
         file.write_text(text, encoding="utf-8")

@@ -1,11 +1,13 @@
 """The sliders of a page: name, unit, help, range and value of each setting that the rig allows."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from sigdb.core import SigdbError, unit_of, validated
 from sigdb.dynamics import check_in_one_mesh
 from sigdb.explorer.live import LiveRig
-from sigdb.explorer.view import View
+from sigdb.explorer.view import View, settings_in
 from sigdb.transmission import FLAWS, SIZES, Damage, ToothDamage, damaged_profile
 
 
@@ -81,6 +83,12 @@ def controls_of(live: LiveRig) -> list[Control]:
             )
         )  # fmt: skip
     return controls
+
+
+def first_view(controls: Sequence[Control]) -> dict[str, Any]:
+    """Return the settings of the first view of a page: the values of its controls that are not left out."""
+    values = {each.name: each.value * each.scale for each in controls if each.default is not None}
+    return settings_in({each.name: values[each.name] for each in controls if values.get(each.name) != each.default})
 
 
 def _of_damage(name: str, low: float, high: float, step: float, value: float, scale: float = 1.0) -> Control:

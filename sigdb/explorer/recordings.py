@@ -4,16 +4,18 @@ import secrets
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sigdb.core import FloatArray, InputError
-from sigdb.diagnosis import Diagnosis, diagnose
 from sigdb.explorer.live import Shown
 from sigdb.explorer.panels import average_panels
 from sigdb.signature import INDICATORS
 from sigdb.transmission import Transmission
+
+if TYPE_CHECKING:
+    from sigdb.diagnosis import Diagnosis
 
 MOST_BYTES = 512 * 2**20
 """Size of a recording that is taken."""
@@ -97,6 +99,8 @@ class Recordings:
         InputError
             If a recording cannot be read, or an option is unknown.
         """
+        from sigdb.diagnosis import diagnose  # takes long to import, and most pages read no recording
+
         unknown = set(options) - set(_OPTIONS)
         if unknown:
             raise InputError(f"unknown options {', '.join(sorted(unknown))}; known: {', '.join(_OPTIONS)}")
@@ -136,7 +140,7 @@ def shown_average(tsa: FloatArray, teeth: int) -> Shown:
     return Shown(facts=facts, arrays=average_panels(tsa, teeth))
 
 
-def _shown(diagnosis: Diagnosis) -> Shown:
+def _shown(diagnosis: "Diagnosis") -> Shown:
     facts: dict[str, Any] = {
         "answer": diagnosis.answer,
         "kind": diagnosis.kind,

@@ -7,14 +7,18 @@ import webbrowser
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from urllib.parse import parse_qsl
 
 from sigdb.core import InputError, SigdbError
-from sigdb.database import Database
+from sigdb.explorer.controls import controls_of, first_view
 from sigdb.explorer.live import LiveRig
 from sigdb.explorer.recordings import Recordings
-from sigdb.explorer.view import View
+from sigdb.explorer.view import View, settings_in
 from sigdb.transmission import Transmission
+
+if TYPE_CHECKING:
+    from sigdb.database import Database
 
 DEFAULT_RIG = "nasa-spiral-bevel-identified"
 """The rig that a page shows where none is given."""
@@ -26,7 +30,7 @@ def serve_explorer(
     source: str,
     *,
     gear: str | None = None,
-    database: Database | None = None,
+    database: "Database | None" = None,
     row: int | None = None,
     recordings: Sequence[Path] = (),
     view: str = "",
@@ -66,7 +70,7 @@ def serve_explorer(
     """
     live = LiveRig(rig, gear)
     # The first picture is computed while the server starts.
-    threading.Thread(target=_first_picture, args=(live,), daemon=True).start()
+    threading.Thread(target=_first_picture, args=(live, view), daemon=True).start()
     try:
         import uvicorn
 
@@ -97,10 +101,10 @@ def serve_explorer(
         kept.close()
 
 
-def _first_picture(live: LiveRig) -> None:
-    """Compute what a page shows first, which loads all that pictures need; the page shows what is wrong with a rig."""
+def _first_picture(live: LiveRig, view: str) -> None:
+    """Compute what a page shows first, which loads all that pictures need; the page shows what is wrong with a view."""
     with suppress(SigdbError):
-        live.show(View.of({"tooth": min(6, live.teeth), "stiffness_loss": 0.5}))
+        live.show(View.of(settings_in(dict(parse_qsl(view))) or first_view(controls_of(live))))
 
 
 def _listener(port: int) -> socket.socket:

@@ -1,6 +1,7 @@
-"""The page as one file that needs no server: a grid of simulated cases stands for the solver."""
+"""The page as one text: for the server, or as a file without one, in which a grid of simulated cases answers."""
 
 import base64
+import hashlib
 import json
 import re
 from dataclasses import asdict, replace
@@ -16,7 +17,9 @@ from sigdb.explorer.view import View
 from sigdb.transmission import Transmission
 
 STATIC = Path(__file__).parent / "static"
-_MODULES = ("api.js", "plots.js", "controls.js", "database.js", "measurement.js", "recipe.js", "main.js")
+_MODULES = (
+    "api.js", "address.js", "plots.js", "controls.js", "database.js", "measurement.js", "recipe.js", "main.js",
+)  # fmt: skip
 """Modules in an order in which each uses only those before it."""
 _LOSSES = tuple(np.round(np.arange(0, 0.91, 0.1), 3).tolist())
 _SHIFTS = 5
@@ -53,7 +56,9 @@ def write_static(rig: Transmission, source: str, path: Path, *, gear: str | None
     shifts = np.round(np.linspace(0, 180 / live.teeth, _SHIFTS), 3).tolist()
     cases = [_case(live, sensor, loss, shift) for sensor in rig.sensors for shift in shifts for loss in _LOSSES]
     data = {"start": _start(live, source, shifts), "cases": cases, "facts": {"teeth": live.teeth}}
-    text = _page(json.dumps(plain(data), allow_nan=False))
+    cases_text = json.dumps(plain(data), allow_nan=False).replace("</", "<\\/")
+    server = (STATIC / "static.js").read_text(encoding="utf-8")
+    text = page_text(f"window.sigdbCases = {cases_text};\n{{\n{server}}}")
     publish(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 
@@ -100,23 +105,41 @@ def _start(live: LiveRig, source: str, shifts: list[float]) -> dict[str, Any]:
     }
 
 
-def _page(data: str) -> str:
-    """Return the page with its styles, scripts and data inlined."""
-    server = (STATIC / "static.js").read_text(encoding="utf-8")
-    modules = "\n".join(_joinable((STATIC / name).read_text(encoding="utf-8")) for name in _MODULES)
-    script = f"{{\n{server}}}\n{modules}"
+def page_text(first: str = "") -> str:
+    """Return the page with its styles and scripts inlined.
+
+    Parameters
+    ----------
+    first : str
+        A script that runs before those of the page.
+
+    Returns
+    -------
+    str
+    """
     vendor = STATIC / "vendor"
     styles = "\n".join(file.read_text(encoding="utf-8") for file in (vendor / "uPlot.min.css", STATIC / "style.css"))
+    modules = "\n".join(_joinable((STATIC / name).read_text(encoding="utf-8")) for name in _MODULES)
+    # The page asks the server before the browser runs the library of plots, which takes some time.
     plots = (vendor / "uPlot.iife.min.js").read_text(encoding="utf-8")
-    escaped = data.replace("</", "<\\/")
-    head = (
-        f"<style>{styles}</style>\n<script>{plots}</script>\n"
-        f"<script>window.sigdbCases = {escaped};</script>\n"
-        f'<script type="module">\n{script}\n</script>\n'
-    )
-    page = (STATIC / "index.html").read_text(encoding="utf-8")
-    page = re.sub(r"<link rel=\"stylesheet\"[^>]*>\n|<script [^>]*src=[^>]*></script>\n", "", page)
-    return page.replace("</head>", head + "</head>")
+    head = f"<style>{styles}</style>\n"
+    if first:
+        head += f"<script>{first}</script>\n"
+    head += f'<script type="module">\n{modules}\n{plots}</script>\n'
+    return (STATIC / "index.html").read_text(encoding="utf-8").replace("</head>", head + "</head>")
+
+
+def script_hashes(page: str) -> str:
+    """Return the hashes of the scripts of a page as a content security policy has them.
+
+    Examples
+    --------
+    >>> script_hashes("<script>alert(1)</script>")
+    "'sha256-bhHHL3z2vDgxUt0W3dWQOrprscmda2Y5pLsLg4GF+pI='"
+    """
+    scripts = re.findall(r"<script[^>]*>(.*?)</script>", page, flags=re.DOTALL)
+    digests = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts]
+    return " ".join(f"'sha256-{digest}'" for digest in digests)
 
 
 def _joinable(module: str) -> str:

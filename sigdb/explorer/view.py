@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from sigdb.core import Section, quantity, validated
+from sigdb.core import InputError, Section, quantity, validated
 from sigdb.transmission import Damage, Transmission
 
 _DAMAGE = tuple(name for name in Damage.model_fields if name not in {"pattern", "each"})
@@ -38,6 +38,8 @@ class View(Section):
         InputError
             If a setting is unknown or breaks a rule.
         """
+        if not isinstance(settings, Mapping):
+            raise InputError(f"view = {settings!r} is no table of settings by name")
         damage = {name: value for name, value in settings.items() if name in _DAMAGE and value is not None}
         if not damage.get("tooth"):
             damage = {name: damage[name] for name in ("gear",) if name in damage}
@@ -48,3 +50,29 @@ class View(Section):
         """Return the numbers of the rig that the view changes, by dotted path, without the torque."""
         wanted = {f"gears.{gear}.teeth": self.teeth, "operating.speed_rpm": self.speed_rpm}
         return {path: value for path, value in wanted.items() if value is not None and value != rig.value(path)}
+
+
+def settings_in(address: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings of a view among the entries of a page's address; all but words are numbers.
+
+    Raises
+    ------
+    InputError
+        If a setting is no number.
+
+    Examples
+    --------
+    >>> settings_in({"tooth": "6", "sensor": "pinion-vertical", "tab": "database"})
+    {'tooth': 6, 'sensor': 'pinion-vertical'}
+    """
+    if not isinstance(address, Mapping):
+        raise InputError(f"address = {address!r} is no table of settings by name")
+    taken = {*_DAMAGE, *View.model_fields} - {"damage"}
+    settings: dict[str, Any] = {name: value for name, value in address.items() if name in taken}
+    for name in settings.keys() - {"sensor", "gear"}:
+        try:
+            number = float(settings[name])
+        except (TypeError, ValueError):
+            raise InputError(f"{name} = {settings[name]!r} is no number") from None
+        settings[name] = int(number) if number.is_integer() else number
+    return settings

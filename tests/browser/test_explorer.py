@@ -1,7 +1,7 @@
 """The explorer as a person uses it, in a browser."""
 
 import json
-from urllib.parse import parse_qs
+from urllib.parse import parse_qs, urlencode
 
 import numpy as np
 import pytest
@@ -28,9 +28,44 @@ def event_at(page):
 def test_the_address_loses_the_token_and_keeps_the_view(page):
     assert "token" not in page.url
     page.fill("#number-stiffness_loss", "0.3")
-    painted(page, stiffness_loss=0.3)
-    assert "stiffness_loss=0.3" in page.url
+    page.wait_for_url("**stiffness_loss=0.3**")
+    assert painted(page)["view"]["stiffness_loss"] == 0.3
     assert "token" not in page.url
+
+
+STATE = {
+    "tooth": "4",
+    "stiffness_loss": "0.25",
+    "snr_db": "3",
+    "sensor": "pinion-housing-vertical",
+    "tab": "database",
+    "rows": "3,9",
+    "where": "tooth > 2 and fm4 > 0",
+    "sql": "select id, tooth, fm4 from cases where tooth > 2 and fm4 > 0",
+    "sort": "-fm4",
+    "map": "1",
+    "map-x": "damaged_teeth",
+    "map-y": "stiffness_loss",
+    "map-value": "kurtosis",
+    "counts": "12/36",
+    "mesh-phase": "1",
+    "range-tooth": "1",
+    "range-tooth-to": "5",
+}
+
+
+def test_an_address_is_the_whole_state_of_the_page(page):
+    """An address opens the state that it holds, and the page then has that address."""
+    page.evaluate("hash => { location.hash = hash; }", urlencode(STATE))
+    page.wait_for_selector("#cases tbody tr[aria-selected=true]")
+    page.wait_for_selector("#map:not([hidden])")
+    page.wait_for_selector("#shown:has-text('row 9')")
+    shown = [float(text) for text in page.locator("#cases tbody td:nth-child(3)").all_inner_texts()]
+    assert shown == sorted(shown, reverse=True)
+    assert "mean of kurtosis" in page.inner_text("#map-text")
+    page.click("#cases th[data-name=tooth] button")
+    held = parse_qs(page.url.partition("#")[2])
+    assert {name: value for name, (value,) in held.items()} == STATE | {"sort": "tooth"}
 
 
 @pytest.mark.parametrize("tooth", [3, 11])

@@ -46,7 +46,7 @@ SMALL = {
     "ingest/row_parts.py": "parts of rows, which an ingest makes and a verification makes again",
     "ingest/settings.py": "a section that a database keeps",
     "explorer/panels.py": "the panels of any average: of a view, a row or a recording",
-    "explorer/view.py": "the settings of a page, which all of the explorer uses",
+    "explorer/guard.py": "who may ask the server, which a person reads on its own",
     "measurement/settings.py": "a section of a recipe",
     "monitoring/settings.py": "the settings, which the modules of the package use",
     "recording/evidence/least_event.py": "the power of a decision, apart from the decision",

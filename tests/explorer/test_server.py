@@ -1,4 +1,7 @@
+import base64
+import hashlib
 import json
+import re
 import struct
 
 import numpy as np
@@ -54,20 +57,47 @@ def test_only_the_page_itself_may_ask(app):
 def test_the_page_loads_nothing_from_elsewhere(client):
     answer = client.get("/")
     assert answer.status_code == 200
-    assert "http" not in answer.text
-    assert "default-src 'self'" in answer.headers["content-security-policy"]
-    assert client.get("/main.js").status_code == 200
-    assert client.get("/../server.py").status_code == 404
+    assert not re.search(r"(src|href)=\"(?!data:)|@import|url\(", answer.text)
+    policy = dict(each.strip().split(" ", 1) for each in answer.headers["content-security-policy"].split(";"))
+    assert policy["default-src"] == "'self'"
+    scripts = re.findall(r"<script[^>]*>(.*?)</script>", answer.text, flags=re.DOTALL)
+    digests = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts]
+    assert policy["script-src"].split() == [f"'sha256-{digest}'" for digest in digests]
+    assert client.get("/main.js").status_code == client.get("/../app.py").status_code == 404
 
 
 def test_start_describes_the_controls_of_the_rig(client):
-    start = client.post("/api/start", json={}).json()
+    start = unpacked(client.post("/api/start", json={}).content)[0]["start"]
     names = [control["name"] for control in start["controls"]]
     assert names[:4] == ["tooth", "damaged_teeth", "stiffness_loss", "phase_shift_deg"]
     assert "crack_depth" not in names
     assert all(control["help"] and control["low"] < control["high"] for control in start["controls"])
     assert start["database"]["rows"] == 26
     assert [sensor["unit"] for sensor in start["sensors"]] == ["m/s", "m/s^2"]
+
+
+@pytest.mark.parametrize(
+    ("address", "view"),
+    [
+        ({}, {"tooth": 6, "stiffness_loss": 0.5}),
+        ({"tab": "database"}, {"tooth": 6, "stiffness_loss": 0.5}),
+        ({"tooth": "9", "snr_db": "3"}, {"tooth": 9, "snr_db": 3}),
+        ({"tooth": "0", "sensor": "pinion-housing-vertical"}, {"sensor": "pinion-housing-vertical"}),
+    ],
+)
+def test_the_first_answer_holds_the_picture_of_the_address(client, live, address, view):
+    facts, arrays = unpacked(client.post("/api/start", json={"address": address}).content)
+    expected = live.show(View.of(view))
+    assert facts["shown"]["damaged"] == expected.facts["damaged"]
+    np.testing.assert_allclose(arrays["tsa"], expected.arrays["tsa"], rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("address", [{"tooth": "99"}, {"tooth": "six"}, {"sensor": "nose"}, ["tooth"], "tooth=6"])
+def test_a_page_with_a_wrong_address_starts_without_a_picture(client, address):
+    facts, arrays = unpacked(client.post("/api/start", json={"address": address}).content)
+    assert facts["start"]["controls"]
+    assert "shown" not in facts
+    assert arrays == {}
 
 
 def test_a_view_is_the_same_over_the_wire(client, live):
@@ -126,6 +156,8 @@ def test_errors_are_sentences(client):
     for path, body in (
         ("live", {"tooth": 99, "stiffness_loss": 0.1}),
         ("live", {"tooth": "six"}),
+        ("nearest", {"view": [6]}),
+        ("recipe", {"view": "tooth=6"}),
         ("row", {"id": 10**9}),
         ("row", {"id": "one"}),
         ("map", {"x": "tooth", "y": "nose", "value": "fm4"}),

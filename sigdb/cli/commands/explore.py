@@ -41,12 +41,13 @@ def explore(
     Example:
       sigdb explore nasa-spiral-bevel --view "tooth=6&stiffness_loss=0.5"
     """
-    from sigdb.database import rig_of
     from sigdb.explorer import DEFAULT_RIG, serve_explorer, write_static
     from sigdb.transmission import load_transmission
 
     database = _database(source) if source is not None else None
     if database is not None and not database.manifest.is_measured:
+        from sigdb.database import rig_of
+
         rig, gear = rig_of(database)
         name = rig.name
     elif database is not None:
@@ -77,6 +78,8 @@ def explore(
 
 def _database(source: str) -> "Database | None":
     """Return the database of a place; None if the place is no database but a rig."""
+    if "://" not in source and not Path(source).is_dir():
+        return None
     from sigdb.database import MANIFEST_FILE
     from sigdb.database import open as open_database
 

@@ -8,7 +8,7 @@ export function takeToken() {
   if (settings.has("token")) {
     localStorage.setItem(key, settings.get("token"));
     settings.delete("token");
-    history.replaceState(null, "", "#" + settings.toString());
+    history.replaceState(null, "", "#" + settings);
   }
 }
 

@@ -70,20 +70,18 @@ export class Controls {
     return view;
   }
 
-  // Set all settings; those that are not named have their defaults.
+  has(name) { return name in this.fields || name === "sensor"; }
+
+  // Set all settings; those that are not named have their defaults, or their first values where none is named.
   set(view) {
+    const none = !Object.keys(view).some((name) => this.has(name));
     for (const [name, { control, number, slider }] of Object.entries(this.fields)) {
-      const value = view[name] === undefined ? (control.default ?? control.value) : Number(view[name]);
+      const value = view[name] !== undefined ? Number(view[name]) : none || control.default === null ? control.value * control.scale : control.default;
       number.value = slider.value = Number((value / control.scale).toPrecision(9));
     }
     this.noise.checked = view.snr_db !== undefined;
-    if (view.sensor) this.sensor.value = view.sensor;
-  }
-
-  // The values that the page has at first.
-  first() {
-    for (const { control, number, slider } of Object.values(this.fields)) number.value = slider.value = control.value;
-    this.noise.checked = false;
+    this.sensor.value = view.sensor;
+    if (this.sensor.selectedIndex < 0) this.sensor.selectedIndex = 0;
   }
 
   step(name, by) {

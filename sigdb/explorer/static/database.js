@@ -1,11 +1,12 @@
 // Looking through a database: SQL, rows, maps.
 
 import { request } from "./api.js";
+import { changedFields, setFields } from "./address.js";
 import { digits, paintMap } from "./plots.js";
 
 export class DatabaseTab {
-  constructor(place, facts, { onRows, onError, onSql }, sql) {
-    this.place = place; this.facts = facts; this.onRows = onRows; this.onError = onError; this.onSql = onSql; this.chosen = [];
+  constructor(place, facts, { onRows, onError, onChange }) {
+    Object.assign(this, { place, facts, onRows, onError, onChange, chosen: [], sort: "", table: null });
     const numbers = facts.columns.filter((column) => column.number).map((column) => column.name);
     const options = (chosen) => numbers.map((name) => `<option${name === chosen ? " selected" : ""}>${name}</option>`).join("");
     place.innerHTML = `
@@ -21,7 +22,7 @@ export class DatabaseTab {
       <p class="buttons"><button id="draw-map">Draw the map</button></p>
       <canvas class="map" id="map" role="img" aria-label="Map of an indicator over two axes" hidden></canvas>
       <p id="map-text" class="quiet"></p>`;
-    this.find("#sql").value = sql || this.statement("");
+    this.find("#sql").defaultValue = this.statement("");
     this.find("#where").addEventListener("change", () => { this.find("#sql").value = this.statement(this.find("#where").value); this.ask(); });
     this.find("#ask").addEventListener("click", () => this.ask());
     this.find("#draw-map").addEventListener("click", () => this.map());
@@ -36,17 +37,46 @@ export class DatabaseTab {
     return `select ${names.join(", ")} from cases${where ? ` where ${where}` : ""} order by id limit 200`;
   }
 
-  async ask() {
-    const text = this.find("#sql").value;
-    this.onSql(text === this.statement("") ? "" : text);
-    try { this.fill(await request("table", { sql: this.find("#sql").value })); } catch (error) { this.onError(error); }
+  // What an address holds of the tab, and back.
+  state() {
+    return { ...changedFields(this.place), ...(this.sort ? { sort: this.sort } : {}), ...(this.mapped ? { map: "1" } : {}) };
   }
 
-  fill({ columns, rows }) {
-    const table = this.find("#cases"), id = columns.indexOf("id");
-    table.innerHTML = `<thead><tr>${columns.map((name) => `<th>${escaped(name)}</th>`).join("")}</tr></thead>`;
+  restore(settings, rows) {
+    setFields(this.place, settings);
+    this.sort = settings.sort ?? "";
+    this.chosen = rows;
+    this.ask();
+    if (settings.map) this.map();
+  }
+
+  async ask() {
+    try { this.table = await request("table", { sql: this.find("#sql").value }); } catch (error) { this.onError(error); return; }
+    this.fill();
+  }
+
+  // Rows by the column of the sort, which has a minus where they fall; empty cells are last.
+  sorted({ columns, rows }) {
+    const falls = this.sort.startsWith("-"), at = columns.indexOf(falls ? this.sort.slice(1) : this.sort);
+    if (at < 0) return rows;
+    const order = (a, b) => (a[at] === null) - (b[at] === null) || (a[at] < b[at] ? -1 : a[at] > b[at] ? 1 : 0) * (falls ? -1 : 1);
+    return [...rows].sort(order);
+  }
+
+  sortBy(name) {
+    this.sort = this.sort === name ? "-" + name : name;
+    this.fill();
+    this.onChange();
+    this.find(`#cases th[data-name="${CSS.escape(name)}"] button`).focus();
+  }
+
+  fill() {
+    const { columns } = this.table, table = this.find("#cases"), id = columns.indexOf("id");
+    const aria = (name) => this.sort === name ? ' aria-sort="ascending"' : this.sort === "-" + name ? ' aria-sort="descending"' : "";
+    table.innerHTML = `<thead><tr>${columns.map((name) => `<th data-name="${escaped(name)}"${aria(name)}><button>${escaped(name)}</button></th>`).join("")}</tr></thead>`;
+    for (const head of table.tHead.rows[0].cells) head.firstChild.addEventListener("click", () => this.sortBy(head.dataset.name));
     const body = table.createTBody();
-    for (const row of rows) {
+    for (const row of this.sorted(this.table)) {
       const line = body.insertRow();
       for (const value of row) line.insertCell().textContent = digits(value);
       if (id < 0) continue;
@@ -75,11 +105,12 @@ export class DatabaseTab {
       const values = shown.flat().filter((value) => value !== null), low = Math.min(...values), high = Math.max(...values);
       const canvas = this.find("#map");
       canvas.hidden = false;
-      paintMap(canvas, x.length, y.length, (i, j) => shown[j][i], high, { low: Math.max(low, 0) === low ? low : -high });
+      paintMap(canvas, x.length, y.length, x.flatMap((_, i) => shown.map((line) => line[i])), high, low < 0 ? -high : low);
       canvas.style.imageRendering = "pixelated";
       const rows = count.flat().reduce((a, b) => a + b, 0);
       this.mapText = `${what} from ${digits(low)} (light) to ${digits(high)} (dark); ${wanted.x} to the right, ${digits(x[0])} to ${digits(x.at(-1))}; ${wanted.y || wanted.value} upwards, ${digits(y[0])} to ${digits(y.at(-1))}; ${rows} rows in ${count.flat().filter((one) => one > 0).length} of ${x.length * y.length} cells.`;
       this.find("#map-text").textContent = this.mapText;
+      this.onChange();
     } catch (error) { this.onError(error); }
   }
 
@@ -95,7 +126,7 @@ export class DatabaseTab {
 export function escaped(text) {
   const element = document.createElement("span");
   element.textContent = text;
-  return element.innerHTML;
+  return element.innerHTML.replaceAll('"', "&quot;");
 }
 
 // A table of the nearest templates with its verdict.

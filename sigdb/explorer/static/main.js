@@ -1,55 +1,71 @@
 // The page: its state is in its address; each change asks for one picture.
 
 import { Latest, request, takeToken } from "./api.js";
+import { readAddress } from "./address.js";
 import { Controls } from "./controls.js";
 import { DatabaseTab, escaped, showNearest } from "./database.js";
 import { MeasurementTab } from "./measurement.js";
-import { Panels, digits } from "./plots.js";
+import { Panels, digits, write } from "./plots.js";
 import { RecipeTab } from "./recipe.js";
 
 const $ = (id) => document.getElementById(id);
 const ask = window.sigdbStatic?.request ?? request;
-let panels, controls, live, start, tab = "live", rows = [], sql = "", shownNow = null;
+let panels, controls, live, start, tabs = null, tab = "live", rows = [], kept = {}, shownNow = null;
 
-function message(text) { $("message").hidden = !text; $("message").textContent = text ?? ""; }
-function behind(text) { $("legend-behind").hidden = !text; $("behind").textContent = text; }
+function message(text) { $("message").hidden = !text; write($("message"), text ?? ""); }
+function behind(text) { $("legend-behind").hidden = !text; write($("behind"), text); }
 const fail = (error) => message(error.message);
 
+// Write the state of the page into its address. Entries of the tabs are those of the address until the tabs are made.
 function address() {
-  const settings = new URLSearchParams();
-  for (const [name, value] of Object.entries(controls.view())) settings.set(name, value);
+  const settings = new URLSearchParams(controls.view());
   if (!controls.view().tooth) settings.set("tooth", "0");
   if (tab !== "live") settings.set("tab", tab);
   if (rows.length) settings.set("rows", rows.join(","));
-  if (sql) settings.set("sql", sql);
+  for (const [name, value] of Object.entries(tabs ? Object.assign({}, ...Object.values(tabs).map((each) => each.state())) : kept)) settings.set(name, value);
   history.replaceState(null, "", "#" + settings);
 }
 
-function readAddress() {
-  const settings = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
-  rows = settings.rows ? settings.rows.split(",").map(Number).filter(Number.isInteger) : [];
-  const wantedTab = settings.tab ?? "live";
-  sql = settings.sql ?? "";
-  for (const name of ["tab", "rows", "sql"]) delete settings[name];
-  if (Object.keys(settings).length) controls.set(settings); else controls.first();
-  return wantedTab;
+// Set the page to its address; return the tab that is chosen there.
+function restore(settings) {
+  const { tab: wanted = "live", rows: listed = "", ...others } = settings;
+  rows = listed ? listed.split(",").map(Number).filter(Number.isInteger) : [];
+  controls.set(others);
+  kept = Object.fromEntries(Object.entries(others).filter(([name]) => !controls.has(name)));
+  if (tabs) for (const each of Object.values(tabs)) each.restore(kept, rows);
+  return wanted;
 }
 
 // Ask for the picture of the settings, and keep when they changed.
 function want() { live.want({ view: controls.view(), at: performance.now() }); }
 
 function changed() {
-  address();
   want();
+  rest();
+}
+
+// The rest waits until the settings rest: the address, and what takes longer than a picture.
+let resting = 0;
+function rest() {
+  clearTimeout(resting);
+  resting = setTimeout(() => {
+    address();
+    if (live.busy) return;
+    writeTiming();
+    if (tab === "live" && !window.sigdbStatic) checkStability(controls.view());
+  }, 300);
 }
 
 function paint(shown, others, text) {
   message(null);
   shownNow = shown;
   panels.paint(shown, others);
-  $("shown").textContent = text;
+  write($("shown"), text);
   facts(shown.facts);
 }
+
+let timing = "", timed = 0;
+function writeTiming() { timed = performance.now(); write($("timing"), timing); }
 
 function showLive(shown, { view, at }) {
   if (tab === "database" || tab === "measurement") return;
@@ -57,44 +73,39 @@ function showLive(shown, { view, at }) {
   behind("healthy");
   const damage = f.damaged.length ? `tooth ${f.damaged.join(", ")} of ${start.rig.gear}, ${f.teeth} teeth` : `undamaged ${start.rig.gear}, ${f.teeth} teeth`;
   paint(shown, [], `${damage}${view.snr_db === undefined ? "; without noise" : `; ${view.averages ?? 102} averages at ${view.snr_db} dB`}`);
+  rest();
   // A task after the frame's callback runs once the frame is painted.
-  checkStability(view);
   requestAnimationFrame(() => setTimeout(() => {
-    const { simulation, signature } = f.milliseconds;
-    $("timing").textContent = `simulation ${simulation.toFixed(0)} ms, signature ${signature.toFixed(0)} ms, painted after ${(performance.now() - at).toFixed(0)} ms`;
-    document.body.dataset.painted = JSON.stringify({ view, milliseconds: performance.now() - at, simulation: simulation + signature });
+    const { simulation, signature } = f.milliseconds, milliseconds = performance.now() - at;
+    timing = `simulation ${simulation.toFixed(0)} ms, signature ${signature.toFixed(0)} ms, painted after ${milliseconds.toFixed(0)} ms`;
+    document.body.dataset.painted = JSON.stringify({ view, milliseconds, simulation: simulation + signature });
+    if (performance.now() - timed > 1000) writeTiming();
   }));
 }
 
-// The check of stability takes longer than a picture, so it waits until the settings rest.
-let resting = 0;
-function checkStability(view) {
-  clearTimeout(resting);
-  if (window.sigdbStatic) return;
-  resting = setTimeout(async () => {
-    try {
-      const { stable, multiplier } = await request("stability", view);
-      if (tab !== "live") return;
-      document.body.dataset.stable = stable;
-      const near = start.database ? await request("nearest", { view, sensor: view.sensor }) : null;
-      if (tab !== "live") return;
-      if (near) showNearest($("nearest"), near);
-      if (!stable) message(`The rig is unstable with this damage (Floquet multiplier ${digits(multiplier)}): the picture is no steady state.`);
-    } catch (error) { fail(error); }
-  }, 300);
+async function checkStability(view) {
+  try {
+    const { stable, multiplier } = await request("stability", view);
+    if (tab !== "live") return;
+    document.body.dataset.stable = stable;
+    const near = start.database ? await request("nearest", { view, sensor: view.sensor }) : null;
+    if (tab !== "live") return;
+    if (near) showNearest($("nearest"), near);
+    if (!stable) message(`The rig is unstable with this damage (Floquet multiplier ${digits(multiplier)}): the picture is no steady state.`);
+  } catch (error) { fail(error); }
 }
 
 function facts(f) {
   const contact = $("contact");
   contact.className = f.contact === false ? "parts" : "";
-  contact.textContent = f.least_force === undefined ? "" : f.contact
+  write(contact, f.least_force === undefined ? "" : f.contact
     ? `Least mesh force: ${digits(f.least_force)} of the static one.`
-    : `The teeth part: the least mesh force is ${digits(f.least_force)} of the static one. The picture, which is linear, does not hold.`;
+    : `The teeth part: the least mesh force is ${digits(f.least_force)} of the static one. The picture, which is linear, does not hold.`);
   const body = $("indicators").tBodies[0], names = (f.indicators ?? []).map(({ name, unit }) => name + unit).join();
   if (names && names === body.dataset.names) {
     f.indicators.forEach(({ value, healthy }, i) => {
-      body.rows[i].cells[1].textContent = digits(value);
-      body.rows[i].cells[2].textContent = digits(healthy);
+      write(body.rows[i].cells[1], digits(value));
+      write(body.rows[i].cells[2], digits(healthy));
     });
     return;
   }
@@ -141,9 +152,20 @@ async function showMeasured(shown, name) {
   try { showNearest($("nearest"), await request("nearest", { tsa: [...shown.arrays.tsa], teeth: shown.facts.teeth })); } catch { $("nearest").hidden = true; }
 }
 
+// Make the tabs, which a page does not need at first.
+function makeTabs() {
+  if (tabs || window.sigdbStatic) return;
+  tabs = { measurement: new MeasurementTab($("measurement"), start.offered, { onShown: showMeasured, onError: fail }), recipe: new RecipeTab($("recipe"), start.controls, () => controls.view(), fail) };
+  if (start.database) tabs.database = new DatabaseTab($("database"), start.database, { onRows: showRows, onError: fail, onChange: address });
+  for (const each of Object.values(tabs)) each.restore(kept, rows);
+  $("side").addEventListener("change", address);
+}
+
 function choose(name) {
+  if (name === "database" && !start.database) name = "live";
   tab = name;
   clearTimeout(resting);
+  if (name !== "live") makeTabs();
   for (const button of document.querySelectorAll("[data-tab]")) button.setAttribute("aria-selected", button.dataset.tab === name);
   $("controls").hidden = name === "database" || name === "measurement" || name === "recipe";
   for (const id of ["database", "measurement", "recipe"]) $(id).hidden = id !== name;
@@ -204,33 +226,35 @@ function keys(event) {
 
 async function main() {
   if (!window.sigdbStatic) takeToken();
-  try { start = await ask("start"); } catch (error) { fail(error); return; }
-  $("rig-name").textContent = start.rig.name;
+  const settings = readAddress();
+  let first;
+  try { first = await ask("start", { address: settings }); } catch (error) { fail(error); return; }
+  start = first.facts.start;
+  write($("rig-name"), start.rig.name);
   document.title = `sigdb: ${start.rig.name}`;
   if (window.sigdbStatic) for (const element of document.querySelectorAll("[data-server]")) element.hidden = true;
+  $("tab-database").hidden = !start.database;
   panels = new Panels();
   controls = new Controls($("controls"), start.controls, start.sensors, changed);
   live = new Latest(({ view }) => ask("live", view), showLive, fail);
-  const wantedTab = readAddress();
-  if (!window.sigdbStatic) {
-    if (start.database) {
-      $("tab-database").hidden = false;
-      const database = new DatabaseTab($("database"), start.database, { onRows: showRows, onError: fail, onSql: (text) => { sql = text; address(); } }, sql);
-      database.ask();
-      if (start.row !== null && !rows.length) { rows = [start.row]; database.chosen = rows; }
-    }
-    new MeasurementTab($("measurement"), start.offered, { onShown: showMeasured, onError: fail });
-    new RecipeTab($("recipe"), start.controls, () => controls.view(), fail);
-    request("drawing").then(async (blob) => { $("drawing").innerHTML = await blob.text(); }).catch(fail);
-  }
+  let wanted = restore(settings);
+  if (start.row !== null && !rows.length) { rows = [start.row]; wanted = "database"; }
   for (const button of document.querySelectorAll("[data-tab]")) button.addEventListener("click", () => choose(button.dataset.tab));
   for (const button of document.querySelectorAll("[data-copy]")) button.addEventListener("click", () => copy(button.dataset.copy));
   for (const button of document.querySelectorAll("[data-save]")) button.addEventListener("click", () => save(button.dataset.save));
   addEventListener("keydown", keys);
-  addEventListener("hashchange", () => choose(readAddress()));
+  addEventListener("hashchange", () => choose(restore(readAddress())));
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => event.preventDefault());
-  choose(start.row !== null && start.database ? "database" : start.database && wantedTab === "database" ? "database" : wantedTab === "database" ? "live" : wantedTab);
+  if (wanted === "live" && first.facts.shown) {
+    showLive({ ...first, facts: first.facts.shown }, { view: controls.view(), at: 0 });
+    $("tab-live").setAttribute("aria-selected", true);
+  } else choose(wanted);
+  if (window.sigdbStatic) return;
+  requestAnimationFrame(() => setTimeout(() => {
+    makeTabs();
+    request("drawing").then(async (blob) => { $("drawing").innerHTML = await blob.text(); }).catch(fail);
+  }));
 }
 
 main();

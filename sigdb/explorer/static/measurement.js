@@ -1,6 +1,7 @@
 // Recordings that are dropped onto the page: their average, and the diagnosis of the command line.
 
 import { request } from "./api.js";
+import { changedFields, setFields } from "./address.js";
 import { escaped } from "./database.js";
 
 export class MeasurementTab {
@@ -29,6 +30,8 @@ export class MeasurementTab {
   }
 
   find(selector) { return this.place.querySelector(selector); }
+  state() { return changedFields(this.place); }
+  restore(settings) { setFields(this.place, settings); }
 
   drop(name, take) {
     const zone = this.find("#drop-" + name), file = this.find("#file-" + name);

@@ -17,11 +17,16 @@ export function digits(value) {
   return String(Number(value.toPrecision(4)));
 }
 
+const overlayColours = ["#b8860b", "#2a9d8f", "#8e6bbf", "#d1495b", "#6b8e23", "#c2682a", "#4a7fb5", "#a3548f"];
+
+// Write a text where it differs from what stands there: a new text makes the browser lay out and paint.
+export function write(element, text) { if (element.textContent !== text) element.textContent = text; }
+
 export class Panels {
   constructor() {
     this.marked = { teeth: 1, damaged: [] };
-    this.stiffness = this.line("plot-stiffness", 3);
-    this.signal = this.line("plot-signal", 8);
+    this.stiffness = this.line("plot-stiffness");
+    this.signal = this.line("plot-signal");
     this.spectrum = this.bars("plot-spectrum");
     this.canvas = document.getElementById("wigner");
     this.labels = document.createElement("div");
@@ -38,20 +43,16 @@ export class Panels {
     ];
   }
 
-  line(id, overlays) {
+  line(id) {
     const place = document.getElementById(id);
-    const series = [{}, { stroke: () => colour("healthy"), width: 2 }, { stroke: () => colour("now"), width: 1.2 }];
-    const palette = ["#b8860b", "#2a9d8f", "#8e6bbf", "#d1495b", "#6b8e23"];
-    for (let i = 0; i < overlays; i++) series.push({ stroke: palette[i % palette.length], width: 1 });
-    const plot = new uPlot({
-      width: place.clientWidth || 600, height: place.clientHeight, series, legend: { show: false },
+    return new uPlot({
+      width: place.clientWidth || 600, height: place.clientHeight, legend: { show: false },
+      series: [{}, { stroke: () => colour("healthy"), width: 1 }, { stroke: () => colour("now"), width: 1 }],
       cursor: { y: false, points: { show: false } },
       scales: { x: { time: false, range: [0, 360] } },
       axes: this.axes((angle) => angle + "°").map((axis, i) => i ? axis : { ...axis, splits: () => [0, 60, 120, 180, 240, 300, 360] }),
       hooks: { drawClear: [(plot) => this.passes(plot)] },
-    }, [[0, 360], [null, null], [null, null], ...Array(overlays).fill([null, null])], place);
-    plot.overlays = overlays;
-    return plot;
+    }, [[0, 360], [null, null], [null, null]], place);
   }
 
   bars(id) {
@@ -95,22 +96,23 @@ export class Panels {
     this.shown = shown; this.others = others;
     this.marked = { teeth: facts.teeth, damaged: facts.damaged ?? [] };
     const n = arrays.tsa.length, angle = angles(n);
-    const over = others.slice(0, this.signal.overlays).map((other) => resampled(other.tsa, n));
-    while (over.length < this.signal.overlays) over.push(blank(n));
+    const over = others.slice(0, overlayColours.length).map((other) => resampled(other.tsa, n));
+    for (let i = this.signal.series.length - 3; i < over.length; i++) this.signal.addSeries({ stroke: overlayColours[i], width: 1 });
+    while (this.signal.series.length > over.length + 3) this.signal.delSeries(this.signal.series.length - 1);
     this.signal.setData([angle, arrays.tsa_healthy ?? blank(n), arrays.tsa, ...over]);
     const stiffness = document.getElementById("plot-stiffness").parentElement;
     stiffness.hidden = !arrays.stiffness;
     if (arrays.stiffness) {
       const m = arrays.stiffness.length, at = angles(m);
-      this.stiffness.setData([at, arrays.stiffness_healthy, arrays.stiffness, ...Array(this.stiffness.overlays).fill(blank(m))]);
+      this.stiffness.setData([at, arrays.stiffness_healthy, arrays.stiffness]);
     }
     const orders = Float64Array.from(arrays.spectrum.keys());
     this.spectrum.setData([orders, withoutMean(arrays.spectrum_healthy) ?? blank(orders.length), withoutMean(arrays.spectrum)]);
     this.distribution(shown);
     const unit = facts.unit ? `, ${facts.unit}` : "";
-    document.getElementById("signal-caption").textContent = `Averaged signal, ${facts.sensor}${unit}`;
-    document.getElementById("spectrum-caption").textContent = `Order spectrum, peak amplitude${unit} (ticks at mesh harmonics)`;
-    document.getElementById("wigner-caption").textContent = `Wigner-Ville distribution over angle and order${facts.unit ? `, ${/[/ ]/.test(facts.unit) ? `(${facts.unit})` : facts.unit}²` : ""}`;
+    write(document.getElementById("signal-caption"), `Averaged signal, ${facts.sensor}${unit}`);
+    write(document.getElementById("spectrum-caption"), `Order spectrum, peak amplitude${unit} (ticks at mesh harmonics)`);
+    write(document.getElementById("wigner-caption"), `Wigner-Ville distribution over angle and order${facts.unit ? `, ${/[/ ]/.test(facts.unit) ? `(${facts.unit})` : facts.unit}²` : ""}`);
   }
 
   distribution({ arrays, shapes, facts }) {
@@ -119,7 +121,7 @@ export class Panels {
     for (const value of w) limit = Math.max(limit, Math.abs(value));
     // Colours saturate at a fifth of the greatest magnitude, so that cross-terms stay visible.
     if (!facts.saturated) limit *= 0.2;
-    paintMap(this.canvas, columns, rows, (i, j) => w[i * rows + j], limit || 1);
+    paintMap(this.canvas, columns, rows, w, limit || 1);
     const highest = arrays.orders[rows - 1];
     const labelled = `${facts.teeth} ${highest}`;
     if (labelled === this.labelled) return;
@@ -156,17 +158,22 @@ function blank(n) { if (!blanks.has(n)) blanks.set(n, Array(n).fill(null)); retu
 function withoutMean(spectrum) { if (!spectrum) return null; const copy = Float64Array.from(spectrum); copy[0] = 0; return copy; }
 function resampled(x, n) { return x.length === n ? x : Float64Array.from({ length: n }, (_, i) => x[Math.floor(i * x.length / n)]); }
 
-// A map of numbers, blue below and red above zero, saturated at the limit; or from light to dark, without a sign.
-export function paintMap(canvas, columns, rows, at, limit, { low = -limit } = {}) {
-  canvas.width = columns; canvas.height = rows;
-  const context = canvas.getContext("2d"), image = context.createImageData(columns, rows), data = image.data;
-  for (let j = 0; j < rows; j++) {
-    for (let i = 0; i < columns; i++) {
-      const value = at(i, j), k = 4 * ((rows - 1 - j) * columns + i);
-      if (value === null || Number.isNaN(value)) { data[k + 3] = 0; continue; }
-      const part = low < 0 ? Math.max(-1, Math.min(1, value / limit)) : Math.max(0, Math.min(1, (value - low) / (limit - low || 1)));
-      const [r, g, b] = part >= 0 ? [178, 24, 43] : [33, 102, 172], size = Math.abs(part) ** 0.7;
-      data[k] = 250 + (r - 250) * size; data[k + 1] = 250 + (g - 250) * size; data[k + 2] = 250 + (b - 250) * size; data[k + 3] = 255;
+// Colours of 513 numbers from -1 to 1: blue below and red above zero.
+const shades = Uint32Array.from({ length: 513 }, (_, k) => {
+  const part = (k - 256) / 256, size = Math.abs(part) ** 0.7, [r, g, b] = (part >= 0 ? [178, 24, 43] : [33, 102, 172]).map((c) => Math.round(250 + (c - 250) * size));
+  return (255 << 24 | b << 16 | g << 8 | r) >>> 0;
+});
+
+// A map of columns of numbers, upwards, saturated at the limit; with a low end, from light there to dark at the limit.
+export function paintMap(canvas, columns, rows, values, limit, low = -limit) {
+  if (canvas.width !== columns || canvas.height !== rows) Object.assign(canvas, { width: columns, height: rows });
+  const context = canvas.getContext("2d"), image = context.createImageData(columns, rows), pixels = new Uint32Array(image.data.buffer);
+  const scale = low < 0 ? 256 / limit : 256 / (limit - low || 1), from = low < 0 ? 0 : low;
+  for (let i = 0, k = 0; i < columns; i++) {
+    for (let j = rows - 1; j >= 0; j--, k++) {
+      const value = values[k];
+      if (value === null || Number.isNaN(value)) continue;
+      pixels[j * columns + i] = shades[Math.max(low < 0 ? 0 : 256, Math.min(512, 256 + Math.round((value - from) * scale)))];
     }
   }
   context.putImageData(image, 0, 0);

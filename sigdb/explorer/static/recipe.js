@@ -1,6 +1,7 @@
 // A recipe from ranges that are chosen on the page, with its size and time.
 
 import { request } from "./api.js";
+import { changedFields, setFields } from "./address.js";
 import { digits } from "./plots.js";
 
 export class RecipeTab {
@@ -10,10 +11,10 @@ export class RecipeTab {
     place.innerHTML = `
       <p>Choose ranges; settings without one keep the values of the tab Damage.</p>
       <table><thead><tr><th>setting</th><th>from</th><th>to</th><th>steps</th></tr></thead><tbody>${axes.map((axis) => `
-        <tr><td><label><input type="checkbox" data-axis="${axis.name}"> ${axis.label}${axis.unit === "-" ? "" : ` <span class="quiet">${axis.unit}</span>`}</label></td>
-        <td><input type="number" step="any" aria-label="${axis.label} from" value="${Number(Math.max(axis.low, axis.name === "tooth" ? 1 : axis.low).toPrecision(4))}"></td>
-        <td><input type="number" step="any" aria-label="${axis.label} to" value="${Number(axis.high.toPrecision(4))}"></td>
-        <td><input type="number" min="1" step="1" aria-label="${axis.label} steps" value="${["tooth", "damaged_teeth", "teeth"].includes(axis.name) ? axis.high - Math.max(axis.low, 1) + 1 : 5}"></td></tr>`).join("")}</tbody></table>
+        <tr><td><label><input type="checkbox" data-axis="${axis.name}" id="range-${axis.name}"> ${axis.label}${axis.unit === "-" ? "" : ` <span class="quiet">${axis.unit}</span>`}</label></td>
+        <td><input type="number" step="any" id="range-${axis.name}-from" aria-label="${axis.label} from" value="${Number(Math.max(axis.low, axis.name === "tooth" ? 1 : axis.low).toPrecision(4))}"></td>
+        <td><input type="number" step="any" id="range-${axis.name}-to" aria-label="${axis.label} to" value="${Number(axis.high.toPrecision(4))}"></td>
+        <td><input type="number" min="1" step="1" id="range-${axis.name}-steps" aria-label="${axis.label} steps" value="${["tooth", "damaged_teeth", "teeth"].includes(axis.name) ? axis.high - Math.max(axis.low, 1) + 1 : 5}"></td></tr>`).join("")}</tbody></table>
       <p class="buttons"><button id="make-recipe">Make the recipe</button><button id="save-recipe" disabled>Save it</button></p>
       <p id="recipe-size" role="status"></p><pre id="recipe-text" tabindex="0"></pre>`;
     this.scales = Object.fromEntries(controls.map(({ name, scale }) => [name, scale]));
@@ -22,6 +23,8 @@ export class RecipeTab {
   }
 
   find(selector) { return this.place.querySelector(selector); }
+  state() { return changedFields(this.place); }
+  restore(settings) { setFields(this.place, settings); }
 
   ranges() {
     const ranges = {};

@@ -24,7 +24,7 @@ function turned(array, passes, teeth, width = 1) {
 }
 
 async function staticRequest(name, view) {
-  if (name === "start") return start;
+  if (name === "start") return { facts: { start } };
   const sensor = view.sensor ?? start.sensors[0].name, tooth = view.tooth ?? 0;
   const wanted = tooth ? { stiffness_loss: view.stiffness_loss ?? 0, phase_shift_deg: view.phase_shift_deg ?? 0 } : { stiffness_loss: 0, phase_shift_deg: 0 };
   const apart = (one) => 10 * Math.abs(one.stiffness_loss - wanted.stiffness_loss) + Math.abs(one.phase_shift_deg - wanted.phase_shift_deg);
