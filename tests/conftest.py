@@ -155,3 +155,33 @@ class OscillatorMarch:
         first, first_force = self._marcher.start(np.array([z]), turns[0], forces[:1], np.zeros(0))
         outputs, mesh_force = self._marcher.run(turns[1:], forces[1:, None], np.zeros((steps, 0)))
         return (*np.vstack([first, outputs]).T, np.concatenate([first_force, mesh_force[:, 0]]))
+
+
+EXPLORED = """
+[sweep]
+rig = "nasa-spiral-bevel"
+gear = "pinion"
+seed = 1
+healthy = 2
+
+[[sweep.grid]]
+tooth = "all"
+stiffness_loss = [0.2, 0.4]
+
+[measurement]
+averages = 102
+snr_db = 10.0
+"""
+
+
+@pytest.fixture(scope="session")
+def explored(tmp_path_factory):
+    """The folder of a database for the explorer: two healthy rows, and two losses at each of twelve teeth."""
+    from sigdb.pipeline import load_recipe
+    from sigdb.sweep import run
+
+    folder = tmp_path_factory.mktemp("explored")
+    (folder / "recipe.toml").write_text(EXPLORED, encoding="utf-8")
+    recipe = load_recipe(folder / "recipe.toml")
+    run(recipe.plan(), folder / "db", recipe=recipe.text, jobs=1)
+    return folder / "db"

@@ -274,7 +274,11 @@ def packed(shown: Shown) -> bytes:
     for name, array in shown.arrays.items():
         listed.append([name, list(np.shape(array)), first])
         first += int(np.size(array))
-    header = json.dumps(plain(shown.facts | {"arrays": listed}), allow_nan=False).encode()
+    facts = shown.facts | {"arrays": listed}
+    try:
+        header = json.dumps(facts, allow_nan=False).encode()
+    except (TypeError, ValueError):  # a number of numpy or one that is not finite
+        header = json.dumps(plain(facts), allow_nan=False).encode()
     header += b" " * (-len(header) % 4)
     data = b"".join(np.ascontiguousarray(array, dtype="<f4").tobytes() for array in shown.arrays.values())
     return struct.pack("<I", len(header)) + header + data

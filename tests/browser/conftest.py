@@ -8,22 +8,6 @@ import sys
 import pytest
 from playwright.sync_api import sync_playwright
 
-RECIPE = """
-[sweep]
-rig = "nasa-spiral-bevel"
-gear = "pinion"
-seed = 1
-healthy = 2
-
-[[sweep.grid]]
-tooth = "all"
-stiffness_loss = [0.2, 0.4]
-
-[measurement]
-averages = 102
-snr_db = 10.0
-"""
-
 
 def chromium():
     """The path of the system's Chromium."""
@@ -42,17 +26,8 @@ def browser():
 
 
 @pytest.fixture(scope="session")
-def database(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("explorer")
-    (folder / "recipe.toml").write_text(RECIPE, encoding="utf-8")
-    command = [sys.executable, "-m", "sigdb", "sweep", str(folder / "recipe.toml"), "--out", str(folder / "db")]
-    subprocess.run([*command, "--jobs", "1"], check=True, capture_output=True)
-    return folder / "db"
-
-
-@pytest.fixture(scope="session")
-def address(database):
-    command = [sys.executable, "-u", "-m", "sigdb", "explore", str(database), "--no-browser"]
+def address(explored):
+    command = [sys.executable, "-u", "-m", "sigdb", "explore", str(explored), "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
         found = re.match(r"http://127\.0\.0\.1:\d+/#token=\S+", server.stdout.readline())
         yield found.group()

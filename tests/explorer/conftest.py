@@ -4,24 +4,6 @@ from starlette.testclient import TestClient
 import sigdb
 from sigdb.explorer import LiveRig
 from sigdb.explorer.app import Explorer, explorer_app
-from sigdb.pipeline import load_recipe
-from sigdb.sweep import run
-
-RECIPE = """
-[sweep]
-rig = "nasa-spiral-bevel"
-gear = "pinion"
-seed = 1
-healthy = 2
-
-[[sweep.grid]]
-tooth = "all"
-stiffness_loss = [0.2, 0.4]
-
-[measurement]
-averages = 102
-snr_db = 10.0
-"""
 
 
 @pytest.fixture(scope="session")
@@ -30,12 +12,8 @@ def live():
 
 
 @pytest.fixture(scope="session")
-def database(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("explorer")
-    (folder / "recipe.toml").write_text(RECIPE, encoding="utf-8")
-    recipe = load_recipe(folder / "recipe.toml")
-    run(recipe.plan(), str(folder / "db"), recipe=recipe.text, jobs=1)
-    return sigdb.open(folder / "db")
+def database(explored):
+    return sigdb.open(explored)
 
 
 @pytest.fixture(scope="session")

@@ -58,10 +58,18 @@ function rest() {
 
 function paint(shown, others, text) {
   message(null);
+  clearTimeout(numbering);
   shownNow = shown;
   panels.paint(shown, others);
   write($("shown"), text);
-  facts(shown.facts);
+}
+
+// Numbers follow in the frame after their picture, at most ten times a second: nobody reads faster.
+let numbered = 0, numbering = 0;
+function numbers(shown) {
+  if (shown !== shownNow) return;
+  clearTimeout(numbering);
+  numbering = setTimeout(() => { numbered = performance.now(); facts(shown.facts); }, Math.max(0, numbered + 100 - performance.now()));
 }
 
 let timing = "", timed = 0;
@@ -79,6 +87,7 @@ function showLive(shown, { view, at }) {
     const { simulation, signature } = f.milliseconds, milliseconds = performance.now() - at;
     timing = `simulation ${simulation.toFixed(0)} ms, signature ${signature.toFixed(0)} ms, painted after ${milliseconds.toFixed(0)} ms`;
     document.body.dataset.painted = JSON.stringify({ view, milliseconds, simulation: simulation + signature });
+    numbers(shown);
     if (performance.now() - timed > 1000) writeTiming();
   }));
 }
@@ -122,13 +131,18 @@ async function showRows(chosen) {
     const [first, ...others] = shown;
     behind("");
     paint(first, others.map((other) => ({ name: String(other.facts.id), tsa: other.arrays.tsa })), chosen.map((id, i) => caseText(shown[i].facts.case)).join("; "));
+    facts(first.facts);
     showNearest($("nearest"), await request("nearest", { id: first.facts.id }));
   } catch (error) { fail(error); }
 }
 
+// A row in words; rows of recordings may have no label, and no settings of a simulation.
 function caseText(row) {
-  const damage = row.tooth ? `tooth ${row.tooth}, ${row.damaged_teeth} damaged, loss ${digits(row.stiffness_loss)}, shift ${digits(row.phase_shift_deg)}°` : "undamaged";
-  return `row ${row.id}: ${damage}, ${digits(row.snr_db)} dB, specimen ${row.specimen}`;
+  const has = (name) => row[name] !== null && row[name] !== undefined, damage = !has("tooth") ? "without a label" : row.tooth ? `tooth ${row.tooth}` : "undamaged";
+  const words = { damaged_teeth: (x) => `${x} damaged`, stiffness_loss: (x) => `loss ${digits(x)}`, phase_shift_deg: (x) => `shift ${digits(x)}°` };
+  const others = { machine: String, snr_db: (x) => `${digits(x)} dB`, specimen: (x) => `specimen ${x}` };
+  const named = Object.entries({ ...(row.tooth ? words : {}), ...others }).filter(([name]) => has(name)).map(([name, text]) => text(row[name]));
+  return `row ${row.id}: ${[damage, ...named].join(", ")}`;
 }
 
 // The case of the tab Damage as a line over a measured average: without its mean, and as strong as the average.
@@ -148,6 +162,7 @@ async function showMeasured(shown, name) {
   const over = await simulatedOver(shown);
   const text = `${name}: ${shown.facts.teeth} teeth${shown.facts.speed_rpm ? `, ${digits(shown.facts.speed_rpm)} rpm` : ""}`;
   paint(shown, over, text + (over.length ? "; the thin line is the simulated case of the tab Damage, scaled to the same rms" : ""));
+  facts(shown.facts);
   if (!start.database) return;
   try { showNearest($("nearest"), await request("nearest", { tsa: [...shown.arrays.tsa], teeth: shown.facts.teeth })); } catch { $("nearest").hidden = true; }
 }
@@ -246,10 +261,9 @@ async function main() {
   addEventListener("hashchange", () => choose(restore(readAddress())));
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => event.preventDefault());
-  if (wanted === "live" && first.facts.shown) {
-    showLive({ ...first, facts: first.facts.shown }, { view: controls.view(), at: 0 });
-    $("tab-live").setAttribute("aria-selected", true);
-  } else choose(wanted);
+  if (first.facts.shown) showLive({ ...first, facts: first.facts.shown }, { view: controls.view(), at: 0 });
+  if (wanted === "live" && first.facts.shown) $("tab-live").setAttribute("aria-selected", true);
+  else choose(wanted);
   if (window.sigdbStatic) return;
   requestAnimationFrame(() => setTimeout(() => {
     makeTabs();

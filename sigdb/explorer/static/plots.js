@@ -128,7 +128,7 @@ export class Panels {
     this.labelled = labelled;
     this.labels.replaceChildren();
     for (let h = 0; h * facts.teeth <= highest; h++) this.label(`${h * facts.teeth}`, { right: "calc(100% - 50px)", bottom: `calc(18px + (100% - 26px) * ${h * facts.teeth / highest} - 7px)` });
-    for (let angle = 0; angle <= 360; angle += 60) this.label(`${angle}°`, { left: `calc(56px + (100% - 73px) * ${angle / 360} - 8px)`, bottom: "0" });
+    for (let angle = 0; angle <= 360; angle += 60) this.label(`${angle}°`, { left: `calc(56px + (100% - 81px) * ${angle / 360} - 8px)`, bottom: "0" });
   }
 
   label(text, place) {
