@@ -27,7 +27,7 @@ from sklearn.ensemble import HistGradientBoostingClassifier
 from threadpoolctl import threadpool_limits
 
 import sigdb
-from sigdb.database import Database
+from sigdb.database import TEST, TRAINING, Database
 from sigdb.pipeline import load_recipe
 from sigdb.recognition import (
     LocationClassifier,
@@ -45,7 +45,6 @@ from sigdb.recognition.estimators.pooled_location import POOLED_LEARNERS
 from sigdb.recognition.model import reducers_of
 from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.rows.streams import read_features, reduce_averages
-from sigdb.recognition.splits.split import TEST, TRAINING
 from sigdb.recognition.training import usable_rows
 from sigdb.sweep import run
 

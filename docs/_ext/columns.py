@@ -8,7 +8,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from tabular import Cell, text_table
 
-from sigdb.database.store.schema import Schema
+from sigdb.database.store.schema import Column, Schema
 from sigdb.ingest.schema import measured_schema
 from sigdb.pipeline import load_recipe
 from sigdb.sweep.plan.schema import plan_schema
@@ -31,13 +31,16 @@ class Columns(SphinxDirective):
         recipe, table = self.arguments
         if recipe != "recordings":
             self.env.note_dependency(str(ROOT / recipe))
-        rows = [_row(column) for column in schema_of(recipe).as_json()[table]]
-        return [text_table(("column", "type", "unit", "description and formula"), rows, code=(0,), sentence=3)]
+        has_roles = table != "templates"
+        rows = [_row(column, has_roles) for column in getattr(schema_of(recipe), table)]
+        heads = ("column", "type", "unit", *(["role"] if has_roles else []), "description and formula")
+        return [text_table(heads, rows, code=(0,), sentence=len(heads) - 1)]
 
 
-def _row(column: dict[str, str]) -> tuple[Cell, ...]:
-    kind = column["type"].replace("list<element: float>", "list of float")
-    return column["name"], kind, column["unit"], (column["description"], column["formula"])
+def _row(column: Column, has_roles: bool) -> tuple[Cell, ...]:
+    kind = str(column.type).replace("list<element: float>", "list of float")
+    roles = (str(column.role),) if has_roles else ()
+    return column.name, kind, column.unit, *roles, (column.help, column.formula)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

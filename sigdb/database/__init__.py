@@ -11,8 +11,11 @@ __all__ = [
     "Database",
     "Export",
     "IntegrityFinding",
+    "LearningSet",
     "Manifest",
     "Match",
+    "Split",
     "database_card",
+    "make_split",
     "open",
 ]

@@ -1,26 +1,28 @@
 """A database that is read: SQL, cases, features, signals, templates, match, export."""
 
+from collections.abc import Sequence
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, InputError, IntArray, plain_array
 from sigdb.database.export.export import Export, export_database
 from sigdb.database.limits import LimitOptions, QueryLimits
 from sigdb.database.matching.match import Match, Matcher
-from sigdb.database.query import check_row_count
+from sigdb.database.queried_tables import QueriedTables
 from sigdb.database.signals import row_matrices
 from sigdb.database.store.schema import suffixed
-from sigdb.database.stored_tables import StoredTables
+
+if TYPE_CHECKING:
+    from sigdb.database.splits.learning_set import LearningSet
 
 
-class Database(StoredTables):
+class Database(QueriedTables):
     """A database that is read; :func:`sigdb.open` opens it.
 
     Readers follow receipts, so that a sweep may go on writing: a reader sees the parts that were finished when it
@@ -36,139 +38,58 @@ class Database(StoredTables):
     def __repr__(self) -> str:
         return f"Database({str(self.store)!r}, {self.lacks or f'{len(self)} of {len(self)} rows'})"
 
-    def sql(self, query: str, **limits: Unpack[LimitOptions]) -> pd.DataFrame:
-        """Run one SELECT statement.
+    def xy(
+        self,
+        target: str,
+        *,
+        split: str = "",
+        columns: Sequence[str] = (),
+        folds: int = 5,
+        allow_leak: bool = False,
+    ) -> "LearningSet":
+        """Return inputs, labels, groups and folds without leaks, for an estimator of scikit-learn.
 
-        The views are ``features`` (all columns of a row), ``cases`` (the same without lists), ``signals`` (``id``,
-        ``tsa``, ``spectrum``) and ``templates``.
+        Columns of a database have roles: a model may read those that a measurement has too (``input``). Others are the
+        damage (``label``), the origin of a row (``id``), or numbers that only a simulation has (``truth``).
 
         Parameters
         ----------
-        query : str
-            One SELECT statement in DuckDB's SQL. It reads no file and changes nothing.
-        **limits
-            ``max_seconds`` (600), ``max_memory_gb`` (4) and ``max_rows`` (10 000 000): a query that reaches one of them
-            is refused. Nothing is written to a disk in place of memory, which all queries of a database share.
+        target : {"location", "detection", "severity"}
+            Question to answer.
+        split : str, optional
+            Name of the split; see :func:`sigdb.database.make_split`. S1 if left out, of recordings ``recording``.
+        columns : sequence of str, optional
+            Input columns of ``features`` or ``signals``, such as ``"tsa"``; all of ``features`` if left out.
+        folds : int
+            Folds of specimens.
+        allow_leak : bool
+            Whether the split ``random`` of recordings may be made.
 
         Returns
         -------
-        pandas.DataFrame
-            The result.
+        LearningSet
+            ``X``, ``y``, ``groups`` and ``cv``.
 
         Raises
         ------
         InputError
-            If the text is not one SELECT statement, names a thing that does not exist, or reaches a limit.
+            If target, split or a column does not exist, a column is no input, or the rows cannot be split so.
         DatabaseError
-            If a part that it reads is damaged.
+            If the sweep is not finished, or a part is damaged.
+
+        Examples
+        --------
+        ::
+
+            from sklearn.ensemble import RandomForestClassifier
+            from sklearn.model_selection import cross_val_score
+
+            X, y, groups, cv = sigdb.open("signatures").xy("location", split="S1")
+            cross_val_score(RandomForestClassifier(), X, y, cv=cv)
         """
-        result: pd.DataFrame = self.arrow(query, **limits).to_pandas()
-        return result
+        from sigdb.database.splits.learning_set import learning_set  # imports scikit-learn, and this module
 
-    def arrow(self, query: str, **limits: Unpack[LimitOptions]) -> pa.Table:
-        """Run one SELECT statement and return the result as an Arrow table.
-
-        Parameters
-        ----------
-        query : str
-            As in :meth:`sql`.
-        **limits
-            As in :meth:`sql`.
-
-        Returns
-        -------
-        pyarrow.Table
-            The result.
-
-        Raises
-        ------
-        InputError, DatabaseError
-            As :meth:`sql`.
-        """
-        with self._reading(), self.connect(limits=QueryLimits(**limits)) as connection:
-            return connection.select(query)
-
-    def stream(self, query: str, *, rows: int = 2048, **limits: Unpack[LimitOptions]) -> pa.RecordBatchReader:
-        """Run one SELECT statement and return the result in batches, as DuckDB computes them.
-
-        A statement that needs all rows before the first one, such as one that sorts, holds its result in memory.
-
-        Parameters
-        ----------
-        query : str
-            As in :meth:`sql`.
-        rows : int
-            Greatest number of rows in a batch.
-        **limits
-            As in :meth:`sql`. The time is that in which batches are computed, not that between them. Memory is that of
-            the computation.
-
-        Returns
-        -------
-        pyarrow.RecordBatchReader
-            An iterator of record batches.
-
-        Raises
-        ------
-        InputError, DatabaseError
-            As :meth:`sql`. Damage is raised when the stream comes to it.
-        """
-        check_row_count(rows)
-        with self._reading():
-            return self.connect(limits=QueryLimits(**limits)).stream(query, rows)
-
-    def cases(self, where: str | None = None, **limits: Unpack[LimitOptions]) -> pd.DataFrame:
-        """Return rows without their lists: parameters, labels and indicators, in the order of their ids.
-
-        Parameters
-        ----------
-        where : str, optional
-            One SQL expression, for example ``"tooth = 6 and stiffness_loss >= 0.25"``; all rows if left out. It is
-            parsed as an expression, so that no second statement can stand behind it. It may hold subqueries over the
-            views.
-        **limits
-            ``max_seconds`` and ``max_memory_gb``, as in :meth:`sql`.
-
-        Returns
-        -------
-        pandas.DataFrame
-            One row a row of the database.
-
-        Raises
-        ------
-        InputError
-            If ``where`` is not one expression, names a thing that does not exist, or reaches a limit.
-        DatabaseError
-            If a part is damaged.
-        """
-        return self._rows("cases", where, QueryLimits(**limits))
-
-    def features(self, where: str | None = None, **limits: Unpack[LimitOptions]) -> pd.DataFrame:
-        """Return rows with their pooled Wigner-Ville features, in the order of their ids.
-
-        Parameters
-        ----------
-        where : str, optional
-            As in :meth:`cases`.
-        **limits
-            As in :meth:`cases`.
-
-        Returns
-        -------
-        pandas.DataFrame
-            One row a row of the database.
-
-        Raises
-        ------
-        InputError, DatabaseError
-            As :meth:`cases`.
-        """
-        return self._rows("features", where, QueryLimits(**limits))
-
-    def _rows(self, view: str, where: str | None, limits: QueryLimits) -> pd.DataFrame:
-        with self._reading(), self.connect(limits=limits) as connection:
-            rows: pd.DataFrame = connection.choose(view, where).to_pandas()
-        return rows
+        return learning_set(self, target, split=split, columns=columns, folds=folds, allow_leak=allow_leak)
 
     def templates(self) -> pd.DataFrame:
         """Return the templates, each distinct case once.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sigdb.core import InputError, Note, SigdbError, __version__, json_text
+from sigdb.database import changed_parts, model_form
 from sigdb.database import open as open_database
 from sigdb.diagnosis.change.templates import Templates
 from sigdb.diagnosis.notes import rig_speed_notes
@@ -173,7 +174,7 @@ def stored_bank(
     """Return the templates of a model or a database, and notes; None without both."""
     if model is None and database is None:
         return None, ()
-    from sigdb.recognition import TemplateBank, changed_parts, load_model, model_form  # imports all of scikit-learn
+    from sigdb.recognition import TemplateBank, load_model  # imports all of scikit-learn
 
     if model is not None and database is not None:
         raise InputError("model and database are given together; templates are taken from one of them")

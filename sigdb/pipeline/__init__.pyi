@@ -9,3 +9,5 @@ from .recipe import load_recipe as load_recipe
 from .recipe_models import ModelResult as ModelResult
 from .run import RecipeRun as RecipeRun
 from .run import run_recipe as run_recipe
+from .user_model import is_user_model as is_user_model
+from .user_model import load_user_model as load_user_model

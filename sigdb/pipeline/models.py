@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from sigdb.core import OnStep, ignore, validated
 from sigdb.database import Database
@@ -17,18 +18,20 @@ from sigdb.recognition import (
 )
 
 
-def evaluate_model(model: Model, database: Database) -> Evaluation:
+def evaluate_model(model: Model | Any, database: Database, **options: Any) -> Evaluation:
     """Evaluate a model with the criteria of a database's recipe.
 
     Parameters
     ----------
     model
-        A trained model.
+        A trained model, or an estimator of one's own.
     database
         A finished database.
+    **options
+        Options for an estimator of one's own, see :func:`sigdb.recognition.evaluate`.
     """
-    criteria = recipe_section(database, RecognitionSettings, "recognition").criteria
-    return evaluate(model, database, criteria=criteria)
+    settings = recipe_section(database, RecognitionSettings, "recognition")
+    return evaluate(model, database, criteria=settings.criteria, settings=settings, **options)
 
 
 def train_model(

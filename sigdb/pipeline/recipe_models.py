@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from sigdb.core import TEMPORARY, InputError, OnStep
-from sigdb.database import Database
+from sigdb.database import QUANTITIES, Database
 from sigdb.pipeline.models import train_model
 from sigdb.pipeline.recipe import Recipe
 from sigdb.pipeline.stages import Stage, content_of, run_stage
-from sigdb.recognition import QUANTITIES, TARGETS, CriteriaSettings, Estimate, Evaluation, evaluate, load_model
+from sigdb.recognition import TARGETS, CriteriaSettings, Estimate, Evaluation, evaluate, load_model
 from sigdb.sweep import Plan
 
 _OF_A_RUN = {"targets", "splits", "evaluate_on"}

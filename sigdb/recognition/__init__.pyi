@@ -26,7 +26,6 @@ from .estimators.detector import Detector as Detector
 from .estimators.pooled_location import LocationClassifier as LocationClassifier
 from .estimators.pooled_severity import SeverityRegressor as SeverityRegressor
 from .estimators.registry import LEARNERS as LEARNERS
-from .estimators.registry import SPLIT_NAMES as SPLIT_NAMES
 from .estimators.registry import TARGET_NAMES as TARGET_NAMES
 from .estimators.template_location import TemplateLocation as TemplateLocation
 from .estimators.template_location import WhitenedBankLocation as WhitenedBankLocation
@@ -46,12 +45,6 @@ from .rows.signature_transformer import SignatureTransformer as SignatureTransfo
 from .rows.tooth_views import ToothViews as ToothViews
 from .settings import CriteriaSettings as CriteriaSettings
 from .settings import RecognitionSettings as RecognitionSettings
-from .severity_quantities import QUANTITIES as QUANTITIES
-from .splits.kinds import SPLITS as SPLITS
-from .splits.kinds import changed_parts as changed_parts
-from .splits.kinds import make_split as make_split
-from .splits.kinds import model_form as model_form
-from .splits.split import Split as Split
 from .storage.model_card import Cell as Cell
 from .storage.model_card import EstimateTable as EstimateTable
 from .storage.model_card import bound_text as bound_text

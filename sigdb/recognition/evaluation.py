@@ -1,14 +1,15 @@
 """Evaluation of a model on unseen cases, with its baselines and the best possible answer."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
 import pandas as pd
 
-from sigdb.core import NotApplicableError, Note, SigdbError, plain
-from sigdb.database import Database
+from sigdb.core import NotApplicableError, Note, OnStep, SigdbError, ignore, plain
+from sigdb.database import MEASURED_SPLITS, Database
 from sigdb.recognition.criteria import CriterionResult, assess_criteria
+from sigdb.recognition.estimators.user_estimator import user_estimator
 from sigdb.recognition.evaluated_rows import select_rows
 from sigdb.recognition.evaluation_tables import efficiency_table, evaluation_tables
 from sigdb.recognition.idle_cores import idle_cores
@@ -18,10 +19,11 @@ from sigdb.recognition.metrics.evaluated import Evaluated
 from sigdb.recognition.metrics.metric import differences, estimates
 from sigdb.recognition.model import Model
 from sigdb.recognition.rows.streams import sensor_in
-from sigdb.recognition.settings import CriteriaSettings
+from sigdb.recognition.settings import CriteriaSettings, RecognitionSettings
 from sigdb.recognition.splits.confounds import measured_notes
 from sigdb.recognition.targets.all_targets import target_named
 from sigdb.recognition.targets.best_answers import best_answers
+from sigdb.recognition.training import train
 
 Metrics = Mapping[str, Estimate]
 """Estimates by name of the metric."""
@@ -112,9 +114,21 @@ class Evaluation:
 
 @idle_cores()
 def evaluate(
-    model: Model, database: Database, *, bound: bool = True, criteria: CriteriaSettings | None = None
+    model: Model | Any,
+    database: Database,
+    *,
+    bound: bool = True,
+    criteria: CriteriaSettings | None = None,
+    target: str = "location",
+    split: str = "",
+    columns: Sequence[str] = (),
+    settings: RecognitionSettings | None = None,
+    on_step: OnStep = ignore,
 ) -> Evaluation:
     """Evaluate a model on the rows of a database that its training has not seen.
+
+    An estimator of one's own, with the conventions of scikit-learn, is first trained on the training rows of a split of
+    the database, and the baselines with it. It reads the columns of :meth:`sigdb.database.Database.xy`.
 
     On the database of the training, these are the test cases of the model's split. On other databases they are all rows
     of unseen specimens; specimens are the same gears in databases of the same seed. A database whose rig or solver
@@ -123,13 +137,21 @@ def evaluate(
     Parameters
     ----------
     model
-        A trained model.
+        A trained model. Or anything with ``fit(X, y)`` and ``predict(X)``, for probabilities with ``predict_proba(X)``
+        and ``classes_``: a copy of it is trained.
     database
         A finished database with the model's sensor first.
     bound
         Whether to compute the Bayes bound, and the model's efficiency. It takes longer than all else.
     criteria
         Limits to compare the model with; none if left out.
+    target, split, columns
+        Question, split (S1 if left out, of recordings ``recording``) and input columns of an estimator of one's own;
+        see :meth:`sigdb.database.Database.xy`.
+    settings
+        Folds, and settings of the baselines, where an estimator of one's own is trained.
+    on_step
+        Called with the name of each estimator before it is trained, an estimator of one's own and baselines.
 
     Returns
     -------
@@ -141,12 +163,16 @@ def evaluate(
     InputError
         If no rows are left, the database holds another sensor, or was extended so that the model's split has changed.
     """
-    target = target_named(model.target)
+    if not isinstance(model, Model):
+        estimator = user_estimator(model, target_named(target).name, database, columns)
+        name = split or (MEASURED_SPLITS[0] if database.manifest.is_measured else "S1")
+        model = train(database, target, settings, split=name, user_estimator=estimator, on_step=on_step)
+    question = target_named(model.target)
     rows, selection = select_rows(model, database)
     evaluated = Evaluated.of_each(model.answers(database, rows), rows)
-    values = {name: target.values(each) for name, each in evaluated.items()}
+    values = {name: question.values(each) for name, each in evaluated.items()}
     metrics = {
-        name: estimates(target.metrics, values[name], each.specimens) | target.quotients(each)
+        name: estimates(question.metrics, values[name], each.specimens) | question.quotients(each)
         for name, each in evaluated.items()
     }
     ours, notes, best = evaluated[model.learner], [], None
@@ -155,12 +181,14 @@ def evaluate(
             raise NotApplicableError(f"{database.store}: the law of measured rows is not known")
         if bound:
             rate = model.false_alarm_rate
-            best = best_answers(target, database, ours, sensor=sensor_in(database, model.sensor), false_alarm_rate=rate)
+            best = best_answers(
+                question, database, ours, sensor=sensor_in(database, model.sensor), false_alarm_rate=rate
+            )
     except NotApplicableError as error:
         notes.append(Note(code="no-bound", text=str(error)))
     law, bound_values = (None, {}) if best is None else (best.bound, best.all_values)
-    tables = evaluation_tables(target, evaluated, model.learner, law, bound_values)
-    efficiency = efficiency_table(target, ours, law)
+    tables = evaluation_tables(question, evaluated, model.learner, law, bound_values)
+    efficiency = efficiency_table(question, ours, law)
     index_error = None if law is None else law.index_error
     return Evaluation(
         target=model.target,
@@ -171,7 +199,7 @@ def evaluate(
         rows=len(rows),
         specimens=rows["specimen"].nunique(),
         metrics=metrics,
-        differences=differences(target.metrics, values, model.learner, ours.specimens),
+        differences=differences(question.metrics, values, model.learner, ours.specimens),
         bound=None if best is None else best.metrics,
         bound_rows=None if best is None else int(best.inside.sum()),
         above=() if best is None or selection.seen else best.above(ours),
@@ -184,7 +212,7 @@ def evaluate(
         ),
         criteria=assess_criteria(
             criteria or CriteriaSettings(),
-            target,
+            question,
             metrics[model.learner],
             efficiency,
             tables,

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import FloatArray
+from sigdb.database import QUANTITIES
 from sigdb.recognition.bound.bayes_bound import Bound
 from sigdb.recognition.bound.noise_bands import NoiseBand, noise_bands
 from sigdb.recognition.metrics.coverage import value_bands
 from sigdb.recognition.metrics.estimate import Specimens
 from sigdb.recognition.metrics.evaluated import Evaluated
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.targets.target import Target
 
 AXES = ("snr_db", "averages")

@@ -6,9 +6,10 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import Note
+from sigdb.database import QUANTITIES
+from sigdb.recognition.estimators.user_estimator import UserEstimator
 from sigdb.recognition.evaluated_rows import Selection
 from sigdb.recognition.model import Model
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import TemplateBank
 
 _ALIKE = 1e-3
@@ -30,7 +31,9 @@ def limitations(model: Model, rows: pd.DataFrame, selection: Selection, index_er
         Root mean square of the index errors of the rows, m; None where it is not known.
     """
     bank = model.estimator.template_bank
-    notes = list(_of_bank(bank, rows, index_error)) if bank is not None else [_features_only(model.learner)]
+    notes = list(_of_bank(bank, rows, index_error)) if bank is not None else []
+    if bank is None and not isinstance(model.estimator, UserEstimator):
+        notes.append(_features_only(model.learner))
     return [*notes, *_of_selection(selection)]
 
 

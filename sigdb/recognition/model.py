@@ -10,14 +10,13 @@ import pandas as pd
 from scipy.special import expit
 
 from sigdb.core import Answer, BoolArray, FloatArray, InputError, IntArray, NotApplicableError
-from sigdb.database import Database
+from sigdb.database import QUANTITIES, Database
 from sigdb.recognition.answers import NO_TEMPLATE_FITS, Answers, answer_table
 from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.estimators.detector import Detector
 from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Reducer, Rows
 from sigdb.recognition.rows.plain_rows import PlainRow, plain_rows
 from sigdb.recognition.rows.streams import read_averages, read_features, reduce_averages, stream_features
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.trained_range import TrainedRange
 
 _PROBE = 8

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field, Strict, field_validator, model_validator
 
 from sigdb.core import Section, quantity
-from sigdb.recognition.estimators.registry import LEARNERS, SPLIT_NAMES, TARGET_NAMES
+from sigdb.database import SPLIT_NAMES
+from sigdb.recognition.estimators.registry import LEARNERS, TARGET_NAMES
 
 if TYPE_CHECKING:
     Learner = str

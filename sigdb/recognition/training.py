@@ -6,18 +6,16 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import InputError, NotApplicableError, OnStep, ignore
-from sigdb.database import Database, check_complete
+from sigdb.database import TRAINING, Database, labelled_rows, make_split, model_form
 from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.estimators.registry import columns_read, learner_class
+from sigdb.recognition.estimators.user_estimator import UserEstimator
 from sigdb.recognition.idle_cores import idle_cores
 from sigdb.recognition.model import Model, reducers_of
 from sigdb.recognition.rows.batch import CELLS, Batch
 from sigdb.recognition.rows.further_columns import functions_of, further_columns, missing_numbers
 from sigdb.recognition.rows.streams import read_averages, read_features, reduce_averages
 from sigdb.recognition.settings import RecognitionSettings
-from sigdb.recognition.severity_quantities import QUANTITIES
-from sigdb.recognition.splits.kinds import MEMBER, make_split, model_form
-from sigdb.recognition.splits.split import TRAINING
 from sigdb.recognition.targets.all_targets import TARGETS, target_named
 from sigdb.recognition.targets.target import Target
 from sigdb.recognition.templates.bank import TemplateBank
@@ -84,6 +82,7 @@ def train(
     *,
     split: str = "S1",
     allow_leak: bool = False,
+    user_estimator: UserEstimator | None = None,
     on_step: OnStep = ignore,
 ) -> Model:
     """Train on a database, with one fold of specimens left out for :func:`evaluate`.
@@ -104,6 +103,8 @@ def train(
         Split, ``S0`` to ``S4`` or ``S6``, whose test rows training leaves out; see :func:`make_split`.
     allow_leak
         Whether the split ``random`` of recordings may be made, in which averages of one recording are on both sides.
+    user_estimator
+        An estimator of one's own that takes the place of the learner; see :func:`evaluate`.
     on_step
         Called with the name of each estimator before it is trained, and with a sentence on what is left out.
 
@@ -122,7 +123,8 @@ def train(
     """
     settings = settings or RecognitionSettings()
     question = target_named(target)
-    needs_bank = learner_class(settings.learner, target).needs_bank
+    learner = settings.learner if user_estimator is None else user_estimator.name
+    needs_bank = user_estimator is None and learner_class(learner, target).needs_bank
     columns = further_columns(database, settings.columns)
     settings = settings.model_copy(update={"columns": columns})
     rows = usable_rows(database, target, columns)
@@ -133,6 +135,8 @@ def train(
     rows = rows[parts.folds(rows) == TRAINING]
     _check_labels(database, question, rows, "training ")
     unfitted = question.estimators(settings, _bank(database, rows, needs_bank, on_step))
+    if user_estimator is not None:
+        unfitted = {user_estimator.name: user_estimator} | unfitted
     on_step("reading averages")
     drawn = _read(database, evenly_drawn(rows, DRAWN_ROWS), unfitted.values())
     scored = {name: estimator for name, estimator in unfitted.items() if estimator.learns_from_all}
@@ -145,12 +149,12 @@ def train(
             seen = every if name in scored else drawn
             estimators[name] = estimator.fit(seen, question.labels(seen.table), seen.table["specimen"].to_numpy())
         except NotApplicableError as error:
-            if name == settings.learner:
+            if name == learner:
                 raise
             on_step(f"{name} is left out: {error}")
     return Model(
         target=target,
-        learner=settings.learner,
+        learner=learner,
         estimators=estimators,
         seed=database.manifest.seed,
         trained_on=tuple(int(specimen) for specimen in np.unique(rows["specimen"])),
@@ -247,38 +251,4 @@ def usable_rows(database: Database, target: str, further: Collection[str] = ()) 
     DatabaseError
         If the sweep is not finished.
     """
-    check_complete(database)
-    member = (MEMBER,) if MEMBER in database.dataset("features").schema.names else ()
-    names = dict.fromkeys((*_COLUMNS, *member, *sorted(columns_read()), *further))
-    columns = ", ".join(f'"{name}"' for name in names)
-    condition = TARGETS[target].row_condition
-    where = f"status = 'ok' and {condition}" if condition else "status = 'ok'"
-    if database.manifest.is_measured:
-        return _measured_rows(database, f"{columns}, {', '.join(_MEASURED)}", where)
-    return database.sql(f"select id, {columns} from features where {where} order by id").set_index("id")
-
-
-def _measured_rows(database: Database, columns: str, where: str) -> pd.DataFrame:
-    """Return measured rows whose damage is known.
-
-    The specimen of a row is its recording: averages of one recording are of the same teeth, mounting and day. A torque
-    that is not known counts as 0, and a damaged row of an unknown number of damaged teeth as one of one.
-    """
-    rows = database.sql(
-        f"select id, {columns} from features where {where} and tooth is not null order by id"
-    ).set_index("id")
-    if rows.empty:
-        raise InputError(f"{database.store}: no row has a result and a known tooth; enter labels with sigdb label")
-    rows["specimen"] = pd.factorize(rows["recording"])[0]
-    rows["torque"] = rows["torque"].fillna(0.0)
-    rows["tooth"] = rows["tooth"].astype(int)
-    rows["damaged_teeth"] = rows["damaged_teeth"].fillna((rows["tooth"] > 0).astype(float)).astype(int)
-    return rows
-
-
-_MEASURED = ("recording", "machine", "load", '"set"')
-"""Columns by which measured rows are split."""
-
-
-_COLUMNS = ("tooth", *QUANTITIES, "specimen", "draw", "snr_db", "averages", "scatter", "teeth", "speed_rpm", "torque")
-"""Columns of a row that splits, estimators and the evaluation need, besides arrays."""
+    return labelled_rows(database, TARGETS[target].row_condition, (*sorted(columns_read()), *further))

@@ -25,6 +25,7 @@ MOST_LINES, LEAST_LINES, LEAST_CODE_LINES = 400, 80, 40
 SMALL = {
     "cli/output.py": "the streams that all commands print to",
     "cli/options/format.py": "one option that most commands share",
+    "cli/options/names.py": "the type of options with names, which several commands share",
     "cli/options/limits.py": "the options of all commands that query",
     "cli/options/quantities.py": "the type of options that hold a number with a unit",
     "cli/options/workers.py": "the options of all commands that start workers",
@@ -53,7 +54,9 @@ SMALL = {
     "recognition/bound/noise_bands.py": "the bands of noise, used by tables and pages",
     "recognition/calibration/cells.py": "the cells that both kinds of intervals are calibrated in",
     "recognition/metrics/evaluated.py": "the contract between evaluation, targets and metrics",
-    "recognition/severity_quantities.py": "a constant that must not import what uses it",
+    "database/splits/labelled_rows.py": "the rows that splits, training and evaluation share",
+    "database/splits/names.py": "names that must not import what uses them",
+    "database/store/roles.py": "one table, apart from the schema",
     "recognition/targets/all_targets.py": "the dictionary of targets, above each of them",
     "recognition/targets/detection_tables.py": "tables of one target, apart from its metrics",
     "sweep/plan/members.py": "members of an ensemble, apart from the points that they make",

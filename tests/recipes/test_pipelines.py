@@ -6,9 +6,8 @@ import pytest
 
 import sigdb
 from sigdb.core.errors import InputError
+from sigdb.database import changed_parts, make_split, model_form
 from sigdb.pipeline import load_recipe
-from sigdb.recognition import make_split
-from sigdb.recognition.splits.kinds import changed_parts, model_form
 
 PIPELINES = Path(__file__).parents[2] / "pipelines"
 RECIPES = sorted(PIPELINES.glob("*.toml"))

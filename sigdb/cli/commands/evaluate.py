@@ -2,13 +2,16 @@
 
 import sys
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 import click
 
 from sigdb.cli.main import ExitCode
 from sigdb.cli.options.format import echo_json, format_option
+from sigdb.cli.options.names import NameChoice
 from sigdb.cli.options.places import DATABASE
+from sigdb.core import InputError
 
 if TYPE_CHECKING:
     from sigdb.recognition import Evaluation
@@ -23,9 +26,36 @@ if TYPE_CHECKING:
     type=click.Path(),
     help="Write a page with pictures, index.html, and all numbers, evaluation.json, into this folder.",
 )
+@click.option(
+    "--target",
+    type=NameChoice("sigdb.recognition", "TARGET_NAMES"),
+    help="Question that an estimator of yours answers; by default location.",
+)
+@click.option(
+    "--split",
+    type=NameChoice("sigdb.database", "SPLIT_NAMES"),
+    help="Cases that are held out of the training of an estimator of yours; by default S1, for recordings recording.",
+)
+@click.option(
+    "--column",
+    "columns",
+    multiple=True,
+    help="Input column of an estimator of yours, such as tsa; may be repeated. By default all of features.",
+)
 @format_option("table", "json")
-def evaluate(model: str, database: str, report: str | None, form: str) -> int:
-    """Evaluate a model's folder on the rows of a database that the model has not seen.
+def evaluate(
+    model: str,
+    database: str,
+    report: str | None,
+    target: str | None,
+    split: str | None,
+    columns: tuple[str, ...],
+    form: str,
+) -> int:
+    """Evaluate a model on the rows of a database that it has not seen: a folder, or an estimator of one's own.
+
+    MODEL is the folder of a model, or FILE.py:NAME or MODULE:NAME of a class with fit and predict (and predict_proba),
+    which is first trained on the rows that the split leaves for it.
 
     On the database of its training these are the cases that its split held out, on another database all rows of other
     specimens. The result has the baselines that were trained on the same rows, the best possible answer, and the
@@ -35,13 +65,24 @@ def evaluate(model: str, database: str, report: str | None, form: str) -> int:
     \b
     Example:
       sigdb evaluate data/quick/location data/quick/signatures
+      sigdb evaluate sklearn.naive_bayes:GaussianNB data/quick/signatures --column fm4 --column kurtosis
     """
     from sigdb.database import open as open_database
-    from sigdb.pipeline import evaluate_model
+    from sigdb.pipeline import evaluate_model, is_user_model, load_user_model
     from sigdb.recognition import EvaluationError, load_model
     from sigdb.report import Terminal, evaluation_text, write_evaluation_report
 
-    evaluation = evaluate_model(load_model(model), open_database(database))
+    opened, options = open_database(database), {"target": target, "split": split, "columns": columns}
+    options = {name: value for name, value in options.items() if value}
+    if is_user_model(model):
+        step = partial(_report_step, model)
+        evaluation = evaluate_model(load_user_model(model), opened, **options, on_step=step)
+    elif options:
+        raise InputError(
+            f"--{next(iter(options)).removesuffix('s')} is for an estimator of one's own; {model} has its own"
+        )
+    else:
+        evaluation = evaluate_model(load_model(model), opened)
     if form == "json":
         echo_json(list(_rows(evaluation)))
     else:
@@ -55,6 +96,10 @@ def evaluate(model: str, database: str, report: str | None, form: str) -> int:
         click.echo(f"sigdb: {error}", err=True)
         return ExitCode.WRONG
     return ExitCode.DONE
+
+
+def _report_step(model: str, step: str) -> None:
+    click.echo(f"training {model}: {step}", err=True)
 
 
 def _rows(evaluation: "Evaluation") -> Iterator[dict[str, object]]:

@@ -7,33 +7,22 @@ from typing import TYPE_CHECKING
 import click
 
 from sigdb.cli.main import ExitCode
+from sigdb.cli.options.names import NameChoice
 from sigdb.cli.options.places import DATABASE
 
 if TYPE_CHECKING:
     from sigdb.recognition import Evaluation
 
 
-class NameChoice(click.Choice[str]):
-    """The names in a table of :mod:`sigdb.recognition`, read when they are needed."""
-
-    def __init__(self, table: str) -> None:
-        self.case_sensitive, self._table = True, table
-
-    @property
-    def choices(self) -> tuple[str, ...]:  # type: ignore[override]
-        """The names, in the order of the table."""
-        from sigdb import recognition
-
-        return tuple(getattr(recognition, self._table))
-
-
 @click.command()
 @click.argument("database", metavar="DB", type=DATABASE)
-@click.option("--target", type=NameChoice("TARGET_NAMES"), required=True, help="Question to answer.")
+@click.option(
+    "--target", type=NameChoice("sigdb.recognition", "TARGET_NAMES"), required=True, help="Question to answer."
+)
 @click.option("--out", required=True, type=click.Path(), help="Folder for the model.")
 @click.option(
     "--learner",
-    type=NameChoice("LEARNERS"),
+    type=NameChoice("sigdb.recognition", "LEARNERS"),
     help="Learner of the model; by default that of the database's recipe. All learners are trained and compared.",
 )
 @click.option(
@@ -43,7 +32,7 @@ class NameChoice(click.Choice[str]):
 )
 @click.option(
     "--split",
-    type=NameChoice("SPLIT_NAMES"),
+    type=NameChoice("sigdb.database", "SPLIT_NAMES"),
     help="Cases held out: new noise only (S0); specimens (S1), and with them severities between (S2) or beyond (S3) "
     "those of training, or a tooth count (S4), or rigs of an ensemble (S6). Recordings: a part of the recordings, "
     "machines, loads or sets. By default S1, for recordings recording.",

@@ -8,6 +8,7 @@ from typing import Any, Self
 import pyarrow as pa
 
 from sigdb.core import shown
+from sigdb.database.store.roles import Role, role_of
 from sigdb.database.store.seal import sealed_json, unsealed
 from sigdb.database.store.store import DamagedFileError, Store
 from sigdb.signature import Feature
@@ -73,6 +74,11 @@ class Column:
         for text in (self.name, self.unit, self.help, self.formula):
             if not isinstance(text, str):
                 raise TypeError(f"{shown(text)} is no text")
+
+    @property
+    def role(self) -> Role:
+        """The role of the column for a model."""
+        return role_of(self.name)
 
     @property
     def field(self) -> pa.Field:

@@ -7,11 +7,11 @@ import pandas as pd
 from scipy.special import logsumexp
 
 from sigdb.core import FloatArray
+from sigdb.database import QUANTITIES
 from sigdb.diagnosis.change.change import PLACES, Change, amplitudes
 from sigdb.diagnosis.change.path import GAIN_ERROR
 from sigdb.diagnosis.change.statistics import INDEPENDENT, NOISE_ALARMS, Statistic, nothing
 from sigdb.diagnosis.change.templates import BehindPath
-from sigdb.recognition import QUANTITIES
 
 _TAIL = 0.05
 """Probability beyond each end of an interval."""

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import BoolArray, ComplexArray, FloatArray, IntArray
+from sigdb.database import QUANTITIES
 from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
 from sigdb.diagnosis.change.path import path_gain
 from sigdb.dynamics import prepare_periodic
-from sigdb.recognition import QUANTITIES
 from sigdb.transmission import Damage, Transmission, as_damage
 
 if TYPE_CHECKING:

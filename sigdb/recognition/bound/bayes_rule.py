@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import FloatArray
+from sigdb.database import QUANTITIES
 from sigdb.recognition.bound.operating_points import OperatingPoint
 from sigdb.recognition.calibration.conformal import COVERAGE
 from sigdb.recognition.metrics.location_and_severity import location_values
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.posterior import Posterior
 
 _ROW = ["tooth", "teeth", "specimen"]

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import FloatArray
+from sigdb.database import QUANTITIES
 from sigdb.recognition.bound.bayes_bound import Bound
 from sigdb.recognition.bound.error_curve import INFORMATION_RANGE
 from sigdb.recognition.bound.expected_losses import error_curve_around
@@ -15,7 +16,6 @@ from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, col
 from sigdb.recognition.metrics.evaluated import Evaluated
 from sigdb.recognition.metrics.location_and_severity import severity_values
 from sigdb.recognition.metrics.probability_of_detection import LOSS_COLUMNS, Pod, detection_by_loss
-from sigdb.recognition.severity_quantities import QUANTITIES
 
 Columns = Mapping[str, float | str]
 """A row of the table of efficiency."""

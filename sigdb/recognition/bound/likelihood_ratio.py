@@ -7,9 +7,9 @@ import pandas as pd
 from scipy.special import log_softmax, logsumexp, ndtri
 
 from sigdb.core import FloatArray, InputError, IntArray, plain_array
+from sigdb.database import QUANTITIES
 from sigdb.recognition.bound.operating_points import OperatingPoint
 from sigdb.recognition.metrics.detection import RATES
-from sigdb.recognition.severity_quantities import QUANTITIES
 
 DETECTED = 0.9
 """Probability of detection that defines a90."""

@@ -10,9 +10,8 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, NotApplicableError, blocks
-from sigdb.database import Database
+from sigdb.database import QUANTITIES, Database
 from sigdb.measurement import noise_deviation
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.posterior import Posterior, log_prior, posterior
 

@@ -9,6 +9,7 @@ from sklearn.base import RegressorMixin, clone
 from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core import FloatArray
+from sigdb.database import QUANTITIES
 from sigdb.recognition.calibration.cells import points_of
 from sigdb.recognition.calibration.conformal import COVERAGE
 from sigdb.recognition.calibration.probabilities import specimen_folds_of
@@ -18,7 +19,6 @@ from sigdb.recognition.estimators.pooled_location import FOLDS, LocationClassifi
 from sigdb.recognition.rows.batch import NOISE, Batch, Column, Rows
 from sigdb.recognition.rows.tooth_views import COLUMNS
 from sigdb.recognition.settings import RecognitionSettings
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import TemplateBank
 
 

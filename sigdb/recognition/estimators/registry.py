@@ -23,12 +23,6 @@ DETECTION = "detection"
 TARGET_NAMES = ("location", "severity", DETECTION)
 """Names of the targets."""
 
-MEASURED_SPLITS = ("recording", "machine", "load", "set", "random")
-"""Names of the splits of measured rows."""
-
-SPLIT_NAMES = ("S0", "S1", "S2", "S3", "S4", "S6", *MEASURED_SPLITS)
-"""Names of the splits that a model can be trained with."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:

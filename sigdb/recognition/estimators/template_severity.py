@@ -10,6 +10,7 @@ from sklearn.base import RegressorMixin
 from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError
+from sigdb.database import QUANTITIES
 from sigdb.recognition.calibration.conformal import COVERAGE, COVERED, row_quantile
 from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
@@ -22,7 +23,6 @@ from sigdb.recognition.estimators.contract import (
 )
 from sigdb.recognition.rows.batch import Batch, Rows
 from sigdb.recognition.settings import RecognitionSettings
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.templates.scores import COLUMNS, TemplateScores
 

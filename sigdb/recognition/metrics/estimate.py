@@ -63,7 +63,7 @@ class Specimens:
     Rows of a specimen are no independent evidence, so specimens are drawn, with replacement, and bring all their rows.
     The same seed draws the same specimens: differences of metrics of the same rows are paired.
 
-    Intervals hold percentiles of the resamples. Of fewer than 30 specimens, S, percentiles are too narrow: the interval
+    Intervals hold percentiles of the resamples. Percentiles of S specimens, S < 30, are too narrow: the interval
     is then ``value +- t s sqrt(S / (S - 1))``, with s the standard deviation of the resamples and t the quantile of
     Student's t with S - 1 degrees of freedom. A bootstrap over S specimens has (S - 1) / S of the variance [1]_.
 

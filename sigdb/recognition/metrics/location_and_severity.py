@@ -5,9 +5,9 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, IntArray
+from sigdb.database import QUANTITIES
 from sigdb.recognition.calibration.conformal import COVERAGE
 from sigdb.recognition.metrics.metric import Kind, Metric
-from sigdb.recognition.severity_quantities import QUANTITIES
 
 
 def crps_sample(values: ArrayLike, y: ArrayLike, weights: ArrayLike | None = None) -> FloatArray:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from sigdb.core import FloatArray
+from sigdb.database import QUANTITIES
 from sigdb.recognition.bound.bayes_bound import Bound
 from sigdb.recognition.bound.bayes_rule import LOCATION_RULE, BayesRule
 from sigdb.recognition.bound.efficiency import (
@@ -29,7 +30,6 @@ from sigdb.recognition.metrics.location_and_severity import LOCATION_METRICS, lo
 from sigdb.recognition.metrics.metric import Metric
 from sigdb.recognition.metrics.probability_of_detection import A90_METRICS
 from sigdb.recognition.settings import RecognitionSettings
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.targets.detection import score_metrics
 from sigdb.recognition.targets.detection_tables import by_estimator, detection_tables
 from sigdb.recognition.targets.target import TargetText

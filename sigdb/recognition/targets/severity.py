@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import FloatArray
+from sigdb.database import QUANTITIES
 from sigdb.recognition.bound.bayes_bound import Bound
 from sigdb.recognition.bound.bayes_rule import SEVERITY_RULE, BayesRule
 from sigdb.recognition.bound.efficiency import Columns, posterior_answers, severity_efficiency
@@ -22,7 +23,6 @@ from sigdb.recognition.metrics.location_and_severity import (
 )
 from sigdb.recognition.metrics.metric import Metric
 from sigdb.recognition.settings import RecognitionSettings
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.targets.target import TargetText
 from sigdb.recognition.templates.bank import TemplateBank
 

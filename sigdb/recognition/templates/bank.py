@@ -10,10 +10,8 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, FloatArray, IntArray, NotApplicableError
-from sigdb.database import Database, suffixed
+from sigdb.database import MEMBER, QUANTITIES, Database, suffixed
 from sigdb.recognition.rows.batch import Batch
-from sigdb.recognition.severity_quantities import QUANTITIES
-from sigdb.recognition.splits.kinds import MEMBER
 from sigdb.recognition.templates.compact_signals import CompactSignals
 from sigdb.recognition.templates.hypotheses import Hypotheses
 

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError, blocks
+from sigdb.database import QUANTITIES
 from sigdb.recognition.rows.batch import NOISE, POINT, TSA, Batch, Column, Rows
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import PointTemplates, TemplateBank
 from sigdb.recognition.templates.posterior import Posterior, posterior
 

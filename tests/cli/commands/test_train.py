@@ -5,18 +5,23 @@ from typing import get_args
 import pytest
 from click.testing import CliRunner
 
-from sigdb import recognition
+from sigdb import database, recognition
 from sigdb.cli.main import cli
 from sigdb.recognition.settings import SplitName, Target
 
 
 @pytest.mark.parametrize(
-    ("option", "table"), [("target", "TARGET_NAMES"), ("learner", "LEARNERS"), ("split", "SPLIT_NAMES")]
+    ("option", "package", "table"),
+    [
+        ("target", recognition, "TARGET_NAMES"),
+        ("learner", recognition, "LEARNERS"),
+        ("split", database, "SPLIT_NAMES"),
+    ],
 )
-def test_choices_are_read_from_recognition(monkeypatch, option, table):
-    monkeypatch.setattr(recognition, table, (*getattr(recognition, table), "another"), raising=False)
+def test_choices_are_read_when_they_are_needed(monkeypatch, option, package, table):
+    monkeypatch.setattr(package, table, (*getattr(package, table), "another"), raising=False)
     text = CliRunner().invoke(cli, ["train", "--help"]).output
-    assert f"[{'|'.join(getattr(recognition, table))}]" in "".join(text.split())
+    assert f"[{'|'.join(getattr(package, table))}]" in "".join(text.split())
     refused = CliRunner().invoke(cli, ["train", "db", "--target", "location", "--out", "o", f"--{option}", "none"])
     assert refused.exit_code == 2
     assert "another" in refused.output
@@ -24,4 +29,4 @@ def test_choices_are_read_from_recognition(monkeypatch, option, table):
 
 def test_recipes_take_the_same_targets_and_splits():
     assert set(get_args(Target)) == set(recognition.TARGETS)
-    assert set(get_args(SplitName)) == set(recognition.SPLITS)
+    assert set(get_args(SplitName)) == set(database.SPLITS)

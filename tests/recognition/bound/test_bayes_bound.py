@@ -11,7 +11,7 @@ from scipy.special import ndtri
 from scipy.stats import binom, norm, ttest_1samp
 
 from sigdb.core import InputError, NotApplicableError
-from sigdb.database import Template
+from sigdb.database import QUANTITIES, Template
 from sigdb.measurement import index_error_covariance
 from sigdb.recognition import (
     ErrorCurve,
@@ -27,7 +27,6 @@ from sigdb.recognition import (
     smallest_detected_loss,
 )
 from sigdb.recognition.bound import operating_points as rows_by_point
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.posterior import Posterior
 
 STEP, NOISE = 6, 0.5

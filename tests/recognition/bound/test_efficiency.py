@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.stats import norm
 
-from sigdb.database import Template
+from sigdb.database import QUANTITIES, Template
 from sigdb.recognition import (
     ErrorCurve,
     Hypotheses,
@@ -23,7 +23,6 @@ from sigdb.recognition.bound.expected_losses import error_curve_around, expected
 from sigdb.recognition.bound.noise_bands import noise_bands
 from sigdb.recognition.evaluation_tables import efficiency_table
 from sigdb.recognition.metrics.evaluated import Evaluated
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.targets.all_targets import TARGETS
 from sigdb.recognition.templates.posterior import Posterior
 

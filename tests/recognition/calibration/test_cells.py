@@ -8,11 +8,11 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.special import logsumexp
 
+from sigdb.database import QUANTITIES
 from sigdb.recognition import LocationClassifier, SeverityRegressor
 from sigdb.recognition.calibration.cells import band_edges, levels_of
 from sigdb.recognition.calibration.conformal import greatest_quantile, least_specimens, specimen_quantile
 from sigdb.recognition.rows.batch import Batch
-from sigdb.recognition.severity_quantities import QUANTITIES
 
 SIZES = np.array([1.5, 3.0, 6.0])
 """Severities: how far the damaged tooth stands out, in units of the lesser noise."""

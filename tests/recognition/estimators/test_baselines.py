@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from sigdb.database import QUANTITIES
 from sigdb.recognition import TemplateScores, evaluate
 from sigdb.recognition.estimators.baselines.threshold import (
     EnvelopeLocation,
@@ -14,7 +15,6 @@ from sigdb.recognition.estimators.baselines.threshold import (
     MajoritySeverity,
     Na4StarLocation,
 )
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.signature import na4_star, residual_signal
 
 

@@ -11,10 +11,10 @@ from sklearn.preprocessing import FunctionTransformer
 from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core.errors import InputError
+from sigdb.database import QUANTITIES
 from sigdb.recognition import LocationClassifier, RecognitionSettings, SeverityRegressor
 from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.rows.tooth_views import COLUMNS, ToothViews
-from sigdb.recognition.severity_quantities import QUANTITIES
 
 ESTIMATORS = [LocationClassifier, SeverityRegressor]
 

@@ -6,10 +6,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from sklearn.ensemble import HistGradientBoostingClassifier
 from sklearn.metrics import roc_auc_score
 
-from sigdb.recognition import LocationClassifier, RecognitionSettings, SeverityRegressor, evaluate, make_split, train
+from sigdb.database import QUANTITIES, TEST, TRAINING, make_split
+from sigdb.recognition import LocationClassifier, RecognitionSettings, SeverityRegressor, evaluate, train
 from sigdb.recognition.rows.tooth_views import COLUMNS
-from sigdb.recognition.severity_quantities import QUANTITIES
-from sigdb.recognition.splits.split import TEST, TRAINING
 from sigdb.recognition.templates.scores import COLUMNS as TEMPLATE_COLUMNS
 from sigdb.recognition.training import usable_rows
 

@@ -12,7 +12,7 @@ from sklearn.base import clone, is_classifier, is_regressor
 from sklearn.frozen import FrozenEstimator
 
 from sigdb.core.errors import InputError
-from sigdb.database import Template
+from sigdb.database import QUANTITIES, Template
 from sigdb.measurement import index_error_covariance
 from sigdb.recognition import (
     Detector,
@@ -24,7 +24,6 @@ from sigdb.recognition import (
     train,
 )
 from sigdb.recognition.rows.batch import Batch
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import PointTemplates
 from sigdb.recognition.templates.hypotheses import Hypotheses
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from sigdb.database import QUANTITIES
 from sigdb.recognition import LocationClassifier, SeverityRegressor
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.signature import mesh_bands, pooled_wigner_ville
 
 POOLED = ("lda", "boosting")

@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sigdb.core.errors import InputError
+from sigdb.database import QUANTITIES
+from sigdb.database.splits.kinds import between, beyond, changed_parts, make_split, model_form
+from sigdb.database.splits.split import ASIDE, TEST, TRAINING, Split
 from sigdb.recognition import RecognitionSettings, TemplateBank, evaluate, requested_rows, train
-from sigdb.recognition.severity_quantities import QUANTITIES
-from sigdb.recognition.splits.kinds import between, beyond, changed_parts, make_split, model_form
-from sigdb.recognition.splits.split import ASIDE, TEST, TRAINING, Split
 from sigdb.recognition.training import usable_rows
 
 LOSSES, SHIFTS, COUNTS = (0.1, 0.2, 0.3, 0.4), (0.0, 1.5, 3.0), (1, 2)

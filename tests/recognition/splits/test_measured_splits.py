@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from sigdb.core.errors import InputError
-from sigdb.recognition.splits.kinds import make_split
+from sigdb.database import make_split
 
 
 @pytest.fixture

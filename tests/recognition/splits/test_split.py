@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sigdb.core.errors import DatabaseError, InputError
+from sigdb.database import make_split
+from sigdb.database.splits.split import check_classes, specimen_folds
 from sigdb.recognition import RecognitionSettings, evaluate, train
 from sigdb.recognition.estimators.contract import Scorer
 from sigdb.recognition.rows.batch import Batch
-from sigdb.recognition.splits.kinds import make_split
-from sigdb.recognition.splits.split import check_classes, specimen_folds
 from sigdb.recognition.training import usable_rows
 
 TWO_TEETH = "tooth = [1, 6]\nstiffness_loss = [0.4]"

@@ -5,7 +5,7 @@ import pytest
 
 import sigdb
 from sigdb.core import InputError
-from sigdb.recognition import changed_parts, model_form
+from sigdb.database import changed_parts, model_form
 from sigdb.sweep import plan_from, run, verify
 
 RECIPE = """

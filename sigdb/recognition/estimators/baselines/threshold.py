@@ -12,6 +12,7 @@ from sklearn.isotonic import IsotonicRegression
 from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core import FloatArray, IntArray
+from sigdb.database import QUANTITIES
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.estimators.contract import (
     Estimator,
@@ -23,7 +24,6 @@ from sigdb.recognition.estimators.contract import (
 )
 from sigdb.recognition.rows.batch import POINT, TSA, Batch, Column, Reducer, Rows
 from sigdb.recognition.settings import RecognitionSettings
-from sigdb.recognition.severity_quantities import QUANTITIES
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.signature import residual_signal
 

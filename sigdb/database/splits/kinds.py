@@ -3,15 +3,15 @@
 import hashlib
 import json
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from sigdb.core import BoolArray, InputError, suggestion, without_keys
-from sigdb.recognition.estimators.registry import MEASURED_SPLITS
-from sigdb.recognition.severity_quantities import QUANTITIES
-from sigdb.recognition.splits.split import ASIDE, TEST, TRAINING, Split, specimen_folds
+from sigdb.database.splits.names import MEASURED_SPLITS, MEMBER, QUANTITIES
+from sigdb.database.splits.split import ASIDE, TEST, TRAINING, Split, specimen_folds
 
 
 def between(cells: pd.DataFrame) -> BoolArray:
@@ -61,12 +61,18 @@ def beyond(cells: pd.DataFrame) -> BoolArray:
     return outermost
 
 
-_TEST_FOLD = 0
-MEMBER = "rig_member"
-"""Column with the member of an ensemble that a row's rig is, where there is one."""
+@dataclass(frozen=True, kw_only=True)
+class Folds:
+    """How specimens are dealt: the seed of the database, the number of folds, and the fold that is held out."""
+
+    seed: int
+    number: int
+    held_out: int = 0
 
 
-def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int, allow_leak: bool = False) -> Split:
+def make_split(
+    name: str, rows: pd.DataFrame, *, seed: int, folds: int, held_out: int = 0, allow_leak: bool = False
+) -> Split:
     """Return a split of a database's rows.
 
     ======  ===========================================================================================
@@ -74,8 +80,8 @@ def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int, allow_le
     ======  ===========================================================================================
     ``S0``  new noise only: other draws of the same specimens and cases; a sanity check
     ``S1``  other specimens, the same cases
-    ``S2``  other specimens, severities between those of training (:func:`~sigdb.recognition.splits.kinds.between`)
-    ``S3``  other specimens, severities beyond those of training (:func:`~sigdb.recognition.splits.kinds.beyond`)
+    ``S2``  other specimens, severities between those of training (:func:`~sigdb.database.splits.kinds.between`)
+    ``S3``  other specimens, severities beyond those of training (:func:`~sigdb.database.splits.kinds.beyond`)
     ``S4``  other specimens, a tooth count that training has not seen: the middle one, the greater of two
     ``S6``  other specimens, rigs of an ensemble that training has not seen: one in ``folds``, drawn by the seed
     ======  ===========================================================================================
@@ -97,6 +103,8 @@ def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int, allow_le
         Seed of the database, by which specimens are dealt into folds.
     folds
         Folds of specimens (of draws for S0), of which one is held out.
+    held_out
+        Number of that fold, from 0. Models are trained with the first one held out.
     allow_leak
         Whether the split ``random`` may be made, in which averages of one recording are on both sides.
 
@@ -113,7 +121,7 @@ def make_split(name: str, rows: pd.DataFrame, *, seed: int, folds: int, allow_le
     if name not in SPLITS:
         raise InputError(f"split = {name!r} does not exist{suggestion(name, SPLITS)}")
     _check_kind(name, rows, allow_leak)
-    split = SPLITS[name](rows, seed, folds)
+    split = SPLITS[name](rows, Folds(seed=seed, number=folds, held_out=held_out))
     split.check_classes(rows)
     return split
 
@@ -133,10 +141,10 @@ def _check_kind(name: str, rows: pd.DataFrame, allow_leak: bool) -> None:
         )
 
 
-def _by_column(column: str) -> Callable[[pd.DataFrame, int, int], Split]:
+def _by_column(column: str) -> Callable[[pd.DataFrame, Folds], Split]:
     """Return the split of measured rows by the values of a column."""
 
-    def split(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+    def split(rows: pd.DataFrame, folds: Folds) -> Split:
         values = rows[column].astype(str)
         named = values[~values.isin(["", "nan", "None"])].nunique()
         if named < 2 or named < values.nunique():
@@ -145,8 +153,9 @@ def _by_column(column: str) -> Callable[[pd.DataFrame, int, int], Split]:
                 f"another of {', '.join(MEASURED_SPLITS[:-1])}"
             )
         codes = pd.Series(pd.factorize(values, sort=True)[0], index=rows.index)
-        dealt = specimen_folds(seed, codes, min(folds, named), rows["tooth"] > 0)
-        held_out = codes.map(dealt) == _TEST_FOLD
+        number = min(folds.number, named)
+        dealt = specimen_folds(folds.seed, codes, number, rows["tooth"] > 0)
+        held_out = codes.map(dealt) == folds.held_out % number
         table = rows[["specimen"]].assign(fold=np.where(held_out, TEST, TRAINING)).drop_duplicates()
         listed = ", ".join(sorted(values[held_out].unique())[:8])
         text = f"by {column}: {listed} held out of training; averages of one recording stay together"
@@ -155,24 +164,25 @@ def _by_column(column: str) -> Callable[[pd.DataFrame, int, int], Split]:
     return split
 
 
-def _random(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+def _random(rows: pd.DataFrame, folds: Folds) -> Split:
     table = rows[["specimen", "draw"]].drop_duplicates()
-    drawn = np.random.default_rng(seed).permutation(len(table)) % folds
+    drawn = np.random.default_rng(folds.seed).permutation(len(table)) % folds.number
     return Split(
         name="random",
         text="LEAKS: at random, so that averages of one recording are in training and in test",
-        table=table.assign(fold=np.where(drawn == _TEST_FOLD, TEST, TRAINING)),
+        table=table.assign(fold=np.where(drawn == folds.held_out, TEST, TRAINING)),
         shares_specimens=True,
         by_health=True,
     )
 
 
-def _new_noise(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+def _new_noise(rows: pd.DataFrame, folds: Folds) -> Split:
     draws = rows.groupby(rows["tooth"] > 0)["draw"].nunique()
     if draws.min() < 2:
         raise InputError("split S0 needs two noise draws or more of every case; set draws in [sweep] to 2 or more")
     table = rows[["draw"]].drop_duplicates()
-    held_out = table["draw"] % min(folds, int(draws.min())) == _TEST_FOLD
+    number = min(folds.number, int(draws.min()))
+    held_out = table["draw"] % number == folds.held_out % number
     return Split(
         name="S0",
         text="new noise only: other draws of the same specimens and cases. A sanity check, too kind for a headline",
@@ -181,9 +191,9 @@ def _new_noise(rows: pd.DataFrame, seed: int, folds: int) -> Split:
     )
 
 
-def _by_specimen(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+def _by_specimen(rows: pd.DataFrame, folds: Folds) -> Split:
     table = rows[["specimen"]].drop_duplicates()
-    held_out = _held_out(table, rows, seed, folds)
+    held_out = _held_out(table, rows, folds)
     return Split(
         name="S1",
         text="by specimen: specimens held out of training, the same cases",
@@ -191,11 +201,10 @@ def _by_specimen(rows: pd.DataFrame, seed: int, folds: int) -> Split:
     )
 
 
-def _between(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+def _between(rows: pd.DataFrame, folds: Folds) -> Split:
     return _of_severities(
         rows,
         between,
-        seed,
         folds,
         name="S2",
         text="between the grid's values: severities between those of training, and specimens held out of it",
@@ -203,11 +212,10 @@ def _between(rows: pd.DataFrame, seed: int, folds: int) -> Split:
     )
 
 
-def _beyond(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+def _beyond(rows: pd.DataFrame, folds: Folds) -> Split:
     return _of_severities(
         rows,
         beyond,
-        seed,
         folds,
         name="S3",
         text="beyond the grid: severities greater than those of training, and specimens held out of it",
@@ -218,8 +226,7 @@ def _beyond(rows: pd.DataFrame, seed: int, folds: int) -> Split:
 def _of_severities(
     rows: pd.DataFrame,
     choose: Callable[[pd.DataFrame], BoolArray],
-    seed: int,
-    folds: int,
+    folds: Folds,
     *,
     name: str,
     text: str,
@@ -233,10 +240,10 @@ def _of_severities(
     if not held_out.any() or held_out[severe].all():
         raise InputError(f"split {name} needs {needs}; give [sweep] a finer grid")
     cases = cases.assign(trained=~held_out, tested=held_out | (cases["damaged_teeth"] == 0))
-    return Split(name=name, text=text, table=_crossed(rows, cases, seed, folds))
+    return Split(name=name, text=text, table=_crossed(rows, cases, folds))
 
 
-def _tooth_counts(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+def _tooth_counts(rows: pd.DataFrame, folds: Folds) -> Split:
     counts = np.unique(rows["teeth"])
     if len(counts) < 2:
         raise InputError(
@@ -247,43 +254,44 @@ def _tooth_counts(rows: pd.DataFrame, seed: int, folds: int) -> Split:
     return Split(
         name="S4",
         text=f"unseen tooth count: gears of {unseen} teeth and specimens, both absent from training",
-        table=_crossed(rows, cases, seed, folds),
+        table=_crossed(rows, cases, folds),
     )
 
 
-def _unknown_rig(rows: pd.DataFrame, seed: int, folds: int) -> Split:
+def _unknown_rig(rows: pd.DataFrame, folds: Folds) -> Split:
     members = np.unique(rows[MEMBER]) if MEMBER in rows else np.empty(0)
     if len(members) < 2:
         raise InputError(
             "split S6 needs rigs of an ensemble, two or more; give [sweep.ensemble] with the number of its members"
         )
-    drawn = np.random.default_rng(seed).permutation(members)
-    unseen = np.sort(drawn[: max(1, round(len(members) / folds))])
+    drawn = np.random.default_rng(folds.seed).permutation(members)
+    number = max(1, round(len(members) / folds.number))
+    unseen = np.sort(np.roll(drawn, -folds.held_out * number)[:number])
     out = np.isin(members, unseen)
     listed = ", ".join(f"{member:g}" for member in unseen)
     return Split(
         name="S6",
         text=f"unknown rig: members {listed} of {len(members)} and specimens, both absent from training",
-        table=_crossed(rows, pd.DataFrame({MEMBER: members, "trained": ~out, "tested": out}), seed, folds),
+        table=_crossed(rows, pd.DataFrame({MEMBER: members, "trained": ~out, "tested": out}), folds),
     )
 
 
-def _crossed(rows: pd.DataFrame, cases: pd.DataFrame, seed: int, folds: int) -> pd.DataFrame:
+def _crossed(rows: pd.DataFrame, cases: pd.DataFrame, folds: Folds) -> pd.DataFrame:
     """Return folds of specimens crossed with cases, which are trained on, tested, or both."""
     keys = [name for name in cases.columns if name not in ("trained", "tested")]
     table = rows[["specimen", *keys]].drop_duplicates().merge(cases, how="left", on=keys)
-    held_out = _held_out(table, rows, seed, folds)
+    held_out = _held_out(table, rows, folds)
     fold = np.select([held_out & table["tested"], ~held_out & table["trained"]], [TEST, TRAINING], ASIDE)
     return table[["specimen", *keys]].assign(fold=fold)
 
 
-def _held_out(table: pd.DataFrame, rows: pd.DataFrame, seed: int, folds: int) -> pd.Series:
+def _held_out(table: pd.DataFrame, rows: pd.DataFrame, folds: Folds) -> pd.Series:
     """Return whether each row of a table is of a held-out specimen."""
-    dealt = specimen_folds(seed, rows["specimen"], folds, rows["tooth"])
-    return table["specimen"].map(dealt) == _TEST_FOLD
+    dealt = specimen_folds(folds.seed, rows["specimen"], folds.number, rows["tooth"])
+    return table["specimen"].map(dealt) == folds.held_out
 
 
-SPLITS: dict[str, Callable[[pd.DataFrame, int, int], Split]] = {
+SPLITS: dict[str, Callable[[pd.DataFrame, Folds], Split]] = {
     "S0": _new_noise,
     "S1": _by_specimen,
     "S2": _between,

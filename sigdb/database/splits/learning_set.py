@@ -1,0 +1,166 @@
+"""Inputs, labels, groups and folds of a database, as estimators of scikit-learn take them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+
+from sigdb.core import FloatArray, InputError, IntArray, suggestion
+from sigdb.database.database import Database
+from sigdb.database.splits.kinds import make_split
+from sigdb.database.splits.labelled_rows import labelled_rows
+from sigdb.database.splits.names import MEASURED_SPLITS, QUANTITIES
+from sigdb.database.splits.split import TEST, TRAINING
+from sigdb.database.store.roles import Role, role_of
+
+FOLDS = 5
+"""Folds of specimens, as models of sigdb have them by default."""
+
+_ROWS_AT_ONCE = 4096
+
+
+class LearningSet(NamedTuple):
+    """Rows of a database to learn from.
+
+    Parameters
+    ----------
+    X : pandas.DataFrame
+        (rows, inputs) columns whose role is input, by id; nan where a row has no number. An element i of a column of
+        lists is the column ``NAME[i]``.
+    y : pandas.Series or pandas.DataFrame
+        Labels by id. Location: first damaged tooth, 0 for none. Detection: 1 for damage, 0 for none. Severity: a column
+        for each quantity, of damaged rows only.
+    groups : pandas.Series
+        Specimen of each row, by id; of a measured row its recording. Rows of a group resemble each other.
+    cv : list of (ndarray, ndarray)
+        Positions of training and of test rows, for each fold that is held out. The first pair is the one by which
+        :func:`sigdb.recognition.train` trains. No group is on both sides, but for S0 and random.
+    """
+
+    X: pd.DataFrame
+    y: "pd.Series[int] | pd.DataFrame"
+    groups: "pd.Series[int]"
+    cv: list[tuple[IntArray, IntArray]]
+
+
+_LABELS: Mapping[str, tuple[str, Callable[[pd.DataFrame], "pd.Series[int] | pd.DataFrame"]]] = {
+    "location": ("", lambda rows: rows["tooth"].astype(int)),
+    "detection": ("", lambda rows: (rows["tooth"] > 0).astype(int).rename("damage")),
+    "severity": (
+        " and ".join(f"{name} is not null" for name in ("pattern", *QUANTITIES)) + " and pattern = ''",
+        lambda rows: rows[list(QUANTITIES)].astype(float),
+    ),
+}
+"""Condition on the rows and labels of each target."""
+
+
+def learning_set(
+    database: Database,
+    target: str,
+    *,
+    split: str = "",
+    columns: Sequence[str] = (),
+    folds: int = FOLDS,
+    allow_leak: bool = False,
+) -> LearningSet:
+    """Return inputs, labels, groups and folds; see :meth:`sigdb.database.Database.xy`."""
+    if target not in _LABELS:
+        raise InputError(f"target = {target!r} does not exist; choose one of {', '.join(_LABELS)}")
+    condition, labels = _LABELS[target]
+    rows = labelled_rows(database, condition)
+    name = split or (MEASURED_SPLITS[0] if database.manifest.is_measured else "S1")
+    cv = list[tuple[IntArray, IntArray]]()
+    for held_out in range(folds):
+        fold = make_split(
+            name, rows, seed=database.manifest.seed, folds=folds, held_out=held_out, allow_leak=allow_leak
+        ).folds(rows)
+        cv.append((np.flatnonzero(fold == TRAINING), np.flatnonzero(fold == TEST)))
+    if target == "severity":
+        damaged = (rows["tooth"] > 0).to_numpy()
+        place = np.cumsum(damaged) - 1
+        rows = rows[damaged]
+        cv = [(place[train[damaged[train]]], place[test[damaged[test]]]) for train, test in cv]
+    return LearningSet(
+        X=inputs(database, rows.index.to_numpy(), columns), y=labels(rows), groups=rows["specimen"].astype(int), cv=cv
+    )
+
+
+def inputs(database: Database, ids: IntArray, columns: Sequence[str] = ()) -> pd.DataFrame:
+    """Return the input columns of rows, lists element by element, in the order of the ids.
+
+    Parameters
+    ----------
+    database
+        A database.
+    ids
+        Ids of rows.
+    columns
+        Names of columns; all of ``features`` whose role is input if left out.
+
+    Raises
+    ------
+    InputError
+        If a column does not exist, is no number, or its role is not input.
+    """
+    tables = {name: database.dataset(name).schema for name in ("features", "signals")}
+    places = {name: table for table, schema in reversed(tables.items()) for name in schema.names}
+    names = list(columns) or [field.name for field in tables["features"] if _is_input(field)]
+    for name in names:
+        _check_input(name, places)
+    frames = list[pd.DataFrame]()
+    for table, schema in tables.items():
+        wanted = [name for name in names if places[name] == table]
+        if wanted:
+            frames.append(_numbers(database, table, schema, wanted).loc[ids])
+    return pd.concat(frames, axis=1)
+
+
+def _is_input(field: pa.Field) -> bool:
+    kind = field.type.value_type if pa.types.is_list(field.type) else field.type
+    return role_of(field.name) is Role.INPUT and (pa.types.is_floating(kind) or pa.types.is_integer(kind))
+
+
+def _check_input(name: str, places: Mapping[str, str]) -> None:
+    if name not in places:
+        raise InputError(f"columns: there is no column {name!r}{suggestion(name, places)}")
+    role = role_of(name)
+    if role is not Role.INPUT:
+        raise InputError(
+            f"columns: {name} has the role {role}, not input: a model that reads it would not work on a measurement"
+        )
+
+
+def _numbers(database: Database, table: str, schema: pa.Schema, names: Sequence[str]) -> pd.DataFrame:
+    """Return columns of numbers, by id; lists as a column for each element."""
+    listed = ", ".join(f'"{name}"' for name in names)
+    batches = database.stream(f"select id, {listed} from {table} where id is not null", rows=_ROWS_AT_ONCE)
+    ids, parts = list[IntArray](), {name: list[FloatArray]() for name in names}
+    for batch in batches:
+        ids.append(batch["id"].to_numpy(zero_copy_only=False))
+        for name in names:
+            parts[name].append(_matrix(batch[name]))
+    index = pd.Index(np.concatenate(ids), name="id")
+    columns = dict[str, FloatArray]()
+    for name, matrices in parts.items():
+        width = max(matrix.shape[1] for matrix in matrices)
+        whole = np.concatenate([_widened(matrix, width) for matrix in matrices])
+        is_list = pa.types.is_list(schema.field(name).type)
+        columns |= {f"{name}[{i}]" if is_list else name: whole[:, i] for i in range(width)}
+    return pd.DataFrame(columns, index=index)
+
+
+def _matrix(column: pa.Array) -> FloatArray:
+    """Return a column as a matrix, (rows, elements); nan where a row has fewer."""
+    if not pa.types.is_list(column.type):
+        return np.asarray(column.cast(pa.float64()).to_numpy(zero_copy_only=False), float)[:, None]
+    lengths = np.diff(column.offsets.to_numpy())
+    lengths[column.is_null().to_numpy(zero_copy_only=False)] = 0
+    matrix = np.full((len(column), lengths.max(initial=0)), np.nan)
+    matrix[np.arange(matrix.shape[1]) < lengths[:, None]] = column.flatten().to_numpy(zero_copy_only=False)
+    return matrix
+
+
+def _widened(matrix: FloatArray, width: int) -> FloatArray:
+    return np.pad(matrix, ((0, 0), (0, width - matrix.shape[1])), constant_values=np.nan)

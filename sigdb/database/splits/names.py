@@ -1,0 +1,13 @@
+"""Names of splits, and of the columns that they and targets are made of."""
+
+QUANTITIES = ("stiffness_loss", "phase_shift_deg", "damaged_teeth")
+"""Columns of a severity: relative loss of stiffness, phase shift in degrees, number of damaged teeth."""
+
+MEMBER = "rig_member"
+"""Column with the member of an ensemble that a row's rig is, where there is one."""
+
+MEASURED_SPLITS = ("recording", "machine", "load", "set", "random")
+"""Names of the splits of measured rows."""
+
+SPLIT_NAMES = ("S0", "S1", "S2", "S3", "S4", "S6", *MEASURED_SPLITS)
+"""Names of the splits of one database."""

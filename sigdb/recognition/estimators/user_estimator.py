@@ -1,0 +1,148 @@
+"""An estimator of a user's own, with scikit-learn's conventions, among those of the registry."""
+
+from collections.abc import Sequence
+from typing import Any, Self
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+from sklearn.base import clone
+
+from sigdb.core import FloatArray, InputError, IntArray, shown
+from sigdb.database import QUANTITIES, Database, inputs
+from sigdb.recognition.answers import Answers
+from sigdb.recognition.estimators.contract import Estimator, Labels
+from sigdb.recognition.rows.batch import Batch, Rows
+
+_LEAST_PROBABILITY = 1e-300
+"""Least probability whose logarithm counts."""
+
+
+class UserEstimator(Estimator):
+    """A user's estimator that reads the input columns of a database's rows.
+
+    Parameters
+    ----------
+    estimator
+        Anything with ``fit(X, y)`` and ``predict(X)``; for probabilities ``predict_proba(X)`` and ``classes_``. A copy
+        is trained where scikit-learn can copy it.
+    target
+        ``location``, ``severity`` or ``detection``.
+    database
+        Database of all rows that it will see.
+    columns_of_x
+        Input columns, see :meth:`sigdb.database.Database.xy`.
+
+    Attributes
+    ----------
+    estimator_
+        The trained estimator.
+    """
+
+    def __init__(self, estimator: Any, target: str, database: Database, columns_of_x: Sequence[str] = ()) -> None:
+        self.estimator = estimator
+        self.target = target
+        self.database = database
+        self.columns_of_x = columns_of_x
+
+    @property
+    def learns_from_all(self) -> bool:
+        """It is trained on all rows."""
+        return True
+
+    def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
+        """Train on rows of the database, by their ids; of severity on damaged rows.
+
+        Raises
+        ------
+        InputError
+            If the estimator cannot be trained on them, with its own message.
+        """
+        rows = self._batch(X).table
+        rows = rows[rows["tooth"] > 0] if self.target == "severity" else rows
+        labels = {
+            "location": lambda: rows["tooth"].to_numpy(int),
+            "detection": lambda: (rows["tooth"] > 0).to_numpy(int),
+            "severity": lambda: rows[list(QUANTITIES)].to_numpy(float),
+        }
+        self.estimator_ = clone(self.estimator, safe=False)
+        self._called("fit", self._inputs(rows.index), labels[self.target]())
+        return self
+
+    def predict(self, X: Rows) -> IntArray | pd.DataFrame:
+        """Return the predictions for rows of the database, by their ids."""
+        return self.answer(X).predicted
+
+    def answer(self, X: Rows) -> Answers:
+        """Return the answers to rows, with probabilities where the estimator has some.
+
+        Raises
+        ------
+        InputError
+            If the estimator fails, or its answers are of another shape.
+        """
+        batch = self._batch(X)
+        x = self._inputs(batch.index)
+        predicted = np.asarray(self._called("predict", x))
+        if self.target == "severity":
+            expected: tuple[int, ...] = (len(batch), len(QUANTITIES))
+        else:
+            expected = (len(batch),)
+        if predicted.shape != expected:
+            raise InputError(f"{self.name}: predict returned the shape {predicted.shape}; return {expected}")
+        if self.target == "severity":
+            return Answers(predicted=pd.DataFrame(predicted.astype(float), columns=list(QUANTITIES), index=batch.index))
+        predicted = predicted.astype(int)
+        if not hasattr(self.estimator_, "predict_proba"):
+            return Answers(predicted=predicted)
+        probabilities = self._probabilities(x, batch)
+        scores = np.log(np.maximum(probabilities, _LEAST_PROBABILITY))
+        if self.target == "detection":
+            return Answers(predicted=predicted, scores=scores[:, 1] - scores[:, 0])
+        return Answers(predicted=predicted, scores=scores, probabilities=probabilities)
+
+    @property
+    def name(self) -> str:
+        """Name of the estimator's class."""
+        return type(self.estimator).__name__
+
+    def _inputs(self, ids: pd.Index) -> pd.DataFrame:
+        return inputs(self.database, ids.to_numpy(), self.columns_of_x)
+
+    def _probabilities(self, x: pd.DataFrame, batch: Batch) -> FloatArray:
+        """Return the probabilities of 'none' and of each tooth, (rows, teeth + 1); of detection of no and of damage."""
+        values = np.asarray(self._called("predict_proba", x), float)
+        classes = np.asarray(getattr(self.estimator_, "classes_", np.arange(values.shape[-1]))).astype(int)
+        if values.shape != (len(batch), len(classes)) or not np.allclose(values.sum(axis=1), 1, atol=1e-3):
+            raise InputError(
+                f"{self.name}: predict_proba returned the shape {values.shape} for {len(batch)} rows and "
+                f"{len(classes)} classes; return a row of probabilities, whose sum is 1, for each"
+            )
+        most = 1 if self.target == "detection" else int(max(classes.max(), batch.table["teeth"].max()))
+        whole = np.zeros((len(batch), most + 1))
+        whole[:, classes] = values
+        return whole
+
+    def _called(self, method: str, *arguments: Any) -> Any:
+        try:
+            return getattr(self.estimator_, method)(*arguments)
+        except Exception as error:  # a user's estimator may do anything
+            text = " ".join(str(error).split())
+            raise InputError(f"{self.name}.{method}: {type(error).__name__}: {text}"[:400]) from error
+
+
+def user_estimator(estimator: object, target: str, database: Database, columns: Sequence[str]) -> UserEstimator:
+    """Return a user's estimator as one of those that are compared.
+
+    Raises
+    ------
+    InputError
+        If it has no ``fit`` or ``predict``.
+    """
+    for method in ("fit", "predict"):
+        if not callable(getattr(estimator, method, None)) or isinstance(estimator, type):
+            raise InputError(
+                f"model = {shown(estimator)} has no method {method}; give a model of sigdb, or an instance of an "
+                "estimator with fit and predict"
+            )
+    return UserEstimator(estimator, target, database, columns)
