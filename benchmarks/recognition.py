@@ -27,7 +27,7 @@ from sklearn.ensemble import HistGradientBoostingClassifier
 from threadpoolctl import threadpool_limits
 
 import sigdb
-from sigdb.database import TEST, TRAINING, Database
+from sigdb.database import TEST, TRAINING, Database, make_split
 from sigdb.pipeline import load_recipe
 from sigdb.recognition import (
     LocationClassifier,
@@ -38,7 +38,6 @@ from sigdb.recognition import (
     detection_table,
     error_curve,
     expected_losses,
-    make_split,
     operating_points,
 )
 from sigdb.recognition.estimators.pooled_location import POOLED_LEARNERS

@@ -9,8 +9,8 @@ import pytest
 from scipy.special import softmax
 
 from sigdb.core import InputError, NotApplicableError
+from sigdb.database import QUANTITIES
 from sigdb.recognition import (
-    QUANTITIES,
     TARGETS,
     Bound,
     CriteriaSettings,
