@@ -53,17 +53,22 @@ def rig_file(rig: Transmission) -> str:
     data["name"] = f"{PRIOR}-identified"
     data["title"] = "NASA Lewis spiral bevel gear fatigue rig, with assumed numbers fitted to the paper's pictures"
     for path in rig.assumptions.values_of(rig):
-        *parents, name = path.split(".")
-        if name.isdigit():
-            name = parents.pop()
-        part = data
-        for parent in parents:
-            part = part[int(parent) if parent.isdigit() else parent]
+        part, name = _described(data, path.split("."))
         before = part["sources"].get(name, "")
         if path not in NO_EFFECT and before.startswith("assumed: "):
             part["sources"][name] = f"fitted: to the paper's pictures, inside what is assumed: {before[9:]}"
     prior = tomllib.loads(built_in_file("nasa_spiral_bevel.toml").read_text(encoding="utf-8"))
     return HEADER + tomli_w.dumps(_as_stated(data, prior))
+
+
+def _described(data: Any, names: Sequence[str]) -> tuple[dict[str, Any], str]:
+    """Return the innermost part with sources on the way to a number, and the name of the number's field in it."""
+    described = data, names[0]
+    for place, name in enumerate(names):
+        if isinstance(data, dict) and "sources" in data:
+            described = data, names[place]
+        data = data[int(name) if name.isdigit() else name]
+    return described
 
 
 def _as_stated(value: Any, prior: Any) -> Any:
