@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from sigdb.core import InputError, Note, SigdbError, __version__, json_text
 from sigdb.database import changed_parts, model_form
 from sigdb.database import open as open_database
@@ -89,14 +87,12 @@ class Source:
         """
         rig = required_rig(self.rig)
         if self.bank is not None:
-            teeth = np.array([rig.gears[gear].teeth])
-            (nearest,) = self.bank.nearest(np.array([speed_rpm]), np.array([torque]), teeth)
-            point = self.bank.points[nearest]
+            teeth = rig.gears[gear].teeth
+            of_speed, of_torque = self.bank.stored_point(speed_rpm, torque, teeth)
             return SimulatedTemplates(
-                templates=Templates.stored(point),
+                templates=Templates.stored(self.bank, speed_rpm=speed_rpm, torque=torque, teeth=teeth),
                 assumed=(
-                    f"The stored templates at {point.speed_rpm:.5g} rpm and {point.torque:.5g} N m stand for this "
-                    "machine.",
+                    f"The stored templates at {of_speed:.5g} rpm and {of_torque:.5g} N m stand for this machine.",
                 ),
                 machine="",
                 speed_rpm=speed_rpm,

@@ -15,6 +15,7 @@ __all__ = [
     "EvaluationError",
     "Excess",
     "Hypotheses",
+    "Interpolation",
     "LocationClassifier",
     "LocationSets",
     "Metric",

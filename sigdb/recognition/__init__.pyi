@@ -58,9 +58,11 @@ from .storage.model_folder import save_model as save_model
 from .targets.all_targets import TARGETS as TARGETS
 from .targets.all_targets import TITLES as TITLES
 from .targets.target import Target as Target
-from .templates.bank import PointTemplates as PointTemplates
 from .templates.bank import TemplateBank as TemplateBank
 from .templates.compact_signals import CompactSignals as CompactSignals
 from .templates.hypotheses import Hypotheses as Hypotheses
+from .templates.local_templates import LocalTemplates as LocalTemplates
+from .templates.point_templates import PointTemplates as PointTemplates
 from .templates.scores import TemplateScores as TemplateScores
+from .templates.speed_curve import Interpolation as Interpolation
 from .training import train as train

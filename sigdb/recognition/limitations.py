@@ -70,16 +70,16 @@ def _of_bank(bank: TemplateBank, rows: pd.DataFrame, index_error: float | None) 
 def _of_points(bank: TemplateBank, rows: pd.DataFrame) -> Iterator[Note]:
     points = rows.groupby(["speed_rpm", "torque", "teeth"]).size()
     requested = points.index.to_frame().to_numpy(float)
-    nearest = [bank.points[place] for place in bank.nearest(*requested.T)]
-    away = np.abs(requested[:, :2] / [[point.speed_rpm, point.torque] for point in nearest] - 1)
+    stored = np.array([bank.stored_point(speed, torque, int(teeth)) for speed, torque, teeth in requested])
+    away = np.abs(requested[:, :2] / stored - 1)
     off = (away > _ALIKE).any(axis=1)
     if off.any():
         speed, torque = 100 * np.average(away[off], axis=0, weights=points.to_numpy()[off])
         share = 100 * points.to_numpy()[off].sum() / len(rows)
         yield Note(
             code="off-operating-points",
-            text=f"{share:.0f} % of the rows are at operating points that the bank has no templates of: the nearest "
-            f"are {speed:.2g} % in speed and {torque:.2g} % in torque away, on average.",
+            text=f"{share:.0f} % of the rows are at operating points that the bank has no templates of, nor between "
+            f"its own: the nearest are {speed:.2g} % in speed and {torque:.2g} % in torque away, on average.",
             values={"share": float(share), "speed": float(speed), "torque": float(torque)},
         )
 

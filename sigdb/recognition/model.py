@@ -239,6 +239,8 @@ class Model:
         if bank is not None:
             for i in np.flatnonzero(~np.isin(batch.column("teeth"), bank.teeth)):
                 reasons[i] = f"teeth = {batch.column('teeth')[i]:g} was not trained on; {bank.teeth} was"
+            beyond = bank.reasons(*batch.operating_point())
+            reasons = [reason or another for reason, another in zip(reasons, beyond, strict=True)]
         return reasons
 
     def _inside(self, X: Rows | None, row: PlainRow) -> Batch:

@@ -16,7 +16,7 @@ from sigdb.dynamics import prepare_periodic
 from sigdb.transmission import Damage, Transmission, as_damage
 
 if TYPE_CHECKING:
-    from sigdb.recognition import PointTemplates
+    from sigdb.recognition import TemplateBank
 
 CASES = (
     *({"stiffness_loss": loss} for loss in (0.05, 0.1, 0.2, 0.4, 0.6, 0.8)),
@@ -113,18 +113,19 @@ class Templates:
         )
 
     @classmethod
-    def stored(cls, point: "PointTemplates") -> Self:
-        """Return the templates of a database or a model at one of its operating points."""
-        laws = point.hypotheses
-        X = np.fft.rfft(laws.signal, axis=1)
-        damaged = ~laws.healthy
+    def stored(cls, bank: "TemplateBank", *, speed_rpm: float, torque: float, teeth: int) -> Self:
+        """Return the templates of a database or a model at an operating point."""
+        point = (np.array([value]) for value in (speed_rpm, torque, teeth))
+        ((local, _, coefficients),) = bank.locals(*point)
+        X = np.fft.rfft(local.signals(coefficients)[0], axis=1)
+        damaged = ~local.healthy
         return cls(
-            teeth=point.teeth,
-            samples=point.samples,
-            healthy=X[laws.healthy][:1],
-            spectra=X[damaged] - X[laws.healthy][0],
+            teeth=teeth,
+            samples=local.samples,
+            healthy=X[local.healthy][:1],
+            spectra=X[damaged] - X[local.healthy][0],
             member=np.zeros(int(damaged.sum()), int),
-            severity=pd.DataFrame(point.severity[damaged], columns=list(QUANTITIES)),
+            severity=pd.DataFrame(local.severity[damaged], columns=list(QUANTITIES)),
             last=np.zeros(int(damaged.sum()), bool),
             described=True,
         )

@@ -130,9 +130,10 @@ _PARTS = (
     "estimators.baselines.threshold.IndicatorScore",
     "estimators.detector.Detector",
     "rows.tooth_views.ToothViews",
-    "templates.bank.PointTemplates",
     "templates.bank.TemplateBank",
     "templates.compact_signals.CompactSignals",
+    "templates.point_templates.PointTemplates",
+    "templates.speed_curve.Interpolation",
 )
 
 

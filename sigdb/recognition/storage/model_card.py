@@ -14,6 +14,7 @@ from sigdb.recognition.metrics.estimate import Estimate
 from sigdb.recognition.model import Model
 from sigdb.recognition.rows.batch import CELLS
 from sigdb.recognition.targets.all_targets import TARGETS
+from sigdb.recognition.templates.bank import TemplateBank
 
 Cell = Estimate | str
 """A cell of a table: an estimate, or text."""
@@ -236,14 +237,27 @@ _POOLED_INPUT = (
 )
 _TEMPLATE_INPUT = (
     "The average itself, its number of revolutions, the scatter between them (the noise), speed and\n"
-    "torque; templates of the nearest operating point, index errors of the size that the training rows have."
+    "torque; index errors of the size that the training rows have. {}"
 )
+
+
+def _points_text(bank: TemplateBank) -> str:
+    """Return the sentences on the operating points of a bank."""
+    if not bank.interpolations:
+        return "Templates are those of the nearest operating point."
+    parts = [
+        f"Templates of {between.teeth} teeth are\ninterpolated over {between.speeds} speeds, from "
+        f"{between.speed_rpm[0]:.6g} to {between.speed_rpm[1]:.6g} rpm, with an error of at\nmost {between.error:.1g} "
+        "standard deviations of the noise of the quietest average; they hold at every torque."
+        for between in bank.interpolations
+    ]
+    return "\n".join(parts)
 
 
 def _input(model: Model) -> str:
     """Return a sentence on what the model reads."""
-    if model.estimator.template_bank is not None:
-        return _TEMPLATE_INPUT
+    if (bank := model.estimator.template_bank) is not None:
+        return _TEMPLATE_INPUT.format(_points_text(bank))
     if CELLS in model.estimator.reads:
         return _POOLED_INPUT + _further_input(model)
     return f"The columns {', '.join(sorted(model.estimator.columns_read))} of the table `features`."

@@ -1,6 +1,6 @@
 """The bank of a template scorer: the laws of averages at each operating point of a database, as plain arrays."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, Self
@@ -9,129 +9,19 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from sigdb.core import BoolArray, FloatArray, IntArray, NotApplicableError
+from sigdb.core import FloatArray, IntArray, NotApplicableError
 from sigdb.database import MEMBER, QUANTITIES, Database, suffixed
 from sigdb.recognition.rows.batch import Batch
-from sigdb.recognition.templates.compact_signals import CompactSignals
 from sigdb.recognition.templates.hypotheses import Hypotheses
+from sigdb.recognition.templates.local_templates import LocalTemplates, SpeedRanges
+from sigdb.recognition.templates.point_templates import PointTemplates, stored_signals, template_keys
+from sigdb.recognition.templates.speed_curve import Interpolation, SpeedCurve, interpolation
 
 _PRECISION = 2e-4
 """Greatest error of a stored signal, in norm, in standard deviations of the noise of the quietest average.
 The log-likelihood of a template that resembles the average then changes by less than 0.01."""
 
 _CASE = ("teeth", *QUANTITIES)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class PointTemplates:
-    """The templates of one operating point and tooth count.
-
-    Attributes
-    ----------
-    speed_rpm, torque, teeth
-        The operating point, and the tooth count of the damaged gear.
-    signals
-        (templates, 1 + modes + harmonics) signals of each template: its nominal average; its response to index
-        errors, each mode as large as it is on average; its harmonic signals. See :class:`Hypotheses`.
-    index_error
-        Size of the index errors that the modes are for, m.
-    phases
-        (templates, harmonics, teeth) phases of the harmonic ones.
-    reference_variance
-        (templates,) variance of the healthy clean average.
-    healthy
-        (templates,) whether a template is of a healthy gear.
-    share
-        (templates,) share of each among the rows of its kind, healthy or damaged.
-    severity
-        (templates, 3) stiffness loss, phase shift (deg) and number of damaged teeth; nan for a pattern.
-    """
-
-    speed_rpm: float
-    torque: float
-    teeth: int
-    signals: CompactSignals
-    index_error: float
-    phases: FloatArray
-    reference_variance: FloatArray
-    healthy: BoolArray
-    share: FloatArray
-    severity: FloatArray
-
-    @classmethod
-    def of(
-        cls,
-        laws: Sequence[Hypotheses],
-        shares: Sequence[FloatArray],
-        *,
-        points: Sequence[tuple[float, float]],
-        index_error: float,
-        tolerance: float = 0.0,
-    ) -> list[Self]:
-        """Templates of all operating points of one tooth count, stored compactly.
-
-        Parameters
-        ----------
-        laws
-            Hypotheses of each operating point.
-        shares
-            (templates,) share of each template among the rows of its kind, for each operating point.
-        points
-            Speed (rpm) and torque (N m) of each operating point.
-        index_error
-            Size of the index errors, m.
-        tolerance
-            Tolerance of the compact signals, see :meth:`CompactSignals.of`.
-        """
-        stored = CompactSignals.of([_signals(law, index_error) for law in laws], tolerance=tolerance)
-        return [
-            cls(
-                speed_rpm=speed_rpm,
-                torque=torque,
-                teeth=law.teeth,
-                signals=signals,
-                index_error=index_error,
-                phases=law.phases,
-                reference_variance=law.reference_variance,
-                healthy=law.healthy,
-                share=share,
-                severity=law.cases[list(QUANTITIES)].to_numpy(float),
-            )
-            for (speed_rpm, torque), law, share, signals in zip(points, laws, shares, stored, strict=True)
-        ]
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {field.name: getattr(self, field.name) for field in fields(self)}
-
-    @property
-    def samples(self) -> int:
-        """Samples of an average."""
-        return self.signals.samples
-
-    @cached_property
-    def hypotheses(self) -> Hypotheses:
-        """The laws, expanded."""
-        expanded, h = self.signals.expanded(), self.phases.shape[1]
-        signal, response, harmonic = np.split(expanded, [1, expanded.shape[1] - h], axis=1)
-        modes, spread, _ = np.linalg.svd(response.transpose(0, 2, 1), full_matrices=False)
-        return Hypotheses(
-            teeth=self.teeth,
-            cases=pd.DataFrame({"tooth": np.where(self.healthy, 0, 1)}),
-            signal=signal[:, 0],
-            modes=modes,
-            gains=spread / self.index_error if self.index_error else spread,
-            harmonic=harmonic.transpose(0, 2, 1),
-            phases=self.phases,
-            reference_variance=self.reference_variance,
-            turn_invariant=True,
-        )
-
-    @cached_property
-    def log_prior(self) -> FloatArray:
-        """(templates, teeth) logarithm of the prior: even odds of damage and none, all teeth equally likely."""
-        with np.errstate(divide="ignore"):
-            each = np.log(self.share / (2 * self.teeth))
-        return np.repeat(each[:, None], self.teeth, axis=1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -146,11 +36,17 @@ class TemplateBank:
         Size of the index errors that specimens are assumed to have, m.
     points
         Templates by operating point and tooth count.
+    interpolations
+        How far the templates hold between the operating points, by tooth count; none in a bank of points alone.
     """
 
     sensor: str
     index_error: float
     points: tuple[PointTemplates, ...]
+    interpolations: tuple[Interpolation, ...] = ()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def __repr__(self) -> str:
         count = sum(len(point.healthy) for point in self.points)
@@ -170,7 +66,8 @@ class TemplateBank:
 
         Each template weighs as many rows as it has. Templates without a result, and those with loss of contact, are
         left out. Signals are stored with an error, in norm, of at most 1 / 5000 of the standard deviation of the noise
-        in the quietest row.
+        in the quietest row. The bank keeps as many operating points as the interpolation over speed and torque takes
+        (:class:`Interpolation`), and all where it does not hold.
 
         Parameters
         ----------
@@ -225,19 +122,70 @@ class TemplateBank:
         weight = rows.set_index("template")["n"]
         if index_error is None:
             index_error = float(np.sqrt(rows["square"].sum() / rows["n"].sum()))
-        templates: list[PointTemplates] = []
+        noise = float(rows["noise"].min())
+        parts = []
         for teeth in sorted(set(points["teeth"].astype(int))):
             alike = points.loc[points["teeth"] == teeth, ["speed_rpm", "torque"]].to_numpy(float)
             at = [(float(speed), float(torque)) for speed, torque in alike]
             laws = [_laws(database, sensor, *point, teeth=teeth, cases=cases) for point in at]
-            templates += PointTemplates.of(
-                laws,
-                [_share(law, weight) for law in laws],
-                points=at,
+            shares = [_share(law, weight) for law in laws]
+            parts.append(cls.of_laws(laws, shares, points=at, sensor=sensor, index_error=index_error, noise=noise))
+        return cls(
+            sensor=sensor,
+            index_error=index_error,
+            points=tuple(point for part in parts for point in part.points),
+            interpolations=tuple(between for part in parts for between in part.interpolations),
+        )
+
+    @classmethod
+    def of_laws(
+        cls,
+        laws: Sequence[Hypotheses],
+        shares: Sequence[FloatArray],
+        *,
+        points: Sequence[tuple[float, float]],
+        sensor: str,
+        index_error: float,
+        noise: float,
+    ) -> Self:
+        """The bank of the laws of one tooth count at some operating points.
+
+        It keeps as many points as the interpolation between them takes, and all where it does not hold.
+
+        Parameters
+        ----------
+        laws
+            Hypotheses of each operating point.
+        shares
+            (templates,) share of each template among the rows of its kind, for each operating point.
+        points
+            Speed (rpm) and torque (N m) of each operating point.
+        sensor
+            Sensor of the averages.
+        index_error
+            Size of the index errors, m.
+        noise
+            Standard deviation of the noise of the quietest average, which errors are compared with, in the unit of the
+            signal.
+        """
+
+        def stored(places: Sequence[int]) -> list[PointTemplates]:
+            return PointTemplates.of(
+                [laws[place] for place in places],
+                [shares[place] for place in places],
+                points=[points[place] for place in places],
                 index_error=index_error,
-                tolerance=_PRECISION * float(rows["noise"].min()),
+                tolerance=_PRECISION * noise,
             )
-        return cls(sensor=sensor, index_error=index_error, points=tuple(templates))
+
+        kept = stored(range(len(points)))
+        between: tuple[Interpolation, ...] = ()
+        if (signals := stored_signals(kept)) is not None:
+            estimated, places = interpolation(signals[0], teeth=laws[0].teeth, noise=noise)
+            if estimated.holds:
+                between = (estimated,)
+                kept = kept if len(places) == len(points) else stored(places.tolist())
+        return cls(sensor=sensor, index_error=index_error, points=tuple(kept), interpolations=between)
 
     @property
     def teeth(self) -> tuple[int, ...]:
@@ -245,12 +193,98 @@ class TemplateBank:
         return tuple(sorted({point.teeth for point in self.points}))
 
     def noise_db(self, batch: Batch) -> FloatArray:
-        """Return the noise of averages relative to the healthy signal at the nearest operating point, (rows,) dB.
+        """Return the noise of averages relative to the healthy signal at their operating points, (rows,) dB.
 
         nan where the noise of a row is not known.
         """
-        reference = np.array([point.reference_variance.mean() for point in self.points])
-        return batch.noise_db(reference[self.nearest(*batch.operating_point())])
+        reference = np.empty(len(batch))
+        for local, at, coefficients in self.locals(*batch.operating_point()):
+            reference[at] = local.healthy_variance(coefficients)
+        return batch.noise_db(reference)
+
+    def locals(
+        self, speed_rpm: FloatArray, torque: FloatArray, teeth: FloatArray | IntArray
+    ) -> Iterator[tuple[LocalTemplates, IntArray, FloatArray | None]]:
+        """Yield the templates near operating points, with the places of their rows and the coefficients of these.
+
+        Parameters
+        ----------
+        speed_rpm, torque, teeth
+            (rows,) operating points (rpm, N m) and tooth counts.
+
+        Raises
+        ------
+        NotApplicableError
+            If the bank has no such tooth count.
+        """
+        nearest = self.nearest(speed_rpm, torque, teeth)
+        for count in np.unique(teeth).astype(int):
+            of_count = np.flatnonzero(teeth == count)
+            ranges = self._ranges.get(int(count))
+            place = nearest[of_count] if ranges is None else ranges.place(speed_rpm[of_count])
+            for number in np.unique(place).tolist():
+                at = of_count[place == number]
+                if ranges is None:
+                    yield self.points[number].local, at, None
+                else:
+                    local = ranges.templates(number)
+                    yield local, at, local.coefficients(ranges.clipped(speed_rpm[at]), torque[at])
+
+    def stored_point(self, speed_rpm: float, torque: float, teeth: int) -> tuple[float, float]:
+        """Return the operating point, rpm and N m, whose templates stand for one: itself where the bank interpolates.
+
+        It is the nearest one that the templates hold for.
+        """
+        for between in self.interpolations:
+            if between.teeth == teeth:
+                return float(np.clip(speed_rpm, *between.speed_rpm)), torque
+        (place,) = self.nearest(np.array([speed_rpm]), np.array([torque]), np.array([teeth]))
+        return self.points[place].speed_rpm, self.points[place].torque
+
+    def reasons(self, speed_rpm: FloatArray, torque: FloatArray, teeth: FloatArray | IntArray) -> list[str]:
+        """Return why the templates do not cover operating points, in words; empty where they do."""
+        reasons = [""] * len(speed_rpm)
+        for between in self.interpolations:
+            low, high = between.speed_rpm
+            outside = (np.asarray(teeth) == between.teeth) & ~((low <= speed_rpm) & (speed_rpm <= high))
+            for i in np.flatnonzero(outside) if between.speeds > 1 else ():
+                reasons[i] = (
+                    f"speed_rpm = {speed_rpm[i]:.6g} rpm is beyond the templates, which hold from {low:.6g} to "
+                    f"{high:.6g} rpm"
+                )
+        return reasons
+
+    @cached_property
+    def _ranges(self) -> dict[int, SpeedRanges]:
+        """Templates in ranges of speed by tooth count, where there is an interpolation."""
+        return {between.teeth: self._range(between) for between in self.interpolations}
+
+    def _range(self, between: Interpolation) -> SpeedRanges:
+        points = [point for point in self.points if point.teeth == between.teeth]
+        stored = stored_signals(points)
+        if stored is None:
+            raise NotApplicableError(f"the bank has too few templates of {between.teeth} teeth; train it again")
+        signals, keys = stored
+        curve = SpeedCurve(signals, between.signal_powers, between.harmonic_powers)
+        first = [
+            next((point, place[key]) for point in points if key in (place := template_keys(point))) for key in keys
+        ]
+        share = [
+            np.mean([point.share[place[key]] for point in points if key in (place := template_keys(point))])
+            for key in keys
+        ]
+        return SpeedRanges(
+            curve,
+            basis=points[0].signals.basis.astype(float),
+            reach=between.speed_rpm,
+            count=between.ranges,
+            teeth=between.teeth,
+            index_error=self.index_error,
+            healthy=np.array([point.healthy[i] for point, i in first]),
+            share=np.array(share),
+            severity=np.array([point.severity[i] for point, i in first]),
+            phases=np.array([point.phases[i] for point, i in first]),
+        )
 
     def nearest(self, speed_rpm: FloatArray, torque: FloatArray, teeth: FloatArray | IntArray) -> IntArray:
         """Return the index of the nearest operating point of the same tooth count, (rows,).
@@ -306,9 +340,3 @@ def _share(laws: Hypotheses, weight: pd.Series) -> FloatArray:
     for some in (laws.healthy, ~laws.healthy):
         rows[some] = rows[some] / rows[some].sum() if rows[some].any() else 1 / some.sum()
     return rows
-
-
-def _signals(laws: Hypotheses, index_error: float) -> FloatArray:
-    """(templates, 1 + modes + harmonics, n) signals that make up each template, in the signal's unit."""
-    response = laws.modes * (index_error * laws.gains)[:, None]
-    return np.concatenate([laws.signal[:, :, None], response, laws.harmonic], axis=2).transpose(0, 2, 1)

@@ -7,47 +7,12 @@ from typing import Self
 
 import numpy as np
 import pandas as pd
-import scipy.fft
 from numpy.typing import ArrayLike
 
-from sigdb.core import BoolArray, FloatArray, InputError, IntArray, blocks, plain_array
+from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.database import Database, Template, mate_teeth, stored_templates
 from sigdb.measurement import index_error_covariance
-
-
-class TurnedProducts:
-    """Inner products ``<x, pattern turned by t teeth>`` for all t at once.
-
-    A turn by a tooth is a shift by ``m = n / teeth`` samples. X and P are the discrete Fourier transforms over the
-    tooth passes of x and of a pattern p, both (teeth, m). The products are then the inverse transform over q of
-    ``sum_i X[q, i] conj(P[q, i])``. This takes one small matrix product for each of the teeth / 2 + 1 frequencies.
-
-    Parameters
-    ----------
-    patterns
-        (patterns, n) real patterns, as they lie with the first tooth in front.
-    teeth
-        Tooth count; it divides n.
-    """
-
-    def __init__(self, patterns: FloatArray, teeth: int) -> None:
-        self._teeth = teeth
-        spectrum = _over_teeth(np.asarray(patterns, float), teeth)
-        self._conjugate = np.ascontiguousarray(spectrum.conj().transpose(0, 2, 1))
-
-    def __call__(self, x: FloatArray) -> FloatArray:
-        """(teeth, rows, patterns) products of averages x (rows, n); entry t is with the patterns turned by t teeth."""
-        products = _over_teeth(np.asarray(x, float), self._teeth) @ self._conjugate
-        return np.asarray(scipy.fft.irfft(products, self._teeth, axis=0, overwrite_x=True))
-
-
-def _over_teeth(x: FloatArray, teeth: int) -> FloatArray:
-    """(teeth // 2 + 1, rows, n / teeth) transform of rows (rows, n) over their tooth passes."""
-    return np.asarray(scipy.fft.rfft(x.reshape(len(x), teeth, -1).transpose(1, 0, 2), axis=0))
-
-
-_ROWS_AT_ONCE = 128
-"""Rows worked on together: their products stay in the cache."""
+from sigdb.recognition.templates.turned_laws import TurnedLaws
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -84,6 +49,9 @@ class Hypotheses:
     turn_invariant
         Whether the law of a healthy gear is the same from every tooth but for rounding: its likelihood is then the mean
         over the turns, which turning x does not change.
+    response
+        (templates, n, r) Y_k C^(1/2), whose columns stand for the same index errors at all operating points; None where
+        it is not known.
     """
 
     teeth: int
@@ -95,6 +63,7 @@ class Hypotheses:
     phases: FloatArray
     reference_variance: FloatArray
     turn_invariant: bool = False
+    response: FloatArray | None = None
 
     @classmethod
     def of(
@@ -154,21 +123,25 @@ class Hypotheses:
             Amplitude of the slow orders of the index errors, over ``index_error``.
         """
         mates = np.broadcast_to(np.asarray(mate_teeth, int), len(templates))
-        decomposed = [
-            _modes(template.specimen_response[0], index_error_covariance(teeth, int(mate), runout=runout))
-            for template, mate in zip(templates, mates, strict=True)
-        ]
+        response = np.stack(
+            [
+                _independent(template.specimen_response[0], index_error_covariance(teeth, int(mate), runout=runout))
+                for template, mate in zip(templates, mates, strict=True)
+            ]
+        )
+        modes, gains, _ = np.linalg.svd(response, full_matrices=False)
         harmonic = [template.harmonic_response[0].reshape(template.signals.shape[1], -1) for template in templates]
         widest = max(columns.shape[1] for columns in harmonic)
         return cls(
             teeth=teeth,
             cases=pd.DataFrame([template.case for template in templates]),
             signal=np.stack([template.signals[0] for template in templates]),
-            modes=np.stack([modes for modes, _ in decomposed]),
-            gains=np.stack([gains for _, gains in decomposed]),
+            modes=modes,
+            gains=gains,
             harmonic=np.stack([_padded(columns, 1, widest) for columns in harmonic]),
             phases=np.stack([_padded(_phases(template.orders, teeth), 0, widest) for template in templates]),
             reference_variance=np.array([template.reference_variance[0] for template in templates]),
+            response=response,
         )
 
     @property
@@ -180,6 +153,7 @@ class Hypotheses:
         """Some of the hypotheses, by their places in ``cases``."""
         arrays = ("signal", "modes", "gains", "harmonic", "phases", "reference_variance")
         some = {name: getattr(self, name)[places] for name in arrays}
+        some["response"] = None if self.response is None else self.response[places]
         return replace(self, cases=self.cases.iloc[places].reset_index(drop=True), **some)
 
     def log_likelihood(self, x: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
@@ -210,43 +184,7 @@ class Hypotheses:
         InputError
             If the averages are not of the templates' length, or the noise is not above 0.
         """
-        x = plain_array("log_likelihood", "x", x, float)
-        self._check(x, plain_array("log_likelihood", "noise", noise, float))
-        noise, index_error = (np.broadcast_to(np.asarray(value, float), len(x)) for value in (noise, index_error))
-        likelihood = np.empty((len(x), len(self.signal), self.teeth))
-        for some in blocks(len(x), _ROWS_AT_ONCE):
-            likelihood[some] = self._log_likelihood(x[some], noise[some], index_error[some])
-        none = likelihood[:, self.healthy]
-        likelihood[:, self.healthy] = none.mean(axis=2, keepdims=True) if self.turn_invariant else none[:, :, :1]
-        return likelihood
-
-    def _check(self, x: FloatArray, noise: FloatArray) -> None:
-        n = self.signal.shape[1]
-        if x.ndim != 2 or x.shape[1] != n:
-            raise InputError(f"x has the shape {x.shape}; give rows of {n} samples, as the templates have")
-        if not (noise > 0).all():
-            raise InputError(f"noise = {noise.min():g} must be above 0: without noise there is no density")
-
-    def _log_likelihood(self, x: FloatArray, noise: FloatArray, index_error: FloatArray) -> FloatArray:
-        r = self.gains.shape[1]
-        products = self._products(x).reshape(self.teeth, len(x), len(self.signal), -1)
-        amplitude = products[..., :r] - self._projected[:, None]
-        overlap = np.einsum("trkh,tkh->rkt", products[..., r:], self._weights)
-        square = (x**2).sum(axis=1)[:, None, None] - 2 * overlap + self._energy
-        d = self._gain_ratio(noise, index_error)
-        explained = np.einsum("trkm,rkm->rkt", amplitude**2, d / (1 + d))
-        chi2 = (square - explained) / (noise**2)[:, None, None]
-        return -0.5 * (chi2 + self._constant(noise, d))
-
-    def _gain_ratio(self, noise: FloatArray, index_error: FloatArray) -> FloatArray:
-        """Return rho d, the variance of each mode over that of the noise, (rows, templates, r)."""
-        return np.asarray((self.gains * (index_error / noise)[:, None, None]) ** 2)
-
-    def _constant(self, noise: FloatArray, d: FloatArray) -> FloatArray:
-        """Return the terms of -2 log p other than the squared residual, (rows, templates, 1)."""
-        n = self.signal.shape[1]
-        constant = n * np.log(2 * np.pi * noise**2)[:, None] + np.log1p(d).sum(axis=2)
-        return np.asarray(constant[:, :, None])
+        return self.turned.log_likelihood(x, noise=noise, index_error=index_error)
 
     def chi2(self, log_likelihood: FloatArray, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
         """Return the squared residual of averages under each hypothesis, whitened: chi-square of n degrees.
@@ -263,35 +201,27 @@ class Hypotheses:
         ndarray, (rows, templates, teeth)
             No unit. Over the number of samples it is the reduced chi-square, about 1 under the true hypothesis.
         """
-        rows = len(log_likelihood)
-        noise, index_error = (np.broadcast_to(np.asarray(value, float), rows) for value in (noise, index_error))
-        return np.asarray(-2 * log_likelihood - self._constant(noise, self._gain_ratio(noise, index_error)))
+        return self.turned.chi2(log_likelihood, noise=noise, index_error=index_error)
 
     @cached_property
-    def _products(self) -> TurnedProducts:
-        """Products with the modes, the nominal signal and the harmonic ones of each template."""
-        columns = np.concatenate([self.modes, self.signal[:, :, None], self.harmonic], axis=2)
-        return TurnedProducts(columns.transpose(0, 2, 1).reshape(-1, self.signal.shape[1]), self.teeth)
-
-    @cached_property
-    def _weights(self) -> FloatArray:
-        """(teeth, templates, 1 + h) coefficients of the signals in s_kt."""
-        return np.concatenate([np.ones((len(self.signal), 1, self.teeth)), self.phases], axis=1).transpose(2, 0, 1)
+    def turned(self) -> TurnedLaws:
+        """The same laws, for likelihoods."""
+        carriers = np.concatenate([self.signal[:, :, None], self.harmonic], axis=2).transpose(0, 2, 1)
+        first = np.ones((len(self.signal), 1, self.teeth if self.harmonic.shape[2] else 1))
+        return TurnedLaws(
+            teeth=self.teeth,
+            healthy=self.healthy,
+            modes=self.modes,
+            gains=self.gains,
+            carriers=carriers[:, None],
+            phases=np.concatenate([first, self.phases[:, :, : first.shape[2]]], axis=1),
+            turn_invariant=self.turn_invariant,
+        )
 
     @cached_property
     def _means(self) -> FloatArray:
         """(teeth, templates, n) s_kt, as they lie turned back."""
         return self.signal + np.einsum("knh,kht->tkn", self.harmonic, self.phases)
-
-    @cached_property
-    def _projected(self) -> FloatArray:
-        """(teeth, templates, r) amplitudes of the modes in s_kt."""
-        return np.einsum("tkn,knm->tkm", self._means, self.modes)
-
-    @cached_property
-    def _energy(self) -> FloatArray:
-        """(templates, teeth) squared norms of s_kt."""
-        return (self._means**2).sum(axis=2).T
 
     def draw(
         self,
@@ -338,12 +268,11 @@ class Hypotheses:
             yield *divmod(int(value), self.teeth), np.flatnonzero(code == value)
 
 
-def _modes(response: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """U_k and the square roots of d_k: the singular value decomposition of Y_k C^(1/2)."""
+def _independent(response: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Y_k C^(1/2), the response to independent errors of 1 m."""
     variance, vectors = np.linalg.eigh(covariance)
     kept = slice(1, None)  # the errors' mean is removed: the least eigenvalue is 0
-    modes, gains, _ = np.linalg.svd(response @ vectors[:, kept] * np.sqrt(variance[kept]), full_matrices=False)
-    return modes, gains
+    return np.asarray(response @ vectors[:, kept] * np.sqrt(variance[kept]))
 
 
 def _phases(orders: FloatArray, teeth: int) -> FloatArray:

@@ -11,7 +11,8 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError, blocks
 from sigdb.database import QUANTITIES
 from sigdb.recognition.rows.batch import NOISE, POINT, TSA, Batch, Column, Rows
-from sigdb.recognition.templates.bank import PointTemplates, TemplateBank
+from sigdb.recognition.templates.bank import TemplateBank
+from sigdb.recognition.templates.local_templates import LocalTemplates
 from sigdb.recognition.templates.posterior import Posterior, posterior
 
 COLUMNS: frozenset[Column] = frozenset({*POINT, *NOISE, TSA})
@@ -27,10 +28,11 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     """Scores of averages against a bank of templates, by the law of noise and specimens.
 
     The first scores, one for each tooth t, are the logarithms of ``p(x | damage from t) / p(x | none)``. Damage is any
-    template, weighed as in the bank, and x is normal as in :class:`Hypotheses` at the nearest operating point of the
-    bank. The next score is ``reduced_chi2``, the squared residual of the most likely template in standard deviations,
-    divided by the number of samples; it is about 1 for a row that the bank covers. The last scores are posterior mean,
-    median and standard deviation (``spread``) of each severity given damage, whatever the tooth.
+    template, weighed as in the bank, and x is normal as in :class:`Hypotheses` at the operating point of the average,
+    or at the nearest one of a bank that does not interpolate. The next score is ``reduced_chi2``, the squared residual
+    of the most likely template in standard deviations, divided by the number of samples; it is about 1 for a row that
+    the bank covers. The last scores are posterior mean, median and standard deviation (``spread``) of each severity
+    given damage, whatever the tooth.
 
     The noise of an average is taken from its own revolutions: ``scatter / sqrt(averages)``. Turning an average by j
     teeth turns its scores by j teeth exactly, unless harmonic excitations fixed to the shaft are part of the law.
@@ -93,18 +95,12 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         batch = Batch.from_rows(X, COLUMNS)
         noise = batch.noise()
         _check_noise(batch, noise)
-        place = self.bank.nearest(*batch.operating_point())
-        pieces = [
-            (self.bank.points[nearest], at[some], x[some])
-            for _, at, x in batch.averages()
-            for nearest in np.unique(place[at])
-            for some in _parts(np.flatnonzero(place[at] == nearest))
-        ]
         parts = Parallel(n_jobs=self.n_jobs, prefer="threads")(
-            delayed(self._scores)(point, x, noise[at]) for point, at, x in pieces
+            delayed(self._scores)(local, at, x, noise[at], coefficients)
+            for local, at, x, coefficients in self._pieces(batch)
         )
         scores = np.empty((len(batch), self._most_teeth + 1 + len(OF_SEVERITY)))
-        for (_, at, _), some in zip(pieces, parts, strict=True):
+        for at, some in parts:
             scores[at] = some
         return scores
 
@@ -112,23 +108,35 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         """Return the reduced chi-square of the most likely template, (rows,)."""
         return batch.reduce(self)[:, self._most_teeth]
 
-    def _scores(self, point: PointTemplates, x: FloatArray, noise: FloatArray) -> FloatArray:
-        _check_averages(x, point)
-        laws, index_error = point.hypotheses, self.bank.index_error
-        likelihood = laws.log_likelihood(x, noise=noise, index_error=index_error)
+    def _pieces(self, batch: Batch) -> Iterator[tuple[LocalTemplates, IntArray, FloatArray, FloatArray | None]]:
+        """Yield templates with places of rows near them, the averages of these, and their coefficients."""
+        places = self.bank.locals(*batch.operating_point())
+        averages: dict[int, tuple[IntArray, FloatArray]] = {}
+        for local, at, coefficients in places:
+            averages = averages or {teeth: (of_teeth, x) for teeth, of_teeth, x in batch.averages()}
+            of_teeth, x = averages[local.teeth]
+            rows = np.searchsorted(of_teeth, at)
+            for some in blocks(len(at), _ROWS_AT_ONCE):
+                yield local, at[some], x[rows[some]], None if coefficients is None else coefficients[some]
+
+    def _scores(
+        self,
+        local: LocalTemplates,
+        at: IntArray,
+        x: FloatArray,
+        noise: FloatArray,
+        coefficients: FloatArray | None,
+    ) -> tuple[IntArray, FloatArray]:
+        _check_averages(x, local)
+        laws, index_error = local.laws, self.bank.index_error
+        likelihood = laws.log_likelihood(x, noise=noise, index_error=index_error, coefficients=coefficients)
         chi2 = laws.chi2(likelihood, noise=noise, index_error=index_error).reshape(len(x), -1)
         best = likelihood.reshape(len(x), -1).argmax(axis=1)
-        after = posterior(likelihood, point.log_prior, point.healthy)
+        after = posterior(likelihood, local.log_prior, local.healthy)
         ratio = np.full((len(x), self._most_teeth), -np.inf)
-        ratio[:, : point.teeth] = after.location[:, 1:] - after.location[:, :1]
-        reduced_chi2 = chi2[np.arange(len(x)), best] / point.samples
-        return np.column_stack([ratio, reduced_chi2, *_severity(after, point.severity)])
-
-
-def _parts(places: IntArray) -> Iterator[IntArray]:
-    """Yield indices in groups."""
-    for some in blocks(len(places), _ROWS_AT_ONCE):
-        yield places[some]
+        ratio[:, : local.teeth] = after.location[:, 1:] - after.location[:, :1]
+        reduced_chi2 = chi2[np.arange(len(x)), best] / local.samples
+        return at, np.column_stack([ratio, reduced_chi2, *_severity(after, local.severity)])
 
 
 def _check_noise(batch: Batch, noise: FloatArray) -> None:
@@ -141,7 +149,7 @@ def _check_noise(batch: Batch, noise: FloatArray) -> None:
         )
 
 
-def _check_averages(x: FloatArray, point: PointTemplates) -> None:
+def _check_averages(x: FloatArray, point: LocalTemplates) -> None:
     """Refuse averages that the templates cannot be compared with."""
     if x.shape[1] != point.samples:
         raise NotApplicableError(

@@ -10,12 +10,12 @@ from sigdb.recognition.estimators.baselines.threshold import FALSE_ALARM_RATE, T
 from sigdb.recognition.estimators.contract import required_bank
 from sigdb.recognition.rows.batch import POINT, TSA, Batch, Rows
 from sigdb.recognition.settings import RecognitionSettings
-from sigdb.recognition.templates.bank import PointTemplates, TemplateBank
-from sigdb.recognition.templates.hypotheses import TurnedProducts
+from sigdb.recognition.templates.bank import TemplateBank
+from sigdb.recognition.templates.local_templates import LocalTemplates
 
 
 class NearestTemplate(BaseEstimator):
-    """Reducer of averages to the nearest damaged template, over all teeth, at the nearest operating point.
+    """Reducer of averages to the nearest damaged template, over all teeth, at the row's operating point.
 
     Parameters
     ----------
@@ -40,23 +40,21 @@ class NearestTemplate(BaseEstimator):
             If the bank does not have a tooth count.
         """
         nearest = np.empty((len(X), 2))
-        place = self.bank.nearest(*X.operating_point())
-        for teeth, at, x in X.averages():
-            for k in np.unique(place[at]):
-                some = place[at] == k
-                nearest[at[some]] = _nearest(self.bank.points[k], x[some], teeth)
+        averages: dict[int, tuple[IntArray, FloatArray]] = {}
+        for local, at, coefficients in self.bank.locals(*X.operating_point()):
+            averages = averages or {teeth: (of_teeth, x) for teeth, of_teeth, x in X.averages()}
+            of_teeth, x = averages[local.teeth]
+            nearest[at] = _nearest(local, x[np.searchsorted(of_teeth, at)], coefficients)
         return nearest
 
 
-def _nearest(point: PointTemplates, x: FloatArray, teeth: int) -> FloatArray:
+def _nearest(local: LocalTemplates, x: FloatArray, coefficients: FloatArray | None) -> FloatArray:
     """Return ``(min |x - s_none| - min |x - s_damage turned|) / |x|``, and the tooth; (rows, 2)."""
-    s, square = point.hypotheses.signal, (x**2).sum(axis=1)
-    distance = square[:, None] - 2 * TurnedProducts(s, teeth)(x) + (s**2).sum(axis=1)  # teeth, rows, templates
-    distance = np.sqrt(distance.clip(min=0))
-    none = distance[:, :, point.healthy].min(axis=(0, 2))
-    damage = distance[:, :, ~point.healthy].min(axis=2)
-    norm = np.sqrt(square).clip(min=np.finfo(float).tiny)
-    return np.column_stack([(none - damage.min(axis=0)) / norm, 1 + damage.argmin(axis=0)])
+    distance = np.sqrt(local.laws.squared_distance(x, coefficients).clip(min=0))
+    none = distance[:, local.healthy].min(axis=(1, 2))
+    damage = distance[:, ~local.healthy].min(axis=1)
+    norm = np.linalg.norm(x, axis=1).clip(min=np.finfo(float).tiny)
+    return np.column_stack([(none - damage.min(axis=1)) / norm, 1 + damage.argmin(axis=1)])
 
 
 class NearestTemplateLocation(ThresholdLocation):

@@ -1,0 +1,182 @@
+"""Templates near an operating point: their laws within a short range of speeds, at every torque."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.recognition.templates.speed_curve import PLACES, Powers, SpeedCurve, parabola, range_middles
+from sigdb.recognition.templates.turned_laws import TurnedLaws
+
+_KEPT_RANGES = 64
+"""Ranges whose laws are in memory at once."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LocalTemplates:
+    """Templates in a short range of speeds.
+
+    Attributes
+    ----------
+    laws
+        Their laws. The modes are those in the middle of the range.
+    share
+        (templates,) share of each among the rows of its kind, healthy or damaged.
+    severity
+        (templates, 3) severities, see :class:`PointTemplates`.
+    middle, half_width
+        Middle and half the width of the range, rpm; the width is 0 for laws at one speed.
+    powers
+        For each column of the carriers, the powers of the torque; none for laws at one torque.
+    """
+
+    laws: TurnedLaws
+    share: FloatArray
+    severity: FloatArray
+    middle: float = 0.0
+    half_width: float = 0.0
+    powers: Sequence[Powers] = ()
+
+    @property
+    def teeth(self) -> int:
+        """Tooth count of the damaged gear."""
+        return self.laws.teeth
+
+    @property
+    def samples(self) -> int:
+        """Samples of an average."""
+        return self.laws.samples
+
+    @property
+    def healthy(self) -> BoolArray:
+        """(templates,) whether a template is of a healthy gear."""
+        return self.laws.healthy
+
+    @cached_property
+    def log_prior(self) -> FloatArray:
+        """(templates, teeth) logarithm of the prior: even odds of damage and none, all teeth equally likely."""
+        with np.errstate(divide="ignore"):
+            each = np.log(self.share / (2 * self.teeth))
+        return np.repeat(each[:, None], self.teeth, axis=1)
+
+    def signals(self, coefficients: FloatArray | None) -> FloatArray:
+        """Return the nominal averages, (rows or 1, templates, n), without harmonic excitations."""
+        return self.laws.first_means(coefficients)
+
+    def healthy_variance(self, coefficients: FloatArray | None) -> FloatArray:
+        """Return the variance of the healthy clean average, (rows,) or (1,), without harmonic excitations."""
+        return self.laws.variance(np.flatnonzero(self.healthy), coefficients).mean(axis=1)
+
+    def coefficients(self, speed_rpm: FloatArray, torque: FloatArray) -> FloatArray | None:
+        """Return the coefficients of the carriers at operating points, (rows, a, b); None for laws at one point."""
+        if not self.powers:
+            return None
+        every = sorted({power for powers in self.powers for power in powers}, reverse=True)
+        if self.half_width:
+            of_speed = parabola((speed_rpm - self.middle) / self.half_width)
+        else:
+            of_speed = np.ones((len(torque), 1))
+        parts = [
+            np.stack([torque**power if power in powers else np.zeros(len(torque)) for powers in self.powers], axis=1)
+            for power in every
+        ]
+        return np.concatenate([of_speed[:, :, None] * part[:, None] for part in parts], axis=1)
+
+
+class SpeedRanges:
+    """Templates of a tooth count in ranges of speed, as many as their laws take to be those of each speed.
+
+    Parameters
+    ----------
+    curve
+        Their signals over speed.
+    basis
+        (r, n) orthonormal basis of the coefficients.
+    reach
+        Least and greatest speed, rpm; beyond them the laws at the ends are taken.
+    count
+        Number of ranges.
+    teeth, index_error
+        Tooth count, and size of the index errors that the responses are for, m.
+    healthy, share, severity, phases
+        As of :class:`PointTemplates`, for the curve's templates.
+    """
+
+    def __init__(
+        self,
+        curve: SpeedCurve,
+        *,
+        basis: FloatArray,
+        reach: tuple[float, float],
+        count: int,
+        teeth: int,
+        index_error: float,
+        healthy: BoolArray,
+        share: FloatArray,
+        severity: FloatArray,
+        phases: FloatArray,
+    ) -> None:
+        self._curve, self._basis, self._reach, self._teeth = curve, basis, reach, teeth
+        self._index_error, self._healthy, self._share = index_error, healthy, share
+        self._severity, self._phases, self._count = severity, phases, count
+        self._kept: dict[int, LocalTemplates] = {}
+
+    def place(self, speed_rpm: FloatArray) -> IntArray:
+        """Return the range of each speed, (rows,)."""
+        low, high = self._reach
+        if high <= low:
+            return np.zeros(len(speed_rpm), int)
+        share = (np.clip(speed_rpm, low, high) - low) / (high - low)
+        return np.minimum((share * self._count).astype(int), self._count - 1)
+
+    def clipped(self, speed_rpm: FloatArray) -> FloatArray:
+        """Return the speeds (rows,), those beyond the ends moved to them."""
+        return np.clip(speed_rpm, *self._reach)
+
+    @property
+    def _harmonics(self) -> int:
+        return self._phases.shape[1]
+
+    def templates(self, place: int) -> LocalTemplates:
+        """Return the templates of a range."""
+        if place not in self._kept:
+            while len(self._kept) >= _KEPT_RANGES:
+                del self._kept[next(iter(self._kept))]
+            self._kept[place] = self._local(place)
+        return self._kept[place]
+
+    def _local(self, place: int) -> LocalTemplates:
+        middles, half = range_middles(self._reach, self._count)
+        middle = float(middles[place])
+        at = middle + half * PLACES if half else np.array([middle])
+        parts = [self._curve.at(at, power) for power in self._curve.powers]
+        response = self._curve.at(np.array([middle]), 0)[0]
+        existing = np.flatnonzero(np.isfinite(response[:, 0, 0]))
+        last = response.shape[1] - self._harmonics
+        columns = [0, *range(last, response.shape[1])]
+        carriers = np.concatenate([part[:, existing][:, :, columns].transpose(1, 0, 2, 3) for part in parts], axis=1)
+        modes, spread, _ = np.linalg.svd(response[existing, 1:last].transpose(0, 2, 1), full_matrices=False)
+        healthy, phases = self._healthy[existing], self._phases[existing]
+        first = np.ones((len(existing), 1, self._teeth if self._harmonics else 1))
+        laws = TurnedLaws(
+            teeth=self._teeth,
+            healthy=healthy,
+            modes=self._basis.T @ modes,
+            gains=spread / self._index_error if self._index_error else spread,
+            carriers=carriers @ self._basis,
+            phases=np.concatenate([first, phases[:, :, : first.shape[2]]], axis=1),
+            turn_invariant=True,
+        )
+        share = self._share[existing].copy()
+        for kind in (healthy, ~healthy):
+            share[kind] /= share[kind].sum()
+        return LocalTemplates(
+            laws=laws,
+            share=share,
+            severity=self._severity[existing],
+            middle=middle,
+            half_width=half,
+            powers=[self._curve.column_powers[column] for column in columns],
+        )

@@ -1,0 +1,186 @@
+"""Templates of one operating point as a bank stores them, and those of several points as signals over speed."""
+
+import itertools
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, Self, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from sigdb.core import BoolArray, FloatArray
+from sigdb.database import QUANTITIES
+from sigdb.recognition.templates.compact_signals import CompactSignals
+from sigdb.recognition.templates.hypotheses import Hypotheses
+from sigdb.recognition.templates.local_templates import LocalTemplates
+from sigdb.recognition.templates.speed_curve import StoredSignals
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PointTemplates:
+    """The templates of one operating point and tooth count.
+
+    Attributes
+    ----------
+    speed_rpm, torque, teeth
+        The operating point, and the tooth count of the damaged gear.
+    signals
+        (templates, 1 + r + harmonics) signals of each template: its nominal average; its response to independent index
+        errors of the size ``index_error``; its harmonic signals. See :class:`Hypotheses`.
+    index_error
+        Size of the index errors that the modes are for, m.
+    phases
+        (templates, harmonics, teeth) phases of the harmonic ones.
+    reference_variance
+        (templates,) variance of the healthy clean average.
+    healthy
+        (templates,) whether a template is of a healthy gear.
+    share
+        (templates,) share of each among the rows of its kind, healthy or damaged.
+    severity
+        (templates, 3) stiffness loss, phase shift (deg) and number of damaged teeth; nan for a pattern.
+    """
+
+    speed_rpm: float
+    torque: float
+    teeth: int
+    signals: CompactSignals
+    index_error: float
+    phases: FloatArray
+    reference_variance: FloatArray
+    healthy: BoolArray
+    share: FloatArray
+    severity: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        laws: Sequence[Hypotheses],
+        shares: Sequence[FloatArray],
+        *,
+        points: Sequence[tuple[float, float]],
+        index_error: float,
+        tolerance: float = 0.0,
+    ) -> list[Self]:
+        """Templates of all operating points of one tooth count, stored compactly.
+
+        Parameters
+        ----------
+        laws
+            Hypotheses of each operating point.
+        shares
+            (templates,) share of each template among the rows of its kind, for each operating point.
+        points
+            Speed (rpm) and torque (N m) of each operating point.
+        index_error
+            Size of the index errors, m.
+        tolerance
+            Tolerance of the compact signals, see :meth:`CompactSignals.of`.
+        """
+        stored = CompactSignals.of([_signals(law, index_error) for law in laws], tolerance=tolerance)
+        return [
+            cls(
+                speed_rpm=speed_rpm,
+                torque=torque,
+                teeth=law.teeth,
+                signals=signals,
+                index_error=index_error,
+                phases=law.phases,
+                reference_variance=law.reference_variance,
+                healthy=law.healthy,
+                share=share,
+                severity=law.cases[list(QUANTITIES)].to_numpy(float),
+            )
+            for (speed_rpm, torque), law, share, signals in zip(points, laws, shares, stored, strict=True)
+        ]
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @property
+    def samples(self) -> int:
+        """Samples of an average."""
+        return self.signals.samples
+
+    @cached_property
+    def hypotheses(self) -> Hypotheses:
+        """The laws, expanded."""
+        expanded, h = self.signals.expanded(), self.phases.shape[1]
+        signal, response, harmonic = np.split(expanded, [1, expanded.shape[1] - h], axis=1)
+        modes, spread, _ = np.linalg.svd(response.transpose(0, 2, 1), full_matrices=False)
+        return Hypotheses(
+            teeth=self.teeth,
+            cases=pd.DataFrame({"tooth": np.where(self.healthy, 0, 1)}),
+            signal=signal[:, 0],
+            modes=modes,
+            gains=spread / self.index_error if self.index_error else spread,
+            harmonic=harmonic.transpose(0, 2, 1),
+            phases=self.phases,
+            reference_variance=self.reference_variance,
+            turn_invariant=True,
+        )
+
+    @cached_property
+    def local(self) -> LocalTemplates:
+        """The templates at this point alone."""
+        return LocalTemplates(laws=self.hypotheses.turned, share=self.share, severity=self.severity)
+
+    @property
+    def log_prior(self) -> FloatArray:
+        """(templates, teeth) logarithm of the prior: even odds of damage and none, all teeth equally likely."""
+        return self.local.log_prior
+
+
+TemplateKey: TypeAlias = tuple[bool, tuple[float, ...], int]
+"""A template by whether it is healthy, its severity, and its place among those that have the same."""
+
+_LEAST_SPEEDS = 4
+"""Speeds at which an interpolated template exists, or all of fewer."""
+
+
+def template_keys(point: PointTemplates) -> dict[TemplateKey, int]:
+    """Return the places of templates by what makes them the same at several operating points."""
+    keys: dict[TemplateKey, int] = {}
+    counts: Counter[tuple[bool, tuple[float, ...]]] = Counter()
+    for place, (healthy, severity) in enumerate(zip(point.healthy.tolist(), point.severity.tolist(), strict=True)):
+        kind = healthy, tuple(round(value, 9) if value == value else -1.0 for value in severity)
+        keys[*kind, counts[kind]] = place
+        counts[kind] += 1
+    return keys
+
+
+def stored_signals(points: Sequence[PointTemplates]) -> tuple[StoredSignals, list[TemplateKey]] | None:
+    """Return the signals of points of one tooth count, and their templates; None where they have too few in common."""
+    if len({(point.phases.shape[1], point.signals.levels.shape[2]) for point in points}) > 1:
+        return None
+    places = [template_keys(point) for point in points]
+    speeds = {
+        key: {point.speed_rpm for point, place in zip(points, places, strict=True) if key in place}
+        for key in dict.fromkeys(itertools.chain(*places))
+    }
+    least = min(_LEAST_SPEEDS, len({point.speed_rpm for point in points}))
+    keys = [key for key, some in speeds.items() if len(some) >= least]
+    every = all(key in place for place in places for key in keys if key[0])
+    if not (every and {key[0] for key in keys} == {True, False}):
+        return None
+    _, columns = points[0].signals.levels.shape[1:]
+    coefficients = np.full((len(points), len(keys), columns, len(points[0].signals.basis)), np.nan)
+    for i, (point, place) in enumerate(zip(points, places, strict=True)):
+        here = [j for j, key in enumerate(keys) if key in place]
+        levels = point.signals.levels[:, [place[keys[j]] for j in here]]
+        coefficients[i, here] = point.signals.step * np.moveaxis(levels, 0, -1)
+    return StoredSignals(
+        speed_rpm=np.array([point.speed_rpm for point in points]),
+        torque=np.array([point.torque for point in points]),
+        coefficients=coefficients,
+        harmonics=points[0].phases.shape[1],
+    ), keys
+
+
+def _signals(laws: Hypotheses, index_error: float) -> FloatArray:
+    """(templates, 1 + modes + harmonics, n) signals that make up each template, in the signal's unit."""
+    independent = laws.modes * laws.gains[:, None] if laws.response is None else laws.response
+    response = index_error * independent
+    return np.concatenate([laws.signal[:, :, None], response, laws.harmonic], axis=2).transpose(0, 2, 1)

@@ -1,0 +1,237 @@
+"""Normal laws of averages under templates turned to each tooth, and how likely an average is under each."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.fft
+from numpy.typing import ArrayLike
+
+from sigdb.core import BoolArray, FloatArray, InputError, IntArray, blocks, plain_array
+
+
+class TurnedProducts:
+    """Inner products ``<x, pattern turned by t teeth>`` for all t at once.
+
+    A turn by a tooth is a shift by ``m = n / teeth`` samples. X and P are the discrete Fourier transforms over the
+    tooth passes of x and of a pattern p, both (teeth, m). The products are then the inverse transform over q of
+    ``sum_i X[q, i] conj(P[q, i])``. This takes one small matrix product for each of the teeth / 2 + 1 frequencies.
+
+    Parameters
+    ----------
+    patterns
+        (patterns, n) real patterns, as they lie with the first tooth in front.
+    teeth
+        Tooth count; it divides n.
+    """
+
+    def __init__(self, patterns: FloatArray, teeth: int) -> None:
+        self._teeth = teeth
+        spectrum = _over_teeth(np.asarray(patterns, float), teeth)
+        self._conjugate = np.ascontiguousarray(spectrum.conj().transpose(0, 2, 1))
+
+    def __call__(self, x: FloatArray) -> FloatArray:
+        """(teeth, rows, patterns) products of averages x (rows, n); entry t is with the patterns turned by t teeth."""
+        products = _over_teeth(np.asarray(x, float), self._teeth) @ self._conjugate
+        return np.asarray(scipy.fft.irfft(products, self._teeth, axis=0, overwrite_x=True))
+
+
+def _over_teeth(x: FloatArray, teeth: int) -> FloatArray:
+    """(teeth // 2 + 1, rows, n / teeth) transform of rows (rows, n) over their tooth passes."""
+    return np.asarray(scipy.fft.rfft(x.reshape(len(x), teeth, -1).transpose(1, 0, 2), axis=0))
+
+
+_ROWS_AT_ONCE = 128
+"""Rows worked on together: their products stay in the cache."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TurnedLaws:
+    """Normal laws of an average, one for each template k turned by t teeth.
+
+    ::
+
+        x turned back ~ N(s_kt, noise^2 I + index_error^2 U_k diag(d_k) U_k'),   s_kt = sum_ab c_ab phi_kbt q_kab
+
+    The coefficients c belong to the average: they say where its operating point lies. Without any they are 1, and s_kt
+    is the sum of the carriers times their phases.
+
+    Attributes
+    ----------
+    teeth
+        Tooth count of the damaged gear.
+    healthy
+        (templates,) whether a template is of a healthy gear, which has no turn.
+    modes
+        (templates, n, r) U_k, orthonormal columns.
+    gains
+        (templates, r) square roots of d_k: rms of each mode's amplitude per index error, unit of the signal per m.
+    carriers
+        (templates, a, b, n) q_kab, in the sensor's unit.
+    phases
+        (templates, b, teeth) phi_kbt, or (templates, b, 1) where a turn does not change them.
+    turn_invariant
+        Whether the law of a healthy gear is the same from every tooth but for rounding: its likelihood is then the mean
+        over the turns, which turning x does not change.
+    """
+
+    teeth: int
+    healthy: BoolArray
+    modes: FloatArray
+    gains: FloatArray
+    carriers: FloatArray
+    phases: FloatArray
+    turn_invariant: bool = False
+
+    @property
+    def samples(self) -> int:
+        """Samples of an average, n."""
+        return self.carriers.shape[-1]
+
+    def log_likelihood(
+        self, x: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike, coefficients: FloatArray | None = None
+    ) -> FloatArray:
+        """Logarithm of the density of averages under each template turned to each tooth.
+
+        With r = x turned back - s_kt, by the identities of Woodbury and Sylvester::
+
+            -2 log p = n log(2 pi noise^2) + sum log(1 + rho d) + (|r|^2 - sum g (u' r)^2) / noise^2,
+
+        rho = (index_error / noise)^2, g = rho d / (1 + rho d).
+
+        Parameters
+        ----------
+        x
+            (rows, n) averages from the tacho mark, unit of the signal.
+        noise
+            Standard deviation of the average's noise, not of one revolution's; a number, or (rows,).
+        index_error
+            Size of the index errors, m; a number, or (rows,). 0 is the nominal specimen.
+        coefficients
+            (rows, a, b) c of each average; 1 if left out.
+
+        Returns
+        -------
+        ndarray, (rows, templates, teeth)
+            float64; entry t - 1 of the last axis is the damage at tooth t, and the same for all t for a healthy gear.
+
+        Raises
+        ------
+        InputError
+            If the averages are not of the templates' length, or the noise is not above 0.
+        """
+        x = plain_array("log_likelihood", "x", x, float)
+        self._check(x, plain_array("log_likelihood", "noise", noise, float))
+        noise, index_error = (np.broadcast_to(np.asarray(value, float), len(x)) for value in (noise, index_error))
+        likelihood = np.empty((len(x), len(self.carriers), self.teeth))
+        for some in blocks(len(x), _ROWS_AT_ONCE):
+            weights = self._weights(None if coefficients is None else coefficients[some])
+            likelihood[some] = self._log_likelihood(x[some], noise[some], index_error[some], weights)
+        none = likelihood[:, self.healthy]
+        likelihood[:, self.healthy] = none.mean(axis=2, keepdims=True) if self.turn_invariant else none[:, :, :1]
+        return likelihood
+
+    def _check(self, x: FloatArray, noise: FloatArray) -> None:
+        if x.ndim != 2 or x.shape[1] != self.samples:
+            raise InputError(f"x has the shape {x.shape}; give rows of {self.samples} samples, as the templates have")
+        if not (noise > 0).all():
+            raise InputError(f"noise = {noise.min():g} must be above 0: without noise there is no density")
+
+    def _log_likelihood(
+        self, x: FloatArray, noise: FloatArray, index_error: FloatArray, weights: FloatArray
+    ) -> FloatArray:
+        r = self.gains.shape[1]
+        products = self._products(x).reshape(self.teeth, len(x), len(self.carriers), -1)
+        amplitude = products[..., :r] - self._times(weights, self._projected)
+        square = (x**2).sum(axis=1)[:, None] - 2 * (products[..., r:] * weights).sum(axis=-1)
+        square += self._energy(weights)
+        d = self._gain_ratio(noise, index_error)
+        explained = np.einsum("trkm,rkm->trk", amplitude**2, d / (1 + d))
+        chi2 = (square - explained).transpose(1, 2, 0) / (noise**2)[:, None, None]
+        return -0.5 * (chi2 + self._constant(noise, d))
+
+    def squared_distance(self, x: FloatArray, coefficients: FloatArray | None = None) -> FloatArray:
+        """Return the squared distance of averages from each turned mean, (rows, templates, teeth); without modes."""
+        weights = self._weights(coefficients)
+        products = self._products(x).reshape(self.teeth, len(x), len(self.carriers), -1)[..., self.gains.shape[1] :]
+        square = (x**2).sum(axis=1)[:, None] - 2 * (products * weights).sum(axis=-1)
+        return np.asarray((square + self._energy(weights)).transpose(1, 2, 0))
+
+    def first_means(self, coefficients: FloatArray | None = None) -> FloatArray:
+        """Return the sums of the first carriers, (rows or 1, templates, n)."""
+        c = np.ones((1, self.carriers.shape[1])) if coefficients is None else coefficients[:, :, 0]
+        return np.einsum("ra,kan->rkn", c, self.carriers[:, :, 0])
+
+    def variance(self, templates: IntArray, coefficients: FloatArray | None = None) -> FloatArray:
+        """Return the variance over angle of the first carriers of templates, (rows or 1, templates)."""
+        first = self.carriers[templates, :, 0]
+        centred = first - first.mean(axis=2, keepdims=True)
+        c = np.ones((1, first.shape[1])) if coefficients is None else coefficients[:, :, 0]
+        return np.einsum("ra,kab,rb->rk", c, centred @ centred.transpose(0, 2, 1), c) / self.samples
+
+    def _gain_ratio(self, noise: FloatArray, index_error: FloatArray) -> FloatArray:
+        """Return rho d, the variance of each mode over that of the noise, (rows, templates, r)."""
+        return np.asarray((self.gains * (index_error / noise)[:, None, None]) ** 2)
+
+    def _constant(self, noise: FloatArray, d: FloatArray) -> FloatArray:
+        """Return the terms of -2 log p other than the squared residual, (rows, templates, 1)."""
+        constant = self.samples * np.log(2 * np.pi * noise**2)[:, None] + np.log1p(d).sum(axis=2)
+        return np.asarray(constant[:, :, None])
+
+    def chi2(self, log_likelihood: FloatArray, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
+        """Return the squared residual of averages under each hypothesis, whitened: chi-square of n degrees.
+
+        Parameters
+        ----------
+        log_likelihood
+            (rows, templates, teeth) of :meth:`log_likelihood` with the same noise and index errors.
+        noise, index_error
+            As there.
+
+        Returns
+        -------
+        ndarray, (rows, templates, teeth)
+            No unit. Over the number of samples it is the reduced chi-square, about 1 under the true hypothesis.
+        """
+        rows = len(log_likelihood)
+        noise, index_error = (np.broadcast_to(np.asarray(value, float), rows) for value in (noise, index_error))
+        return np.asarray(-2 * log_likelihood - self._constant(noise, self._gain_ratio(noise, index_error)))
+
+    def _weights(self, coefficients: FloatArray | None) -> FloatArray:
+        """Return c_ab phi_kbt, (teeth or 1, rows or 1, templates, a b)."""
+        a, b = self.carriers.shape[1:3]
+        c = np.ones((1, a, b)) if coefficients is None else coefficients
+        weights = c[None, :, None] * self.phases.transpose(2, 0, 1)[:, None, :, None]
+        return np.asarray(weights.reshape(*weights.shape[:3], a * b))
+
+    @staticmethod
+    def _times(weights: FloatArray, matrices: FloatArray) -> FloatArray:
+        """Return weights (..., templates, a b) times a matrix (a b, m) of each template, (..., templates, m)."""
+        *others, templates, width = weights.shape
+        products = weights.reshape(-1, templates, width).transpose(1, 0, 2) @ matrices
+        return np.asarray(products.transpose(1, 0, 2).reshape(*others, templates, -1))
+
+    @cached_property
+    def _flat(self) -> FloatArray:
+        """(templates, a b, n) carriers."""
+        return self.carriers.reshape(len(self.carriers), -1, self.samples)
+
+    @cached_property
+    def _products(self) -> TurnedProducts:
+        """Products with the modes and the carriers of each template."""
+        columns = np.concatenate([self.modes.transpose(0, 2, 1), self._flat], axis=1)
+        return TurnedProducts(columns.reshape(-1, self.samples), self.teeth)
+
+    @cached_property
+    def _projected(self) -> FloatArray:
+        """(templates, a b, r) amplitudes of the modes in the carriers."""
+        return self._flat @ self.modes
+
+    @cached_property
+    def _gram(self) -> FloatArray:
+        """(templates, a b, a b) products of the carriers."""
+        return self._flat @ self._flat.transpose(0, 2, 1)
+
+    def _energy(self, weights: FloatArray) -> FloatArray:
+        """Return the squared norms of s_kt, (teeth or 1, rows or 1, templates)."""
+        return np.asarray((self._times(weights, self._gram) * weights).sum(axis=-1))
