@@ -4,19 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.special import expit, logit, ndtri
+from scipy.special import ndtri
 
-from sigdb.core import FloatArray
+from sigdb.core import BoolArray, FloatArray
 from sigdb.recognition.metrics.detection import counts, is_resolved, thresholds
 from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens
 from sigdb.recognition.metrics.metric import Kind, Metric
+from sigdb.recognition.metrics.pod_curve import PodCurve, fit_curves, pod_curve
 
 RATE = 1e-3
 """False-alarm rate of a90."""
-
-_STEPS = 50
-_LEAST_INFORMATION = 1e-3
-"""Least information on the slope. With less, hits and misses are apart in severity: the likelihood has no maximum."""
 
 LOSS_COLUMNS = ("stiffness_loss", "phase_shift_deg")
 """Columns that detection by loss needs."""
@@ -26,97 +23,6 @@ A90_METRICS = (
     Metric(name="a90_95", title="a90/95, stiffness loss", kind=Kind.QUOTIENT, better=-1),
 )
 """Stiffness loss that is detected with probability 0.9, and its 95 % confidence bound."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PodCurve:
-    """A logistic curve of the probability of detection, ``POD(a) = 1 / (1 + exp(-(intercept + slope a)))``.
-
-    Attributes
-    ----------
-    intercept, slope
-        Coefficients of the log odds over the severity a.
-    covariance
-        (2, 2) covariance of the two. Rows of a specimen count as dependent: it is the sandwich over specimens.
-
-    References
-    ----------
-    MIL-HDBK-1823A, Nondestructive evaluation system reliability assessment, U.S. Department of Defense (2009),
-    appendix G: hit/miss data, a90 and a90/95.
-    """
-
-    intercept: float
-    slope: float
-    covariance: FloatArray
-
-    def probability(self, a: FloatArray) -> FloatArray:
-        """Return the probability of detection at severities a."""
-        return np.asarray(expit(self.intercept + self.slope * np.asarray(a)))
-
-    def bound(self, a: FloatArray, *, confidence: float = 0.95) -> FloatArray:
-        """Return the lower confidence bound (Wald) of the probability of detection at severities a."""
-        x = np.stack([np.ones_like(a), a], axis=-1)
-        error = np.sqrt(np.einsum("...i,ij,...j", x, self.covariance, x))
-        return np.asarray(expit(self.intercept + self.slope * a - ndtri(confidence) * error))
-
-    def severity(self, probability: float = 0.9) -> float:
-        """Return the severity that is detected with this probability: a90."""
-        return float((logit(probability) - self.intercept) / self.slope)
-
-    def severity_bound(self, probability: float = 0.9, *, confidence: float = 0.95) -> float:
-        """Return the severity at which the lower confidence bound has this probability: a90/95; NaN if it never has."""
-        z, (intercept, slope), ((u, v), (_, w)) = ndtri(confidence), (self.intercept, self.slope), self.covariance
-        # (excess + slope a)^2 = z^2 (u + 2 v a + w a^2), of which the root with the left side's base positive.
-        excess = intercept - logit(probability)
-        roots = np.roots([slope**2 - z**2 * w, 2 * (slope * excess - z**2 * v), excess**2 - z**2 * u])
-        roots = np.real(roots[(np.imag(roots) == 0) & (np.real(excess + slope * roots) >= 0)])
-        return float(roots.min()) if roots.size and slope**2 > z**2 * w else np.nan
-
-
-def pod_curve(a: FloatArray, hits: FloatArray, rows: FloatArray) -> PodCurve | None:
-    """Fit the most likely curve, and its covariance.
-
-    Parameters
-    ----------
-    a
-        (levels,) severities.
-    hits, rows
-        (specimens, levels) number of detected rows, and number of rows.
-
-    Returns
-    -------
-    PodCurve or None
-        None where the likelihood has no maximum: all rows are detected, none, or detected and missed rows are apart in
-        severity. Also None where detection does not grow with severity.
-    """
-    intercept, slope = (fitted[0] for fitted in _fit(a, hits.sum(axis=0)[None], rows.sum(axis=0)[None]))
-    if not slope > 0:
-        return None
-    x, p = np.column_stack([np.ones_like(a), a]), expit(intercept + slope * a)
-    information = np.einsum("l,li,lj", rows.sum(axis=0) * p * (1 - p), x, x)
-    score = (hits - rows * p) @ x
-    inverse = np.linalg.inv(information)
-    few = len(hits) / max(1, len(hits) - 1)
-    return PodCurve(
-        intercept=float(intercept), slope=float(slope), covariance=few * inverse @ (score.T @ score) @ inverse
-    )
-
-
-def _fit(a: FloatArray, hits: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Fit intercept and slope (resamples,) to hits and rows (resamples, levels) by Newton; NaN without a maximum."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        centre, scale = a.mean(), a.std()
-        x = np.column_stack([np.ones_like(a), (a - centre) / scale])
-        b = np.zeros((len(hits), 2))
-        for _ in range(_STEPS):
-            p = expit(b @ x.T)
-            u, v, w = ((rows * p * (1 - p)) @ x[:, 1] ** k for k in range(3))
-            g = (hits - rows * p) @ x
-            step = np.column_stack([w * g[:, 0] - v * g[:, 1], u * g[:, 1] - v * g[:, 0]]) / (u * w - v**2)[:, None]
-            b = b + np.clip(step, -2, 2)
-        b[~((np.abs(step).max(axis=1) < 1e-8) & (w - v**2 / u > _LEAST_INFORMATION))] = np.nan
-    slope = b[:, 1] / scale
-    return b[:, 0] - slope * centre, slope
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,6 +56,10 @@ def detection_by_loss(score: FloatArray, rows: pd.DataFrame, specimens: Specimen
 
     Only rows without a phase shift count where a database has any, since a shift is detected by itself. The curve is
     linear in the loss. a90 is not extrapolated: outside the losses of the rows it is unknown.
+
+    The bound a90/95 holds the uncertainty of the curve and that of the threshold, which follows from healthy rows of
+    few specimens. With s the standard deviation of a90 over thresholds of resampled specimens, ``a90/95 - a90`` is the
+    root of the sum of two squares: of what the curve alone gives, and of 1.645 s.
 
     Parameters
     ----------
@@ -189,7 +99,7 @@ def detection_by_loss(score: FloatArray, rows: pd.DataFrame, specimens: Specimen
         levels=_levels(a, hit, of, specimens),
         curve=(curve := pod_curve(a, hits[0], total)),
         a90=specimens.interval(resampled := _a90(a, hit, of, curve), within=(0, np.inf)),
-        a90_95=_within(curve.severity_bound(), a) if curve else UNKNOWN,
+        a90_95=_within(_bound(curve, score, at, total, specimens, threshold), a) if curve else UNKNOWN,
         resampled=resampled,
     )
 
@@ -211,8 +121,23 @@ def _levels(a: FloatArray, hit: FloatArray, of: FloatArray, specimens: Specimens
 def _a90(a: FloatArray, hit: FloatArray, of: FloatArray, curve: PodCurve | None) -> FloatArray:
     if curve is None or not a[0] <= curve.severity() <= a[-1]:
         return np.full(len(hit), np.nan)
-    intercept, slope = _fit(a, hit, of)
-    return np.where(slope > 0, (logit(0.9) - intercept) / slope, np.nan)
+    intercept, slope = fit_curves(curve.link, a, hit, of)
+    return np.where(slope > 0, (curve.link.inverse(0.9) - intercept) / slope, np.nan)
+
+
+def _bound(
+    curve: PodCurve,
+    score: FloatArray,
+    at: list[BoolArray],
+    total: FloatArray,
+    specimens: Specimens,
+    threshold: FloatArray,
+) -> float:
+    """Return the 95 % bound of a90 by the curve and by the thresholds (1 + resamples, 1) of resampled specimens."""
+    hits = np.stack([counts(score, inside, specimens, threshold)[:, 0].sum(axis=-1) for inside in at], axis=-1)
+    moved = _a90(curve.a, hits, np.broadcast_to(total.sum(axis=0), hits.shape), curve)[1:]
+    spread = moved[np.isfinite(moved)].std() if np.isfinite(moved).any() else np.nan
+    return float(curve.severity() + np.hypot(curve.severity_bound() - curve.severity(), ndtri(0.95) * spread))
 
 
 def _within(value: float, a: FloatArray) -> Estimate:
