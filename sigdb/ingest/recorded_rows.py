@@ -22,6 +22,7 @@ from sigdb.recording import (
     RecordedAverages,
     Recording,
     RecordingBlocks,
+    SharedChannels,
     in_si_unit,
     read_of_any_size,
     recorded_averages,
@@ -106,8 +107,10 @@ def _rows_of(plan: IngestPlan, recording: PlannedRecording, facts: RecordingFact
     channels = facts.channel.split("+") if facts.channel else plan.settings.channels
     for gear in facts.gear.split("+") if facts.gear else plan.settings.gears or (None,):
         turned = _about(read, rig, plan, facts, gear)
-        for channel in channels or tuple(signal.name for signal in _whole(read).signals):
-            yield from _gear_rows(plan, turned, facts, rig, gear, channel)
+        names = tuple(channels) or tuple(signal.name for signal in _whole(read).signals)
+        shared = SharedChannels(names)
+        for channel in names:
+            yield from _gear_rows(plan, turned, facts, rig, gear, channel, shared)
 
 
 def _averaged_rows(plan: IngestPlan, recording: PlannedRecording, facts: RecordingFacts, name: str) -> Iterator[Row]:
@@ -156,12 +159,13 @@ def _gear_rows(
     rig: Transmission | None,
     gear: str | None,
     channel: str,
+    shared: SharedChannels,
 ) -> Iterator[Row]:
     """Yield the rows of a gear by a channel."""
     place: Row = {"channel": channel, "sensor": facts.sensor or channel} | ({"gear": gear} if gear else {})
     try:
         settings = _averaging(plan, facts, rig, gear, channel)
-        averages = recorded_averages(read, settings, rig=rig, averages=plan.settings.averages)
+        averages = recorded_averages(read, settings, rig=rig, averages=plan.settings.averages, shared=shared)
     except NoMeshError as error:
         yield place | _failed(StatusCode.NO_GEAR, str(error))
         return

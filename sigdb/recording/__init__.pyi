@@ -3,6 +3,7 @@ from .averages import recorded_averages as recorded_averages
 from .blocks.recording_blocks import RecordingBlocks as RecordingBlocks
 from .blocks.recording_blocks import read_in_blocks as read_in_blocks
 from .blocks.recording_blocks import read_of_any_size as read_of_any_size
+from .blocks.shared_channels import SharedChannels as SharedChannels
 from .evidence.presence import MeshPresence as MeshPresence
 from .evidence.presence import NoMeshError as NoMeshError
 from .evidence.repeatability import Repeatability as Repeatability

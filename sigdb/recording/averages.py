@@ -7,6 +7,7 @@ import numpy as np
 
 from sigdb.core import FloatArray, InputError, Note, validated
 from sigdb.recording.blocks.averaged_record import MOST_OVER_ANGLE
+from sigdb.recording.blocks.shared_channels import SharedChannels
 from sigdb.recording.channel_record import ChannelRecord, channel_record
 from sigdb.recording.evidence.presence import MeshPresence
 from sigdb.recording.first_look.indicator_intervals import revolution_groups
@@ -80,6 +81,7 @@ def recorded_averages(
     *,
     rig: Transmission | None = None,
     averages: int | None = None,
+    shared: SharedChannels | None = None,
     **options: Unpack[AveragingOptions],
 ) -> RecordedAverages:
     """Compute the averages of consecutive revolutions of a recording.
@@ -96,6 +98,9 @@ def recorded_averages(
         Revolutions of each average. By default there is one average, that of :func:`recorded_signature` but for
         rounding. Averages are taken of the first 2048 revolutions. Clipped samples, spikes and drop-outs are noted
         where the reading of the file has found them.
+    shared : SharedChannels, optional
+        The channels of this recording that are averaged over the same gear, one call after the other: their angle and
+        their resampling are then computed once.
     **options
         Fields of :class:`AveragingSettings`, which win over ``settings``.
 
@@ -125,7 +130,7 @@ def recorded_averages(
     """
     base = {} if settings is None else settings.model_dump(exclude_unset=True)
     settings = validated(AveragingSettings, base | dict(options), owner="recorded_averages")
-    channel = channel_record(recording, settings, rig, once=True)
+    channel = channel_record(recording, settings, rig, shared=shared or SharedChannels())
     record, gear = channel.record, channel.gear
     n, over_angle = record.samples_per_rev, record.record.over_angle
     if averages is None:

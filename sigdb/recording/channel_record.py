@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, TypedDict
 from sigdb.core import InputError, NotApplicableError
 from sigdb.recording.blocks.averaged_record import tacho_in_blocks
 from sigdb.recording.blocks.recording_blocks import RecordingBlocks
+from sigdb.recording.blocks.shared_channels import SharedChannels
 from sigdb.recording.evidence.gear_record import GearRecord, at_true_speed, gear_record
 from sigdb.recording.evidence.presence import NoMeshError
 from sigdb.recording.orders import AveragedGear, averaged_gear
 from sigdb.recording.settings import AveragingSettings
-from sigdb.recording.shaft_angle import constant_angle, mesh_angle
+from sigdb.recording.shaft_angle import constant_angle, mesh_angle, mesh_speed
 from sigdb.recording.tacho.rig_fit import fit_to_rig
 from sigdb.recording.tacho.tacho_angle import tacho_angle
 from sigdb.transmission import Transmission
@@ -34,7 +35,7 @@ class _Average(TypedDict):
 
     samples_per_tooth: int
     revolutions: int | None
-    once: bool
+    shared: SharedChannels | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,12 +65,12 @@ def channel_record(
     settings: AveragingSettings,
     rig: Transmission | None,
     *,
-    once: bool = False,
+    shared: SharedChannels | None = None,
 ) -> ChannelRecord:
     """Return the averaged record of the channel and the gear that the settings name.
 
-    ``once`` resamples the record once, where it is short enough; see
-    :func:`sigdb.recording.blocks.averaged_record.averaged_record`.
+    Work that other channels share is done once for all of them: ``shared``. The record is then resampled once where it
+    is short enough; see :func:`sigdb.recording.blocks.averaged_record.averaged_record`.
 
     Raises
     ------
@@ -79,7 +80,7 @@ def channel_record(
     source, recording = recording, _needed(recording, settings)
     gear = averaged_gear(_teeth(recording, settings), rig, settings.gear)
     signal = _signal(recording, settings.channel)
-    record = _record(source, recording, signal, gear, settings, rig, once=once)
+    record = _record(source, recording, signal, gear, settings, rig, shared=shared)
     return ChannelRecord(recording=recording, signal=signal, gear=gear, record=record)
 
 
@@ -117,7 +118,7 @@ def _record(
     settings: AveragingSettings,
     rig: Transmission | None,
     *,
-    once: bool,
+    shared: SharedChannels | None,
 ) -> GearRecord:
     """Return the averaged record, by the angle from the tacho or from the phase of the mesh."""
     most = max(float(signal.samples.max()), -float(signal.samples.min()))  # nan where they are read in blocks
@@ -129,8 +130,9 @@ def _record(
     average: _Average = {
         "samples_per_tooth": settings.samples_per_tooth,
         "revolutions": settings.revolutions,
-        "once": once,
+        "shared": shared,
     }
+    common = shared or SharedChannels()
     if settings.constant_speed:
         if settings.mesh_phase:
             raise InputError("constant_speed and mesh_phase are both set; the angle is taken from one of them")
@@ -138,14 +140,24 @@ def _record(
         return gear_record(source, signal, angle, gear, mesh_phase=False, **average)
     if not settings.mesh_phase:
         waveform = tacho_in_blocks(source) if isinstance(source, RecordingBlocks) else None
-        angle = tacho_angle(recording, signal, waveform=waveform)
+        place = ("tacho", signal.start, signal.duration)
+        angle = common.value(place, lambda: tacho_angle(recording, signal, waveform=waveform))
         angle = fit_to_rig(angle, recording, gear, rig=rig, stated_rpm=settings.speed_rpm)
         return gear_record(source, signal, angle, gear, mesh_phase=False, **average)
     near = _range(recording, gear, settings)
 
     def by_phase(*, doubtful: bool) -> GearRecord:
         angle = mesh_angle(
-            recording, signal, teeth=gear.teeth, range_rpm=near, harmonic=settings.harmonic, doubtful=doubtful
+            recording,
+            signal,
+            teeth=gear.teeth,
+            range_rpm=near,
+            harmonic=settings.harmonic,
+            doubtful=doubtful,
+            track=common.value(
+                ("speed", signal.sampling_rate, signal.samples.size, gear.teeth, near),
+                lambda: mesh_speed(recording, signal, teeth=gear.teeth, range_rpm=near),
+            ),
         )
         return gear_record(recording, signal, angle, gear, mesh_phase=True, **average)
 

@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from sigdb.core import BoolArray, FloatArray
+from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.recording.orders import NamedOrder
 
 _MOST = 1024
@@ -23,6 +23,8 @@ _ABOUT = 6.0
 """Distance from a mesh harmonic, in orders, within which a line is named by that distance."""
 _LOBE = 2
 """Half-width of a line under a Hann window, in bins."""
+_FEW = 64
+"""Revolutions below which all are taken: their transform is short."""
 _REFINED = 0.01
 """Tolerance of an order."""
 _SKIRT = 0.1
@@ -65,6 +67,21 @@ class RecordSpectrum:
 def hann_window(samples: int) -> FloatArray:
     """Return the periodic Hann window, whose sum is half its length; do not change it."""
     return np.asarray(np.hanning(samples + 1)[:-1])
+
+
+def fast_revolutions(revolutions: int) -> int:
+    """Return the number of first revolutions whose spectrum is computed: at most 6 % fewer, without a large factor.
+
+    The time of a transform grows with the greatest prime factor of its length, which is above 11 for most numbers.
+
+    Examples
+    --------
+    >>> fast_revolutions(499), fast_revolutions(500), fast_revolutions(61)
+    (495, 500, 61)
+    """
+    from scipy.fft import prev_fast_len
+
+    return revolutions if revolutions < _FEW else int(prev_fast_len(revolutions))
 
 
 def hann_power(x: FloatArray) -> FloatArray:
@@ -135,8 +152,8 @@ def _threshold(bins: int) -> float:
     return float(np.sqrt(np.log2(bins / _FALSE_ALARM)))
 
 
-def _level(amplitude: FloatArray, revolutions: int) -> FloatArray:
-    """Return medians over half orders and their neighbours, interpolated between the centres of the half orders."""
+def _level(amplitude: FloatArray, revolutions: int, bins: IntArray | None = None) -> FloatArray:
+    """Return medians over half orders and their neighbours, interpolated to some bins, or to all."""
     step = max(revolutions // 2, 1)
     starts = np.arange(0, len(amplitude), step)
     half = step // 2
@@ -144,11 +161,15 @@ def _level(amplitude: FloatArray, revolutions: int) -> FloatArray:
     inside = (starts >= half) & (starts + step + half <= len(amplitude))
     if inside.any():
         windows = sliding_window_view(amplitude, step + 2 * half)
+        low, high = (step + 2 * half - 1) // 2, (step + 2 * half) // 2
         for some in np.array_split(np.flatnonzero(inside), max(1, inside.sum() // _WINDOWS)):
-            medians[some] = np.median(windows[starts[some] - half], axis=1)
+            parts = windows[starts[some] - half]  # a copy
+            parts.partition(low, axis=1)
+            greater = parts[:, low] if low == high else parts[:, high:].min(axis=1)
+            medians[some] = (parts[:, low] + greater) / 2
     for i in np.flatnonzero(~inside):
         medians[i] = np.median(amplitude[max(starts[i] - half, 0) : starts[i] + step + half])
-    return np.interp(np.arange(len(amplitude)), starts + step / 2, medians)
+    return np.interp(np.arange(len(amplitude)) if bins is None else bins, starts + step / 2, medians)
 
 
 def _unnamed(spectrum: RecordSpectrum, named: list[NamedOrder], teeth: int) -> list[NamedOrder]:
@@ -235,10 +256,9 @@ def average_noise(
     M = len(x) // n if averages is None else averages
     if M < _LEAST_REVOLUTIONS:
         return np.full(n // 2 + 1, scatter / np.sqrt(M * min(1.0, highest / (n / 2))))
-    K = min(len(x) // n, _MOST)
+    K = fast_revolutions(min(len(x) // n, _MOST))
     x = x[: K * n]
     power = hann_power(x) if power is None or len(power) != len(x) // 2 + 1 else power
-    amplitude = np.sqrt(power) * (4 / len(x))  # the window's sum is half the samples
-    level = np.maximum(_level(amplitude, K), 64 * np.finfo(float).eps * np.max(np.abs(x)))
-    level = np.interp(np.arange(n // 2 + 1), np.arange(len(level)) / K, level)
+    level = _level(np.sqrt(power), K, np.arange(n // 2 + 1) * K) * (4 / len(x))  # the window's sum is half the samples
+    level = np.maximum(level, 64 * np.finfo(float).eps * np.max(np.abs(x)))
     return np.asarray(level * np.sqrt(len(x) / (6 * M * np.log(2))))

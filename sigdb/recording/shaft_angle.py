@@ -83,6 +83,7 @@ def mesh_angle(
     *,
     teeth: int,
     range_rpm: tuple[float, float],
+    track: SpeedTrack,
     harmonic: int | None = None,
     doubtful: bool = False,
 ) -> ShaftAngle:
@@ -98,6 +99,8 @@ def mesh_angle(
         Tooth count of the gear on the averaged shaft.
     range_rpm
         Range in which the speed of the shaft lies.
+    track
+        The speed by :func:`mesh_speed`.
     harmonic
         Mesh harmonic. The default is that of the first three whose pulses are most even from revolution to
         revolution. The shaft is equally uneven in all three; the noise of the phase adds to it.
@@ -110,9 +113,6 @@ def mesh_angle(
         If there is no speed or no phase.
     """
     fs, size = channel.sampling_rate, len(channel.samples)
-    others = [signal for signal in recording.signals if signal.name != channel.name]
-    alike = [signal.samples for signal in others if signal.sampling_rate == fs and len(signal.samples) == size]
-    track = find_speed(np.stack([channel.samples, *alike]), fs, teeth=teeth, range_rpm=range_rpm)
     if not doubtful:
         _refuse_lost_speed(recording.source, track, range_rpm)
     speed = np.interp(np.arange(size) / fs, track.time, track.speed_rpm) / 60
@@ -124,11 +124,37 @@ def mesh_angle(
         absolute=False,
         source=f"phase of mesh harmonic {used} of {channel.name}",
         notes=(
-            *_speed_notes(track, range_rpm, len(alike) + 1),
+            *_speed_notes(track, range_rpm, len(_alike(recording, channel))),
             *_phase_notes(used, pulses, size / fs),
             *_slip_notes(recording.source, pulses, teeth, track, doubtful=doubtful),
         ),
     )
+
+
+def mesh_speed(recording: "Recording", channel: "Channel", *, teeth: int, range_rpm: tuple[float, float]) -> SpeedTrack:
+    """Return the speed that the spectrum of all signals with the rate and length of a channel gives.
+
+    Parameters
+    ----------
+    recording, channel, teeth, range_rpm
+        As in :func:`mesh_angle`.
+
+    Raises
+    ------
+    NotApplicableError
+        If nothing stands out of their spectrum.
+    """
+    x = np.stack(_alike(recording, channel))
+    return find_speed(x, channel.sampling_rate, teeth=teeth, range_rpm=range_rpm)
+
+
+def _alike(recording: "Recording", channel: "Channel") -> list[FloatArray]:
+    """Return the signals with the rate and length of a channel, in the order of the recording."""
+    place = (channel.sampling_rate, channel.samples.size)
+    named = {each.name: each.samples for each in (*recording.signals, channel)}
+    return [
+        samples for name, samples in named.items() if (recording.channel(name).sampling_rate, samples.size) == place
+    ]
 
 
 def constant_angle(recording: "Recording", channel: "Channel", *, speed_rpm: float | None) -> ShaftAngle:

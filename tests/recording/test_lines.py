@@ -71,3 +71,12 @@ def test_a_signature_has_it_in_the_unit_of_its_average():
     # As many samples a revolution, 768 and 1000, hold the same power of a density in another deviation.
     stated = s * np.sqrt(768 / 1000) / np.sqrt(signature.averages)
     assert np.mean(signature.noise[12:200]) == pytest.approx(stated, rel=0.02)
+
+
+def test_revolutions_of_a_large_prime_number_lose_a_few_at_the_end():
+    x = np.random.default_rng(5).normal(size=97 * 64)
+    whole, cut = (
+        average_noise(part, samples_per_rev=64, scatter=1.0, highest=32.0, averages=97) for part in (x, x[: 96 * 64])
+    )
+    np.testing.assert_array_equal(whole, cut)
+    assert whole.mean() == pytest.approx(1 / np.sqrt(97), rel=0.03)

@@ -7,6 +7,7 @@ import numpy as np
 
 from sigdb.core import FloatArray, InputError
 from sigdb.recording.blocks.recording_blocks import RecordingBlocks
+from sigdb.recording.blocks.shared_channels import MOST_VALUES, SharedChannels, over_angle
 from sigdb.recording.shaft_angle import ShaftAngle
 from sigdb.recording.tacho.waveform import Waveform
 from sigdb.signature import SynchronousAverage, SynchronousAverager, synchronous_average
@@ -16,9 +17,6 @@ if TYPE_CHECKING:
 
 MOST_OVER_ANGLE = 2048
 """Largest number of revolutions that are kept over the angle, for the spectrum of the record."""
-
-_MOST_VALUES = 2**24
-"""Largest number of samples that are kept of a record in blocks, as it is and over the angle."""
 
 _ROUNDING = 64 * np.finfo(float).eps
 
@@ -55,7 +53,8 @@ def averaged_record(
     samples_per_rev: int,
     available: int,
     revolutions: int | None,
-    once: bool = False,
+    shared: SharedChannels | None = None,
+    alone: bool = False,
 ) -> AveragedRecord:
     """Return the average of a signal.
 
@@ -73,9 +72,12 @@ def averaged_record(
         Whole revolutions of the recording.
     revolutions
         Revolutions to average; all if None.
-    once
-        Whether the record is resampled once where it is short enough: the average is then that of the record over the
-        angle, which differs from the other by the rounding of the kernel.
+    shared
+        Channels that are averaged one after the other. With them the record is resampled once where it is short enough:
+        the average is then that of the record over the angle, which differs from the other by the rounding of the
+        kernel.
+    alone
+        Whether the angle is that of this channel only.
 
     Raises
     ------
@@ -87,11 +89,11 @@ def averaged_record(
         return _in_blocks(recording, signal, angle, n, available, revolutions)
     fs = signal.sampling_rate
     count = available if revolutions is None else revolutions
-    if once and 1 <= count <= min(available, MOST_OVER_ANGLE):
-        over_angle = _over_angle(signal.samples, fs, angle, n, count)
-        record = _Deviation()
-        record.take(signal.samples)
-        return AveragedRecord(average=_mean(over_angle, n), over_angle=over_angle, deviation=record.deviation())
+    record = _Deviation()
+    record.take(signal.samples)
+    if shared is not None and 1 <= count <= min(available, MOST_OVER_ANGLE):
+        resampled = shared.over_angle(recording, signal, angle, samples_per_rev=n, revolutions=count, alone=alone)
+        return AveragedRecord(average=_mean(resampled, n), over_angle=resampled, deviation=record.deviation())
     average = synchronous_average(
         signal.samples,
         fs,
@@ -101,17 +103,18 @@ def averaged_record(
         ratio=angle.ratio,
         revolutions=revolutions,
     )
-    over_angle = _over_angle(signal.samples, fs, angle, n, min(average.revolutions, MOST_OVER_ANGLE))
-    record = _Deviation()
-    record.take(signal.samples)
-    return AveragedRecord(average=average, over_angle=over_angle, deviation=record.deviation())
+    K = min(average.revolutions, MOST_OVER_ANGLE)
+    resampled = over_angle(signal.samples, fs, angle, samples_per_rev=n, revolutions=K)
+    return AveragedRecord(average=average, over_angle=resampled, deviation=record.deviation())
 
 
-def _mean(over_angle: FloatArray, n: int) -> SynchronousAverage:
+def _mean(record: FloatArray, n: int) -> SynchronousAverage:
     """Return the average of a record over the angle."""
-    rows = over_angle.reshape(-1, n)
-    scatter = rows.std(axis=0, ddof=1) if len(rows) > 1 else np.full(n, np.nan)
-    return SynchronousAverage(tsa=rows.mean(axis=0), scatter=scatter, revolutions=len(rows))
+    rows = record.reshape(-1, n)
+    tsa = rows.mean(axis=0)
+    apart = rows - tsa
+    scatter = np.sqrt(np.einsum("ij,ij->j", apart, apart) / (len(rows) - 1)) if len(rows) > 1 else np.full(n, np.nan)
+    return SynchronousAverage(tsa=tsa, scatter=scatter, revolutions=len(rows))
 
 
 def tacho_in_blocks(recording: RecordingBlocks) -> Waveform | None:
@@ -127,19 +130,6 @@ def tacho_in_blocks(recording: RecordingBlocks) -> Waveform | None:
         extent.least,
         extent.greatest,
     )
-
-
-def _over_angle(x: FloatArray, fs: float, angle: ShaftAngle, n: int, K: int) -> FloatArray:
-    """Return the record in equal steps of angle: K revolutions as a single long one."""
-    return synchronous_average(
-        x,
-        fs,
-        angle.pulses,
-        samples_per_rev=K * n,
-        pulses_per_rev=angle.pulses_per_rev * K,
-        ratio=angle.ratio,
-        revolutions=1,
-    ).tsa
 
 
 def _in_blocks(
@@ -169,17 +159,18 @@ def _in_blocks(
             f"{recording.source}: revolutions = {revolutions} must be at most {average.revolutions}, those within"
             " pulses and record; ask for fewer or record longer"
         )
-    over_angle = _over_angle(np.concatenate(begin), fs, angle, n, min(K, average.revolutions))
-    return AveragedRecord(average=average, over_angle=over_angle, deviation=record.deviation())
+    K = min(K, average.revolutions)
+    resampled = over_angle(np.concatenate(begin), fs, angle, samples_per_rev=n, revolutions=K)
+    return AveragedRecord(average=average, over_angle=resampled, deviation=record.deviation())
 
 
 def _kept_revolutions(angle: ShaftAngle, fs: float, n: int, revolutions: int) -> tuple[int, int]:
     """Return the revolutions that are kept over the angle, and the samples from the first one that they need."""
     each = angle.pulses_per_rev / angle.ratio
-    K = max(min(revolutions, MOST_OVER_ANGLE, _MOST_VALUES // n), 1)
+    K = max(min(revolutions, MOST_OVER_ANGLE, MOST_VALUES // n), 1)
     places = np.arange(K + 1) * each
     ends = np.interp(places, np.arange(len(angle.pulses)), angle.pulses) * fs
-    K = max(int(np.searchsorted(ends, _MOST_VALUES)) - 1, 1) if ends[-1] > _MOST_VALUES else K
+    K = max(int(np.searchsorted(ends, MOST_VALUES)) - 1, 1) if ends[-1] > MOST_VALUES else K
     # The kernel reaches beyond the last revolution, by less than another one.
     return K, int(2 * ends[K] - ends[K - 1]) + 64
 

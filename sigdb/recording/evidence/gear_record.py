@@ -10,8 +10,9 @@ import numpy as np
 
 from sigdb.core import FloatArray, NotApplicableError, Note
 from sigdb.recording.blocks.averaged_record import AveragedRecord, averaged_record
+from sigdb.recording.blocks.shared_channels import SharedChannels
 from sigdb.recording.evidence.presence import ALARM, MeshPresence, mesh_presence
-from sigdb.recording.lines import hann_power
+from sigdb.recording.lines import fast_revolutions, hann_power
 from sigdb.recording.orders import AveragedGear
 from sigdb.recording.shaft_angle import ShaftAngle, mesh_angle_at
 from sigdb.recording.speed import HARMONICS
@@ -39,7 +40,7 @@ class GearRecord:
     presence
         Whether the gear is to be seen.
     power
-        :func:`sigdb.recording.lines.hann_power` of the record over the angle.
+        :func:`sigdb.recording.lines.hann_power` of the first revolutions of the record over the angle.
     """
 
     signal: "Channel"
@@ -85,7 +86,7 @@ def gear_record(
     samples_per_tooth: int,
     revolutions: int | None,
     mesh_phase: bool,
-    once: bool = False,
+    shared: SharedChannels | None = None,
 ) -> GearRecord:
     """Return the average of a channel over the revolutions of a shaft, or over whole tooth cycles if one fits in.
 
@@ -101,8 +102,8 @@ def gear_record(
         Revolutions to average; None for as many whole tooth cycles as there are.
     mesh_phase
         Whether the angle was taken from the phase of the mesh.
-    once
-        Whether the record is resampled once; see :func:`averaged_record`.
+    shared
+        Channels that are averaged one after the other; see :func:`averaged_record`.
 
     Raises
     ------
@@ -114,16 +115,24 @@ def gear_record(
     if revolutions is None and gear.cycle:
         revolutions = available // gear.cycle * gear.cycle or None
     record = averaged_record(
-        recording, signal, angle, samples_per_rev=n, available=available, revolutions=revolutions, once=once
+        recording,
+        signal,
+        angle,
+        samples_per_rev=n,
+        available=available,
+        revolutions=revolutions,
+        shared=shared,
+        alone=mesh_phase,
     )
     M = record.average.revolutions
     places = np.arange(M + 1) * angle.pulses_per_rev / angle.ratio
     times = np.interp(places, np.arange(len(angle.pulses)), angle.pulses)
     speed_rpm = float(60 * M / (times[-1] - times[0]))
     check_mesh_in_range(signal, recording.source, teeth=gear.teeth, speed_rpm=speed_rpm)
-    power = hann_power(record.over_angle)
+    over_angle = record.over_angle[: fast_revolutions(len(record.over_angle) // n) * n]
+    power = hann_power(over_angle)
     presence = mesh_presence(
-        record.over_angle,
+        over_angle,
         samples_per_rev=n,
         teeth=gear.teeth,
         highest=fs / 2 / (speed_rpm / 60),
@@ -161,7 +170,7 @@ def at_true_speed(
     range_rpm: tuple[float, float],
     samples_per_tooth: int,
     revolutions: int | None,
-    once: bool = False,
+    shared: SharedChannels | None = None,
 ) -> GearRecord:
     """Return the record at the speed at which the gear is present, if the phase followed a sideband; else unchanged.
 
@@ -172,7 +181,7 @@ def at_true_speed(
     if record.presence.present:
         return record
     speeds = [s for s in sideband_speeds(gear.teeth) if _within(s * record.speed_rpm, range_rpm)]
-    others = _present(record, gear, speeds, recording, samples_per_tooth, revolutions, once)
+    others = _present(record, gear, speeds, recording, samples_per_tooth, revolutions, shared)
     within = (other for other in others if _within(other.speed_rpm, range_rpm))
     return min(within, key=lambda other: other.presence.p_value, default=record)
 
@@ -188,7 +197,7 @@ def _present(
     recording: "Recording | RecordingBlocks",
     samples_per_tooth: int,
     revolutions: int | None,
-    once: bool,
+    shared: SharedChannels | None,
 ) -> Iterator[GearRecord]:
     for speed in speeds:
         try:
@@ -201,7 +210,7 @@ def _present(
                 samples_per_tooth=samples_per_tooth,
                 revolutions=revolutions,
                 mesh_phase=True,
-                once=once,
+                shared=shared,
             )
         except NotApplicableError:
             continue

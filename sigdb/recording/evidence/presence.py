@@ -333,7 +333,7 @@ class _Combs:
         self._power = np.maximum(power, power.max(initial=0.0) * _ROUNDING + np.finfo(float).tiny)
         self._teeth = teeth
         self._orders = np.arange(len(power))
-        self._log_p = np.array([self._log_p_at(int(order)) for order in self._orders], dtype=float)
+        self._log_p = self._log_p_of_all()
 
     def log_p(self, orders: IntArray) -> FloatArray:
         """Return the logarithm of the probability of each order among the orders about it."""
@@ -364,12 +364,14 @@ class _Combs:
                 return f"mesh orders of {part} teeth"
         return ""
 
-    def _log_p_at(self, order: int) -> float:
-        reach = max(self._teeth, 8)
-        near = self._orders[max(order - reach, 1) : order + reach + 1]
-        near = near[near % self._teeth > 0]
-        if not near.size:
-            return 0.0
-        level = float(np.median(self._power[near])) / math.log(2)
-        N = _MEDIAN * near.size
-        return -N * math.log1p(float(self._power[order]) / level / N)
+    def _log_p_of_all(self) -> FloatArray:
+        """Return the logarithm of the probability of each order among those about it that are no mesh harmonics."""
+        reach, orders = max(self._teeth, 8), self._orders
+        about = orders[:, None] + np.arange(-reach, reach + 1)
+        used = (about > 0) & (about < len(orders)) & (about % self._teeth > 0)
+        power = np.sort(np.where(used, self._power[np.where(used, about, 0)], np.inf), axis=1)
+        count = used.sum(axis=1)
+        middle = np.maximum([(count - 1) // 2, count // 2], 0)
+        level = np.where(count > 0, power[orders, middle].mean(axis=0), 1.0) / math.log(2)
+        N = np.maximum(_MEDIAN * count, np.finfo(float).tiny)
+        return np.where(count > 0, -N * np.log1p(self._power / level / N), 0.0)

@@ -1,7 +1,6 @@
 """Pulses in a tacho's waveform: levels that follow a drift, a spike that hides nothing, and the edge that counts."""
 
 from dataclasses import dataclass, field, replace
-from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -93,7 +92,8 @@ def waveform_pulses(
         return WaveformPulses(times=times, edge=used, high_share=share)
     best: tuple[float, WaveformPulses, Levels] | None = None
     fractions = _DEPTHS if hysteresis is None else (0.0,)
-    for (levels, windows), fraction in product(waveform.levels(), fractions):
+    # Percentiles and moving levels take time: they are computed where the levels before them do not suffice.
+    for levels, windows, fraction in ((*each, fraction) for each in waveform.levels() for fraction in fractions):
         times, used, share = _pulses(waveform, fs, levels, hysteresis, fraction, edge)
         if len(times) < 2 * windows:
             continue

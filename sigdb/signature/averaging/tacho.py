@@ -1,7 +1,7 @@
 """Times of the pulses in a tacho's waveform."""
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from sigdb.core import InputError
 from sigdb.signature.checks import Float64Array, finite, positive, real_signal
@@ -106,16 +106,24 @@ class TachoDetector:
             If the waveform is empty, complex or not finite, or has more than one axis.
         """
         x = _one_channel(waveform)
-        sides = np.where(x >= self._high, 1, np.where(x < self._low, -1, 0))
-        decided = np.flatnonzero(sides)
-        above = sides[decided] > 0
-        fires = decided[above & np.append(self._armed, ~above)[:-1]]
-        before, after = np.append(self._last, x)[fires], x[fires]
+        rises, falls = _begins(x >= self._high), _begins(x < self._low)
+        # A rise counts if the waveform has been low since the rise before it, or before the block.
+        lows = np.searchsorted(falls, rises)
+        fires = rises[lows > np.append(0, lows)[:-1]]
+        if self._armed and rises.size and lows[0] == 0:
+            fires = np.append(rises[0], fires)
+        before, after = np.where(fires > 0, x[fires - 1], self._last), x[fires]
         crossings = self._samples + fires - 1 + (self._high - before) / (after - before)
         self._samples += x.size
         self._last = float(x[-1])
-        self._armed = bool(np.append(self._armed, ~above)[-1])
+        last_rise, last_fall = (int(each[-1]) if each.size else -1 for each in (rises, falls))
+        self._armed = last_fall > last_rise or (self._armed and last_rise < 0)
         return crossings / self._fs
+
+
+def _begins(inside: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return the first samples of runs inside."""
+    return np.flatnonzero(inside & ~np.append(False, inside)[:-1])
 
 
 def _one_channel(waveform: ArrayLike) -> Float64Array:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from sigdb.recording.tacho.waveform import Waveform
 from sigdb.recording.tacho.waveform_pulses import waveform_pulses
 from sigdb.signature import tacho_pulses
 
@@ -105,3 +106,9 @@ def test_options_are_kept_to_the_letter(clean):
 @pytest.mark.parametrize("x", [np.zeros(500), np.zeros(3), np.ones(1)])
 def test_a_dead_tacho_has_no_pulses(x):
     assert waveform_pulses(x, FS, pulses_per_rev=1).times.size == 0
+
+
+def test_levels_that_follow_are_not_computed_for_even_pulses(monkeypatch):
+    monkeypatch.setattr(Waveform, "percentiles", lambda *_: pytest.fail("percentiles take a sort"))
+    x = 5.0 * (np.arange(int(20 * FS)) / FS * 25 % 1 < 0.1)
+    assert len(waveform_pulses(x, FS, pulses_per_rev=1).times) == pytest.approx(500, abs=1)
