@@ -126,7 +126,7 @@ class Explorer:
 
     def recipe(self, wanted: dict[str, Any]) -> dict[str, Any]:
         """Return a recipe of ranges with its size."""
-        text = recipe_code(self.live, View.of(wanted.get("view", {})), self.source, wanted.get("ranges", {}))
+        text = recipe_code(self.live, View.of(wanted.get("view", {})), self.source, _table(wanted, "ranges"))
         return {"recipe": text} | recipe_cost(text, Path.cwd())
 
     def table(self, wanted: dict[str, Any]) -> dict[str, Any]:
@@ -140,7 +140,8 @@ class Explorer:
     def map(self, wanted: dict[str, Any]) -> dict[str, Any]:
         """Return an indicator over two axes."""
         x, value = (_text(wanted, name) for name in ("x", "value"))
-        return self._stored().map(x, wanted.get("y") or None, value, wanted.get("where") or None)
+        y, where = (_text(wanted, name) if wanted.get(name) else None for name in ("y", "where"))
+        return self._stored().map(x, y, value, where)
 
     def nearest(self, wanted: dict[str, Any]) -> dict[str, Any]:
         """Return the nearest templates of a row, of a view or of numbers."""
@@ -156,7 +157,10 @@ class Explorer:
         if tsa is not None:
             return shown_average(tsa, self.live.teeth)
         rig = self.live.rig
-        shown, _ = self.recordings.diagnose(key, wanted.get("healthy", []), rig, teeth, wanted.get("options", {}))
+        healthy = wanted.get("healthy", [])
+        if not isinstance(healthy, list) or not all(isinstance(each, str) for each in healthy):
+            raise InputError(f"healthy = {healthy!r}: give a list of recordings")
+        shown, _ = self.recordings.diagnose(key, healthy, rig, teeth, _table(wanted, "options"))
         return shown
 
     def picture(self, wanted: dict[str, Any]) -> tuple[bytes, str]:
@@ -219,7 +223,10 @@ class Explorer:
         if "tsa" not in wanted:
             return self.live_view(wanted.get("view", {}))
         facts = {"sensor": str(wanted.get("sensor", "")), "unit": str(wanted.get("unit", ""))}
-        shown = shown_average(_numbers(wanted, "tsa"), _whole(wanted, "teeth"))
+        tsa, teeth = _numbers(wanted, "tsa"), _whole(wanted, "teeth")
+        if not 1 <= teeth <= len(tsa) // 4:
+            raise InputError(f"tsa has {len(tsa)} numbers, which are no revolution of {teeth} teeth")
+        shown = shown_average(tsa, teeth)
         healthy = {"tsa_healthy": _numbers(wanted, "healthy")} if "healthy" in wanted else {}
         return Shown(facts=shown.facts | facts, arrays=shown.arrays | healthy)
 
@@ -289,15 +296,14 @@ Endpoint = Callable[[Request], Awaitable[Response]]
 
 def _answer(work: Callable[[dict[str, Any]], Any]) -> Endpoint:
     async def endpoint(request: Request) -> Response:
-        content = await _body(request, _MOST_JSON)
         try:
-            wanted = json.loads(content or b"{}")
+            wanted = json.loads(await _body(request, _MOST_JSON) or b"{}")
             if not isinstance(wanted, dict):
                 raise InputError("a request is one JSON object")
             result = await run_in_threadpool(work, wanted)
         except SigdbError as error:
             return JSONResponse({"error": str(error)}, status_code=422)
-        except json.JSONDecodeError as error:
+        except (json.JSONDecodeError, UnicodeDecodeError) as error:
             return JSONResponse({"error": f"a request is one JSON object: {error}"}, status_code=400)
         if isinstance(result, Shown):
             return Response(packed(result), media_type="application/octet-stream")
@@ -335,12 +341,18 @@ def _drawing(explorer: Explorer) -> Endpoint:
 
 
 async def _body(request: Request, most: int) -> bytes:
-    """Return the body of a request; one that is too large is cut off, which no reader takes."""
+    """Return the body of a request.
+
+    Raises
+    ------
+    InputError
+        If it has too many bytes.
+    """
     content = bytearray()
     async for chunk in request.stream():
         content += chunk
         if len(content) > most:
-            return b"\xff"
+            raise InputError(f"more than {most / 2**20:.0f} MiB are not taken; give sigdb explore --recording the file")
     return bytes(content)
 
 
@@ -354,6 +366,13 @@ def _text(wanted: dict[str, Any], name: str) -> str:
     if not isinstance(wanted.get(name), str):
         raise InputError(f"{name} = {wanted.get(name)!r} is no text")
     return str(wanted[name])
+
+
+def _table(wanted: dict[str, Any], name: str) -> dict[str, Any]:
+    value = wanted.get(name, {})
+    if not isinstance(value, dict):
+        raise InputError(f"{name} = {value!r} is no table of values by name")
+    return value
 
 
 def _whole(wanted: dict[str, Any], name: str) -> int:

@@ -92,7 +92,7 @@ def recipe_code(live: LiveRig, view: View, source: str, ranges: Mapping[str, Seq
     Raises
     ------
     InputError
-        If a range is of a setting that no grid has.
+        If a range is of a setting that no grid has, or is no list of numbers.
     """
     ranges = dict(ranges or {})
     grid: dict[str, Any] = {
@@ -115,6 +115,8 @@ def recipe_code(live: LiveRig, view: View, source: str, ranges: Mapping[str, Seq
             or name in ToothDamage.model_fields
             or name in ("tooth", "damaged_teeth", *measured, "snr_db")
         ):
+            if not isinstance(values, Sequence) or not values or not all(_is_number(value) for value in values):
+                raise InputError(f"range {name} = {values!r}: give a list of finite numbers")
             whole = name in ("tooth", "damaged_teeth", "teeth", "averages", "pits")
             grid[rig_keys.get(name, name)] = [round(value) if whole else float(value) for value in values]
         else:
@@ -159,3 +161,7 @@ def recipe_cost(text: str, folder: Path) -> dict[str, float]:
 def _stated(view: View) -> dict[str, Any]:
     """Return the fields of the damage that differ from their defaults, with the tooth."""
     return view.damage.model_dump(exclude_defaults=True, exclude={"gear", "pattern", "each"})
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300

@@ -7,7 +7,7 @@ from typing import Any
 from sigdb.core import SigdbError, unit_of, validated
 from sigdb.dynamics import check_in_one_mesh
 from sigdb.explorer.live import LiveRig
-from sigdb.explorer.view import View, settings_in
+from sigdb.explorer.view import MOST_TEETH, View, settings_in
 from sigdb.transmission import FLAWS, SIZES, Damage, ToothDamage, damaged_profile
 
 
@@ -67,12 +67,14 @@ def controls_of(live: LiveRig) -> list[Control]:
     for name, label, group, low, high, step, value, scale in (
         ("speed_rpm", "speed", "Operating point", 0.5 * speed, 1.5 * speed, speed / 200, speed, 1.0),
         ("torque", "torque", "Operating point", 0.1 * torque, 2 * torque, torque / 100, torque, 1.0),
-        ("teeth", "tooth count", "Operating point", max(5, teeth - 6), teeth + 6, 1, teeth, 1.0),
+        ("teeth", "tooth count", "Operating point", max(5, teeth - 6), min(teeth + 6, MOST_TEETH), 1, teeth, 1.0),
         ("snr_db", "signal-to-noise ratio", "Measurement", -30, 40, 1, 0, 1.0),
         ("averages", "averages", "Measurement", 1, 400, 1, 102, 1.0),
         ("index_error", "index errors", "Measurement", 0, 10, 0.1, 0, 1e-6),
         ("specimen", "specimen", "Measurement", 0, 99, 1, 0, 1.0),
     ):
+        if low >= high:  # a gear with more teeth than a page takes keeps them
+            continue
         field = described[name]
         unit = {1e-6: "µm"}.get(scale, unit_of(field))
         controls.append(

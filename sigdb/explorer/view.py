@@ -7,6 +7,8 @@ from sigdb.core import InputError, Section, quantity, validated
 from sigdb.transmission import Damage, Transmission
 
 _DAMAGE = tuple(name for name in Damage.model_fields if name not in {"pattern", "each"})
+MOST_TEETH = 300
+"""Tooth count that a view may have at most: it is solved within a minute."""
 
 
 class View(Section):
@@ -17,10 +19,10 @@ class View(Section):
 
     damage: Damage = Damage()
     teeth: int | None = quantity(
-        "-", "Tooth count of the damaged gear; that of the rig if left out.", ge=5, default=None
+        "-", "Tooth count of the damaged gear; that of the rig if left out.", ge=5, le=MOST_TEETH, default=None
     )
-    speed_rpm: float | None = quantity("rev/min", "Speed of the drive.", gt=0, default=None)
-    torque: float | None = quantity("N m", "Torque of the drive.", gt=0, default=None)
+    speed_rpm: float | None = quantity("rev/min", "Speed of the drive.", gt=0, le=1e6, default=None)
+    torque: float | None = quantity("N m", "Torque of the drive.", gt=0, le=1e9, default=None)
     snr_db: float | None = quantity(
         "dB", "Signal-to-noise ratio of one revolution; no noise if left out.", default=None
     )

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import sigdb
+from sigdb.explorer import write_static
 
 
 def painted(page, **wanted):
@@ -30,6 +31,9 @@ def test_the_address_loses_the_token_and_keeps_the_view(page):
     page.fill("#number-stiffness_loss", "0.3")
     painted(page, stiffness_loss=0.3)
     page.wait_for_url("**stiffness_loss=0.3**")
+    assert "token" not in page.url
+    page.evaluate("location.hash = 'tooth=2&stiffness_loss=0.1&token=' + localStorage.getItem('sigdb-token')")
+    painted(page, tooth=2)
     assert "token" not in page.url
 
 
@@ -188,3 +192,23 @@ def test_a_page_is_worked_by_keys_alone(page):
     page.keyboard.press("Enter")
     page.wait_for_selector("#shown:has-text('row ')")
     assert page.inner_text("#cases tr[aria-selected=true] td:first-child") in page.inner_text("#shown")
+
+
+def test_the_page_as_a_file_moves_the_event_without_a_server(browser, tmp_path):
+    path, complaints = tmp_path / "page.html", []
+    write_static(sigdb.load_transmission("nasa-spiral-bevel"), "nasa-spiral-bevel", path)
+    assert path.stat().st_size <= 5e6
+    alone = browser.new_page(viewport={"width": 1280, "height": 800})
+    alone.on("console", lambda message: complaints.append(message.text) if message.type == "error" else None)
+    alone.on("pageerror", lambda error: complaints.append(str(error)))
+    alone.on("request", lambda request: complaints.append(request.url) if not request.url.startswith("file:") else None)
+    alone.goto(path.as_uri() + "#tooth=4&stiffness_loss=0.4")
+    painted(alone, tooth=4)
+    assert event_at(alone) in (4, 5)
+    alone.click("#shown")
+    alone.keyboard.press("ArrowLeft")
+    painted(alone, tooth=3)
+    assert event_at(alone) in (3, 4)
+    alone.wait_for_url("**tooth=3**")
+    alone.close()
+    assert complaints == []

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
+import sigdb.explorer.app as app_module
 from sigdb.explorer import View
 from sigdb.explorer.app import packed
 from sigdb.explorer.live import Shown
@@ -158,22 +159,44 @@ def test_errors_are_sentences(client):
         ("live", {"tooth": "six"}),
         ("nearest", {"view": [6]}),
         ("recipe", {"view": "tooth=6"}),
+        ("live", {"tooth": 6, "stiffness_loss": 0.1, "teeth": 3000}),
+        ("live", {"tooth": 6, "stiffness_loss": 0.1, "speed_rpm": 1e308}),
         ("row", {"id": 10**9}),
         ("row", {"id": "one"}),
         ("map", {"x": "tooth", "y": "nose", "value": "fm4"}),
+        ("map", {"x": "tooth", "y": 1, "value": "fm4"}),
+        ("nearest", {"tsa": [1.0], "teeth": 12}),
+        ("nearest", {"tsa": [1.0] * 768, "teeth": -1}),
         ("picture", {"view": {}, "format": "exe"}),
         ("picture", {"ids": [], "format": "png"}),
         ("picture", {"tsa": ["a"], "teeth": 12, "format": "png"}),
         ("picture", {"tsa": [1.0], "teeth": "12", "format": "png"}),
         ("recipe", {"view": {}, "ranges": {"specimen": [1]}}),
+        ("recipe", {"view": {"tooth": 1, "stiffness_loss": 0.2}, "ranges": {"tooth": "all"}}),
+        ("recipe", {"ranges": {"tooth": [None]}}),
+        ("recipe", {"ranges": [1]}),
         ("diagnosis", {"recording": "none"}),
+        ("diagnosis", {"recording": "none", "healthy": "none"}),
+        ("diagnosis", {"recording": "none", "options": ["tacho"]}),
         ("diagnosis", {}),
     ):
         answer = client.post(f"/api/{path}", json=body)
         assert (path, body, answer.status_code) == (path, body, 422)
         assert "Traceback" not in answer.json()["error"]
         assert len(answer.json()["error"]) > 10
-    assert client.post("/api/live", content=b"{").status_code == 400
+    for content in (b"{", b"[1]", b"\xff"):
+        answer = client.post("/api/live", content=content)
+        assert answer.status_code in (400, 422)
+        assert "one JSON object" in answer.json()["error"]
+
+
+def test_a_request_that_is_too_large_is_refused_with_a_remedy(client, monkeypatch):
+    assert client.post("/api/live", content=b" " * (5 * 2**20)).status_code == 422
+    monkeypatch.setattr(app_module, "MOST_BYTES", 2**20)
+    answer = client.post("/api/upload?name=run.csv", content=b"1," * 2**20)
+    assert answer.status_code == 422
+    assert "more than 1 MiB" in answer.json()["error"]
+    assert "--recording" in answer.json()["error"]
 
 
 def test_pictures_are_files(client):

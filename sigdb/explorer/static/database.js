@@ -44,6 +44,7 @@ export class DatabaseTab {
 
   restore(settings, rows) {
     setFields(this.place, settings);
+    if (settings.where && !settings.sql) this.find("#sql").value = this.statement(settings.where);
     this.sort = settings.sort ?? "";
     this.chosen = rows;
     this.ask();

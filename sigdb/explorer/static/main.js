@@ -258,7 +258,7 @@ async function main() {
   for (const button of document.querySelectorAll("[data-copy]")) button.addEventListener("click", () => copy(button.dataset.copy));
   for (const button of document.querySelectorAll("[data-save]")) button.addEventListener("click", () => save(button.dataset.save));
   addEventListener("keydown", keys);
-  addEventListener("hashchange", () => choose(restore(readAddress())));
+  addEventListener("hashchange", () => { takeToken(); choose(restore(readAddress())); });
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => event.preventDefault());
   if (first.facts.shown) showLive({ ...first, facts: first.facts.shown }, { view: controls.view(), at: 0 });
