@@ -18,8 +18,6 @@ from sigdb.database.store.roles import Role, role_of
 FOLDS = 5
 """Folds of specimens, as models of sigdb have them by default."""
 
-_ROWS_AT_ONCE = 4096
-
 
 class LearningSet(NamedTuple):
     """Rows of a database to learn from.
@@ -135,7 +133,7 @@ def _check_input(name: str, places: Mapping[str, str]) -> None:
 def _numbers(database: Database, table: str, schema: pa.Schema, names: Sequence[str]) -> pd.DataFrame:
     """Return columns of numbers, by id; lists as a column for each element."""
     listed = ", ".join(f'"{name}"' for name in names)
-    batches = database.stream(f"select id, {listed} from {table} where id is not null", rows=_ROWS_AT_ONCE)
+    batches = database.stream(f"select id, {listed} from {table} where id is not null")
     ids, parts = list[IntArray](), {name: list[FloatArray]() for name in names}
     for batch in batches:
         ids.append(batch["id"].to_numpy(zero_copy_only=False))
