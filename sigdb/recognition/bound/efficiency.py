@@ -80,7 +80,7 @@ def location_efficiency(evaluated: Evaluated, bound: Bound, *, draws: int = DRAW
     rows, specimens = evaluated.rows, evaluated.specimens
     wrong = (evaluated.labels != rows["tooth"].to_numpy()).astype(float)
     best_wrong = bound.losses.loc[rows.index, "error"].to_numpy()
-    excess = specimens.mean(wrong - best_wrong)
+    excess = specimens.mean(wrong - best_wrong, may_be_share=False)
     curve = error_curve_around(_requested(bound.points, rows), (excess.low, excess.high), draws=draws)
     value, low, high = curve.excess_db([excess.value, excess.low, excess.high]).tolist()
     return {"chance": curve.chance, "expected_error": curve.origin} | columns_of(

@@ -166,16 +166,54 @@ class Specimens:
             totals = [self.totals(np.asarray(summand, float)) for summand in values]
             return self.interval(statistic(*totals), level=level, within=within)
 
-    def mean(self, values: FloatArray, *, level: float = 0.95) -> Estimate:
-        """Estimate the mean of the values (rows,) that are not NaN."""
+    def mean(self, values: FloatArray, *, level: float = 0.95, may_be_share: bool = True) -> Estimate:
+        """Estimate the mean of the values (rows,) that are not NaN.
+
+        The interval of a share, a mean of 0 and 1, holds that of as many independent rows [1]_: where all specimens
+        agree, as with no miss in any of them, the scatter between them says nothing.
+
+        Parameters
+        ----------
+        values
+            (rows,) values.
+        level
+            Level of the interval.
+        may_be_share
+            Whether values that are all 0 or 1 are hits and misses; differences are not.
+
+        References
+        ----------
+        .. [1] E. B. Wilson, "Probable inference, the law of succession, and statistical inference", Journal of the
+               American Statistical Association 22 (1927) 209-212, doi:10.1080/01621459.1927.10502953.
+        """
         counted = values[~np.isnan(values)]
-        within = 0.0 if (counted >= 0).all() else -np.inf, 1.0 if np.isin(counted, (0, 1)).all() else np.inf
-        return self.estimate(np.divide, np.nan_to_num(values), ~np.isnan(values), level=level, within=within)
+        is_share = may_be_share and bool(np.isin(counted, (0, 1)).all())
+        within = 0.0 if (counted >= 0).all() else -np.inf, 1.0 if is_share else np.inf
+        estimate = self.estimate(np.divide, np.nan_to_num(values), ~np.isnan(values), level=level, within=within)
+        if not is_share or not np.isfinite(estimate.low):
+            return estimate
+        low, high = independent_share(counted.sum(), counted.size, level)
+        return Estimate(value=estimate.value, low=min(low, estimate.low), high=max(high, estimate.high))
 
     def root_mean_square(self, values: FloatArray) -> Estimate:
         """Estimate the root mean square of the values (rows,) that are not NaN."""
         squares = np.nan_to_num(values) ** 2
         return self.estimate(lambda s, n: np.sqrt(s / n), squares, ~np.isnan(values), within=(0.0, np.inf))
+
+
+def independent_share(hits: float, rows: int, level: float = 0.95) -> tuple[float, float]:
+    """Return the ends of Wilson's interval of a share of independent rows.
+
+    Examples
+    --------
+    >>> low, high = independent_share(10, 10)
+    >>> round(low, 4), round(high, 4)
+    (0.7225, 1.0)
+    """
+    z = float(ndtri((1 + level) / 2))
+    centre = (hits + z**2 / 2) / (rows + z**2)
+    half_width = z * np.sqrt(hits * (rows - hits) / rows + z**2 / 4) / (rows + z**2)
+    return float(max(0.0, centre - half_width)), float(min(1.0, centre + half_width))
 
 
 def errors_to_end(count: int, level: float = 0.95) -> float:

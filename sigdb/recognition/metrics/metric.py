@@ -84,7 +84,9 @@ def differences(
     ours = means(metrics, values[learner])
     theirs = {name: means(metrics, each) for name, each in values.items() if name != learner}
     return {
-        name: {metric: specimens.mean(ours[metric] - each[metric]) for metric in ours if metric in each}
+        name: {
+            metric: specimens.mean(ours[metric] - each[metric], may_be_share=False) for metric in ours if metric in each
+        }
         for name, each in theirs.items()
     }
 

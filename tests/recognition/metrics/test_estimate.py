@@ -92,6 +92,13 @@ def test_few_specimens_of_one_row_have_the_interval_of_a_mean_by_student():
     assert errors_to_end(5) == pytest.approx(2.776445 * np.sqrt(5 / 4))
 
 
+def test_a_share_without_a_miss_has_the_interval_of_independent_rows():
+    """Wilson's interval of 40 of 40 is from 40 / (40 + 1.96^2) to 1."""
+    estimate = Specimens(np.repeat(np.arange(4), 10)).mean(np.ones(40))
+    assert estimate.low == pytest.approx(40 / (40 + 1.959964**2), rel=1e-6)
+    assert (estimate.value, estimate.high) == (1, 1)
+
+
 def test_shares_of_few_specimens_stay_within_0_and_1():
     estimate = Specimens([0, 0, 1, 1, 2, 2]).mean(np.array([1.0, 1, 1, 1, 1, 0]))
     assert 0 <= estimate.low < estimate.value < estimate.high == 1

@@ -74,7 +74,7 @@ def test_metrics_without_rows_are_nan_and_print_as_a_dash():
         "circular_bias",
     }
     assert str(metrics["p_exact"]) == "-"
-    assert str(metrics["none_on_healthy"]) == "1.000 [1.000, 1.000]"
+    assert str(metrics["none_on_healthy"]) == "1.000 [0.342, 1.000]"  # Wilson, 2 of 2
     assert str(Estimate(value=0.12345, low=0.1, high=2.0)) == "0.123 [0.100, 2.000]"
 
 
