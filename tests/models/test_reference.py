@@ -136,11 +136,24 @@ def test_rows_that_it_was_not_trained_for_are_refused(name, kind):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_its_templates_are_at_the_points_of_the_reference_recipe(name):
+def test_its_templates_are_at_points_of_the_reference_recipe_and_hold_between_them(name):
     bank = loaded(name).estimators["templates"].bank
-    expected = operating_points()[["speed_rpm", "torque"]].to_numpy()
-    found = np.array([(one.speed_rpm, one.torque) for one in bank.points])
-    np.testing.assert_allclose(found[np.lexsort(found.T)], expected[np.lexsort(expected.T)], rtol=1e-12)
+    recipe = operating_points()[["speed_rpm", "torque"]].to_numpy()
+    stored = np.array([(point.speed_rpm, point.torque) for point in bank.points])
+    assert np.abs(stored[:, None] / recipe - 1).max(axis=2).min(axis=1).max() < 1e-12
+    (between,) = bank.interpolations
+    assert between.error <= 0.1
+    assert between.speed_rpm[0] < recipe[:, 0].min()
+    assert between.speed_rpm[1] > recipe[:, 0].max()
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    ("speed_rpm", "outside"), [(13_500.0, True), (13_520.0, False), (15_240.0, False), (15_260.0, True)]
+)
+def test_a_speed_beyond_its_templates_is_outside(name, speed_rpm, outside):
+    reasons = loaded(name).assess(**probe_rows(name) | {"speed_rpm": speed_rpm})["reason"]
+    assert reasons.str.contains("is beyond the templates, which hold from").all() == outside
 
 
 @pytest.fixture(scope="module")
