@@ -100,6 +100,9 @@ def damage_score(scores: FloatArray) -> FloatArray:
 NO_TEMPLATE_FITS = "none of the templates fits the average"
 """Reason of rows that cannot be judged since they are unlike all templates."""
 
+MORE_SEVERE = "the damage is more severe than that of all templates"
+"""Reason of rows whose severity cannot be judged since their damage is beyond the templates."""
+
 
 def answer_table(answers: Sequence[Answer]) -> pd.DataFrame:
     """Return ``kind`` and ``answer``, the sentence, of answers."""

@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 from scipy.special import expit
 
-from sigdb.core import Answer, BoolArray, FloatArray, InputError, IntArray, NotApplicableError
+from sigdb.core import Answer, FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.database import QUANTITIES, Database
-from sigdb.recognition.answers import NO_TEMPLATE_FITS, Answers, answer_table
+from sigdb.recognition.answers import Answers, answer_table
 from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.estimators.detector import Detector
 from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Reducer, Rows
@@ -194,10 +194,11 @@ class Model:
         inside = np.flatnonzero([not reason for reason in reasons])
         usual = batch.take(inside)
         if len(usual):
-            strange = self._fits_none(usual)
-            for i in inside[strange]:
-                reasons[i] = NO_TEMPLATE_FITS
-            usual, inside = usual.take(~strange), inside[~strange]
+            unfit = self._unfit_reasons(usual)
+            for i, reason in zip(inside, unfit, strict=True):
+                reasons[i] = reason
+            fits = np.array([not reason for reason in unfit])
+            usual, inside = usual.take(fits), inside[fits]
         verdict = self._verdict(usual) if len(usual) else pd.DataFrame({"kind": [], "answer": []})
         table = verdict.set_axis(batch.index[inside]).reindex(batch.index)
         outside = np.array([bool(reason) for reason in reasons])
@@ -264,14 +265,14 @@ class Model:
             return batch
         return replace(batch, reduced={**batch.reduced, reducer.column: reducer.transform(batch)})
 
-    def _fits_none(self, batch: Batch) -> BoolArray:
-        """Return whether a row fits no template of any estimator that can read it, (rows,)."""
+    def _unfit_reasons(self, batch: Batch) -> list[str]:
+        """Return why a row fits no template of any estimator that can read it, empty where it does, (rows,)."""
         for estimator in (self.estimator, *self.estimators.values()):
             if estimator.columns_read <= {*batch.table.columns, *((TSA,) if batch.tsa is not None else ())}:
-                strange = estimator.fits_none(batch)
-                if strange is not None:
-                    return strange
-        return np.zeros(len(batch), bool)
+                reasons = estimator.unfit_reasons(batch)
+                if reasons is not None:
+                    return reasons
+        return [""] * len(batch)
 
     def _probabilities(self, batch: Batch) -> FloatArray | None:
         if isinstance(self.estimator, Detector):

@@ -156,6 +156,25 @@ def test_a_speed_beyond_its_templates_is_outside(name, speed_rpm, outside):
     assert reasons.str.contains("is beyond the templates, which hold from").all() == outside
 
 
+@pytest.mark.parametrize(
+    ("loss", "shift", "outside"),
+    [(0.1, 0.0, 0.0), (0.3, 0.7, 0.0), (0.4, 3.0, 0.0), (0.5, 0.0, 1.0), (0.2, 4.5, 1.0)],
+)
+def test_damage_more_severe_than_the_templates_is_outside(loss, shift, outside):
+    """At -14 dB, between the points of the training. One in a hundred rows inside is called outside."""
+    model, stream = loaded("nasa-severity"), np.random.default_rng(5)
+    rig = sigdb.load_transmission("nasa-spiral-bevel")
+    rig = rig.replace({"operating.speed_rpm": 14_050.0, "operating.torque": 350.0})
+    prepared = sigdb.prepare(rig, "pinion")
+    damage = sigdb.Damage(tooth=6, stiffness_loss=loss, phase_shift_deg=shift)
+    clean, healthy = (prepared.simulate(one).signal("pinion-vertical") for one in (damage, sigdb.Damage()))
+    noise = np.sqrt(healthy.var() * 10**1.4 / 102)
+    x = clean + noise * stream.standard_normal((40, len(clean)))
+    point = {"speed_rpm": 14_050.0, "torque": 350.0, "averages": 102, "scatter": noise * np.sqrt(102)}
+    found = model.assess(tsa=x, **point)["reason"] == "the damage is more severe than that of all templates"
+    assert abs(found.mean() - outside) < 0.1
+
+
 @pytest.fixture(scope="module")
 def fresh_evaluation(fresh):
     made = {}

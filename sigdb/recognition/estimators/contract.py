@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from sklearn.base import BaseEstimator
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError, plain_array
-from sigdb.recognition.answers import Answers
+from sigdb.recognition.answers import NO_TEMPLATE_FITS, Answers
 from sigdb.recognition.rows.batch import TSA, Batch, Column, Reducer, Rows
 from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.templates.bank import TemplateBank
@@ -110,6 +110,11 @@ class Estimator(BaseEstimator, ABC):
     def fits_none(self, X: Rows) -> BoolArray | None:
         """Return whether none of its templates fits a row, (rows,); None if it has no templates to compare with."""
         return None
+
+    def unfit_reasons(self, X: Rows) -> list[str] | None:
+        """Return why none of its templates fits a row, empty where one does; None if it has none to compare with."""
+        strange = self.fits_none(X)
+        return None if strange is None else [NO_TEMPLATE_FITS if unfit else "" for unfit in strange]
 
     def detector_scorer(self) -> "Estimator":
         """Return the estimator, unfitted, whose scores a :class:`Detector` sets its threshold on."""

@@ -1,16 +1,19 @@
 """Severity from template scores: the calibrated posterior median, with intervals that hold for each severity."""
 
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize
+from scipy.stats import norm
 from sklearn.base import RegressorMixin
 from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.database import QUANTITIES
+from sigdb.recognition.answers import MORE_SEVERE, NO_TEMPLATE_FITS
 from sigdb.recognition.calibration.conformal import COVERAGE, COVERED, row_quantile
 from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
@@ -25,6 +28,9 @@ from sigdb.recognition.rows.batch import Batch, Rows
 from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.templates.scores import COLUMNS, TemplateScores
+
+_CLEARLY_BEYOND = float(norm.isf(1e-3))
+"""Least threshold of the score ``beyond``: a row of the most severe templates exceeds it once in a thousand."""
 
 
 class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
@@ -56,6 +62,8 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         (3,) s0.
     reduced_chi2_threshold_
         Greatest reduced chi-square of a row that is not outside the database; models of version 0.1.0 have none.
+    beyond_threshold_
+        Greatest score ``beyond`` of a row whose damage is not beyond that of the templates.
     """
 
     reads = COLUMNS
@@ -101,6 +109,7 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         batch, groups = self._batch(X).take(damaged), specimens_of(groups, len(damaged))[damaged]
         median, spread = self._median_and_spread(batch)
         self.reduced_chi2_threshold_ = row_quantile(self.reducer.reduced_chi2(batch), COVERED)
+        self.beyond_threshold_ = max(row_quantile(self.reducer.beyond(batch), COVERED), _CLEARLY_BEYOND)
         true = labels.loc[damaged, list(QUANTITIES)].to_numpy(float)
         self.floors_ = np.where(spread.mean(axis=0) > 0, spread.mean(axis=0), 1.0)
         self.corrections_ = np.array([_correction(median[:, i], true[:, i]) for i in range(len(QUANTITIES))])
@@ -110,13 +119,26 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         return self
 
     def fits_none(self, X: Rows) -> BoolArray | None:
-        """Return whether none of the templates fits a row, (rows,); None for a model of version 0.1.0."""
+        """Return whether none of the templates fits a row, (rows,); None for a model of version 0.1.0.
+
+        That is so too where the row asks for more damage than the most severe templates have.
+        """
+        reasons = self.unfit_reasons(X)
+        return None if reasons is None else np.array([bool(reason) for reason in reasons])
+
+    def unfit_reasons(self, X: Rows) -> list[str] | None:
+        """Return why the templates do not fit a row, or that its damage is more severe; None as :meth:`fits_none`."""
         threshold = getattr(self, "reduced_chi2_threshold_", None)
-        return None if threshold is None else self.reducer.reduced_chi2(self._batch(X)) > threshold
+        if threshold is None:
+            return None
+        batch = self._batch(X)
+        batch = replace(batch, reduced={**batch.reduced, self.reducer.column: batch.reduce(self.reducer)})
+        beyond = self.reducer.beyond(batch) > getattr(self, "beyond_threshold_", np.inf)
+        strange = self.reducer.reduced_chi2(batch) > threshold
+        return np.select([beyond, strange], [MORE_SEVERE, NO_TEMPLATE_FITS], default="").tolist()
 
     def _median_and_spread(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
-        scores = batch.reduce(self.reducer)
-        median, spread = np.split(scores[:, -2 * len(QUANTITIES) :], 2, axis=1)
+        median, spread = self.reducer.severity(batch)
         if np.isnan(median).any():
             raise NotApplicableError(
                 "the bank has no template with one severity for all damaged teeth; train on a plain grid"

@@ -278,6 +278,7 @@ class TemplateBank:
             basis=points[0].signals.basis.astype(float),
             reach=between.speed_rpm,
             count=between.ranges,
+            torque=float(np.mean([point.torque for point in points])),
             teeth=between.teeth,
             index_error=self.index_error,
             healthy=np.array([point.healthy[i] for point, i in first]),

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.recognition.templates.outward import outward_changes
 from sigdb.recognition.templates.speed_curve import PLACES, Powers, SpeedCurve, parabola, range_middles
 from sigdb.recognition.templates.turned_laws import TurnedLaws
 
@@ -30,6 +31,9 @@ class LocalTemplates:
         Middle and half the width of the range, rpm; the width is 0 for laws at one speed.
     powers
         For each column of the carriers, the powers of the torque; none for laws at one torque.
+    outward
+        (templates, 2, n) change of the signal beyond the greatest stiffness loss and phase shift, of any size, see
+        :func:`~sigdb.recognition.templates.outward.outward_changes`.
     """
 
     laws: TurnedLaws
@@ -38,6 +42,7 @@ class LocalTemplates:
     middle: float = 0.0
     half_width: float = 0.0
     powers: Sequence[Powers] = ()
+    outward: FloatArray
 
     @property
     def teeth(self) -> int:
@@ -98,6 +103,8 @@ class SpeedRanges:
         Least and greatest speed, rpm; beyond them the laws at the ends are taken.
     count
         Number of ranges.
+    torque
+        A usual torque, N m.
     teeth, index_error
         Tooth count, and size of the index errors that the responses are for, m.
     healthy, share, severity, phases
@@ -111,6 +118,7 @@ class SpeedRanges:
         basis: FloatArray,
         reach: tuple[float, float],
         count: int,
+        torque: float,
         teeth: int,
         index_error: float,
         healthy: BoolArray,
@@ -120,7 +128,7 @@ class SpeedRanges:
     ) -> None:
         self._curve, self._basis, self._reach, self._teeth = curve, basis, reach, teeth
         self._index_error, self._healthy, self._share = index_error, healthy, share
-        self._severity, self._phases, self._count = severity, phases, count
+        self._severity, self._phases, self._count, self._torque = severity, phases, count, torque
         self._kept: dict[int, LocalTemplates] = {}
 
     def place(self, speed_rpm: FloatArray) -> IntArray:
@@ -160,6 +168,7 @@ class SpeedRanges:
         modes, spread, _ = np.linalg.svd(response[existing, 1:last].transpose(0, 2, 1), full_matrices=False)
         healthy, phases = self._healthy[existing], self._phases[existing]
         first = np.ones((len(existing), 1, self._teeth if self._harmonics else 1))
+        signals = self._curve.signals(np.array([middle]), np.array([self._torque]))[0, existing, 0]
         laws = TurnedLaws(
             teeth=self._teeth,
             healthy=healthy,
@@ -179,4 +188,5 @@ class SpeedRanges:
             middle=middle,
             half_width=half,
             powers=[self._curve.column_powers[column] for column in columns],
+            outward=outward_changes(self._severity[existing], healthy, signals @ self._basis),
         )

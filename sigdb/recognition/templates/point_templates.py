@@ -15,6 +15,7 @@ from sigdb.database import QUANTITIES
 from sigdb.recognition.templates.compact_signals import CompactSignals
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.local_templates import LocalTemplates
+from sigdb.recognition.templates.outward import outward_changes
 from sigdb.recognition.templates.speed_curve import StoredSignals
 
 
@@ -125,7 +126,9 @@ class PointTemplates:
     @cached_property
     def local(self) -> LocalTemplates:
         """The templates at this point alone."""
-        return LocalTemplates(laws=self.hypotheses.turned, share=self.share, severity=self.severity)
+        outward = outward_changes(self.severity, self.healthy, self.hypotheses.signal)
+        laws = self.hypotheses.turned
+        return LocalTemplates(laws=laws, share=self.share, severity=self.severity, outward=outward)
 
     @property
     def log_prior(self) -> FloatArray:

@@ -13,6 +13,7 @@ from sigdb.database import QUANTITIES
 from sigdb.recognition.rows.batch import NOISE, POINT, TSA, Batch, Column, Rows
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.templates.local_templates import LocalTemplates
+from sigdb.recognition.templates.outward import beyond
 from sigdb.recognition.templates.posterior import Posterior, posterior
 
 COLUMNS: frozenset[Column] = frozenset({*POINT, *NOISE, TSA})
@@ -31,8 +32,10 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     template, weighed as in the bank, and x is normal as in :class:`Hypotheses` at the operating point of the average,
     or at the nearest one of a bank that does not interpolate. The next score is ``reduced_chi2``, the squared residual
     of the most likely template in standard deviations, divided by the number of samples; it is about 1 for a row that
-    the bank covers. The last scores are posterior mean, median and standard deviation (``spread``) of each severity
-    given damage, whatever the tooth.
+    the bank covers. Then come posterior mean, median and standard deviation (``spread``) of each severity given damage,
+    whatever the tooth. The last score is ``beyond``, by how many standard deviations the average asks for a greater
+    stiffness loss or phase shift than the most severe templates have; 0 where the most likely template is not one of
+    these.
 
     The noise of an average is taken from its own revolutions: ``scatter / sqrt(averages)``. Turning an average by j
     teeth turns its scores by j teeth exactly, unless harmonic excitations fixed to the shaft are part of the law.
@@ -69,7 +72,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[np.object_]:
         """Return the names of the scores."""
         teeth = [f"tooth_{t}" for t in range(1, self._most_teeth + 1)]
-        return np.array([*teeth, "reduced_chi2", *OF_SEVERITY], dtype=object)
+        return np.array([*teeth, "reduced_chi2", *OF_SEVERITY, "beyond"], dtype=object)
 
     def transform(self, X: Rows) -> FloatArray:
         """Return the scores of rows.
@@ -82,7 +85,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
 
         Returns
         -------
-        (rows, most teeth + 10) float64
+        (rows, most teeth + 11) float64
             As ``get_feature_names_out``; -inf for teeth that a gear does not have.
 
         Raises
@@ -99,7 +102,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
             delayed(self._scores)(local, at, x, noise[at], coefficients)
             for local, at, x, coefficients in self._pieces(batch)
         )
-        scores = np.empty((len(batch), self._most_teeth + 1 + len(OF_SEVERITY)))
+        scores = np.empty((len(batch), self._most_teeth + 2 + len(OF_SEVERITY)))
         for at, some in parts:
             scores[at] = some
         return scores
@@ -107,6 +110,15 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     def reduced_chi2(self, batch: Batch) -> FloatArray:
         """Return the reduced chi-square of the most likely template, (rows,)."""
         return batch.reduce(self)[:, self._most_teeth]
+
+    def beyond(self, batch: Batch) -> FloatArray:
+        """Return by how many standard deviations averages ask for more than the most severe templates, (rows,)."""
+        return batch.reduce(self)[:, -1]
+
+    def severity(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
+        """Return posterior median and standard deviation of each severity, (rows, severities) each."""
+        median, spread = np.split(batch.reduce(self)[:, -2 * len(QUANTITIES) - 1 : -1], 2, axis=1)
+        return median, spread
 
     def _pieces(self, batch: Batch) -> Iterator[tuple[LocalTemplates, IntArray, FloatArray, FloatArray | None]]:
         """Yield templates with places of rows near them, the averages of these, and their coefficients."""
@@ -132,11 +144,13 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         likelihood = laws.log_likelihood(x, noise=noise, index_error=index_error, coefficients=coefficients)
         chi2 = laws.chi2(likelihood, noise=noise, index_error=index_error).reshape(len(x), -1)
         best = likelihood.reshape(len(x), -1).argmax(axis=1)
+        place = np.column_stack(np.unravel_index(best, likelihood.shape[1:]))
         after = posterior(likelihood, local.log_prior, local.healthy)
         ratio = np.full((len(x), self._most_teeth), -np.inf)
         ratio[:, : local.teeth] = after.location[:, 1:] - after.location[:, :1]
         reduced_chi2 = chi2[np.arange(len(x)), best] / local.samples
-        return at, np.column_stack([ratio, reduced_chi2, *_severity(after, local.severity)])
+        further = beyond(laws, local.outward, x, place, noise=noise, index_error=index_error, coefficients=coefficients)
+        return at, np.column_stack([ratio, reduced_chi2, *_severity(after, local.severity), further])
 
 
 def _check_noise(batch: Batch, noise: FloatArray) -> None:

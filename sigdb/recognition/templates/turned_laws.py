@@ -157,6 +157,13 @@ class TurnedLaws:
         square = (x**2).sum(axis=1)[:, None] - 2 * (products * weights).sum(axis=-1)
         return np.asarray((square + self._energy(weights)).transpose(1, 2, 0))
 
+    def mean(self, template: int, turn: IntArray, coefficients: FloatArray | None = None) -> FloatArray:
+        """Return the means s_kt (rows, n) of a template, as they lie turned back, for the turn of each row."""
+        weights = self._weights(coefficients)[:, :, template]
+        rows = np.arange(len(turn))
+        of_rows = weights[turn if len(weights) > 1 else 0, rows if weights.shape[1] > 1 else 0]
+        return np.broadcast_to(of_rows, (len(turn), of_rows.shape[-1])) @ self._flat[template]
+
     def first_means(self, coefficients: FloatArray | None = None) -> FloatArray:
         """Return the sums of the first carriers, (rows or 1, templates, n)."""
         c = np.ones((1, self.carriers.shape[1])) if coefficients is None else coefficients[:, :, 0]

@@ -127,7 +127,7 @@ def test_scores_are_log_likelihood_ratios_of_the_normal_laws_written_out(bank):
         mean = weight @ SEVERITY[1:]
         assert_allclose(found[row, TEETH + 1 : TEETH + 4], mean, rtol=1e-3, atol=1e-4)
         spread = np.sqrt(weight @ (SEVERITY[1:] - mean) ** 2)
-        assert_allclose(found[row, TEETH + 7 :], spread, rtol=1e-3, atol=1e-4)
+        assert_allclose(found[row, TEETH + 7 : TEETH + 10], spread, rtol=1e-3, atol=1e-4)
         for target in range(3):
             below = weight[SEVERITY[1:, target] < found[row, TEETH + 4 + target]].sum()
             above = weight[SEVERITY[1:, target] > found[row, TEETH + 4 + target]].sum()
