@@ -1,0 +1,82 @@
+"""A table of models beside the best possible answer, on the fixed split of a database.
+
+Each peer is a file with a class. `sigdb evaluate FILE:NAME DB --column tsa` trains and evaluates it in an environment of
+its own, since torch and aeon are no dependencies of sigdb. The learners and baselines of sigdb are trained on the same
+rows. The split is S1: specimens that training has not seen.
+
+    python benchmarks/leaderboard.py DB [--environments build/peers] [--json FILE] [--split S1] [--peer network]
+
+The first run makes the environments, which takes minutes.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import time
+import venv
+from pathlib import Path
+from typing import Any
+
+from measuring import environment
+
+ROOT = Path(__file__).parents[1]
+PEERS = {"network": ("Network", ["torch"]), "minirocket": ("Rocket", ["aeon"])}
+"""Class of each peer, and what its environment needs besides sigdb."""
+METRICS = ("accuracy", "p_exact", "none_on_healthy", "log_loss")
+
+
+def main() -> None:
+    """Evaluate each peer, and print the table in order of accuracy."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("database", type=Path, help="a finished database")
+    parser.add_argument("--environments", type=Path, default=ROOT / "build" / "peers", help="folder of environments")
+    parser.add_argument("--split", default="S1", help="split; S1 by default")
+    parser.add_argument("--peer", choices=list(PEERS), action="append", help="peer; all by default")
+    parser.add_argument("--json", type=Path, help="file for the numbers")
+    options = parser.parse_args()
+    table: dict[str, dict[str, Any]] = {}
+    for name in options.peer or list(PEERS):
+        python = _environment(options.environments / name, PEERS[name][1])
+        began = time.perf_counter()
+        rows = _evaluated(python, name, options.database, options.split)
+        for row in rows:
+            if row["metric"] in METRICS:
+                title = name if row["estimator"] == PEERS[name][0] else row["estimator"]
+                table.setdefault(title, {})[row["metric"]] = [row["value"], row["low"], row["high"]]
+        print(f"{name}: {time.perf_counter() - began:.0f} s with the learners and baselines of sigdb", file=sys.stderr)
+    order = sorted(table, key=lambda title: -table[title].get("accuracy", [0.0])[0])
+    print(f"{'model':<18}" + "".join(f"{metric:>26}" for metric in METRICS))
+    for title in order:
+        print(f"{title:<18}" + "".join(f"{_shown(table[title].get(metric)):>26}" for metric in METRICS))
+    if options.json:
+        numbers = {"machine": environment("numpy", "scikit-learn"), "split": options.split, "models": table}
+        options.json.write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
+
+
+def _environment(folder: Path, packages: list[str]) -> Path:
+    """Return the Python of an environment with sigdb and packages, which is made if it is missing."""
+    python = folder / "bin" / "python"
+    if not python.exists():
+        venv.create(folder, with_pip=True)
+        subprocess.run([python, "-m", "pip", "install", "--quiet", str(ROOT), *packages], check=True)
+    return python
+
+
+def _evaluated(python: Path, name: str, database: Path, split: str) -> list[dict[str, Any]]:
+    file = Path(__file__).parent / "peers" / f"{name}.py"
+    command = [python, "-m", "sigdb", "evaluate", f"{file}:{PEERS[name][0]}", database, "--column", "tsa"]
+    done = subprocess.run([*command, "--split", split, "--format", "json"], check=True, stdout=subprocess.PIPE)
+    rows: list[dict[str, Any]] = json.loads(done.stdout)
+    return rows
+
+
+def _shown(estimate: list[float] | None) -> str:
+    if estimate is None or estimate[0] is None:
+        return "-"
+    value, low, high = estimate
+    return f"{value:.3f}" if low is None else f"{value:.3f} [{low:.3f}, {high:.3f}]"
+
+
+if __name__ == "__main__":
+    main()
