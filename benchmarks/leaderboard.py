@@ -1,8 +1,8 @@
 """A table of models beside the best possible answer, on the fixed split of a database.
 
-Each peer is a file with a class. `sigdb evaluate FILE:NAME DB --column tsa` trains and evaluates it in an environment of
-its own, since torch and aeon are no dependencies of sigdb. The learners and baselines of sigdb are trained on the same
-rows. The split is S1: specimens that training has not seen.
+Each peer is a file with a class. `sigdb evaluate FILE:NAME DB --column tsa` trains and evaluates it, in an environment
+of its own, since torch and aeon are no dependencies of sigdb. The learners and baselines of sigdb are trained on the
+same rows. The split is S1: specimens that training has not seen.
 
     python benchmarks/leaderboard.py DB [--environments build/peers] [--json FILE] [--split S1] [--peer network]
 
