@@ -2,7 +2,7 @@
 
 import { request } from "./api.js";
 import { changedFields, setFields } from "./address.js";
-import { digits, paintMap } from "./plots.js";
+import { cell, digits, paintMap } from "./plots.js";
 
 export class DatabaseTab {
   constructor(place, facts, { onRows, onError, onChange }) {
@@ -79,7 +79,7 @@ export class DatabaseTab {
     const body = table.createTBody();
     for (const row of this.sorted(this.table)) {
       const line = body.insertRow();
-      for (const value of row) line.insertCell().textContent = digits(value);
+      for (const value of row) line.insertCell().textContent = cell(value);
       if (id < 0) continue;
       line.tabIndex = 0; line.dataset.id = row[id];
       line.addEventListener("click", (event) => this.choose(row[id], event.ctrlKey || event.metaKey || event.shiftKey));
@@ -133,7 +133,7 @@ export function escaped(text) {
 // A table of the nearest templates with its verdict.
 export function showNearest(place, { columns, rows, verdict }) {
   const wanted = ["template", "tooth", "stiffness_loss", "phase_shift_deg", "match", "residual_distance"].filter((name) => columns.includes(name));
-  const cells = (row) => wanted.map((name) => `<td>${escaped(digits(row[columns.indexOf(name)]))}</td>`).join("");
+  const cells = (row) => wanted.map((name) => `<td>${escaped(cell(row[columns.indexOf(name)]))}</td>`).join("");
   place.hidden = false;
   place.innerHTML = `<h2>Nearest templates</h2><table class="small"><thead><tr>${wanted.map((name) => `<th>${name.replaceAll("_", " ")}</th>`).join("")}</tr></thead><tbody>${rows.map((row) => `<tr>${cells(row)}</tr>`).join("")}</tbody></table><p class="quiet">${escaped(verdict)}</p>`;
 }

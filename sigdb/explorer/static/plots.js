@@ -17,6 +17,9 @@ export function digits(value) {
   return String(Number(value.toPrecision(4)));
 }
 
+// A cell of a table: whole numbers with all their digits, since ids are some of them.
+export function cell(value) { return Number.isInteger(value) ? String(value) : digits(value); }
+
 const overlayColours = ["#b8860b", "#2a9d8f", "#8e6bbf", "#d1495b", "#6b8e23", "#c2682a", "#4a7fb5", "#a3548f"];
 
 // Write a text where it differs from what stands there: a new text makes the browser lay out and paint.
