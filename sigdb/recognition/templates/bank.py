@@ -260,6 +260,7 @@ class TemplateBank:
         return {between.teeth: self._range(between) for between in self.interpolations}
 
     def _range(self, between: Interpolation) -> SpeedRanges:
+        between.check()
         points = [point for point in self.points if point.teeth == between.teeth]
         stored = stored_signals(points)
         if stored is None:

@@ -7,7 +7,7 @@ from typing import Self, TypeAlias
 import numpy as np
 from scipy.interpolate import BarycentricInterpolator, CubicSpline
 
-from sigdb.core import FloatArray, IntArray
+from sigdb.core import FloatArray, InputError, IntArray
 
 Powers: TypeAlias = tuple[int, ...]
 """Powers of the torque whose sum a signal is: (1,) in proportion to it, (0,) without it, (1, 0) for both parts."""
@@ -21,6 +21,9 @@ _MOST = 0.3
 
 _MOST_KEPT = 2 / 3
 """Greatest share of the speeds that is kept where the error is that at the others: fewer of these show too little."""
+
+_MOST_SPEEDS = 64
+"""Greatest number of speeds that are kept where others are left out."""
 
 _MOST_RANGES = 512
 """Ranges in which the speeds are divided at most."""
@@ -67,6 +70,20 @@ class Interpolation:
     def holds(self) -> bool:
         """Whether the error is small enough for answers between the speeds."""
         return self.error <= _MOST
+
+    def check(self) -> None:
+        """Refuse numbers that no bank states, as in a file that is not one of sigdb.
+
+        Raises
+        ------
+        InputError
+            If the ranges of speed are too many, or the speeds no interval.
+        """
+        low, high = self.speed_rpm
+        if not 1 <= self.ranges <= _MOST_RANGES:
+            raise InputError(f"the bank of templates has {self.ranges} ranges of speed; at most {_MOST_RANGES} exist")
+        if not (np.isfinite([low, high]).all() and low <= high):
+            raise InputError(f"the bank of templates holds from {low} to {high} rpm, which is no range of speeds")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -253,7 +270,7 @@ def _chosen(
     speeds = np.unique(stored.speed_rpm)
     every = np.arange(len(stored.speed_rpm))
     kept = np.unique(np.linspace(0, len(speeds) - 1, _CUBIC).round().astype(int))
-    while len(kept) <= len(speeds) * _MOST_KEPT:
+    while len(kept) <= min(len(speeds) * _MOST_KEPT, _MOST_SPEEDS):
         inside = np.isin(stored.speed_rpm, speeds[kept])
         outside = _errors(stored, np.flatnonzero(inside), np.flatnonzero(~inside), powers, noise)
         if outside.max() <= _ENOUGH:

@@ -1,12 +1,14 @@
 """Verification: a bank between its operating points, against laws in closed form at those points."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.stats import multivariate_normal
 
+from sigdb.core import InputError
 from sigdb.database import QUANTITIES, Template
 from sigdb.measurement import index_error_covariance
 from sigdb.recognition import Hypotheses, TemplateBank
@@ -196,3 +198,18 @@ def test_the_level_of_the_noise_is_that_at_the_operating_point(points):
     ((local, _, coefficients),) = bank.locals(*(np.array([value]) for value in (speed_rpm, torque, TEETH)))
     expected = template(speed_rpm, torque, 0).signals[0].var()
     assert_allclose(local.healthy_variance(coefficients), expected, rtol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("changed", "text"),
+    [
+        ({"ranges": 10**9}, "has 1000000000 ranges of speed; at most 512 exist"),
+        ({"speed_rpm": (1100.0, 900.0)}, r"holds from 1100\.0 to 900\.0 rpm"),
+        ({"speed_rpm": (900.0, math.nan)}, "which is no range of speeds"),
+    ],
+)
+def test_numbers_that_no_bank_states_are_refused(points, changed, text):
+    bank = made_bank(points)
+    foreign = replace(bank, interpolations=(replace(bank.interpolations[0], **changed),))
+    with pytest.raises(InputError, match=text):
+        next(foreign.locals(np.array([1000.0]), np.array([10.0]), np.array([TEETH])))
