@@ -6,7 +6,16 @@ from os import PathLike
 from pathlib import Path
 
 from sigdb.core import InputError, OnProgress, Progress, __version__, ignore
-from sigdb.database import MANIFEST_FILE, MEASURED_SENSOR, Manifest, Store, read_manifest, read_receipts, write_schema
+from sigdb.database import (
+    MANIFEST_FILE,
+    MEASURED_SENSOR,
+    Manifest,
+    Receipt,
+    Store,
+    read_manifest,
+    read_receipts,
+    write_schema,
+)
 from sigdb.ingest.facts.recording_files import find_files, planned_recordings
 from sigdb.ingest.findings import apply_findings
 from sigdb.ingest.plan import PART_ROWS, IngestPlan, PlannedRecording, stored_plans
@@ -94,11 +103,14 @@ def ingest(
         If another process works on the database, or it cannot be written.
     """
     settings = settings or IngestSettings()
-    files = find_files(Path(place), table=None if table is None else Path(table), pattern=pattern)
     store = Store.at(out)
+    before, plans = _description(store), _begun(store)  # before it is owned: a refusal leaves no folder
+    paths = {recording.path for plan in plans for recording in plan.recordings}
+    files = find_files(Path(place), table=None if table is None else Path(table), pattern=pattern, earlier_paths=paths)
     with ownership_of(store):
         store.clear_temporary()
-        plans = _begun(store)
+        if _description(store) != before:
+            plans = _begun(store)
         earlier = [recording for plan in plans for recording in plan.recordings]
         new = planned_recordings(files, earlier)
         if plans:
@@ -129,8 +141,11 @@ def run_plans(
     sizes = {part: len(plan.recordings_of(part)) for plan in plans for part in plan.row_part_numbers}
     total, hashes = sum(sizes.values()), {plan.hash for plan in plans}
 
+    receipts: list[Receipt] = []
+
     def count() -> dict[int, int]:
-        return {receipt.part: receipt.rows for receipt in read_receipts(store, "rows", hashes)}
+        receipts[:] = read_receipts(store, "rows", hashes, read_before=receipts)
+        return {receipt.part: receipt.rows for receipt in receipts}
 
     def done() -> int:
         return sum(sizes[part] for part in finished)
@@ -153,7 +168,7 @@ def run_plans(
             report=report,
             total="the rows",
         )
-    receipts = read_receipts(store, "rows", hashes)
+    count()
     return IngestSummary(
         new_recordings=total - before,
         recordings=total,
@@ -162,6 +177,11 @@ def run_plans(
         bytes=sum(file.bytes for receipt in receipts for file in receipt.files),
         left_out=left_out,
     )
+
+
+def _description(store: Store) -> bytes:
+    """Return the description of a database; empty where there is none."""
+    return b"" if store.size(MANIFEST_FILE) is None else store.get(MANIFEST_FILE)
 
 
 def _begun(store: Store) -> list[IngestPlan]:

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, Self
 
@@ -34,8 +34,8 @@ class PlannedRecording:
         Its path below the folder of the recordings.
     bytes
         Its size.
-    facts
-        Its facts: one entry, or several of different gears or channels.
+    stated
+        Its facts as JSON holds them: one entry, or several of different gears or channels.
     specimens
         Number of the specimen of each entry; None where it is unknown.
     """
@@ -43,22 +43,24 @@ class PlannedRecording:
     path: str
     name: str
     bytes: int
-    facts: tuple[RecordingFacts, ...]
+    stated: tuple[dict[str, Any], ...]
     specimens: tuple[int | None, ...]
+
+    @cached_property
+    def facts(self) -> tuple[RecordingFacts, ...]:
+        """Its facts; they are checked here, since a database may have thousands of recordings that nothing reads."""
+        return tuple(validated(RecordingFacts, {"file": self.name, **each}, owner=self.name) for each in self.stated)
 
     def as_json(self) -> dict[str, Any]:
         """Return the recording as a list of recordings holds it."""
-        facts = [each.model_dump(mode="json", exclude_none=True, exclude={"file"}) for each in self.facts]
-        return asdict(self) | {"facts": facts, "specimens": list(self.specimens)}
+        place = {"path": self.path, "name": self.name, "bytes": self.bytes}
+        return place | {"facts": list(self.stated), "specimens": list(self.specimens)}
 
     @classmethod
     def from_json(cls, content: dict[str, Any]) -> Self:
         """Return the recording that :meth:`as_json` wrote."""
-        facts = [
-            validated(RecordingFacts, {"file": content["name"], **each}, owner=content["name"])
-            for each in content["facts"]
-        ]
-        return cls(**content | {"facts": tuple(facts), "specimens": tuple(content["specimens"])})
+        place = {name: content[name] for name in ("path", "name", "bytes")}
+        return cls(**place, stated=tuple(content["facts"]), specimens=tuple(content["specimens"]))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,12 +77,15 @@ class IngestPlan:
         The files, in order.
     first_part
         Number of the first part.
+    stored_list
+        Content of the file with the list of its recordings, where it exists.
     """
 
     settings: IngestSettings
     rigs: dict[str, Transmission]
     recordings: tuple[PlannedRecording, ...]
     first_part: int = 0
+    stored_list: bytes | None = None
 
     @property
     def source(self) -> Source:
@@ -116,6 +121,8 @@ class IngestPlan:
     @cached_property
     def list_content(self) -> bytes:
         """Content of that file."""
+        if self.stored_list is not None:
+            return self.stored_list
         return sealed_json({"recordings": [recording.as_json() for recording in self.recordings]})
 
     @cached_property
@@ -162,12 +169,14 @@ def stored_plan(record: PlanRecord, store: Store) -> IngestPlan:
         If the list is missing or damaged, or is not that of the record.
     """
     name = list_name(record.first_row_part)
-    content = unsealed(store.get(name), name=store.name_of(name))
+    stored = store.get(name)
+    content = unsealed(stored, name=store.name_of(name))
     plan = IngestPlan(
         settings=validated(IngestSettings, record.resolved["ingest"], owner=str(store)),
         rigs={key: validated(Transmission, rig, owner=str(store)) for key, rig in record.resolved["rigs"].items()},
         recordings=tuple(map(PlannedRecording.from_json, content["recordings"])),
         first_part=record.first_row_part,
+        stored_list=stored,
     )
     if plan.hash != record.hash:
         raise DatabaseError(f"{store.name_of(name)} is not the list of the recordings that sigdb.toml names")

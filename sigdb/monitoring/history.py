@@ -179,8 +179,11 @@ def gear_history(
     since = int(good.nonzero()[0][-1]) if step is None else step.look
     days = None if any(look.day is None for look in some) else np.array([look.day for look in some], float)
     seen = _power(reference, results, good, limit, kept)
-    level = _level(reference, some[-1])
-    answer, more = _answer(table, results[-1], limit, level, seen, absolute=reference.healthy.absolute)
+    if kept.level is None or kept.level_of != some[-1].key or kept.absolute is None:
+        kept.level, kept.level_of = _level(reference, some[-1]), some[-1].key
+        kept.absolute = reference.healthy.absolute
+    level = kept.level
+    answer, more = _answer(table, results[-1], limit, level, seen, absolute=kept.absolute)
     return GearHistory(
         place=place,
         answer=answer,

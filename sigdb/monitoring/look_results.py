@@ -12,6 +12,7 @@ from sigdb.diagnosis import (
     AverageSpectrum,
     Change,
     HealthySet,
+    LevelChange,
     Power,
     change_from,
     power,
@@ -78,11 +79,18 @@ class KeptResults:
         Results of looks by their keys.
     power, power_limit
         Pulse that would have been seen at a limit in healthy deviations.
+    level, level_of
+        Change of the levels of a look, and the key of that look.
+    absolute
+        Whether the healthy averages begin at a mark of the tacho; None where it is not known yet.
     """
 
     looks: dict[str, LookResult] = field(default_factory=dict)
     power: Power | None = None
     power_limit: float = np.inf
+    level: LevelChange | None = None
+    level_of: str = ""
+    absolute: bool | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,8 +1,9 @@
 """Looks at a gear: one recording each, with its date, its load and what is known of its health."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import pandas as pd
 import pyarrow as pa
@@ -82,26 +83,27 @@ def recorded_looks(database: Database, where: str | None = None) -> Iterator[tup
     rows["samples"] = rows["teeth"] * samples
     rows["day"] = (pd.to_datetime(rows["date"], errors="coerce", format="mixed", utc=True)
                    - pd.Timestamp("1970-01-01", tz="UTC")).dt.total_seconds() / 86400  # fmt: skip
-    for place, part in rows.groupby(_PLACE, sort=True):
-        looks = [_look(database, some) for _, some in part.groupby("recording", sort=False)]
+    # Plain values: a table of a few rows for each of ten thousand recordings takes a second.
+    by_place: dict[tuple[Any, ...], dict[str, list[dict[Hashable, Any]]]] = {}
+    for row in rows.to_dict("records"):
+        recordings = by_place.setdefault(tuple(row[name] for name in _PLACE), {})
+        recordings.setdefault(row["recording"], []).append(row)
+    for place, recorded in sorted(by_place.items()):
+        looks = [_look(database, some) for some in recorded.values()]
         if all(look.day is not None for look in looks):
             looks.sort(key=lambda look: (look.day or 0.0, look.name))
         yield dict(zip(_PLACE, map(str, place), strict=True)), looks
 
 
-def _look(database: Database, rows: pd.DataFrame) -> Look:
-    first = rows.iloc[0].to_dict()
-    ids = [int(each) for each in rows["id"]]
-
-    def number(name: str) -> float | None:
-        return float(first[name]) if pd.notna(first[name]) else None
-
+def _look(database: Database, rows: list[dict[Hashable, Any]]) -> Look:
+    first, ids = rows[0], [int(each["id"]) for each in rows]
+    day, torque, load = (None if pd.isna(first[name]) else float(first[name]) for name in ("day", "torque", "load"))
     return Look(
         name=str(first["recording"]),
         key=f"{first['recording']} {ids[0]} {len(ids)}",
-        day=number("day"),
-        torque=number("torque"),
-        load=number("load"),
+        day=day,
+        torque=torque,
+        load=load,
         health=str(first["health"]),
         kept=float(first["kept"]),
         read=partial(row_signature, database, ids, first),

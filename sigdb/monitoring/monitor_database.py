@@ -17,13 +17,14 @@ import platformdirs
 from sigdb.core import __version__, publish
 from sigdb.database import Database
 from sigdb.database import open as open_database
-from sigdb.diagnosis import Power
+from sigdb.diagnosis import LevelChange, Power
 from sigdb.monitoring.history import GearHistory, gear_history, healthy_looks
 from sigdb.monitoring.look_results import KeptResults, LookResult
 from sigdb.monitoring.looks import Look, recorded_looks
 from sigdb.monitoring.settings import MonitorSettings
 
 _TABLES = ("exceptions", "table")
+_ARRAYS = ("harmonics", "mesh_db", "sidebands_db", "band_db")
 _NUMBERS = ("misfit", "rest", "pulse", "tooth", "likeness", "rms", "record_rms", "na4_star", "nb4_star")
 
 
@@ -65,9 +66,9 @@ def monitor(
     for place, looks in recorded_looks(opened, where):
         file = _file(str(opened.store), place, looks, settings)
         kept = _read(file)
-        before = (len(kept.looks), kept.power_limit)
+        before = (len(kept.looks), kept.power_limit, kept.level_of)
         histories.append(gear_history(looks, settings, place=place, kept=kept))
-        if (len(kept.looks), kept.power_limit) != before:
+        if (len(kept.looks), kept.power_limit, kept.level_of) != before:
             _write(file, kept)
     return histories
 
@@ -87,29 +88,41 @@ def _read(file: Path) -> KeptResults:
         with np.load(file, allow_pickle=False) as arrays:
             keys, numbers, maps = (arrays[name] for name in ("keys", "numbers", "tooth_maps"))
             facts: dict[str, Any] = json.loads(str(arrays["power"]))
+            level: dict[str, Any] = json.loads(str(arrays["level"]))
         results = {}
         for key, row, tooth_map in zip(keys, numbers, maps, strict=True):
             values: dict[str, Any] = dict(zip(_NUMBERS, row.tolist(), strict=True))
             results[str(key)] = LookResult(**values | {"tooth": int(values["tooth"])}, tooth_map=tooth_map)
         limit = float(facts.pop("limit"))
         facts |= {name: pd.DataFrame(facts[name]) for name in _TABLES}
-        return KeptResults(looks=results, power=Power(**facts), power_limit=limit)
+        of, absolute = str(level.pop("of")), bool(level.pop("absolute"))
+        level |= {name: np.array(level[name]) for name in _ARRAYS}
+        return KeptResults(
+            looks=results,
+            power=Power(**facts),
+            power_limit=limit,
+            level=LevelChange(**level | {"limit": float(level["limit"])}),
+            level_of=of,
+            absolute=absolute,
+        )
     except (OSError, ValueError, KeyError, TypeError, EOFError):
         return KeptResults()
 
 
 def _write(file: Path, kept: KeptResults) -> None:
     """Write results; a cache that cannot be written costs time only."""
-    if kept.power is None:
+    if kept.power is None or kept.level is None:
         return
     results, target = kept.looks, io.BytesIO()
     tables = {name: getattr(kept.power, name).to_dict("list") for name in _TABLES}
+    arrays = {name: getattr(kept.level, name).tolist() for name in _ARRAYS}
     np.savez(
         target,
         keys=np.array(list(results)),
         numbers=np.array([[getattr(each, name) for name in _NUMBERS] for each in results.values()], float),
         tooth_maps=np.array([each.tooth_map for each in results.values()]),
         power=np.array(json.dumps(vars(kept.power) | tables | {"limit": kept.power_limit})),
+        level=np.array(json.dumps(vars(kept.level) | arrays | {"of": kept.level_of, "absolute": kept.absolute})),
     )
     with suppress(OSError):
         publish(file, target.getvalue())

@@ -11,6 +11,7 @@ import sigdb
 from sigdb.core.errors import InputError
 from sigdb.database.store.store import Store
 from sigdb.ingest import enter_findings, ingest, verify
+from sigdb.ingest.facts import recording_table
 from sigdb.recording import read_recording, recorded_signature
 from sigdb.signature import FEATURES, features
 
@@ -188,3 +189,18 @@ def test_an_object_store_holds_the_same_files_and_is_extended(folder, settings, 
     (tmp_path / "findings.csv").write_text("date,machine,tooth\n2026-06-01,m2,3\n", encoding="utf-8")
     assert enter_findings(store, tmp_path / "findings.csv") == 5
     assert verify(store) == ()
+
+
+def test_facts_of_earlier_recordings_are_not_read_again(folder_copy, settings, copy, write_recording, monkeypatch):
+    ingest(folder_copy, copy, settings=settings, jobs=1)  # the copies of the files are new ones
+    write_recording(folder_copy / "m2-b.npz", seed=9)
+    with (folder_copy / "recordings.csv").open("a", encoding="utf-8") as table:
+        table.write("m2-b.npz\n")
+    read, original = [], recording_table.facts_of
+    monkeypatch.setattr(
+        recording_table,
+        "facts_of",
+        lambda values, *rest, **more: read.append(values) or original(values, *rest, **more),
+    )
+    assert ingest(folder_copy, copy, settings=settings, jobs=1).new_recordings == 1
+    assert [values["file"] for values in read] == ["m2-b.npz"]

@@ -104,3 +104,12 @@ def test_zones_are_those_that_are_stated(healthy, kept):
 def test_wrong_settings_are_refused(wrong):
     with pytest.raises((InputError, ValueError)):
         MonitorSettings(**wrong)
+
+
+def test_nothing_of_a_history_without_a_new_look_is_computed_again(healthy):
+    fresh = KeptResults()
+    before = gear_history(healthy, kept=fresh)
+    unread = [replace(each, read=lambda: pytest.fail("a look was read again")) for each in healthy]
+    again = gear_history(unread, kept=fresh)
+    assert again.answer == before.answer
+    assert again.level is before.level

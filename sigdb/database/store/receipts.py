@@ -2,7 +2,7 @@
 
 import base64
 import re
-from collections.abc import Container
+from collections.abc import Container, Iterable
 from dataclasses import asdict, dataclass
 
 from pydantic import TypeAdapter
@@ -169,7 +169,9 @@ def _wrong_files(receipt: Receipt) -> str:
     return ""
 
 
-def read_receipts(store: Store, name: str, plans: Container[str]) -> list[Receipt]:
+def read_receipts(
+    store: Store, name: str, plans: Container[str], *, read_before: Iterable[Receipt] = ()
+) -> list[Receipt]:
     """Return the receipts of the finished parts of a kind, in order.
 
     Parameters
@@ -180,13 +182,16 @@ def read_receipts(store: Store, name: str, plans: Container[str]) -> list[Receip
         Kind of the parts: ``templates``, ``rows``, or ``added.`` and the name of a set of added features.
     plans
         Hashes of the database's plans; parts of other plans do not belong to it.
+    read_before
+        Receipts that were read before, by a caller that owns the database; they are not read again.
 
     Raises
     ------
     CorruptionError
         If a receipt cannot be read, or a file that it names is missing or has another size.
     """
-    every = (_own_receipt(store, name, part) for part in finished_parts(store, name))
+    read = {receipt.part: receipt for receipt in read_before}
+    every = (read.get(part) or _own_receipt(store, name, part) for part in finished_parts(store, name))
     receipts = [receipt for receipt in every if receipt is not None and receipt.plan in plans]
     sizes = {path: size for table in tables_of(name) for path, size in store.sizes(table).items()} if receipts else {}
     for record in (record for receipt in receipts for record in receipt.files):

@@ -1,4 +1,14 @@
-"""Kinds of gear damage by the names of ISO 10825-1, and the words that files and tables use for them."""
+"""Kinds of gear damage by the names of ISO 10825, and the words that files and tables use for them.
+
+The names are headings of the contents of ISO 10825:1995 [1]_, in the singular. ISO 10825-1:2022 [2]_ replaces it; of
+that edition the scope is published, and its headings were not compared.
+
+References
+----------
+.. [1] ISO 10825:1995, Gears - Wear and damage to gear teeth - Terminology, contents in the sample at
+   https://standards.iteh.ai/catalog/standards/iso/0dd1f686-d997-4424-8385-f02185b8eb7b/iso-10825-1995.
+.. [2] ISO 10825-1:2022, Gears - Wear and damage to gear teeth - Part 1: Nomenclature and characteristics.
+"""
 
 import re
 
@@ -7,11 +17,11 @@ from sigdb.core import InputError, suggestion
 NONE, UNKNOWN, OTHER = "none", "unknown", "other"
 
 KINDS = (
-    *("wear", "abrasive wear", "scratching", "corrosion", "fretting corrosion", "scaling", "overheating"),
-    *("cavitation erosion", "electric erosion", "scuffing", "indentation", "plastic deformation", "rippling"),
-    *("ridging", "micropitting", "pitting", "flake pitting", "spalling", "case crushing", "crack", "hardening crack"),
-    *("grinding crack", "fatigue crack", "breakage", "overload breakage", "fatigue breakage", "tooth end breakage"),
-    "tooth shear",
+    *("wear", "abrasive wear", "interference wear", "scratching", "corrosion", "fretting corrosion", "scaling"),
+    *("overheating", "cavitation erosion", "hydraulic erosion", "electric erosion", "scuffing", "indentation"),
+    *("plastic deformation", "rippling", "ridging", "burrs", "micropitting", "pitting", "flake pitting", "spalling"),
+    *("case crushing", "crack", "hardening crack", "grinding crack", "fatigue crack", "breakage"),
+    *("overload breakage", "fatigue breakage", "tooth end breakage", "tooth shear"),
 )
 """Names of ISO 10825-1; ``crack`` and ``breakage`` where it is not stated how they came about."""
 
@@ -39,7 +49,7 @@ _WORDS = {
     "pitted": "pitting",
     "spall": "spalling",
     "spalled": "spalling",
-    "scoring": "scuffing",
+    "scoring": "scratching",
     "scuffed": "scuffing",
     "cracked": "crack",
     "tooth crack": "crack",

@@ -1,6 +1,7 @@
 """The files of an ingest: those of a folder or of a list, with their facts by a table or a pattern."""
 
-from collections.abc import Sequence
+import os
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,7 +24,7 @@ class FoundFiles:
     folder
         The folder below which their names are.
     facts
-        Facts by name, in order; a name may have several.
+        Facts by name, in order; a name may have several, and one that was ingested earlier has none.
     left_out
         Names of files in the folder that table or pattern leave out.
     """
@@ -33,7 +34,9 @@ class FoundFiles:
     left_out: tuple[str, ...]
 
 
-def find_files(place: Path, *, table: Path | None = None, pattern: str | None = None) -> FoundFiles:
+def find_files(
+    place: Path, *, table: Path | None = None, pattern: str | None = None, earlier_paths: Container[str] = ()
+) -> FoundFiles:
     """Return the files to ingest.
 
     Parameters
@@ -44,6 +47,8 @@ def find_files(place: Path, *, table: Path | None = None, pattern: str | None = 
         Table of the files; the folder's own by default, if it has one.
     pattern
         Pattern over the names of the files; the table wins over it.
+    earlier_paths
+        Full paths of files that were ingested earlier: their facts are not read again.
 
     Raises
     ------
@@ -55,41 +60,73 @@ def find_files(place: Path, *, table: Path | None = None, pattern: str | None = 
     if place.is_file():
         if table is not None:
             raise InputError(f"{place} is a list of recordings, and a table is given too; give one of them")
-        return _listed(place.parent, place, (), pattern)
+        return _listed(place.parent, place, (), pattern, earlier_paths)
     table = table or next((path for path in [place / TABLE] if path.is_file()), None)
     names = tuple(sorted(_names(place, table)))
     if table is not None:
-        return _listed(place, table, names, pattern)
-    facts = facts_by_pattern(names, pattern) if pattern else [RecordingFacts(file=name) for name in names]
-    return _files_of(
-        place, facts, names, f"{place} holds no recording" + (f" that {pattern!r} fits" if pattern else "")
-    )
+        return _listed(place, table, names, pattern, earlier_paths)
+    ingested, new = _split(place, names, earlier_paths)
+    facts = facts_by_pattern(new, pattern) if pattern else [RecordingFacts(file=name) for name in new]
+    why = f"{place} holds no recording" + (f" that {pattern!r} fits" if pattern else "")
+    return _files_of(place, facts, ingested, names, why)
+
+
+def _split(folder: Path, names: Iterable[str], earlier_paths: Container[str]) -> tuple[list[str], list[str]]:
+    """Return the names of files of earlier paths, and of the others."""
+    root = folder.resolve()
+    ingested: list[str] = []
+    new: list[str] = []
+    for name in names:
+        (ingested if _full_path(root, name) in earlier_paths else new).append(name)
+    return ingested, new
+
+
+def _full_path(root: Path, name: str) -> str:
+    """Return the path of a file below a folder without links, as the list of recordings has it."""
+    return os.path.join(root, name)  # noqa: PTH118 - a Path for each of ten thousand names takes a second
 
 
 def _names(folder: Path, table: Path | None) -> list[str]:
     """Return the names of the files of a folder that have the suffix of a recording."""
-    databases = {path.parent for path in folder.rglob("sigdb.toml")}
-    paths = (
-        path for path in folder.rglob("*") if path.is_file() and path != table and databases.isdisjoint(path.parents)
-    )
-    names = (path.relative_to(folder).as_posix() for path in paths)
-    return [
-        name
-        for name in names
-        if name.lower().endswith(RECORDING_SUFFIXES) and not any(part.startswith(".") for part in name.split("/"))
-    ]
+    names: list[str] = []
+    for place, folders, files in os.walk(folder):
+        if "sigdb.toml" in files:  # a database
+            folders.clear()
+            continue
+        folders[:] = [each for each in folders if not each.startswith(".")]
+        below = Path(place).relative_to(folder).as_posix()
+        prefix = "" if below == "." else f"{below}/"
+        names += [
+            f"{prefix}{name}"
+            for name in files
+            if name.lower().endswith(RECORDING_SUFFIXES) and not name.startswith(".")
+        ]
+    if table is None:
+        return names
+    return [name for name in names if not name.endswith(table.name) or (folder / name).resolve() != table.resolve()]
 
 
-def _listed(folder: Path, table: Path, names: Sequence[str], pattern: str | None) -> FoundFiles:
+def _listed(
+    folder: Path, table: Path, names: Sequence[str], pattern: str | None, earlier_paths: Container[str]
+) -> FoundFiles:
     """Return the files that a table names; facts in their names fill in what the table leaves open."""
-    facts = read_table(table, RecordingFacts, needed="file")
+    root = folder.resolve()
+    ingested: list[str] = []
+
+    def is_new(file: str) -> bool:
+        if _full_path(root, file) not in earlier_paths:
+            return True
+        ingested.append(file)
+        return False
+
+    facts = read_table(table, RecordingFacts, needed="file", wanted=is_new)
     for each in facts:
         if not (folder / each.file).is_file():
             raise InputError(f"{table}: file {each.file!r} does not exist below {folder}")
     if pattern:
         by_name = {each.file: each for each in facts_by_pattern([each.file for each in facts], pattern)}
         facts = [_filled(each, by_name.get(each.file)) for each in facts]
-    return _files_of(folder, facts, names, f"{table} names no recording")
+    return _files_of(folder, facts, ingested, names, f"{table} names no recording")
 
 
 def _filled(facts: RecordingFacts, others: RecordingFacts | None) -> RecordingFacts:
@@ -98,8 +135,10 @@ def _filled(facts: RecordingFacts, others: RecordingFacts | None) -> RecordingFa
     return RecordingFacts(**others.model_dump(exclude_none=True) | facts.model_dump(exclude_none=True))
 
 
-def _files_of(folder: Path, facts: Sequence[RecordingFacts], names: Sequence[str], none: str) -> FoundFiles:
-    by_name: dict[str, tuple[RecordingFacts, ...]] = {}
+def _files_of(
+    folder: Path, facts: Sequence[RecordingFacts], ingested: Sequence[str], names: Sequence[str], none: str
+) -> FoundFiles:
+    by_name: dict[str, tuple[RecordingFacts, ...]] = dict.fromkeys(ingested, ())
     for each in facts:
         by_name[each.file] = (*by_name.get(each.file, ()), each)
     if not by_name:
@@ -117,19 +156,24 @@ def planned_recordings(files: FoundFiles, earlier: Sequence[PlannedRecording] = 
     """
     sizes = {recording.path: recording.bytes for recording in earlier}
     specimens = {
-        each.specimen: number
+        each["specimen"]: number
         for recording in earlier
-        for each, number in zip(recording.facts, recording.specimens, strict=True)
-        if each.specimen is not None
+        for each, number in zip(recording.stated, recording.specimens, strict=True)
+        if "specimen" in each
     }
+    root = files.folder.resolve()
     results = []
     for name, facts in files.facts.items():
-        path = (files.folder / name).resolve()
-        size = path.stat().st_size
-        if str(path) in sizes:
-            if sizes[str(path)] != size:
+        path = _full_path(root, name)
+        path = path if path in sizes else str(Path(path).resolve())
+        try:
+            size = os.stat(path).st_size  # noqa: PTH116 - see _full_path
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read ({error.strerror or error}); put it back") from None
+        if path in sizes:
+            if sizes[path] != size:
                 raise InputError(
-                    f"{path}: has {size} bytes, and had {sizes[str(path)]} when it was ingested; give the changed file "
+                    f"{path}: has {size} bytes, and had {sizes[path]} when it was ingested; give the changed file "
                     "another name"
                 )
             continue
@@ -138,5 +182,6 @@ def planned_recordings(files: FoundFiles, earlier: Sequence[PlannedRecording] = 
             if each.specimen is not None:
                 specimens.setdefault(each.specimen, len(specimens))
             numbers.append(None if each.specimen is None else specimens[each.specimen])
-        results.append(PlannedRecording(path=str(path), name=name, bytes=size, facts=facts, specimens=tuple(numbers)))
+        stated = tuple(each.model_dump(mode="json", exclude_none=True, exclude={"file"}) for each in facts)
+        results.append(PlannedRecording(path=path, name=name, bytes=size, stated=stated, specimens=tuple(numbers)))
     return tuple(results)

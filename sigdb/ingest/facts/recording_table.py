@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import TypeVar
 
@@ -19,7 +19,7 @@ _LARGEST = 64 * 2**20
 F = TypeVar("F", bound=RecordingFacts)
 
 
-def read_table(path: Path, section: type[F], *, needed: str) -> list[F]:
+def read_table(path: Path, section: type[F], *, needed: str, wanted: Callable[[str], bool] = lambda _: True) -> list[F]:
     """Return the lines of a CSV file with a header; columns whose names begin with _ are left out.
 
     Parameters
@@ -30,6 +30,8 @@ def read_table(path: Path, section: type[F], *, needed: str) -> list[F]:
         The facts that a line holds.
     needed
         A column that the file must have.
+    wanted
+        Whether a line is read, by its text in that column.
 
     Raises
     ------
@@ -50,11 +52,11 @@ def read_table(path: Path, section: type[F], *, needed: str) -> list[F]:
         raise InputError(f"{path}: is no table with a header ({error}); write it as CSV") from None
     names = [name.strip() for name in header]
     _check_names(names, section, needed, path)
-    results = []
+    results, at = [], names.index(needed)
     for number, line in enumerate(lines, start=2):
         if len(line) > len(names):
             raise InputError(f"{path}: line {number} has {len(line)} values, the header has {len(names)} columns")
-        if any(text.strip() for text in line):
+        if any(text.strip() for text in line) and wanted(line[at].strip() if at < len(line) else ""):
             results.append(facts_of(dict(zip(names, line, strict=False)), section, owner=f"{path}: line {number}"))
     return results
 
