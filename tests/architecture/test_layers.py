@@ -155,7 +155,7 @@ def test_the_command_of_the_sweep_only_calls_the_command_line():
     ("library", "layers"),
     [
         ("matplotlib", {"report"}),
-        ("sklearn", {"database", "diagnosis", "recognition"}),
+        ("sklearn", {"database", "recognition"}),
         ("skops", {"recognition"}),
         ("duckdb", {"database"}),
         ("click", {"cli"}),

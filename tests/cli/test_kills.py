@@ -252,7 +252,7 @@ def quick(folder, evaluation):
         put("sigdb.pipeline.pictures", **{name: lambda *_, **__: Figure()})
     put("sigdb.report", comparison_figure=lambda *_, **__: Figure())
     put("sigdb.report.evaluation.page", evaluation_html=lambda *_, **__: LONG)
-    put("sigdb.report.diagnosis", diagnosis_html=lambda *_, **__: LONG)
+    put("sigdb.report.diagnosis.report", diagnosis_html=lambda *_, **__: LONG)
     put("sigdb.report.recording.page", page=lambda *_, **__: LONG, _signature=lambda _: {})
     for module, name in COMPUTED:
         first(module, name)

@@ -93,7 +93,7 @@ def diagnose(
     from sigdb.diagnosis import is_reference
     from sigdb.ingest import database_defaults
     from sigdb.recording import read_of_any_size
-    from sigdb.report import Terminal, diagnosis_text, write_diagnosis_report
+    from sigdb.report import Terminal, diagnosis_text
 
     stated = {name: value for name, value in reading.items() if value is not None}
     database_reading = next((database_defaults(each).reading for each in healthy if is_database(each)), {})
@@ -123,6 +123,8 @@ def diagnose(
     else:
         click.echo(diagnosis_text(diagnosis, terminal=Terminal.of(sys.stdout)), nl=False)
     if out is not None:
+        from sigdb.report import write_diagnosis_report
+
         command = shlex.join(["sigdb", *sys.argv[1:]])
         click.echo(f"page: {write_diagnosis_report(diagnosis, out, command=command)}", err=True)
     return diagnosis.exit_code

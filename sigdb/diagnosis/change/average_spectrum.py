@@ -1,6 +1,7 @@
 """Spectrum of an average, with the variance of each order between groups of its revolutions."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -67,12 +68,12 @@ class AverageSpectrum:
             highest_order=signature.highest_order,
         )
 
-    @property
+    @cached_property
     def mean(self) -> ComplexArray:
         """(n / 2 + 1,) spectrum of the average."""
         return np.asarray(self.groups.mean(axis=0))
 
-    @property
+    @cached_property
     def variance(self) -> FloatArray:
         """(n / 2 + 1,) variance of the average at each order."""
         return self.spread / len(self.groups)

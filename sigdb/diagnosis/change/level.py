@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import chdtri
 
 from sigdb.core import ComplexArray, FloatArray, IntArray
 from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
@@ -94,9 +95,6 @@ def level_change(
     .. [2] Ledoit, Wolf, "A well-conditioned estimator for large-dimensional covariance matrices", Journal of
        Multivariate Analysis 88(2), 2004, doi:10.1016/S0047-259X(03)00096-4.
     """
-    from scipy.stats import chi2
-    from sklearn.covariance import LedoitWolf
-
     highest = highest_common(run, reference, *(each.spectrum for each in healthy.recordings))
     bands = [
         (h, k)
@@ -118,15 +116,15 @@ def level_change(
         )
     rows = np.concatenate([_centred(each.spectrum, bands) for each in healthy.recordings])
     scale = np.maximum(rows.std(axis=0), np.finfo(float).tiny)
-    of_groups = LedoitWolf(assume_centered=True).fit(rows / scale).covariance_
+    of_groups = shrunk_covariance(rows / scale)
     covariance = of_groups * (1 / len(run.groups) + 1 / len(reference.groups))
     covariance += np.diag(sum(_noise_variance(each, bands) for each in (run, reference)) / scale**2)
     if len(healthy) > 1:
         means = np.array([_levels(each.spectrum, bands, len(each.spectrum.groups)) for each in healthy.recordings])
-        covariance = covariance + LedoitWolf().fit(means / scale).covariance_
+        covariance = covariance + shrunk_covariance((means - means.mean(axis=0)) / scale)
     distance = float(np.sqrt(decibels / scale @ np.linalg.solve(covariance, decibels / scale)))
     greatest = _greatest_left_out(rows / scale)
-    limit = _CAUTION * float(np.sqrt(max(chi2.isf(_RARE, len(decibels)), greatest)))
+    limit = _CAUTION * float(np.sqrt(max(chdtri(len(decibels), _RARE), greatest)))
     mesh, side, whole = decibels.reshape(3, -1)
     return LevelChange(
         harmonics=harmonics,
@@ -139,6 +137,20 @@ def level_change(
             _causes(decibels, _mesh_phases(run, reference, harmonics), distance > limit, speeds_rpm, torques), "none"
         ),
     )
+
+
+def shrunk_covariance(rows: FloatArray) -> FloatArray:
+    """Return the covariance (p, p) of centred rows (n, p), shrunk to a multiple of the identity by Ledoit and Wolf.
+
+    It is that of scikit-learn, whose import would take longer than the diagnosis.
+    """
+    n, p = rows.shape
+    sample = rows.T @ rows / n
+    mean = np.trace(sample) / p
+    distance = float(np.sum(sample**2)) / p - mean**2
+    error = float(np.sum(np.sum(rows**2, axis=1) ** 2) / n - np.sum(sample**2)) / (n * p)
+    share = min(error / distance, 1.0) if distance > 0 else 1.0
+    return np.asarray((1 - share) * sample + share * mean * np.eye(p))
 
 
 def _noise_variance(spectrum: AverageSpectrum, bands: list[tuple[int, IntArray]]) -> FloatArray:
@@ -156,13 +168,12 @@ def _noise_variance(spectrum: AverageSpectrum, bands: list[tuple[int, IntArray]]
 
 def _greatest_left_out(rows: FloatArray) -> float:
     """Return the greatest squared distance of a row from the others, with their covariance."""
-    from sklearn.covariance import LedoitWolf
-
     results = []
     for number, row in enumerate(rows):
         others = np.delete(rows, number, axis=0)
-        covariance = LedoitWolf().fit(others).covariance_ * (1 + 1 / len(others))
-        off = row - others.mean(axis=0)
+        centre = others.mean(axis=0)
+        covariance = shrunk_covariance(others - centre) * (1 + 1 / len(others))
+        off = row - centre
         results.append(off @ np.linalg.solve(covariance, off))
     return float(max(results))
 

@@ -120,12 +120,14 @@ def mesh_presence(
     The gear is present where ``p_value`` is at most 0.001 and all of these hold: ``p_neighbours`` is at most 0.5, no
     comb ``h Z + s``, ``|s| > 2``, and no mesh of another tooth count has 1.25 E + 15 of evidence, where E, a sum of
     -ln p like p_neighbours', is the evidence of this one. Orders of a half or a third of the teeth have at most
-    E + 10. The lines have no common spacing of another gear, or the sidebands between them stand out, with a p of
-    at most 0.01 for all of them together or the strongest of them. Spaced by 2, they are an oval gear's where none is
+    E + 10. The lines have no common spacing of another gear, or the sidebands between them stand out, with a p of at
+    most 0.01 for all of them together or the strongest of them. Spaced by 2, they are an oval gear's where none is
     farther than that from a mesh harmonic. Harmonics that are no multiples of 2, or 3, stand out as well, with a
-    combined p of at most 0.01; else the gear has twice or three times as many teeth. A single line is a gear's only
-    where no line between the whole orders is stronger. By the phase of the mesh, fewer than half of the multiples of
-    Z / n that are no whole orders are lines, for n of 3 to 12 that are no mate's: a bearing's impacts are no mesh.
+    combined p of at most 0.01; else the gear has twice or three times as many teeth. It has d times as many where the
+    multiples of harmonic d are higher than the orders about them, with a p of at most 0.001, and the other harmonics
+    are not, with one above 0.01. A single line is a gear's only where no line between the whole orders is stronger. By
+    the phase of the mesh, fewer than half of the multiples of Z / n that are no whole orders are lines, for n of 3 to
+    12 that are no mate's: a bearing's impacts are no mesh.
 
     Parameters
     ----------
@@ -195,7 +197,7 @@ def mesh_presence(
         "p_neighbours": _combined(combs.log_p(mesh)),
         "spacing": spacing,
         "mesh_lines": float(np.count_nonzero(lines % Z == 0)),
-        "multiple": _multiple(line, mesh, Z),
+        "multiple": max(_multiple(line, mesh, Z), combs.multiple(mesh)),
     }
     rival = rival if evidence > _RIVAL[0] * combs.evidence(mesh) + _RIVAL[1] else ""
     strongest = int(mesh[np.argmin(line[mesh])]) if mesh.size else 0
@@ -363,6 +365,15 @@ class _Combs:
             if self.evidence(comb[: (d - 1) * _HARMONICS]) > _PART[0] * self.evidence(mesh) + _PART[1]:
                 return f"mesh orders of {part} teeth"
         return ""
+
+    def multiple(self, mesh: IntArray) -> int:
+        """Return the mesh harmonic, from 2 on, only whose multiples are higher than the orders about them; else 1."""
+        h = mesh // self._teeth
+        for d in range(2, int(h.max(initial=0)) + 1):
+            others, multiples = self.log_p(mesh[h % d > 0]), self.log_p(mesh[h % d == 0])
+            if _combined(others) > _OTHERS and _combined(multiples) <= ALARM:
+                return d
+        return 1
 
     def _log_p_of_all(self) -> FloatArray:
         """Return the logarithm of the probability of each order among those about it that are no mesh harmonics."""

@@ -66,7 +66,7 @@ def indicator_intervals(
     >>> bool(low < np.sqrt(0.5 + 0.09 / 200) < high)
     True
     """
-    from scipy.stats import t as student
+    from scipy.special import stdtrit
 
     rows = x.reshape(-1, samples_per_rev)
     means, size = revolution_groups(x, samples_per_rev=samples_per_rev, cycle=cycle)
@@ -75,7 +75,7 @@ def indicator_intervals(
         return pd.DataFrame({"indicator": list(INDICATORS), "low": np.nan, "high": np.nan})
     without = (means.sum(axis=0) - means) / (groups - 1)
     centre = indicators(rows.mean(axis=0), teeth=teeth)
-    quantile = float(student.ppf((1 + LEVEL) / 2, groups - 1))
+    quantile = float(stdtrit(groups - 1, (1 + LEVEL) / 2))
     scale = quantile * np.sqrt((groups - 1) * groups * size / averages)
     table = []
     for name, left in indicators(without, teeth=teeth).items():

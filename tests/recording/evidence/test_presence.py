@@ -170,3 +170,18 @@ def test_the_impacts_of_a_bearing_are_no_mesh_by_its_phase(parts):
     found = presence(x + 0.3 * np.random.default_rng(4).standard_normal(M * N), 12, mesh_phase=True)
     assert not found.present
     assert not found.unverified
+
+
+@pytest.mark.parametrize(
+    ("asked", "present"), [(24, True), (12, False), (8, False), (6, False), (4, False), (48, False)]
+)
+def test_parts_and_multiples_of_the_tooth_count_are_not_present_where_each_tooth_differs(asked, present):
+    """Errors of each tooth leave lines at all orders, so those of a part of the teeth too: they are no higher."""
+    samples, teeth = 24 * 32, 24
+    theta = 2 * np.pi * np.arange(40 * samples) / samples
+    stream = np.random.default_rng(3)
+    sizes = 1 + 0.4 * stream.standard_normal(teeth)
+    x = gear(theta, teeth, depth=0.1) * sizes[(theta * teeth / (2 * np.pi)).astype(int) % teeth]
+    x += 0.3 * stream.standard_normal(theta.size)
+    found = mesh_presence(x, samples_per_rev=samples, teeth=asked, highest=samples / 2)
+    assert found.present == present

@@ -14,7 +14,7 @@ from sigdb.diagnosis.change.change import Band, Change
 from sigdb.diagnosis.change.statistics import Statistic
 from sigdb.recording import MeshPresence, RecordedSignature, Repeatability
 from sigdb.report import diagnosis_text, write_diagnosis_report
-from sigdb.report.diagnosis import diagnosis_html
+from sigdb.report.diagnosis.report import diagnosis_html
 
 TEETH, SIGNAL = 6, np.cos(np.arange(96))
 PRESENT = MeshPresence(present=True, reason="the mesh stands out", p_value=1e-9)

@@ -10,16 +10,10 @@ from matplotlib.projections.polar import PolarAxes
 
 from sigdb.core import FloatArray, json_text, plain, publish_all
 from sigdb.diagnosis import Diagnosis, Finding
+from sigdb.report.diagnosis.text import DETECTOR_HEAD, detector_rows, evidence, lights, repeats, severity_rows
 from sigdb.report.evaluation.style import drawing, lay_grid
 from sigdb.report.page import CaptionedFigure, page
 from sigdb.report.panels import DAMAGE, HEALTHY, INK, draw_spectrum, mark_passes
-from sigdb.report.recording.tables import repeatability_table
-from sigdb.report.text_table import PLAIN, Terminal, TextTable, number
-
-TITLES = {"stiffness_loss": "stiffness loss", "phase_shift_deg": "phase shift, deg", "damaged_teeth": "damaged teeth"}
-"""Titles of quantities of a severity."""
-
-_DETECTOR_HEAD = ("detector", "by", "value", "limit", "alarm", "healthy pieces", "false alarms")
 
 _SHOWN_MESH_ORDERS = 4.5
 """Highest order of the spectrum, in mesh orders."""
@@ -66,19 +60,19 @@ def diagnosis_html(diagnosis: Diagnosis, *, title: str | None = None, command: s
     command
         Command that makes the page again.
     """
-    severity, signature = diagnosis.severity, diagnosis.signature
+    signature = diagnosis.signature
     of = "" if signature is None else f" of {Path(signature.source).name}"
     return page(
         "diagnosis.html",
         title=title or f"Diagnosis{of}",
         alarm=diagnosis.exit_code != 0,
         answer=diagnosis.answer,
-        evidence=_evidence(diagnosis),
+        evidence=evidence(diagnosis),
         lights=lights(diagnosis),
-        severity=[] if severity is None else _severity_rows(diagnosis),
-        repeats=_repeats(diagnosis),
-        detector_head=_DETECTOR_HEAD,
-        detectors=_detector_rows(diagnosis),
+        severity=severity_rows(diagnosis),
+        repeats=repeats(diagnosis),
+        detector_head=DETECTOR_HEAD,
+        detectors=detector_rows(diagnosis),
         assumed=diagnosis.assumed,
         missing=[note.text for note in diagnosis.missing],
         notes=[note.text for note in diagnosis.notes],
@@ -86,60 +80,6 @@ def diagnosis_html(diagnosis: Diagnosis, *, title: str | None = None, command: s
         reading=[note.text for note in diagnosis.reading],
         command=command,
     )
-
-
-def diagnosis_text(diagnosis: Diagnosis, *, terminal: Terminal = PLAIN) -> str:
-    """Return the answer and its evidence as text for a terminal.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        From :func:`sigdb.diagnose`.
-    terminal : Terminal
-        Where the text is shown; by default a file of any width.
-
-    Returns
-    -------
-    str
-        Several lines.
-    """
-    lines = [diagnosis.answer, _evidence(diagnosis), ""]
-    lines += [f"  {name:<7}{state:<12}{text}".rstrip() for name, state, text in lights(diagnosis)]
-    if diagnosis.severity is not None:
-        head = ("severity", "estimate", "90 % interval")
-        lines += ["", TextTable(head, _severity_rows(diagnosis)).text(terminal, indent=2)]
-    if (repeats := _repeats(diagnosis)) is not None:
-        lines += ["", repeats.text(terminal, indent=2)]
-    if rows := _detector_rows(diagnosis):
-        lines += ["", TextTable(_DETECTOR_HEAD, rows).text(terminal, indent=2)]
-    sections = (
-        ("assumed", diagnosis.assumed),
-        ("missing", [note.text for note in diagnosis.missing]),
-        ("notes", [note.text for note in diagnosis.notes]),
-        ("reading", [note.text for note in diagnosis.reading]),
-    )
-    for heading, sentences in sections:
-        if sentences:
-            lines += ["", heading, *(f"  {sentence}" for sentence in sentences)]
-    return "\n".join(lines) + "\n"
-
-
-def lights(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
-    """Return the three lights: ``level``, ``sensor`` and ``tooth``, each with its state and a sentence.
-
-    The state is ``unchanged``, ``changed`` or ``unknown``.
-    """
-    level, finding = diagnosis.level, diagnosis.finding
-    if level is None or finding is None:
-        return [(name, "unknown", "") for name in ("level", "sensor", "tooth")]
-    sensor = level.cause in ("sensor gain", "polarity", "load or mounting")
-    text = f"mesh harmonics {level.mesh_db.min():+.1f} to {level.mesh_db.max():+.1f} dB" if len(level.mesh_db) else ""
-    teeth = ", ".join(str(each.tooth) for each in diagnosis.locations)
-    return [
-        ("level", "changed" if level.changed else "unchanged", text),
-        ("sensor", "changed" if sensor else "unchanged", f"likelier cause: {level.cause}" if level.changed else ""),
-        ("tooth", "changed" if diagnosis.locations else "unchanged", f"tooth {teeth}" if teeth else ""),
-    ]
 
 
 def diagnosis_figures(diagnosis: Diagnosis) -> Iterator[CaptionedFigure]:
@@ -173,62 +113,6 @@ def diagnosis_figures(diagnosis: Diagnosis) -> Iterator[CaptionedFigure]:
 def _signals(diagnosis: Diagnosis) -> dict[str, FloatArray]:
     averages = {} if diagnosis.signature is None else {"tsa": diagnosis.signature.tsa}
     return averages if diagnosis.reference is None else averages | {"healthy": diagnosis.reference}
-
-
-def _severity_rows(diagnosis: Diagnosis) -> list[list[str]]:
-    rows = [] if diagnosis.severity is None else diagnosis.severity.to_dict("records")
-    return [[TITLES[row["target"]], f"{row['estimate']:.3g}", _interval(row["low"], row["high"])] for row in rows]
-
-
-def _interval(low: float, high: float) -> str:
-    return f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
-
-
-_DETECTORS: dict[str, str] = {
-    "pulse": "pulse",
-    "FM4": "FM4 of the difference",
-    "NA4": "NA4 of the difference",
-    "template": "templates, free amplitudes",
-    "likelihood": "templates behind the path",
-}
-"""Titles of detectors."""
-
-
-def _detector_rows(diagnosis: Diagnosis) -> list[list[str]]:
-    """Return the rows of the table of detectors, those of healthy recordings alone first."""
-    return [
-        [
-            _DETECTORS[each.name],
-            "templates" if each.simulated else "healthy recordings alone",
-            number(each.value, 3),
-            number(each.limit, 3),
-            "alarm" if each.alarm else "-",
-            f"{each.pieces}",
-            f"{each.false_alarm_rate:.2g}",
-        ]
-        for each in diagnosis.detectors
-    ]
-
-
-def _repeats(diagnosis: Diagnosis) -> TextTable | None:
-    """Return the table of what repeats, where there is no healthy recording and something was computed."""
-    signature = diagnosis.signature
-    if diagnosis.healthy or signature is None or signature.repeatability is None:
-        return None
-    table = repeatability_table(signature.repeatability)
-    return table if table.rows else None
-
-
-def _evidence(diagnosis: Diagnosis) -> str:
-    """Return the rate of false alarms, and how it was counted."""
-    law = diagnosis.law
-    if law is None:
-        return "Nothing was compared."
-    return (
-        f"False alarms: at most one in {1 / law.false_alarms:.0f} healthy recordings, since none of {law.pieces} "
-        "independent healthy pieces reaches the limit. Statistics are relative to what noise alone exceeds once in "
-        "1000."
-    )
 
 
 def _gear(finding: Finding, damaged: tuple[int, ...]) -> Figure:
