@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
-from sklearn.model_selection import StratifiedGroupKFold
 
 from sigdb.core import BoolArray, InputError, IntArray
 
@@ -145,6 +144,8 @@ def specimen_folds(seed: int, specimens: ArrayLike, folds: int, labels: ArrayLik
 
 
 def _deals(folds: int, labels: IntArray, groups: IntArray) -> list[tuple[IntArray, IntArray]]:
+    from sklearn.model_selection import StratifiedGroupKFold  # imports all of scikit-learn
+
     with warnings.catch_warnings():
         # Of a class with fewer rows than folds; whether a fold lacks a class is checked where it matters.
         warnings.filterwarnings("ignore", "The least populated class", UserWarning)
