@@ -37,7 +37,9 @@ from .splits.kinds import make_split as make_split
 from .splits.kinds import model_form as model_form
 from .splits.labelled_rows import labelled_rows as labelled_rows
 from .splits.learning_set import LearningSet as LearningSet
+from .splits.learning_set import default_split as default_split
 from .splits.learning_set import inputs as inputs
+from .splits.learning_set import labels_of as labels_of
 from .splits.learning_set import learning_set as learning_set
 from .splits.names import MEASURED_SPLITS as MEASURED_SPLITS
 from .splits.names import MEMBER as MEMBER

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from sigdb.core import OnStep, ignore, validated
-from sigdb.database import Database
+from sigdb.database import Database, default_split
 from sigdb.pipeline.recipe import recipe_section
 from sigdb.recognition import (
     Evaluation,
@@ -95,7 +95,7 @@ def train_model(
     changes = {name: value for name, value in options.items() if value is not None}
     settings = validated(RecognitionSettings, settings.model_dump() | changes, owner="train_model")
     Path(folder).mkdir(parents=True, exist_ok=True)  # a folder that cannot be written fails before the work
-    split = split or ("recording" if database.manifest.is_measured else "S1")
+    split = split or default_split(database)
     model = train(database, target, settings, split=split, allow_leak=allow_leak, on_step=on_step)
     evaluation = evaluate(model, database, criteria=settings.criteria)
     save_model(

@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from sigdb.core import NotApplicableError, Note, OnStep, SigdbError, ignore, plain
-from sigdb.database import MEASURED_SPLITS, Database
+from sigdb.database import Database, default_split
 from sigdb.recognition.criteria import CriterionResult, assess_criteria
 from sigdb.recognition.estimators.user_estimator import user_estimator
 from sigdb.recognition.evaluated_rows import select_rows
@@ -165,7 +165,7 @@ def evaluate(
     """
     if not isinstance(model, Model):
         estimator = user_estimator(model, target_named(target).name, database, columns)
-        name = split or (MEASURED_SPLITS[0] if database.manifest.is_measured else "S1")
+        name = split or default_split(database)
         model = train(database, target, settings, split=name, user_estimator=estimator, on_step=on_step)
     question = target_named(model.target)
     rows, selection = select_rows(model, database)

@@ -136,7 +136,8 @@ def train(
     _check_labels(database, question, rows, "training ")
     unfitted = question.estimators(settings, _bank(database, rows, needs_bank, on_step))
     if user_estimator is not None:
-        unfitted = {user_estimator.name: user_estimator} | unfitted
+        others = {name: each for name, each in unfitted.items() if name != user_estimator.name}
+        unfitted = {user_estimator.name: user_estimator} | others
     on_step("reading averages")
     drawn = _read(database, evenly_drawn(rows, DRAWN_ROWS), unfitted.values())
     scored = {name: estimator for name, estimator in unfitted.items() if estimator.learns_from_all}

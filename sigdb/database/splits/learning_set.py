@@ -15,9 +15,6 @@ from sigdb.database.splits.names import MEASURED_SPLITS, QUANTITIES
 from sigdb.database.splits.split import TEST, TRAINING
 from sigdb.database.store.roles import Role, role_of
 
-FOLDS = 5
-"""Folds of specimens, as models of sigdb have them by default."""
-
 
 class LearningSet(NamedTuple):
     """Rows of a database to learn from.
@@ -60,15 +57,14 @@ def learning_set(
     *,
     split: str = "",
     columns: Sequence[str] = (),
-    folds: int = FOLDS,
+    folds: int,
     allow_leak: bool = False,
 ) -> LearningSet:
     """Return inputs, labels, groups and folds; see :meth:`sigdb.database.Database.xy`."""
     if target not in _LABELS:
         raise InputError(f"target = {target!r} does not exist; choose one of {', '.join(_LABELS)}")
-    condition, labels = _LABELS[target]
-    rows = labelled_rows(database, condition)
-    name = split or (MEASURED_SPLITS[0] if database.manifest.is_measured else "S1")
+    rows = labelled_rows(database, _LABELS[target][0])
+    name = split or default_split(database)
     cv = list[tuple[IntArray, IntArray]]()
     for held_out in range(folds):
         fold = make_split(
@@ -79,10 +75,25 @@ def learning_set(
         damaged = (rows["tooth"] > 0).to_numpy()
         place = np.cumsum(damaged) - 1
         rows = rows[damaged]
+        if rows.empty:
+            raise InputError(f"{database.store} has no damaged rows with one severity, which severity is of; add a grid")
         cv = [(place[train[damaged[train]]], place[test[damaged[test]]]) for train, test in cv]
     return LearningSet(
-        X=inputs(database, rows.index.to_numpy(), columns), y=labels(rows), groups=rows["specimen"].astype(int), cv=cv
+        X=inputs(database, rows.index.to_numpy(), columns),
+        y=labels_of(target, rows),
+        groups=rows["specimen"].astype(int),
+        cv=cv,
     )
+
+
+def default_split(database: Database) -> str:
+    """Return the split that is taken if none is named: other specimens, or other recordings."""
+    return MEASURED_SPLITS[0] if database.manifest.is_measured else "S1"
+
+
+def labels_of(target: str, rows: pd.DataFrame) -> "pd.Series[int] | pd.DataFrame":
+    """Return the labels of rows for a target, as :class:`LearningSet` has them."""
+    return _LABELS[target][1](rows)
 
 
 def inputs(database: Database, ids: IntArray, columns: Sequence[str] = ()) -> pd.DataFrame:
@@ -111,7 +122,7 @@ def inputs(database: Database, ids: IntArray, columns: Sequence[str] = ()) -> pd
     for table, schema in tables.items():
         wanted = [name for name in names if places[name] == table]
         if wanted:
-            frames.append(_numbers(database, table, schema, wanted).loc[ids])
+            frames.append(_numbers(database, table, schema, wanted, ids).loc[ids])
     return pd.concat(frames, axis=1)
 
 
@@ -130,16 +141,16 @@ def _check_input(name: str, places: Mapping[str, str]) -> None:
         )
 
 
-def _numbers(database: Database, table: str, schema: pa.Schema, names: Sequence[str]) -> pd.DataFrame:
-    """Return columns of numbers, by id; lists as a column for each element."""
+def _numbers(database: Database, table: str, schema: pa.Schema, names: Sequence[str], ids: IntArray) -> pd.DataFrame:
+    """Return columns of numbers from the least to the greatest id; lists as a column for each element."""
     listed = ", ".join(f'"{name}"' for name in names)
-    batches = database.stream(f"select id, {listed} from {table} where id is not null")
-    ids, parts = list[IntArray](), {name: list[FloatArray]() for name in names}
+    batches = database.stream(f"select id, {listed} from {table} where id between {ids.min()} and {ids.max()}")
+    stored, parts = list[IntArray](), {name: list[FloatArray]() for name in names}
     for batch in batches:
-        ids.append(batch["id"].to_numpy(zero_copy_only=False))
+        stored.append(batch["id"].to_numpy(zero_copy_only=False))
         for name in names:
             parts[name].append(_matrix(batch[name]))
-    index = pd.Index(np.concatenate(ids), name="id")
+    index = pd.Index(np.concatenate(stored), name="id")
     columns = dict[str, FloatArray]()
     for name, matrices in parts.items():
         width = max(matrix.shape[1] for matrix in matrices)

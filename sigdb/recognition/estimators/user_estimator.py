@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from sklearn.base import clone
 
 from sigdb.core import FloatArray, InputError, IntArray, shown
-from sigdb.database import QUANTITIES, Database, inputs
+from sigdb.database import QUANTITIES, Database, inputs, labels_of
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.estimators.contract import Estimator, Labels
 from sigdb.recognition.rows.batch import Batch, Rows
@@ -60,13 +60,8 @@ class UserEstimator(Estimator):
         """
         rows = self._batch(X).table
         rows = rows[rows["tooth"] > 0] if self.target == "severity" else rows
-        labels = {
-            "location": lambda: rows["tooth"].to_numpy(int),
-            "detection": lambda: (rows["tooth"] > 0).to_numpy(int),
-            "severity": lambda: rows[list(QUANTITIES)].to_numpy(float),
-        }
         self.estimator_ = clone(self.estimator, safe=False)
-        self._called("fit", self._inputs(rows.index), labels[self.target]())
+        self._called("fit", self._inputs(rows.index), labels_of(self.target, rows).to_numpy())
         return self
 
     def predict(self, X: Rows) -> IntArray | pd.DataFrame:

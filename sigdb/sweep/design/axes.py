@@ -10,16 +10,13 @@ from pydantic import ConfigDict, Strict, TypeAdapter, ValidationError, field_val
 from pydantic.fields import FieldInfo
 
 from sigdb.core import Section, quantity, suggestion, unit_of
+from sigdb.database import MEMBER
 from sigdb.measurement import MeasurementSettings
 from sigdb.transmission import Damage, ToothDamage
 
 _FINITE = ConfigDict(allow_inf_nan=False)
 MOST_WHOLE = 2**31 - 1
 """Greatest whole number of an axis."""
-
-
-MEMBER = "rig_member"
-"""The axis ``rig.member`` by the name of its column, which is a field of the rig."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,8 +1,8 @@
 """Members of an ensemble of rigs in a sweep: their draws, and the axis that numbers them."""
 
 from sigdb.core import InputError
+from sigdb.database import MEMBER
 from sigdb.dynamics import ensemble
-from sigdb.sweep.design.axes import MEMBER
 from sigdb.sweep.design.settings import SweepSettings
 from sigdb.transmission import Transmission
 

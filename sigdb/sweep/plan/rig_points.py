@@ -10,9 +10,9 @@ import numpy as np
 from pydantic.fields import FieldInfo
 
 from sigdb.core import FloatArray, InputError, IntArray, Section
+from sigdb.database import MEMBER
 from sigdb.dynamics import common_period
 from sigdb.measurement import tooth_cycle
-from sigdb.sweep.design.axes import MEMBER
 from sigdb.sweep.plan.layout import distinct
 from sigdb.transmission import Transmission
 

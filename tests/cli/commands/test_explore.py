@@ -40,7 +40,7 @@ def facts_of(answer):
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
-    """A database of two recordings, of which one has a label, and which no rig belongs to."""
+    """A database of two recordings without a rig; one of them has a label."""
     folder, rate, t = tmp_path_factory.mktemp("measured"), 2048.0, np.arange(4096) / 2048.0
     for name in ("a", "b"):
         np.savez(folder / f"{name}.npz", a1=np.cos(2 * np.pi * 120 * t), tacho=5.0 * (10 * t % 1 < 0.1))
