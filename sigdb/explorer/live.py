@@ -77,10 +77,13 @@ class Simulated:
         (sensors, n) clean averages.
     forces
         (meshes, N) force of each mesh over its static one at the rig's own torque.
+    compression
+        (N,) compression of the gear's mesh over its static one; index errors of the teeth are not subtracted.
     """
 
     signals: FloatArray
     forces: FloatArray
+    compression: FloatArray
 
 
 class LiveRig:
@@ -160,6 +163,7 @@ class LiveRig:
                 for name, (value, healthy_value) in values.items()
             ],
             "least_force": least,
+            "least_compression": float(damaged.compression.min()),
             "contact": least > 0,
             "milliseconds": {"simulation": 1e3 * (solved - started), "signature": 1e3 * (computed - solved)},
         }
@@ -200,6 +204,7 @@ class LiveRig:
         return Simulated(
             signals=once.signals + (ratio - 1) * (double.signals - once.signals),
             forces=(once.forces + (ratio - 1) * (double.forces - once.forces)) / ratio,
+            compression=(once.compression + (ratio - 1) * (double.compression - once.compression)) / ratio,
         )
 
     def _torque_ratio(self, view: View) -> float:
@@ -215,6 +220,7 @@ class LiveRig:
         return Simulated(
             signals=state.signals_at(errors),
             forces=ratio * np.concatenate([force[None], others]),
+            compression=ratio * state.compression_at(errors) / state.static_compression,
         )
 
     def _state(self, rig: Transmission, damage: Damage, ratio: float) -> SteadyState:

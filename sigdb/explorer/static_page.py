@@ -71,6 +71,7 @@ def _case(live: LiveRig, sensor: str, loss: float, shift: float) -> dict[str, An
         "stiffness_loss": loss,
         "phase_shift_deg": shift,
         "least_force": shown.facts["least_force"],
+        "least_compression": shown.facts["least_compression"],
         "indicators": shown.facts["indicators"],
         "arrays": {name: _quantised(shown.arrays[name], 8 if name == "wigner_ville" else 16) for name in kept},
     }

@@ -37,6 +37,7 @@ def test_an_average_is_that_of_a_simulation(live, settings):
     expected = response.signal(settings.get("sensor", "pinion-vertical"))
     np.testing.assert_allclose(shown.arrays["tsa"], expected, atol=1e-9 * np.ptp(expected))
     assert shown.facts["least_force"] == pytest.approx(response.min_mesh_force, rel=1e-6)
+    assert shown.facts["least_compression"] == pytest.approx(response.min_compression, rel=1e-6)
     amplitudes = np.abs(order_spectrum(expected)[1])[: 4 * shown.facts["teeth"] + 1]
     np.testing.assert_allclose(shown.arrays["spectrum"], amplitudes, atol=1e-9 * amplitudes.max())
 

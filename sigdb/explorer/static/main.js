@@ -108,8 +108,8 @@ function facts(f) {
   const contact = $("contact");
   contact.className = f.contact === false ? "parts" : "";
   write(contact, f.least_force === undefined ? "" : f.contact
-    ? `Least mesh force: ${digits(f.least_force)} of the static one.`
-    : `The teeth part: the least mesh force is ${digits(f.least_force)} of the static one. The picture, which is linear, does not hold.`);
+    ? `Least compression of the mesh: ${digits(f.least_compression)} of the static one; least force: ${digits(f.least_force)}.`
+    : `The teeth part: the least compression of the mesh is ${digits(f.least_compression)} of the static one, the least force ${digits(f.least_force)}. The picture, which is linear, does not hold.`);
   const body = $("indicators").tBodies[0], names = (f.indicators ?? []).map(({ name, unit }) => name + unit).join();
   if (names && names === body.dataset.names) {
     f.indicators.forEach(({ value, healthy }, i) => {

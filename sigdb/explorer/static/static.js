@@ -34,7 +34,7 @@ async function staticRequest(name, view) {
   for (const key of ["tsa", "stiffness", "wigner_ville"]) arrays[key] = turned(arrays[key], passes, Z);
   Object.assign(arrays, { tsa_healthy: reference.tsa, stiffness_healthy: reference.stiffness, spectrum_healthy: reference.spectrum });
   const values = chosen.indicators.map((one, i) => ({ ...one, healthy: healthy.indicators[i].value }));
-  return { facts: { ...facts, saturated: true, sensor, unit: chosen.unit, damaged: tooth ? [tooth] : [], indicators: values, least_force: chosen.least_force, contact: chosen.least_force > 0, milliseconds: { simulation: 0, signature: 0 } }, arrays, shapes };
+  return { facts: { ...facts, saturated: true, sensor, unit: chosen.unit, damaged: tooth ? [tooth] : [], indicators: values, least_force: chosen.least_force, least_compression: chosen.least_compression, contact: chosen.least_force > 0, milliseconds: { simulation: 0, signature: 0 } }, arrays, shapes };
 }
 
 window.sigdbStatic = { request: staticRequest };
