@@ -76,9 +76,7 @@ def learning_set(
         place = np.cumsum(damaged) - 1
         rows = rows[damaged]
         if rows.empty:
-            raise InputError(
-                f"{database.store} has no damaged rows with one severity to learn from; add a grid"
-            )
+            raise InputError(f"{database.store} has no damaged rows with one severity to learn from; add a grid")
         cv = [(place[train[damaged[train]]], place[test[damaged[test]]]) for train, test in cv]
     return LearningSet(
         X=inputs(database, rows.index.to_numpy(), columns),
