@@ -21,6 +21,8 @@ from .library import as_transmission as as_transmission
 from .library import built_in_file as built_in_file
 from .library import built_in_transmissions as built_in_transmissions
 from .library import load_transmission as load_transmission
+from .mesh.profiles import raised_cosine as raised_cosine
+from .mesh.stiffness import damaged_pair_deviation as damaged_pair_deviation
 from .mesh.stiffness import damaged_pair_stiffness as damaged_pair_stiffness
 from .mesh.stiffness import damaged_profile as damaged_profile
 from .mesh.stiffness import pair_stiffness as pair_stiffness

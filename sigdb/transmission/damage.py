@@ -1,4 +1,4 @@
-"""Tooth damage: what it does to the stiffness of the tooth pair, for one tooth and for several."""
+"""Tooth damage: what it does to the stiffness and to the flank of the tooth pair, for one tooth and for several."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,6 +8,9 @@ import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer, model_validator
 
 from sigdb.core import InputError, Section, quantity, suggestion, validated, without_defaults
+
+MOST_DEVIATION = 0.01
+"""Greatest deviation of a flank, m: more than any tooth of the rigs in use has to lose."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +47,7 @@ class Detail:
 
 
 class ToothDamage(Section):
-    """Damage of one tooth: of its stiffness, or of its geometry where the mesh's profile is by the energy method."""
+    """Damage of one tooth: of its stiffness and flank, or of its geometry where the profile is by the energy method."""
 
     phase_shift_deg: Annotated[float, Size(always_stored=True)] = quantity(
         "deg",
@@ -59,6 +62,18 @@ class ToothDamage(Section):
     )
     friction: Annotated[float, Size(always_stored=True)] = quantity(
         "-", "Coulomb friction coefficient of the tooth.", ge=0, le=1, default=0.0
+    )
+    flank_deviation: Annotated[float, Size()] = quantity(
+        "m",
+        "Material missing from the flank across the face width, along the mesh normal, such as the depth of a spall; "
+        "negative where there is too much.",
+        ge=-MOST_DEVIATION, le=MOST_DEVIATION, default=0.0,
+    )  # fmt: skip
+    deviation_extent: Annotated[float, Detail(of="flank_deviation", extent=True)] = quantity(
+        "-", "Fraction of the tooth's contact over which the flank deviates.", ge=0, le=1, default=1.0
+    )
+    deviation_place: Annotated[float, Detail(of="flank_deviation")] = quantity(
+        "-", "Middle of the deviation, as a fraction of the contact from first contact.", ge=0, le=1, default=0.5
     )
     crack_depth: Annotated[float, Size(geometric=True)] = quantity(
         "m", "Length of a crack from the loaded side of the root, through the whole face width.", ge=0, default=0.0

@@ -185,7 +185,7 @@ def march(
     fastest = max(rig.mesh_frequency(name) for name in rig.meshes) * max(speed.value) / rig.operating.speed_rpm
     finer = max(1, int(np.ceil(fastest * steps_per_tooth / sampling_rate)))
     drive = _Drive(rig, system, gear, speed, load)
-    tables = mesh_tables(rig, gear, damage.on_teeth(teeth), errors)
+    tables = mesh_tables(rig, gear, damage.on_teeth(teeth), errors, system)
     marcher = Marcher(system, elements_from(rig, gear, system), tables, 1 / (finer * sampling_rate), drive.inputs)
     now = np.zeros(1)
     upper = system.poles.imag >= 0

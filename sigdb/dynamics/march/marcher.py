@@ -19,6 +19,7 @@ from sigdb.transmission import (
     nonlinear_among,
     pair_stiffness,
     pairs_in_contact,
+    static_forces,
 )
 
 SAMPLES_OF_A_PASS = 4096
@@ -47,9 +48,13 @@ class MeshTables:
 
 
 def mesh_tables(
-    rig: Transmission, gear: str, damage: Mapping[int, ToothDamage], index_errors: FloatArray
+    rig: Transmission, gear: str, damage: Mapping[int, ToothDamage], index_errors: FloatArray, system: ModalSystem
 ) -> MeshTables:
-    """Return the tables of a rig with damage by tooth number and index errors (teeth,) of one gear."""
+    """Return the tables of a rig with damage by tooth number and index errors (teeth,) of one gear.
+
+    The modal system gives the force of the mesh under the steady torque of the rig, which says where a damaged flank
+    touches.
+    """
     main = rig.meshes_of(gear)[0]
     teeth, shaft = rig.gears[gear].teeth, rig.gears[gear].shaft
     names = meshes_from(rig, gear)
@@ -62,7 +67,8 @@ def mesh_tables(
     pair = mesh.stiffness * pair_stiffness(mesh.profile, window / SAMPLES_OF_A_PASS)
     for tooth in np.flatnonzero(index_errors):
         forces[0, 1, (window + tooth * SAMPLES_OF_A_PASS) % T] += pair * index_errors[tooth]
-    change = damage_change(mesh, gear, teeth, rig.geometries[main].base_pitch, damage, SAMPLES_OF_A_PASS)
+    force = _static_force(rig, main, system) if damage else 0.0
+    change = damage_change(mesh, gear, teeth, rig.geometries[main].base_pitch, damage, SAMPLES_OF_A_PASS, force)
     error = change.profile + sum(force * index_errors[tooth - 1] for tooth, force in change.errors.items())
     forces[0, 0, change.samples] += change.stiffness[0]
     forces[0, 1, change.samples] += error[0]
@@ -78,6 +84,13 @@ def meshes_from(rig: Transmission, gear: str) -> list[str]:
     """Return the names of the meshes, that of a gear first."""
     main = rig.meshes_of(gear)[0]
     return sorted(rig.meshes, key=lambda name: name != main)
+
+
+def _static_force(rig: Transmission, mesh: str, system: ModalSystem) -> float:
+    """Return the force of a mesh under the steady torque, N."""
+    m = len(rig.meshes)
+    compressions = system.transfer(np.zeros(1))[0, :m, m].real
+    return float(static_forces(rig, list(rig.meshes), compressions)[list(rig.meshes).index(mesh)])
 
 
 def _over_a_pass(mesh: Mesh, samples: int) -> FloatArray:

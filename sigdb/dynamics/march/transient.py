@@ -173,7 +173,7 @@ def settle(
         rig=rig,
         gear=gear,
         system=system,
-        tables=mesh_tables(rig, gear, damage, index_errors),
+        tables=mesh_tables(rig, gear, damage, index_errors, system),
         order=[list(rig.meshes).index(name) for name in meshes_from(rig, gear)],
         harmonics=harmonics(rig, system, rig.gears[gear].shaft, revolutions),
         revolutions=revolutions,

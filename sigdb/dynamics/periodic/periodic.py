@@ -266,7 +266,8 @@ class PeriodicRig:
 
     def _change(self, damage: Mapping[int, ToothDamage], factor: int = 1) -> Change:
         step = factor * self.period.refinement * self.samples_per_tooth
-        return damage_change(self.meshes[0], self.gear, self.teeth, self.base_pitch, damage, step)
+        force = float(self.static_force[0])
+        return damage_change(self.meshes[0], self.gear, self.teeth, self.base_pitch, damage, step, force)
 
     def _forces(self, change: Change, columns: Columns) -> LocalForces:
         return local_forces(change, self.teeth, self.period.revolutions, self.harmonics, columns)

@@ -145,5 +145,26 @@ class CylindricalPair:
         return (self.line_of_action * z1 / (z1 + z2) - self.first_contact) / self.base_pitch
 
 
+def corner_separation(pair: CylindricalPair) -> tuple[float, float]:
+    """Return the curvatures of the gap beyond both ends of the contact, where the corner of a tip is nearest, 1/m.
+
+    The flanks that roll on without the tip's corner would touch; the corner lags on its involute by ``rho y / r_b`` for
+    a way y along the line of action. With the relative curvature of the flanks, ``1/rho_1 + 1/rho_2``, it is apart from
+    the other flank by ``(rho / r_b)^2 (1/rho_1 + 1/rho_2) y^2 / 2`` to the second order. The first number holds after
+    last contact, at the driving gear's corner, the second before first contact, at the driven gear's.
+
+    It is the leading term of corner contact, as in Munro, Morrish & Palmer 1999, "Gear transmission error outside the
+    normal path of contact due to corner and top contact", Proc. IMechE C 213.
+    """
+    length = pair.line_of_action
+    driving = _tip_curvature(pair.tip_radii[0], pair.base_radii[0])
+    driven = length - pair.first_contact
+    last, first = (
+        (rho / base) ** 2 * length / (rho * (length - rho)) / 2
+        for rho, base in zip((driving, driven), pair.base_radii, strict=True)
+    )
+    return last, first
+
+
 def _tip_curvature(tip_radius: float, base_radius: float) -> float:
     return float(np.sqrt(tip_radius**2 - base_radius**2))

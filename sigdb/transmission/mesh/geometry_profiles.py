@@ -10,10 +10,11 @@ from pydantic import Field, PrivateAttr
 
 from sigdb.core import FloatArray, InputError, quantity
 from sigdb.transmission.damage import ToothDamage
-from sigdb.transmission.mesh.cylindrical_pair import CylindricalPair, Rack
+from sigdb.transmission.mesh.cylindrical_pair import CylindricalPair, Rack, corner_separation
 from sigdb.transmission.mesh.energy_method import POINTS, SOUND, ElasticPair, pair_curve
 from sigdb.transmission.mesh.iso_6336 import iso_mesh_stiffness
-from sigdb.transmission.mesh.profiles import Profile, area, check_contact, smooth_ends, trapezoid
+from sigdb.transmission.mesh.profiles import Profile, area, check_contact, raised_cosine, smooth_ends, trapezoid
+from sigdb.transmission.mesh.tooth_sections import is_missing
 
 
 class GeometryProfile(Profile):
@@ -142,9 +143,41 @@ class EnergyMethod(GeometryProfile):
         return profile
 
     def pair_stiffness(self, x: FloatArray) -> FloatArray:
-        """Stiffness of a pair at x passes after first contact."""
+        """Stiffness of a pair at x passes after first contact; that of the neighbours' corners for a missing tooth."""
+        if self._is_missing:
+            leaving, entering = self._neighbours(x)
+            sound = _curve(self.elastic, SOUND, 0)
+            ends = sound(np.array([self.ideal_contact, 0.0]))
+            return (leaving * ends[0] + entering * ends[1]) / self.mean_stiffness
         curve = _curve(self.elastic, self._damage, self._member)
         return smooth_ends(curve, x, self.contact_ratio, self.flank) / self.mean_stiffness
+
+    def separation(self, x: FloatArray) -> FloatArray:
+        """Deviation of the flanks from contact at x passes after first contact, m: wear, or a missing tooth's gap."""
+        if not self._is_missing:
+            return np.full_like(x, self._damage.wear_depth)
+        after_end, before_begin = x + 1 - self.flank / 2 - self.ideal_contact, 1 + self.flank / 2 - x
+        leaving, entering = (
+            curvature * (np.maximum(passes, 0) * self.pair.base_pitch) ** 2
+            for curvature, passes in zip(corner_separation(self.pair), (after_end, before_begin), strict=True)
+        )
+        handed_over = self._handed_over(x)
+        return (1 - handed_over) * leaving + handed_over * entering
+
+    @property
+    def _is_missing(self) -> bool:
+        return is_missing(self.elastic.forms[self._member], self._damage)
+
+    def _neighbours(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Windows in which the teeth before and behind a missing one touch with their corners."""
+        left = 1 - raised_cosine((self.contact_ratio - x - 1) / self.flank)
+        not_entered = 1 - raised_cosine((x - 1) / self.flank)
+        handed_over = self._handed_over(x)
+        return left * (1 - handed_over), not_entered * handed_over
+
+    def _handed_over(self, x: FloatArray) -> FloatArray:
+        """From 0 to 1 in the middle of a missing tooth's contact, over a flank."""
+        return raised_cosine((x - self.contact_ratio / 2) / self.flank + 0.5)
 
 
 class Iso6336(GeometryProfile):

@@ -5,7 +5,8 @@ Every class offers:
 - ``contact_ratio``, the length of a pair's contact in tooth passes, from first touch to last;
 - ``pitch_point``, its place in passes after first contact;
 - ``mean_stiffness``, N/m, or None where only the shape is known;
-- ``pair_stiffness(x)`` for a mesh of unit mean stiffness: the sum over pairs, a pass apart, has mean 1.
+- ``pair_stiffness(x)`` for a mesh of unit mean stiffness: the sum over pairs, a pass apart, has mean 1;
+- ``separation(x)``, m, by which the flanks of a pair with damaged geometry are apart where sound ones touch.
 """
 
 from collections.abc import Callable, Mapping
@@ -44,6 +45,13 @@ class Profile(Described):
     def mean_stiffness(self) -> float | None:
         """Mean mesh stiffness that follows from the profile, N/m."""
         return None
+
+    def separation(self, x: FloatArray) -> FloatArray:
+        """Deviation of the flanks of a pair from contact at x passes after first contact, along the normal, m.
+
+        It is that of damage of the geometry, and 0 for sound pairs.
+        """
+        return np.zeros_like(x)
 
     def damaged(self, damage: ToothDamage, teeth: int, driving: bool | None) -> Self:
         """The profile of a pair of which a tooth's geometry is damaged, on the gear of that many teeth.

@@ -1,4 +1,4 @@
-"""Mesh stiffness along the contact, pair by pair, healthy and damaged.
+"""Stiffness of the mesh along the contact, pair by pair, healthy and damaged, and deviation of damaged flanks.
 
 With u the pass coordinate (revolutions of the gear times its teeth) and x = u - j + 1 the place of tooth j in its
 contact: ``k_j(u) = kp(x') (1 - l_j v(x'))`` with ``x' = x - s_j w(x)``, s_j the phase shift in passes and l_j the
@@ -104,13 +104,39 @@ def damaged_pair_stiffness(
     `tooth_stiffness`.
     """
     profile = damaged_profile(profile, damage, teeth, driving=driving)
+    x, edge = _shifted(profile, x, damage, teeth)
+    # The loss fades over `edge`, which slides from before the contact (extent 0) to behind it (extent 1).
+    fading = raised_cosine((damage.loss_extent * (profile.contact_ratio + edge) - x) / edge)
+    return pair_stiffness(profile, x) * (1 - damage.stiffness_loss * fading)
+
+
+def damaged_pair_deviation(
+    profile: AnyProfile, x: FloatArray, damage: ToothDamage, teeth: int, *, driving: bool | None = None
+) -> FloatArray:
+    """Deviation of a pair with a damaged tooth from contact of its flanks along the normal, at x passes, m.
+
+    It is ``flank_deviation`` within its window, and what the damage of the geometry leaves between the flanks. Positive
+    is apart: the pair's force is its stiffness times the compression less the deviation. Arguments are as of
+    `damaged_pair_stiffness`.
+    """
+    profile = damaged_profile(profile, damage, teeth, driving=driving)
+    x, _ = _shifted(profile, x, damage, teeth)
+    deviation = profile.separation(x)
+    if damage.flank_deviation:
+        # Its edges have their middle at its ends, so that the window's area is its extent.
+        away = np.abs(x - damage.deviation_place * profile.contact_ratio)
+        half = damage.deviation_extent * profile.contact_ratio / 2
+        deviation = deviation + damage.flank_deviation * raised_cosine((half - away) / _LEAST_EDGE + 0.5)
+    return deviation
+
+
+def _shifted(profile: AnyProfile, x: FloatArray, damage: ToothDamage, teeth: int) -> tuple[FloatArray, float]:
+    """Places in the contact of a pair with a phase shift, and the width of its edges in passes."""
     shift = damage.shift_in_passes(teeth)
     end, edge = profile.contact_ratio, max(_LEAST_EDGE, _EDGE_PER_SHIFT * abs(shift))
     if shift:
         x = x - shift * raised_cosine(1 + x / edge) * raised_cosine(1 + (end - x) / edge)
-    # The loss fades over `edge`, which slides from before the contact (extent 0) to behind it (extent 1).
-    fading = raised_cosine((damage.loss_extent * (end + edge) - x) / edge)
-    return pair_stiffness(profile, x) * (1 - damage.stiffness_loss * fading)
+    return x, edge
 
 
 def sliding_sense(profile: AnyProfile, x: FloatArray) -> FloatArray:

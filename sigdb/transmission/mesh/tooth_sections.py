@@ -130,6 +130,12 @@ def broken_off(form: ToothForm, damage: ToothDamage) -> bool:
     return damage.crack_depth * np.sin(np.deg2rad(damage.crack_angle_deg)) >= 2 * crack_start(form)[1]
 
 
+def is_missing(form: ToothForm, damage: ToothDamage) -> bool:
+    """Whether nothing of the tooth is left: broken off, or chipped down to its root over the whole face width."""
+    to_the_root = damage.chip_height >= (1 - 1e-9) * (form.tip_radius - form.root_radius)
+    return broken_off(form, damage) or (to_the_root and damage.chip_extent == 1)
+
+
 def chipped(form: ToothForm, y: FloatArray, damage: ToothDamage) -> FloatArray:
     """Fraction of the face width that is missing at distances y from the gear's centre."""
     edge = _CHIP_EDGE * form.module

@@ -70,6 +70,8 @@ def test_rows_carry_the_sizes_and_the_damage_changes_the_signal(plan_of, tmp_pat
         (BEVEL, "crack_depth = 1e-3", r"crack_depth = 0\.001 needs the geometry of the teeth"),
         (HEAD, "pit_diameter = 1e-2\npits = 2", r"pits = 2 of pit_diameter = 0\.01 do not fit in a row"),
         (HEAD, "crack_angle_deg = 100.0\ncrack_depth = 1e-3", r"crack_angle_deg = 100\.0 must be less than or equal"),
+        (BEVEL, "flank_deviation = [1e-5, 0.02]", r"flank_deviation = 0\.02 must be less than or equal to 0\.01"),
+        (BEVEL, "flank_deviation = 1e-5\ndeviation_extent = 1.5", r"deviation_extent = 1\.5 must be less"),
         (HEAD, "pattern = 'p'\nwear_depth = 1e-5", "pattern and wear_depth are given together"),
     ],
 )
@@ -77,6 +79,15 @@ def test_damage_that_does_not_fit_is_refused_before_anything_is_simulated(plan_o
     patterns = "[sweep.patterns]\np = [{ wear_depth = 1e-5 }]\n"
     with pytest.raises(InputError, match=message):
         plan_of(f"{head}[[sweep.grid]]\ntooth = 1\n{axis}\n{patterns}{AVERAGES}")
+
+
+def test_a_deviation_of_the_flank_is_an_axis_of_any_rig_and_a_column_in_metres(plan_of):
+    """Its extent and place mean nothing without it."""
+    grid = "[[sweep.grid]]\ntooth = 1\nflank_deviation = [0.0, 5e-5, -1e-5]\ndeviation_extent = [0.2, 1.0]\n"
+    plan = plan_of(BEVEL + grid + AVERAGES)
+    found = [(one["flank_deviation"], one["deviation_extent"]) for one in cases(plan)]
+    assert found == [(0.0, 1.0), (5e-5, 0.2), (5e-5, 1.0), (-1e-5, 0.2), (-1e-5, 1.0)]
+    assert plan_schema(plan).arrow("features").field("flank_deviation").metadata[b"unit"] == b"m"
 
 
 def test_teeth_of_a_pattern_may_be_damaged_by_geometry(plan_of):
