@@ -19,7 +19,7 @@ from sigdb.core import InputError, SigdbError, __version__, visible_text
 
 _ORDER = (
     "explore",
-    *("new-rig", "describe", "modes", "identify"),
+    *("new-rig", "describe", "modes", "identify", "plan-measurement"),
     *("run", "sweep", "ingest", "label", "verify", "coverage", "refine", "add-features", "card"),
     *("query", "show", "match", "export"),
     *("signature", "diagnose", "monitor"),

@@ -4,6 +4,7 @@ from .bound.error_curve import ErrorCurve as ErrorCurve
 from .bound.error_curve import eta_info as eta_info
 from .bound.expected_losses import error_curve as error_curve
 from .bound.expected_losses import expected_losses as expected_losses
+from .bound.likelihood_ratio import DETECTED as DETECTED
 from .bound.likelihood_ratio import OptimalRoc as OptimalRoc
 from .bound.likelihood_ratio import detection_table as detection_table
 from .bound.likelihood_ratio import optimal_roc as optimal_roc

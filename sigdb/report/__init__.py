@@ -22,6 +22,8 @@ __all__ = [
     "history_text",
     "identification_figures",
     "overview_text",
+    "plan_figures",
+    "plan_text",
     "recorded_figures",
     "recorded_text",
     "rig_figure",
@@ -31,5 +33,6 @@ __all__ = [
     "write_diagnosis_report",
     "write_evaluation_report",
     "write_identification_report",
+    "write_plan_report",
     "write_recorded_report",
 ]

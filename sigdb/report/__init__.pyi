@@ -17,6 +17,9 @@ from .identification import identification_figures as identification_figures
 from .identification import write_identification_report as write_identification_report
 from .monitoring import monitor_text as monitor_text
 from .monitoring import write_monitor_report as write_monitor_report
+from .planning import plan_figures as plan_figures
+from .planning import plan_text as plan_text
+from .planning import write_plan_report as write_plan_report
 from .recording.measured_among import among_figure as among_figure
 from .recording.measured_among import among_simulated as among_simulated
 from .recording.page import write_recorded_report as write_recorded_report

@@ -22,7 +22,7 @@ LAYERS = {
             ["identification"],
             ["recognition", "sweep", "recording", "paper"],
             ["ingest"],
-            ["diagnosis"],
+            ["diagnosis", "planning"],
             ["monitoring"],
             ["report"],
             ["pipeline"],

@@ -35,6 +35,7 @@ PACKAGES = [
         "public_sets",
         "diagnosis",
         "monitoring",
+        "planning",
         "paper",
         "pipeline",
         "report",
