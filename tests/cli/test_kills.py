@@ -173,6 +173,9 @@ COMMANDS = {
         "{file} --rig nasa-spiral-bevel --sampling-rate 51200 --tacho tacho --db {db} --out {out}", head="index.html"
     ),
     "monitor": Written("{measured} --out {out}", head="index.html"),
+    "plan-measurement": Written(
+        "nasa-spiral-bevel --speed 14400 --torque 356 --averages 102 --draws 200 --out {out}", head="index.html"
+    ),
     "train": Written("{trained} --target location --out {out}", head="model.json"),
     "evaluate": Written("{model} {trained} --report {out}", head="index.html"),
 }
@@ -183,6 +186,7 @@ COMPUTED = (
     ("sigdb.recording", "recorded_signature"),
     ("sigdb.ingest.row_parts", "recording_rows"),
     ("sigdb.diagnosis", "diagnose"),
+    ("sigdb.planning", "plan_measurement"),
     ("sigdb.database", "database_card"),
     ("sigdb.sweep.density.coverage", "study"),
     ("sigdb.recognition.storage.model_folder", "skops_bytes"),
