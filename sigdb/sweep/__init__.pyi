@@ -6,6 +6,7 @@ from .density.coverage import coverage as coverage
 from .density.refine import Refinement as Refinement
 from .density.refine import refine as refine
 from .design.grid import Grid as Grid
+from .design.life import Life as Life
 from .design.settings import SweepLimits as SweepLimits
 from .design.settings import SweepSettings as SweepSettings
 from .plan.make_plan import make_plan as make_plan
@@ -21,6 +22,7 @@ from .work.engines import Engine as Engine
 from .work.engines import Processes as Processes
 from .work.engines import make_missing as make_missing
 from .work.estimate import estimate as estimate
+from .work.life_rows import life_rows as life_rows
 from .work.ownership import ownership_of as ownership_of
 from .work.run import SweepSummary as SweepSummary
 from .work.run import run as run

@@ -17,7 +17,7 @@ LAYERS = {
         [
             ["core"],
             ["transmission"],
-            ["signature", "measurement", "dynamics"],
+            ["signature", "measurement", "dynamics", "prognosis"],
             ["database"],
             ["identification"],
             ["recognition", "sweep", "recording", "paper"],

@@ -36,6 +36,7 @@ PACKAGES = [
         "diagnosis",
         "monitoring",
         "planning",
+        "prognosis",
         "paper",
         "pipeline",
         "report",

@@ -28,6 +28,7 @@ from sigdb.sweep.design.axes import (
     read_teeth,
     split_axes,
 )
+from sigdb.sweep.design.life import Life, with_life
 from sigdb.sweep.design.sampling import Method
 from sigdb.sweep.design.tables import read_table
 from sigdb.transmission import OPTIONAL_FIELDS
@@ -96,6 +97,10 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
         description="Joint points: the path of a CSV or Parquet file from the recipe's folder, or columns.",
     )
 
+    life: Life | None = Field(
+        default=None, description="Severities that grow by a law, over lives; the joint points of the grid."
+    )
+
     @model_validator(mode="before")
     @classmethod
     def _read(cls, data: object) -> object:
@@ -109,6 +114,7 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
             keys.setdefault("method", "latin-hypercube")
         if "tooth" in keys:
             keys["tooth"] = read_teeth(keys["tooth"])
+        keys = with_life(keys)
         if keys.get("table") is not None:
             keys["table"] = read_table(keys["table"])
         return keys
@@ -170,7 +176,9 @@ class Grid(create_model("GridAxes", __base__=Section, **grid_fields(AXES))):  # 
 
     @model_serializer(mode="wrap")
     def _as_used(self, handler: SerializerFunctionWrapHandler) -> dict[str, object]:
-        dumped = without_defaults(self, handler(self), (*OPTIONAL_FIELDS, "ranges", "points", "method", "table"))
+        dumped = without_defaults(
+            self, handler(self), (*OPTIONAL_FIELDS, "ranges", "points", "method", "table", "life")
+        )
         return {name: value for name, value in dumped.items() if name not in self.joint_axes}
 
     def _is_set(self, axis: str) -> bool:

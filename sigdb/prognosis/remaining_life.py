@@ -1,0 +1,108 @@
+"""The time until a severity reaches a limit, with its interval, where the looks do not contradict the growth law."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sigdb.core import FloatArray, InputError
+from sigdb.prognosis.severity_filter import SeverityPosterior
+
+_STEPS, _DOUBLINGS, _SHORTEST = 8, 17, 1e-5
+"""Equal steps of time before their length doubles, the number of lengths, and the first one over the longest life."""
+
+_AGAINST = np.log(20.0)
+"""Log evidence against the law, over growth without one, from which no life is given."""
+
+_LEAST_DAMAGE, _MOST_AT_ENDS = 0.9, 0.6
+"""Least probability of damage, and greatest probability of the least and the greatest speeds, for a life."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RemainingLife:
+    """Time until a severity reaches a limit.
+
+    Attributes
+    ----------
+    low, median, high
+        Median and ends of an interval, in the unit of time of the law; nan where no life is given, infinite where the
+        limit is never reached.
+    level
+        Probability of the interval.
+    reason
+        Reason why no life is given; empty where one is.
+    """
+
+    low: float
+    median: float
+    high: float
+    level: float
+    reason: str = ""
+
+
+def remaining_life(posterior: SeverityPosterior, *, limit: float, level: float = 0.9) -> RemainingLife:
+    """Return the time until the severity reaches a limit.
+
+    No life is given without damage, where growth without any law explains the looks better by a factor of 20, or where
+    the speed of growth lies at an end of its prior: the limits of the prior would decide then.
+
+    Parameters
+    ----------
+    posterior
+        Posterior after the newest look.
+    limit
+        Severity, above the least level and at most the greatest.
+    level
+        Probability of the interval.
+
+    Raises
+    ------
+    InputError
+        If the limit is beyond the levels.
+    """
+    law = posterior.law
+    if not law.levels[0] < limit <= law.levels[-1]:
+        raise InputError(
+            f"limit = {limit:g} is beyond the levels of {law.name}, which go from {law.levels[0]:.4g} to "
+            f"{law.levels[-1]:.4g}"
+        )
+    if reason := _reason(posterior):
+        return RemainingLife(low=np.nan, median=np.nan, high=np.nan, level=level, reason=reason)
+    times, reached = _reached(posterior, int(np.searchsorted(law.levels, limit)))
+    ends = ((1 - level) / 2, 0.5, (1 + level) / 2)
+    low, median, high = (_first(times, reached, p) for p in ends)
+    return RemainingLife(low=low, median=median, high=high, level=level)
+
+
+def _reason(posterior: SeverityPosterior) -> str:
+    """Return why no life is given."""
+    if 1 - posterior.none < _LEAST_DAMAGE:
+        return "damage is not sure enough"
+    if posterior.log_evidence_without_law - posterior.log_evidence > _AGAINST:
+        return f"the looks contradict the growth law, {posterior.law.name}"
+    if posterior.parameters[posterior.law.at_the_ends].sum() > _MOST_AT_ENDS:
+        return f"the speed of growth lies at an end of the prior of {posterior.law.name}"
+    return ""
+
+
+def _reached(posterior: SeverityPosterior, limit: int) -> tuple[FloatArray, FloatArray]:
+    """Return times, and the probability that the level with this number is reached by then, given damage."""
+    law = posterior.law
+    now = posterior.damaged.sum(axis=1)
+    now /= now.sum()
+    step = _SHORTEST * float(np.max((1 / law.step_rates[:, :limit]).sum(axis=1)))
+    transition = law.transition(step)
+    times, reached = [0.0], [now[:, limit:].sum()]
+    for _ in range(_DOUBLINGS):
+        for _ in range(_STEPS):
+            now = np.einsum("pl,plm->pm", now, transition)
+            times.append(times[-1] + step)
+            reached.append(now[:, limit:].sum())
+        step, transition = 2 * step, transition @ transition
+    return np.array(times), np.array(reached)
+
+
+def _first(times: FloatArray, reached: FloatArray, p: float) -> float:
+    """Return the time at which a probability is reached."""
+    if reached[-1] < p:
+        return float("inf")
+    return float(np.interp(p, np.maximum.accumulate(reached), times))

@@ -1,0 +1,44 @@
+"""Rows of a database by life and time, where its recipe has lives."""
+
+import pandas as pd
+
+from sigdb.core import InputError, validated
+from sigdb.database import Database
+from sigdb.sweep.design.life import Life
+
+
+def life_rows(database: Database) -> pd.DataFrame:
+    """Return the damaged rows of the lives of a database with their times.
+
+    A row belongs to every life that has its severity at some time.
+
+    Parameters
+    ----------
+    database
+        A database whose recipe has a grid with ``life``.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``id``, ``specimen``, ``draw``, ``tooth``, ``status``, ``grid`` (number of the grid, from 0), ``life``, ``time``,
+        ``severity``, ``rate`` and ``exponent``, in the order of grid, life, specimen, tooth, draw and time.
+
+    Raises
+    ------
+    InputError
+        If no grid has a life.
+    """
+    grids = database.manifest.resolved["sweep"]["grid"]
+    lives = {number: grid["life"] for number, grid in enumerate(grids) if grid.get("life") is not None}
+    if not lives:
+        raise InputError(f"{database.store} has no lives; give a grid of its recipe the key life")
+    parts = []
+    for number, life in lives.items():
+        section = validated(Life, life, owner=f"{database.store}: grid {number + 1}")
+        rows = database.sql(
+            f"select id, specimen, draw, tooth, status, {section.size} as severity from cases where tooth > 0 order by id"
+        )
+        looks = section.trajectories().rename(columns={section.size: "severity"})
+        parts.append(rows.merge(looks, on="severity").assign(grid=number))
+    order = ["grid", "life", "specimen", "tooth", "draw", "time"]
+    return pd.concat(parts, ignore_index=True).sort_values(order, kind="stable", ignore_index=True)
