@@ -4,7 +4,7 @@ from .growth_laws import joined_laws as joined_laws
 from .growth_laws import paris_crack as paris_crack
 from .growth_laws import pit_count as pit_count
 from .growth_laws import severity_after as severity_after
-from .remaining_life import RemainingLife as RemainingLife
-from .remaining_life import remaining_life as remaining_life
+from .life import RemainingLife as RemainingLife
+from .life import remaining_life as remaining_life
 from .severity_filter import SeverityFilter as SeverityFilter
 from .severity_filter import SeverityPosterior as SeverityPosterior

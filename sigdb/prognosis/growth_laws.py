@@ -76,6 +76,10 @@ def paris_crack(levels: ArrayLike, *, rates: ArrayLike, exponents: ArrayLike, re
     reference
         Severity at which the speed is the rate.
 
+    Returns
+    -------
+    GrowthLaw
+
     References
     ----------
     .. [1] P. Paris and F. Erdogan, A critical analysis of crack propagation laws, Journal of Basic Engineering 85
@@ -103,6 +107,10 @@ def archard_wear(levels: ArrayLike, *, rates: ArrayLike) -> GrowthLaw:
     rates
         Speeds of growth, unit of the severity per unit of time, equally likely.
 
+    Returns
+    -------
+    GrowthLaw
+
     References
     ----------
     .. [1] J. F. Archard, Contact and rubbing of flat surfaces, Journal of Applied Physics 24 (1953) 981-988.
@@ -120,6 +128,10 @@ def pit_count(most: int, *, rates: ArrayLike) -> GrowthLaw:
         Greatest number of pits; the least is 1.
     rates
         Pits per unit of time, equally likely.
+
+    Returns
+    -------
+    GrowthLaw
 
     Examples
     --------
@@ -148,6 +160,11 @@ def severity_after(
     rate, exponent, reference
         As in :func:`paris_crack`; one value each.
 
+    Returns
+    -------
+    (...) float64
+        In the unit of the start.
+
     Examples
     --------
     >>> severity_after(1.0, [0.0, 5.0], rate=0.1).tolist()
@@ -166,6 +183,15 @@ def severity_after(
 
 def joined_laws(laws: Sequence[GrowthLaw]) -> GrowthLaw:
     """Return several laws on the same levels as one, each equally likely before a look.
+
+    Parameters
+    ----------
+    laws
+        The laws.
+
+    Returns
+    -------
+    GrowthLaw
 
     Raises
     ------

@@ -80,10 +80,11 @@ class SeverityPosterior:
 
 
 class SeverityFilter:
-    """A filter of looks at a gear, whose damage may begin at any look and tooth at the least level, and then grows.
+    """A filter of looks at a gear, whose damage may begin at any look, tooth and level, and then grows.
 
     Before look n the gear is undamaged, or tooth z is damaged to level l, with the parameters p of the law. Damage
-    begins with the probability ``initiation`` at each look, at each tooth alike. The recursion is exact for this chain.
+    begins with the probability ``initiation`` at each look, at each tooth and level alike, since looks may be rare. The
+    recursion is exact for this chain.
 
     Parameters
     ----------
@@ -149,7 +150,7 @@ class _Chain:
     def step(self, transition: FloatArray, log_ratio: FloatArray, initiation: float) -> None:
         """Predict by the transition (P, L, L), and update by the look (Z, L)."""
         damaged = self.damaged @ transition
-        damaged[:, :, 0] += self.none * initiation * self._weights[:, None] / damaged.shape[1]
+        damaged += self.none * initiation * self._weights[:, None, None] / damaged[0].size
         none = self.none * (1 - initiation)
         greatest = max(float(log_ratio.max()), 0.0)
         damaged = damaged * np.exp(log_ratio - greatest)

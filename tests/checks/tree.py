@@ -30,6 +30,7 @@ SMALL = {
     "cli/options/quantities.py": "the type of options that hold a number with a unit",
     "cli/options/workers.py": "the options of all commands that start workers",
     "core/compiled.py": "importing it imports numba",
+    "sweep/work/life_rows.py": "the rows of lives, which the design knows nothing of",
     "recognition/idle_cores.py": "training and evaluation use it",
     "transmission/system/small_matrices.py": "transmission and dynamics use it",
     "transmission/system/sensitivity.py": "derivatives of a rig, which dynamics and identification use",

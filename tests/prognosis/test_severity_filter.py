@@ -34,7 +34,7 @@ def enumerated(log_ratios, elapsed, initiation):
         probability, before = 1 / len(sets), None
         for n, state in enumerate(path):
             if before is None:
-                begins = 0.0 if state is None or state[1] else initiation / teeth
+                begins = initiation / teeth / levels
                 probability *= 1 - initiation if state is None else begins
             elif state is None or state[0] != before[0]:
                 probability = 0.0

@@ -45,7 +45,7 @@ class Life(Section):
             problems.append(f"life.size = {self.size!r} is no axis of damage; known: {', '.join(DAMAGE_AXES)}")
         elif (self.size in WHOLE_AXES) != (self.law == "pits"):
             problems.append(
-                f"life.size = {self.size!r} does not grow by {self.law}; numbers grow by pits, sizes do not"
+                f"life.size = {self.size!r} does not grow by {self.law}; pits is for numbers, others for sizes"
             )
         if self.start >= self.limit:
             problems.append(f"life.start = {self.start:g} must be less than life.limit = {self.limit:g}")

@@ -20,8 +20,8 @@ def life_rows(database: Database) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        ``id``, ``specimen``, ``draw``, ``tooth``, ``status``, ``grid`` (number of the grid, from 0), ``life``, ``time``,
-        ``severity``, ``rate`` and ``exponent``, in the order of grid, life, specimen, tooth, draw and time.
+        ``id``, ``specimen``, ``draw``, ``tooth``, ``status``, ``grid`` (its number, from 0), ``life``, ``time``,
+        ``severity``, ``rate`` and ``exponent``. The order is that of grid, life, specimen, tooth, draw and time.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def life_rows(database: Database) -> pd.DataFrame:
     for number, life in lives.items():
         section = validated(Life, life, owner=f"{database.store}: grid {number + 1}")
         rows = database.sql(
-            f"select id, specimen, draw, tooth, status, {section.size} as severity from cases where tooth > 0 order by id"
+            f"select id, specimen, draw, tooth, status, {section.size} as severity from cases where tooth > 0"
         )
         looks = section.trajectories().rename(columns={section.size: "severity"})
         parts.append(rows.merge(looks, on="severity").assign(grid=number))

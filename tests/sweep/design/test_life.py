@@ -79,8 +79,8 @@ def test_a_database_without_lives_is_refused(explored):
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"law": "pits"}, "numbers grow by pits"),
-        ({"size": "pits"}, "numbers grow by pits"),
+        ({"law": "pits"}, "pits is for numbers"),
+        ({"size": "pits"}, "pits is for numbers"),
         ({"size": "size"}, "no axis of damage"),
         ({"start": 0.5}, "must be less than life.limit"),
         ({"rate": {"min": 0.0, "max": 1.0}}, "must be greater than 0"),

@@ -54,6 +54,10 @@ def remaining_life(posterior: SeverityPosterior, *, limit: float, level: float =
     level
         Probability of the interval.
 
+    Returns
+    -------
+    RemainingLife
+
     Raises
     ------
     InputError
