@@ -1,3 +1,4 @@
+from .fused_rows import fuse_rows as fuse_rows
 from .models import evaluate_model as evaluate_model
 from .models import train_model as train_model
 from .pictures import draw_among as draw_among

@@ -5,6 +5,7 @@ import lazy_loader
 __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
+    "AverageLaw",
     "Bound",
     "CriteriaSettings",
     "CriterionResult",
@@ -14,8 +15,10 @@ __all__ = [
     "Evaluation",
     "EvaluationError",
     "Excess",
+    "Fusion",
     "Hypotheses",
     "Interpolation",
+    "JointLaw",
     "LocationClassifier",
     "LocationSets",
     "Metric",
@@ -39,6 +42,8 @@ __all__ = [
     "eta_info",
     "evaluate",
     "expected_losses",
+    "fuse",
+    "fuse_models",
     "load_model",
     "operating_points",
     "optimal_roc",
