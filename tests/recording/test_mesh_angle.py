@@ -54,6 +54,19 @@ def test_another_gear_that_stands_out_more_is_noted():
     assert "beyond the range" in note.text
 
 
+def test_a_harmonic_whose_phase_slips_is_not_taken():
+    """The third harmonic is the strongest, but is away for half a second, in which its phase slips by one cycle."""
+    turns = 25.0 * T
+    away = np.clip(np.abs(T - SECONDS / 2) / 0.4, 0, 1)
+    third = away * np.cos(2 * np.pi * (3 * TEETH * turns + np.clip((T - SECONDS / 2) / 0.5 + 0.5, 0, 1)))
+    mesh = (1 + 0.3 * np.cos(2 * np.pi * turns)) * np.cos(2 * np.pi * TEETH * turns)
+    x = 0.5 * mesh + third + 0.2 * np.random.default_rng(0).normal(size=T.size)
+    recording = Recording(source="made", channels=(Channel(name="a1", samples=x, sampling_rate=FS),))
+    found = recorded_signature(recording, teeth=TEETH, mesh_phase=True, speed_rpm=1500.0)
+    assert found.angle == "phase of mesh harmonic 1 of a1"
+    assert found.presence.present
+
+
 def test_a_speed_at_an_end_of_its_range_is_refused():
     with pytest.raises(InputError, match=r"no speed is found from 1510 to 1600 rpm: "):
         recorded_signature(gear(), teeth=TEETH, mesh_phase=True, speed_range_rpm=(1510.0, 1600.0))
