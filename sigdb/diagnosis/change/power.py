@@ -76,7 +76,9 @@ def power(
     The machine is one more rig; only its ensemble is known. Let m and s be the mean and the standard deviation
     of the logarithm of the value that is needed, over all teeth of n rigs. The bound for a tooth of one more rig, with
     a probability of 0.95, is ``exp(m + t s sqrt(1 + 1 / n))`` with the quantile t of Student's law with n - 1 degrees
-    of freedom. The next value above it is stated. Pulses are no rigs: for them it is ``exp(m + 1.645 s)``.
+    of freedom. The next value above it is stated. Pulses are no rigs: for them it is ``exp(m + 1.645 s)``. That law may
+    have a longer tail than the rigs do. So the greatest value of all tries is stated where it is less, and no more than
+    a twentieth of them is beyond the greatest of all other rigs, as a mean over the rigs that are left out in turn.
 
     Parameters
     ----------
@@ -113,8 +115,7 @@ def power(
 def _power(quantity: str, values: FloatArray, needed: FloatArray, rig: IntArray, share: FloatArray) -> Power:
     """Return the power from the values (Z, rigs) that were needed at each tooth with each rig."""
     at_tooth = needed.max(axis=1)
-    rigs = len(np.unique(rig)) if quantity == "stiffness_loss" else 1
-    stated = _for_one_more(needed.ravel(), values, rigs=rigs)
+    stated = for_one_more(needed.ravel(), values, rig.ravel() if quantity == "stiffness_loss" else None)
     smallest = float(stated) if np.isfinite(stated) else None
     worse = np.flatnonzero(np.mean(needed <= stated, axis=1) < _WORSE)
     exceptions = pd.DataFrame(
@@ -131,13 +132,29 @@ def _power(quantity: str, values: FloatArray, needed: FloatArray, rig: IntArray,
     )
 
 
-def _for_one_more(needed: FloatArray, values: FloatArray, *, rigs: int) -> float:
-    """Return the value that a tooth of one more rig needs at most with a probability of 0.95; inf beyond the range."""
+def for_one_more(needed: FloatArray, values: FloatArray, rig: IntArray | None) -> float:
+    """Return the value that a tooth of one more rig needs at most with a probability of 0.95; inf beyond the range.
+
+    Parameters
+    ----------
+    needed
+        (N,) value that each try needed; inf beyond the range.
+    values
+        Values that were tried, ascending.
+    rig
+        (N,) rig of each try; None where all tries are of one kind.
+    """
     from scipy.special import ndtri, stdtrit
 
+    groups = [needed] if rig is None else [needed[rig == number] for number in np.unique(rig)]
+    rigs, greatest = len(groups), float(needed.max())
+    others = [max((each.max() for each in groups if each is not group), default=greatest) for group in groups]
+    beyond = float(np.mean([np.mean(group > other) for group, other in zip(groups, others, strict=True)]))
     logarithm = np.log(np.where(np.isinf(needed), 1.25 * values[-1], needed))
     quantile = stdtrit(rigs - 1, SEEN) * np.sqrt(1 + 1 / rigs) if rigs > 1 else ndtri(SEEN)
     bound = float(np.exp(logarithm.mean() + quantile * logarithm.std()))
+    if beyond <= 1 - SEEN:
+        bound = min(bound, greatest)
     above = values[values >= bound * (1 - 1e-9)]
     return float(above[0]) if above.size else np.inf
 
