@@ -8,7 +8,7 @@ import numpy as np
 from scipy.fft import ifft
 from scipy.special import gammaincinv
 
-from sigdb.core import ComplexArray, FloatArray, IntArray
+from sigdb.core import BoolArray, ComplexArray, FloatArray, IntArray
 from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
 
 LOWEST_ORDER = 9
@@ -22,6 +22,10 @@ PLACES = 8
 
 MODULATION = 1
 """Distance from a mesh harmonic, in orders, up to which a change is one of run-out or load once a revolution."""
+
+_OTHERS = 4.0
+"""Distance from the strongest place, in tooth passes, beyond which a difference is that of the other teeth; at most a
+quarter of the turn."""
 
 _FINE = 1024
 """Steps in a tooth pass of the search for the turn between two averages."""
@@ -100,20 +104,27 @@ class Change:
         count = sum(len(band.orders) for band in self.bands)
         return np.asarray(envelopes(self, [band.residual for band in self.bands]).sum(axis=0) / count)
 
-    @property
-    def middle(self) -> float:
-        """Median energy over the turn relative to that of noise, at least 1; one tooth hardly raises it."""
-        return max(1.0, self.raw_middle)
+    @cached_property
+    def others(self) -> BoolArray:
+        """(8 Z,) places of the other teeth: more than four tooth passes from the strongest place."""
+        size = PLACES * self.teeth
+        off = np.abs((np.arange(size) - int(np.argmax(self.energy)) + size // 2) % size - size // 2)
+        return np.asarray(off > PLACES * min(_OTHERS, self.teeth / 4))
 
     @property
+    def middle(self) -> float:
+        """Median energy of the other teeth relative to that of noise, at least 1; a damaged tooth does not raise it."""
+        return max(1.0, self.raw_middle)
+
+    @cached_property
     def raw_middle(self) -> float:
-        """Median energy over the turn relative to that of noise, whose energy in B bands follows a gamma law."""
+        """Median energy of the other teeth relative to that of noise, whose energy in B bands follows a gamma law."""
         B = len(self.bands)
-        return float(np.median(self.energy) / (gammaincinv(B, 0.5) / B))
+        return float(np.median(self.energy[self.others]) / (gammaincinv(B, 0.5) / B))
 
     @property
     def tooth_map(self) -> FloatArray:
-        """(Z,) mean energy of the residual in each tooth pass, relative to the median over the turn."""
+        """(Z,) mean energy of the residual in each tooth pass, relative to the median of the other teeth."""
         return np.asarray(self.energy.reshape(self.teeth, PLACES).mean(axis=1) / self.middle)
 
 
@@ -210,6 +221,15 @@ def change_from(run: AverageSpectrum, healthy: AverageSpectrum, *, turn: float) 
         total += float(np.sum(w * np.abs(X[k]) ** 2))
     likeness = float(np.sqrt(min(kept / total, 1.0))) if total > 0 else 0.0
     return Change(teeth=run.teeth, bands=tuple(bands), turn=turn, likeness=likeness)
+
+
+def excess(change: Change, places: BoolArray) -> FloatArray:
+    """Return the median energy (bands,) over places of the turn, relative to noise in one band, at least 1.
+
+    The energy of noise in one band follows the exponential law, whose median is ln 2.
+    """
+    parts = [band.residual / np.sqrt(len(band.orders)) for band in change.bands]
+    return np.asarray(np.maximum(1.0, np.median(envelopes(change, parts)[:, places], axis=1) / np.log(2)))
 
 
 def amplitudes(change: Change, parts: Sequence[ComplexArray]) -> ComplexArray:

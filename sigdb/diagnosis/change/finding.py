@@ -1,6 +1,6 @@
 """Finding: the statistics of a change with the limits that healthy recordings give them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +8,12 @@ import numpy as np
 from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
 from sigdb.diagnosis.change.change import Change, change_from
 from sigdb.diagnosis.change.healthy_set import HealthySet
-from sigdb.diagnosis.change.statistics import NOISE_ALARMS, Statistic, pulse_statistic, template_statistic
+from sigdb.diagnosis.change.statistics import (
+    NOISE_ALARMS,
+    Statistic,
+    pulse_statistic,
+    template_statistic,
+)
 from sigdb.diagnosis.change.template_fit import likelihood_statistic
 from sigdb.diagnosis.change.templates import BehindPath
 
@@ -24,10 +29,11 @@ _ENOUGH = 5
 _CAUTION = 1.25
 """Factor of every limit; assumed. The greatest of n pieces alone would be exceeded once in n + 1."""
 
-_PULSE_MARGIN, _TEMPLATE_MARGIN = 1.5, 1.6
-"""Further factors of the limits for a change that is wider than within healthy recordings, unless five or more were
+_WIDE = 1.5
+"""Least limit, but for that factor, of a change that is wider than within healthy recordings, unless five or more were
 compared. Fitted: in 32 pairs of public recordings of one undamaged gearbox, at other loads or with moved sensors, the
-greatest statistics were 1.6 times those of noise."""
+greatest statistics were 1.6 times those of noise. It does not multiply the greatest of the pieces: those show tails of
+the noise, and a wide change is hardly noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,22 +114,27 @@ def healthy_law(healthy: HealthySet, templates: BehindPath | None) -> HealthyLaw
     independent.
     """
     within = list(changes_within(healthy))
-    changes = [*within, *changes_between(healthy)]
-
-    def greatest(statistic: Callable[[Change], Statistic]) -> float:
-        return max(statistic(change).greatest for change in changes)
-
-    pieces = sum(len(each.spectrum.groups) for each in healthy.recordings) + len(healthy) - 1
+    statistics = [_statistics(change, templates) for change in (*within, *changes_between(healthy))]
+    pulse, template, likelihood = (
+        max(0.0 if each is None else each.greatest for each in some) for some in zip(*statistics, strict=True)
+    )
     return HealthyLaw(
-        pieces=pieces,
-        pulse=greatest(pulse_statistic),
-        template=0.0 if templates is None else greatest(lambda each: template_statistic(each, templates)),
-        likelihood=0.0
-        if templates is None or not templates.templates.described
-        else greatest(lambda each: likelihood_statistic(each, templates)),
+        pieces=sum(len(each.spectrum.groups) for each in healthy.recordings) + len(healthy) - 1,
+        pulse=pulse,
+        template=template,
+        likelihood=likelihood,
         widest=max(change.middle for change in within),
         recordings=len(healthy),
     )
+
+
+def _statistics(change: Change, templates: BehindPath | None) -> tuple[Statistic, Statistic | None, Statistic | None]:
+    """Return the statistics of pulses, of templates, and of templates behind the path of a described rig."""
+    pulse = pulse_statistic(change)
+    if templates is None:
+        return pulse, None, None
+    template = template_statistic(change, templates)
+    return pulse, template, likelihood_statistic(change, templates) if templates.templates.described else None
 
 
 def changes_within(healthy: HealthySet) -> Iterator[Change]:
@@ -163,18 +174,15 @@ def find(
     """
     change = change_from(run, reference, turn=turn)
     wider = law.recordings < _ENOUGH and change.middle > _WIDER * law.widest
-    pulse = pulse_statistic(change)
-    template = None if templates is None else template_statistic(change, templates)
-    described = templates is not None and templates.templates.described
-    likelihood = likelihood_statistic(change, templates) if described and templates is not None else None
+    pulse, template, likelihood = _statistics(change, templates)
     return Finding(
         change=change,
         pulse=pulse,
         template=template,
         likelihood=likelihood,
-        pulse_limit=_limit(law.pulse, _PULSE_MARGIN, wider),
-        template_limit=_limit(law.template, _TEMPLATE_MARGIN, wider),
-        likelihood_limit=_limit(law.likelihood, _TEMPLATE_MARGIN, wider),
+        pulse_limit=_limit(law.pulse, wider),
+        template_limit=_limit(law.template, wider),
+        likelihood_limit=_limit(law.likelihood, wider),
         wider=wider,
     )
 
@@ -185,17 +193,16 @@ def stands_out(
     """Return whether a tooth stands out, as :func:`find` finds it, without what is not needed for that."""
     change = change_from(run, reference, turn=turn)
     wider = law.recordings < _ENOUGH and change.middle > _WIDER * law.widest
-    if templates is not None:
-        template = template_statistic(change, templates)
-        if template.greatest > _limit(law.template, _TEMPLATE_MARGIN, wider):
-            return True
-    if pulse_statistic(change).greatest > _limit(law.pulse, _PULSE_MARGIN, wider):
+    if pulse_statistic(change).greatest > _limit(law.pulse, wider):
         return True
-    if templates is None or not templates.templates.described:
+    if templates is None:
         return False
-    return likelihood_statistic(change, templates).greatest > _limit(law.likelihood, _TEMPLATE_MARGIN, wider)
+    if template_statistic(change, templates).greatest > _limit(law.template, wider):
+        return True
+    described = templates.templates.described
+    return described and likelihood_statistic(change, templates).greatest > _limit(law.likelihood, wider)
 
 
-def _limit(greatest: float, margin: float, wider: bool) -> float:
+def _limit(greatest: float, wider: bool) -> float:
     """Return the limit of a statistic whose greatest value of healthy pieces is known."""
-    return _CAUTION * (margin if wider else 1.0) * max(1.0, greatest)
+    return _CAUTION * max(_WIDE if wider else 1.0, greatest)

@@ -9,7 +9,7 @@ from scipy.fft import fft
 from sigdb.core import FloatArray, IntArray
 from sigdb.diagnosis.change.change import PLACES, Change, amplitudes
 from sigdb.diagnosis.change.finding import Finding
-from sigdb.diagnosis.change.statistics import Statistic, pulse_energy, pulse_statistic
+from sigdb.diagnosis.change.statistics import pulse_energy, pulse_statistic, without_shape
 from sigdb.diagnosis.change.template_fit import TemplateFit
 from sigdb.diagnosis.change.templates import BehindPath
 
@@ -88,7 +88,9 @@ def _further(finding: Finding, templates: BehindPath | None) -> Iterator[Locatio
     Z, pulse, change = finding.change.teeth, finding.pulse, finding.change
     least = _FURTHER * pulse.greatest * change.middle
     if templates is not None and finding.template is not None:
-        change = without_template(change, templates, finding.template)
+        best = int(np.argmax(finding.template.value))
+        shape = templates.shapes[finding.template.best[best]]
+        change = without_shape(change, [shape[band.orders] / band.deviation for band in change.bands], best)
     place = int(np.argmax(pulse.value))
     far = _distance(pulse.value.size, place) > _APART * PLACES
     for _ in range(Z // 4):
@@ -99,20 +101,6 @@ def _further(finding: Finding, templates: BehindPath | None) -> Iterator[Locatio
         place = int(np.argmax(rest))
         yield _tooth(place / PLACES - USUAL_LAG, Z, low=-_LATE, high=_EARLY)
         far &= _distance(rest.size, place) > _APART * PLACES
-
-
-def without_template(change: Change, templates: BehindPath, statistic: Statistic) -> Change:
-    """Return a change without the best template of a statistic, which has a free complex amplitude in each band."""
-    place = int(np.argmax(statistic.value))
-    shape = templates.shapes[statistic.best[place]]
-    bands = []
-    for band in change.bands:
-        turn = np.exp(-2j * np.pi * band.orders * place / (PLACES * change.teeth))
-        T = shape[band.orders] * turn / band.deviation
-        power = float(np.sum(np.abs(T) ** 2))
-        fitted = np.sum(np.conj(T) * band.residual) / power * T if power > 0 else 0.0
-        bands.append(replace(band, residual=band.residual - fitted))
-    return replace(change, bands=tuple(bands))
 
 
 def without_pulse(change: Change, place: int) -> Change:

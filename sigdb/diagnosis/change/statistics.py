@@ -1,15 +1,16 @@
 """Statistics of a change that one damaged tooth raises: short pulses of any shape, and the templates of rigs."""
 
-from dataclasses import dataclass
-from functools import cache
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from math import lgamma, log
 
 import numpy as np
 from scipy.optimize import brentq
 from scipy.special import gammaincc
 
-from sigdb.core import FloatArray, IntArray
-from sigdb.diagnosis.change.change import PLACES, Change, envelopes
+from sigdb.core import ComplexArray, FloatArray, IntArray
+from sigdb.diagnosis.change.change import PLACES, Change, envelopes, excess
 from sigdb.diagnosis.change.templates import BehindPath
 
 WIDTHS = (0.4, 0.8, 1.6)
@@ -81,6 +82,13 @@ def noise_limit(shape: float, tries: float) -> float:
     return float(brentq(lambda x: _log_tail(shape, x) - wanted, 1e-9, 1e4 + 10 * shape))
 
 
+@cache
+def _limit_curve(most: int, tries: float) -> tuple[FloatArray, FloatArray]:
+    """Return shapes of the gamma law up to the number of bands, and the limit of noise for each."""
+    shapes = np.arange(2, 4 * most + 1) / 4
+    return shapes, np.array([noise_limit(float(shape), tries) for shape in shapes])
+
+
 def _log_tail(shape: float, x: float) -> float:
     tail = float(gammaincc(shape, x))
     return log(tail) if tail > 1e-290 else (shape - 1) * log(x) - x - lgamma(shape)
@@ -93,7 +101,7 @@ def nothing(change: Change) -> Statistic:
 
 
 def pulse_statistic(change: Change) -> Statistic:
-    """Return the energy of short pulses at each place of the turn, relative to what the rest of the turn shows.
+    """Return the energy of short pulses at each place of the turn, relative to what the other teeth show.
 
     A pulse of width c has the amplitudes ``d_k = exp(-(pi c (k - h Z) / Z)^2 / 2) / s_k`` in the band of harmonic h,
     with the deviation s_k. Its complex amplitude is free in each band, so the path and the shape of the pulse need not
@@ -101,7 +109,8 @@ def pulse_statistic(change: Change) -> Statistic:
 
         e(u) = sum_h |sum_k d_k r_k exp(2 pi j k u)|^2 / sum_k d_k^2 / m,
 
-    with the residual r and its median energy m over the turn, where that is above that of noise.
+    with the residual r and its median energy m more than four tooth passes away from the strongest place, where that is
+    above that of noise.
     """
     if not change.bands:
         return nothing(change)
@@ -142,6 +151,10 @@ def template_statistic(change: Change, templates: BehindPath) -> Statistic:
     far below the noise behind the path take no part. The sum of weighted exponential laws is approximated by a gamma
     law with the same mean and variance [1]_.
 
+    A path that changed leaves more in some bands than in others. So r^2 and S_h are divided by the median energy of the
+    other teeth in their band, where that is more than noise. The template that fits best is taken out before: it makes
+    a gear of few teeth ring over much of the turn, which is no property of the other teeth.
+
     Parameters
     ----------
     change
@@ -154,23 +167,72 @@ def template_statistic(change: Change, templates: BehindPath) -> Statistic:
     .. [1] Satterthwaite, "An approximate distribution of estimates of variance components", Biometrics Bulletin 2(6),
        1946, doi:10.2307/3002019.
     """
+    if not change.bands:
+        return nothing(change)
     shapes = [templates.shapes[:, band.orders] / band.deviation for band in change.bands]
     powers = np.array([np.sum(np.abs(shape) ** 2, axis=1) for shape in shapes])
-    if not len(shapes) or not np.all(powers.sum(axis=0) > 0):
+    if not np.all(powers.sum(axis=0) > 0):
         return nothing(change)
-    expected = powers * (_EXPECTED / powers.sum(axis=0))
-    weight = expected / (1 + expected)
     parts = [np.conj(shape) * band.residual for shape, band in zip(shapes, change.bands, strict=True)]
     energy = envelopes(change, parts) / np.maximum(powers, np.finfo(float).tiny)[:, :, None]
-    level = sum(band.level for band in change.bands)
-    left = max(change.degrees - len(change.bands), 1)
-    misfit = np.maximum(1.0, (level - energy.sum(axis=0)) / left)
-    ratio = (weight[:, :, None] * energy).sum(axis=0) / misfit
+    levels = np.array([band.level for band in change.bands])
+    free = partial(
+        _template_values,
+        degrees=change.degrees - len(change.bands),
+        tries=len(templates.shapes) * INDEPENDENT * change.teeth,
+    )
+    value, _ = free(energy, powers, levels)
+    best, place = np.unravel_index(int(np.argmax(value)), value.shape)
+    rest = without_shape(change, [shape[best] for shape in shapes], int(place))
+    m = excess(rest, change.others)
+    value, ratio = free(energy / m[:, None, None], powers / m[:, None], levels / m)
+    best_of = value.argmax(axis=0)
+    places = np.arange(value.shape[1])
+    return Statistic(value=value[best_of, places], best=best_of, ratio=ratio[best_of, places])
+
+
+def _template_values(
+    energy: FloatArray, powers: FloatArray, levels: FloatArray, *, degrees: int, tries: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return F (S, 8 Z) relative to the limit of noise, and F itself.
+
+    Parameters
+    ----------
+    energy
+        (bands, S, 8 Z) e_h(u) of each template.
+    powers, levels
+        (bands, S) S_h, and (bands,) energy of the residual.
+    degrees
+        Degrees of freedom that a template leaves.
+    tries
+        Number of independent values.
+    """
+    expected = powers * (_EXPECTED / powers.sum(axis=0))
+    weight = expected / (1 + expected)
+    misfit = np.maximum(1.0, (levels.sum() - energy.sum(axis=0)) / max(degrees, 1))
+    ratio = np.asarray((weight[:, :, None] * energy).sum(axis=0) / misfit)
     scale = (weight**2).sum(axis=0) / weight.sum(axis=0)
-    degrees = weight.sum(axis=0) / scale
-    tries = len(templates.shapes) * INDEPENDENT * change.teeth
-    limits = scale * np.array([noise_limit(round(float(shape), 2), tries) for shape in degrees])
-    value = ratio / limits[:, None]
-    best = value.argmax(axis=0)
-    place = np.arange(value.shape[1])
-    return Statistic(value=value[best, place], best=best, ratio=ratio[best, place])
+    shapes = weight.sum(axis=0) / scale
+    limits = scale * np.interp(shapes, *_limit_curve(len(powers), tries))
+    return np.asarray(ratio / limits[:, None]), ratio
+
+
+def without_shape(change: Change, shape: Sequence[ComplexArray], place: int) -> Change:
+    """Return a change without a shape, which has a free complex amplitude in each band.
+
+    Parameters
+    ----------
+    change
+        The change.
+    shape
+        The shape (K,) over the deviation in each band.
+    place
+        Its place, in eighths of a tooth pass.
+    """
+    bands = []
+    for band, part in zip(change.bands, shape, strict=True):
+        T = part * np.exp(-2j * np.pi * band.orders * place / (PLACES * change.teeth))
+        power = float(np.sum(np.abs(T) ** 2))
+        fitted = np.sum(np.conj(T) * band.residual) / power * T if power > 0 else 0.0
+        bands.append(replace(band, residual=band.residual - fitted))
+    return replace(change, bands=tuple(bands))
