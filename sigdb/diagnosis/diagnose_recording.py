@@ -12,6 +12,7 @@ from sigdb.database import is_database
 from sigdb.diagnosis.diagnose_signature import absent_gears, diagnose_signature
 from sigdb.diagnosis.diagnosis import Diagnosis, unjudged
 from sigdb.diagnosis.healthy_rows import healthy_rows
+from sigdb.diagnosis.mate import Mate, diagnosis_of_pair, mate_note
 from sigdb.diagnosis.notes import reading_notes
 from sigdb.diagnosis.rig_templates import Source, averaged_gear_of, stored_bank
 from sigdb.diagnosis.stored_reference import Healthy, SimulatedTemplates, StoredReference, is_reference
@@ -104,7 +105,8 @@ def diagnose(
         A database of the rig whose templates are used. Without model and database the templates are simulated, at the
         recording's speed and torque.
     gear : str, optional
-        Gear on the averaged shaft; the first mesh's driving gear if left out.
+        Gear on the averaged shaft; the first mesh's driving gear if left out. Its mate is averaged as well, and the
+        diagnosis is that of the mate where a tooth of the mate stands out more.
     sensor : str, optional
         Sensor of the rig. By default it is the sensor with the channel's name, otherwise the rig's last.
     torque : float, optional
@@ -157,7 +159,8 @@ def diagnose(
     raw = [each for each in references if not _is_stored(each)]
     reading, averaging = _split_options(options, [recording, *raw])
     settings = _averaging(averaging, source, gear, count)
-    run, *others = (_candidate(_read(each, reading), settings, source.rig) for each in (recording, *raw))
+    read = [_read(each, reading) for each in (recording, *raw)]
+    run, *others = (_candidate(each, settings, source.rig) for each in read)
     others += [
         _Candidate(result=each.signature, torque=each.torque, load=each.load)
         for reference in stored
@@ -203,7 +206,29 @@ def diagnose(
         healthy_torques=healthy_loads,
         assumed=simulated.assumed if simulated is not None and healthy_signatures else (),
     )
+    if source.rig is not None and gear is not None and healthy_signatures:
+        diagnosis = _with_mate(diagnosis, read, source.rig, settings, torque=loads, healthy_torques=healthy_loads)
     return replace(diagnosis, notes=(*source.notes, *notes, *diagnosis.notes))
+
+
+def _with_mate(
+    diagnosis: Diagnosis,
+    recordings: Sequence[Recording | RecordingBlocks],
+    rig: Transmission,
+    settings: AveragingSettings,
+    *,
+    torque: float | None,
+    healthy_torques: Sequence[float | None],
+) -> Diagnosis:
+    """Return the diagnosis of the gear of the pair that has changed; with a note where the mate cannot be compared."""
+    signatures = [each for each in (diagnosis.signature, *diagnosis.healthy) if each is not None]
+    try:
+        if len(recordings) < len(signatures):
+            raise InputError("averages of a reference or a database are those of one gear; give healthy recordings")
+        mate = Mate.of(recordings, signatures, rig, settings, torque=torque, healthy_torques=healthy_torques)
+    except InputError as error:
+        return replace(diagnosis, notes=(*diagnosis.notes, mate_note(error)))
+    return diagnosis_of_pair(diagnosis, mate)
 
 
 _ANY_RPM = (300.0, 6000.0)

@@ -35,6 +35,7 @@ def diagnose_signature(
     torque: float | None = None,
     healthy_torques: Sequence[float | None] | None = None,
     assumed: Sequence[str] = (),
+    named: str = "",
 ) -> Diagnosis:
     """Diagnose the signature of a recording.
 
@@ -50,6 +51,8 @@ def diagnose_signature(
         Torque of the recording and of each healthy recording, N m, or their loads in any one unit; None if unknown.
     assumed
         Assumptions on the templates, in sentences.
+    named
+        Name of the gear for the answer; empty for an answer that names none.
 
     Raises
     ------
@@ -66,7 +69,7 @@ def diagnose_signature(
             f"averages of the templates have {templates.samples} samples, those of the recording {len(signature.tsa)}; "
             "average with as many samples a tooth"
         )
-    aligned = _Aligned.of(signature, healthy)
+    aligned = Aligned.of(signature, healthy)
     common = Diagnosis(
         signature=aligned.signature,
         healthy=aligned.healthy,
@@ -80,7 +83,7 @@ def diagnose_signature(
     if reason := aligned.too_short():
         return _answered(common, Answer.of("cannot be judged", reason=reason))
     torques = list(healthy_torques or [None] * len(healthy))
-    compared = _Comparison.of(aligned, templates, torque, torques)
+    compared = Comparison.of(aligned, templates, torque, torques)
     common = replace(
         common, finding=compared.finding, law=compared.law, notes=(*aligned.notes, *compared.reference_notes)
     )
@@ -90,7 +93,7 @@ def diagnose_signature(
     locations, fit = compared.located()
     level = compared.level(torque, torques)
     seen = None if locations else compared.power(templates)
-    counted = _counted(aligned)
+    counted = (f" of {named}" if named else "") + _counted(aligned)
     answer = damage_answer(locations, counted) if seen is None else quiet_answer(level, seen, counted)
     return replace(
         _answered(common, answer),
@@ -105,7 +108,7 @@ def diagnose_signature(
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Aligned:
+class Aligned:
     """A recording and its healthy recordings in one unit and band, with the notes on what was changed for that.
 
     ``marked`` says whether the recording has a tacho mark, ``absolute`` whether the marks of all stand for one angle.
@@ -143,10 +146,10 @@ class _Aligned:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Comparison:
+class Comparison:
     """A recording with its healthy reference, turned to it, and the statistics of their difference."""
 
-    aligned: _Aligned
+    aligned: Aligned
     run: AverageSpectrum
     healthy: HealthySet
     reference: AverageSpectrum
@@ -158,8 +161,9 @@ class _Comparison:
 
     @classmethod
     def of(
-        cls, aligned: _Aligned, templates: Templates | None, torque: float | None, torques: Sequence[float | None]
+        cls, aligned: Aligned, templates: Templates | None, torque: float | None, torques: Sequence[float | None]
     ) -> Self:
+        """Compare a recording with its healthy recordings, by pulses alone where there are no templates."""
         absolute, run = aligned.absolute, AverageSpectrum.of(aligned.signature)
         healthy = replace(HealthySet.of(aligned.healthy, torques), absolute=absolute)
         reference, turn, notes = healthy.reference(run, speed_rpm=aligned.signature.speed_rpm, torque=torque)
@@ -200,7 +204,7 @@ class _Comparison:
             torques=_nearest(torque, torques),
         )
 
-    def power(self, templates: Templates | None) -> Power:
+    def power(self, templates: Templates | None = None) -> Power:
         """Return the damage that the recording would have shown."""
 
         def decide(run: AverageSpectrum) -> bool:
@@ -285,7 +289,7 @@ def _any_near(speed_rpm: float, speeds: Sequence[float]) -> bool:
     return any(abs(other - speed_rpm) <= _SAME_SPEED * other for other in speeds)
 
 
-def _counted(aligned: _Aligned) -> str:
+def _counted(aligned: Aligned) -> str:
     """Return how teeth are counted, in words; empty where they are counted from the mark."""
     if aligned.absolute:
         return ""

@@ -100,9 +100,9 @@ class Diagnosis:
         Returns
         -------
         dict
-            ``answer``, ``kind``, ``exit_code``, ``absolute``, ``channel``, ``unit``, ``teeth`` (``tooth``, ``low``,
-            ``high``, ``place``), ``false_alarms`` (``rate``, ``pieces``), ``statistics`` (value and limit of each, and
-            the ``score``), ``detectors`` (``name``, ``value``, ``limit``, ``pieces``, ``false_alarm_rate``,
+            ``answer``, ``kind``, ``exit_code``, ``absolute``, ``gear``, ``channel``, ``unit``, ``teeth`` (``tooth``,
+            ``low``, ``high``, ``place``), ``false_alarms`` (``rate``, ``pieces``), ``statistics`` (value and limit of
+            each, and the ``score``), ``detectors`` (``name``, ``value``, ``limit``, ``pieces``, ``false_alarm_rate``,
             ``alarm``, ``simulated``, ``decides``), ``tooth_map``, ``level``, ``power``, ``repeatability``,
             ``severity``, ``assumed``, ``missing``, ``notes`` and ``reading``. Tables are lists of rows, notes have
             ``code``, ``text`` and ``values``, and what was not evaluated is None.
@@ -113,6 +113,7 @@ class Diagnosis:
             "kind": self.kind,
             "exit_code": self.exit_code,
             "absolute": self.absolute,
+            "gear": None if signature is None else signature.gear,
             "channel": None if signature is None else signature.channel,
             "unit": None if signature is None else signature.unit,
             "teeth": [vars(location) for location in self.locations],

@@ -9,6 +9,9 @@ from sigdb.diagnosis.change.detectors import Detector
 from sigdb.diagnosis.change.finding import Finding
 from sigdb.recording import SPEED_DOUBT, RecordedSignature
 
+OTHER_SHAFT = "other-shaft"
+"""Code of the note that something turns with another shaft."""
+
 _UNLIKE = 0.5
 """Correlation of the errors of the teeth below which the gears may be others."""
 
@@ -132,7 +135,7 @@ def shaft_notes(signature: RecordedSignature, healthy: Sequence[RecordedSignatur
             f"Something turns with {row['shaft']} (order {row['order']:.4g}, p = {row['p_value']:.1g})"
             f", which the average of this gear does not hold: look at the gear on that shaft too.{doubt}"
         )
-        yield Note(code="other-shaft", text=text, values={name: row[name] for name in ("shaft", "order", "p_value")})
+        yield Note(code=OTHER_SHAFT, text=text, values={name: row[name] for name in ("shaft", "order", "p_value")})
 
 
 def _repeating(signature: RecordedSignature) -> list[dict[str, Any]]:
