@@ -38,14 +38,13 @@ def other_rig(number: int) -> Transmission:
 
 
 @cache
-def difference(number: int, loss: float) -> tuple[ComplexArray, ComplexArray]:
-    """Return the spectra of a rig's healthy average and of the change by a loss at tooth 1, by whole orders.
+def difference(number: int, loss: float, gear: str = "pinion") -> tuple[ComplexArray, ComplexArray]:
+    """Return the spectra of a rig's healthy average and of the change by a loss at tooth 1, by whole orders of a gear.
 
     Where the loss opens the mesh, for which the periodic solution does not hold, the next rig stands in.
     """
     for other in range(number, number + RIGS):
         rig = other_rig(other % RIGS)
-        (gear,) = {mesh.driving for mesh in rig.meshes.values()}
         prepared = prepare_periodic(rig, gear=gear, samples_per_tooth=STEPS, refine=False)
         damage = sigdb.Damage(tooth=1, gear=gear, stiffness_loss=loss)
         states = prepared.steady_state([{}, damage.on_teeth(rig.gears[gear].teeth)], specimens=False)
@@ -70,6 +69,8 @@ class Injection:
         Loss of stiffness; or, with ``share_of_rms``, the loss whose change is scaled to that share.
     tooth
         Tooth, from 1.
+    gear
+        Gear of that tooth: ``pinion`` or ``wheel``.
     seed
         Seed of the way between mesh harmonics.
     share_of_rms
@@ -81,14 +82,15 @@ class Injection:
     tooth: int
     seed: int
     share_of_rms: float | None = None
+    gear: str = "pinion"
 
     def into(self, recording: Recording, channel: str, angle: FloatArray) -> tuple[Recording, float]:
         """Return the recording with damage in one channel, and the rms of the change relative to that of the average.
 
-        ``angle`` is that of each sample, in tooth passes from the first contact of tooth 1.
+        ``angle`` is that of each sample, in tooth passes from the first contact of tooth 1 of both gears.
         """
         signal = recording.channel(channel)
-        healthy, change = difference(self.rig, self.loss)
+        healthy, change = difference(self.rig, self.loss, self.gear)
         teeth = 2 * (len(healthy) - 1) // STEPS
         mean = MeanTurn.of(signal.samples, angle, teeth=teeth)
         k = np.arange(len(healthy))
@@ -102,7 +104,7 @@ class Injection:
         added = np.interp(place % len(turn), np.arange(len(turn) + 1), np.append(turn, turn[0]))
         changed = replace(signal, samples=signal.samples + added)
         channels = tuple(changed if each.name == channel else each for each in recording.channels)
-        source = f"{recording.source}, loss {self.loss:g} at tooth {self.tooth}"
+        source = f"{recording.source}, loss {self.loss:g} at tooth {self.tooth} of the {self.gear}"
         return replace(recording, channels=channels, source=source), share
 
     def _way(self, mean: MeanTurn, healthy: ComplexArray, k: np.ndarray, teeth: int) -> ComplexArray:

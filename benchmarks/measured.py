@@ -20,7 +20,7 @@ import numpy as np
 from gearbox_twin import TEETH
 from healthy_only import MeanTurn, pulse
 from injection import PAIR, RIGS, SPEED, Injection, mesh_angle
-from measured_cases import EMPTY, FILES, NEAR_RPM, Machine, Question, SpectraQuest, TwinMachine, questions
+from measured_cases import EMPTY, FILES, NEAR_RPM, WHICH, Machine, Question, SpectraQuest, TwinMachine, questions
 from measured_page import page
 from measuring import environment, timed
 from scipy.stats import binomtest
@@ -31,8 +31,9 @@ from sigdb.core import FloatArray, InputError
 from sigdb.diagnosis import Diagnosis, diagnose
 from sigdb.diagnosis.change.templates import Templates
 from sigdb.diagnosis.diagnose_signature import diagnose_signature
+from sigdb.diagnosis.mate import Mate, diagnosis_of_pair
 from sigdb.diagnosis.rig_templates import Source
-from sigdb.recording import RecordedSignature, recorded_signature
+from sigdb.recording import AveragingSettings, RecordedSignature, recorded_signature
 from sigdb.signature import na4_star, residual_signal
 from sigdb.transmission import Transmission
 
@@ -109,6 +110,7 @@ def answer(machine: Machine, question: Question) -> Row:
     if question.injection is not None:
         recording, share = question.injection.into(recording, pair.channel, angle)
         row |= {"rig": question.injection.rig, "tooth": question.injection.tooth, "share_of_rms": _short(share)}
+        row |= {"gear": question.injection.gear} if pair.kind == WHICH else {}
     try:
         found = diagnosis_of(machine, question, recording)
     except InputError as error:
@@ -121,7 +123,7 @@ def answer(machine: Machine, question: Question) -> Row:
     row |= {"answer": found.kind, "named": [[each.tooth, each.low, each.high] for each in found.locations]}
     row["power"] = None if found.power is None else _plain_power(found)
     row |= dict(zip(("outcome", "why"), outcome(found, row, question, angle, recording), strict=True))
-    if row["empty"]:
+    if row["empty"] or pair.kind == WHICH:
         return row
     row["score"] = _short(found.finding.score) if found.finding is not None else None
     row["indicators"] = indicator_changes(found.signature, *found.healthy[:1])
@@ -140,13 +142,16 @@ def diagnosis_of(machine: Machine, question: Question, recording: Any) -> Diagno
         options: Row = _by_angle(question) | {"load": pair.load, "healthy_load": pair.healthy_load}
         healthy = [machine.measured(name)[0] for name in pair.healthy]
         return diagnose(recording, healthy=healthy, channel=pair.channel, teeth=TEETH, **options)
-    return diagnose_signature(
-        _signature(recording, question),
-        [_healthy_signature(machine, name, question) for name in pair.healthy],
-        templates=_templates(question.given),
-        torque=pair.load,
-        healthy_torques=pair.healthy_load or None,
-    )
+    signatures = [_signature(recording, question)]
+    signatures += [_healthy_signature(machine, name, question) for name in pair.healthy]
+    loads: Row = {"torque": pair.load, "healthy_torques": pair.healthy_load or [None] * len(pair.healthy)}
+    found = diagnose_signature(signatures[0], signatures[1:], templates=_templates(question.given), **loads)
+    if pair.kind != WHICH:
+        return found
+    recordings = [recording, *(machine.measured(name)[0] for name in pair.healthy)]
+    settings = AveragingSettings(channel=pair.channel, gear=_GEAR, **_by_angle(question))
+    mate = Mate.of(recordings, signatures, assumed_rig(question.given), settings, **loads)
+    return diagnosis_of_pair(found, mate)
 
 
 def _by_angle(question: Question) -> Row:
@@ -198,32 +203,42 @@ def outcome(found: Diagnosis, row: Row, question: Question, angle: FloatArray, r
     damaged = question.injection
     if damaged is None:
         return ("right", "") if found.kind in QUIET else ("wrong", "a tooth where none is damaged")
+    gear = found.signature.gear
     if found.kind in QUIET:
+        if damaged.gear != (gear or _GEAR):
+            return "missed", f"the {damaged.gear} is damaged"
         power = row["power"]
         size = damaged.loss if power["quantity"] == "stiffness_loss" else row["share_of_rms"]
         beyond = power["smallest"] <= size and damaged.tooth not in power["exceptions"]
         return ("wrong", "damage that it says it would have seen") if beyond else ("missed", "below the stated power")
-    true = (damaged.tooth - 1 - _begin(found.signature, angle, recording)) % TEETH
+    if damaged.gear != (gear or _GEAR):
+        return "wrong", f"a tooth of the {gear}, where the {damaged.gear} is damaged"
+    teeth = found.signature.teeth
+    ratio = TEETH / teeth if question.angle == "tacho" else 1.0
+    true = (damaged.tooth - 1 - _begin(found.signature, angle, recording, ratio)) % teeth
     first, *further = found.locations
     if first.within > VAGUE:
         return "abstains", "the interval is wider than two teeth"
     low, high = min(first.low, first.tooth - 1) - 1, max(first.high, first.tooth + 1) - 1
-    off = (true - (low + high) / 2 + TEETH / 2) % TEETH - TEETH / 2
+    off = (true - (low + high) / 2 + teeth / 2) % teeth - teeth / 2
     if abs(off) > (high - low) / 2 + 0.5:
         return "wrong", f"another tooth, {off:+.1f} off"
-    apart = [each.tooth for each in further if _apart(each.tooth - 1, true) > VAGUE + 0.5]
-    return ("wrong", f"a further tooth, {_apart(apart[0] - 1, true):.1f} off") if apart else ("right", "")
+    apart = [far for each in further if (far := _apart(each.tooth - 1, true, teeth)) > VAGUE + 0.5]
+    return ("wrong", f"a further tooth, {apart[0]:.1f} off") if apart else ("right", "")
 
 
-def _begin(signature: RecordedSignature, angle: FloatArray, recording: Any) -> float:
-    """Return the angle at which an average begins, in tooth passes from the first contact of tooth 1."""
+def _begin(signature: RecordedSignature, angle: FloatArray, recording: Any, ratio: float) -> float:
+    """Return the angle at which an average begins, in tooth passes from the first contact of tooth 1.
+
+    The first speed is that over a revolution of the shaft with the tacho, which turns ``1 / ratio`` times as fast.
+    """
     track = signature.speed_track
-    time = track["time"].iloc[0] - 30 / track["speed_rpm"].iloc[0]
+    time = track["time"].iloc[0] - 30 * ratio / track["speed_rpm"].iloc[0]
     return float(np.interp(time * recording.signals[0].sampling_rate, np.arange(len(angle)), angle))
 
 
-def _apart(a: float, b: float) -> float:
-    return abs((a - b + TEETH / 2) % TEETH - TEETH / 2)
+def _apart(a: float, b: float, teeth: int) -> float:
+    return abs((a - b + teeth / 2) % teeth - teeth / 2)
 
 
 def indicator_changes(run: RecordedSignature | None, healthy: RecordedSignature | None = None) -> Row | None:
@@ -253,7 +268,7 @@ def floor_of(machine: Machine, question: Question, recording: Any) -> Row:
     found: Row = {"value": _short(value)}
     if question.injection is not None:
         begin = float(np.interp(np.ceil(angle[0] / TEETH) * TEETH, angle, true_angle))
-        found["off"] = _short(_apart(place, question.injection.tooth - 1 - begin))
+        found["off"] = _short(_apart(place, question.injection.tooth - 1 - begin, TEETH))
     return found
 
 

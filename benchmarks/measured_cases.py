@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from gearbox_twin import CHANNELS, RATE, SECONDS, SPEED, TEETH, Twin
+from gearbox_twin import CHANNELS, RATE, SECONDS, SPEED, TEETH, WHEEL, Twin
 from injection import RIGS, Injection, mesh_angle
 
 from sigdb.core import FloatArray
@@ -26,6 +26,8 @@ ANGLES = ("tacho", "mesh phase")
 NEAR_RPM = 1780.0
 
 KINDS = ("halves", "other load", "between loads", "moved sensor", "other day")
+WHICH = "which gear"
+"""Kind of the questions with damage of the pinion or of the wheel, which both counts must tell apart."""
 EMPTY = ("white noise", "pink noise", "hum", "another gear", "fallen sensor", "bearing without gears")
 
 Measured = tuple[Recording, FloatArray]
@@ -197,7 +199,7 @@ def halves(measured: Measured) -> tuple[Measured, Measured]:
 
 
 def questions(machine: Machine) -> Iterator[Question]:
-    """Yield the questions about a machine, always the same: healthy, injected and, for the twin, empty ones."""
+    """Yield the questions about a machine, always the same: healthy, injected, for the twin empty ones, which gear."""
     found: list[tuple[Pair, str, str, Injection | None]] = []
     angles = machine.angles * (2 // len(machine.angles))
     for kind in KINDS:
@@ -219,6 +221,15 @@ def questions(machine: Machine) -> Iterator[Question]:
             healthy = "1/50/2" if kind == "fallen sensor" else f"{kind}/2"
             pair = Pair(kind=kind, run=f"{kind}/1", healthy=(healthy,), channel="a1")
             found += [(pair, angle, "teeth", None) for angle in machine.angles]
+    for angle in angles:
+        for loss in LOSSES:
+            for gear, teeth in (("pinion", TEETH), ("wheel", WHEEL)):
+                turn = len(found)
+                pairs = machine.pairs(KINDS[turn % len(KINDS)])
+                pair = replace(pairs[turn % len(pairs)], kind=WHICH)
+                tooth = int(np.random.default_rng([8, turn]).integers(1, teeth + 1))
+                injection = Injection(rig=turn % RIGS, loss=loss, tooth=tooth, seed=turn, gear=gear)
+                found.append((pair, angle, "counts", injection))
     for number, (pair, angle, given, injection) in enumerate(found):
         yield Question(number=number, pair=pair, angle=angle, given=given, injection=injection)
 

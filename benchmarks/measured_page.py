@@ -16,7 +16,9 @@ def page(document: Mapping[str, Row]) -> str:
     """Return the text of the page, made from the stored document and the text of ``measured_page.md``."""
     text = Template(Path(__file__).with_suffix(".md").read_text(encoding="utf-8"))
     counts = "\n".join(_counts(name, section) for name, section in document.items())
-    return text.substitute(failures=_failures(document), counts=counts, power=_power(document))
+    return text.substitute(
+        failures=_failures(document), counts=counts, power=_power(document), which=_which_gear(document)
+    )
 
 
 def _failures(document: Mapping[str, Row]) -> str:
@@ -111,9 +113,20 @@ def _power(document: Mapping[str, Row]) -> str:
     return _table(("machine", "stated as", "seen", "95 % interval"), rows)
 
 
+def _which_gear(document: Mapping[str, Row]) -> str:
+    """Return the table of the questions on which gear of a pair is damaged."""
+    rows = [
+        (TITLES[name], gear, f"{loss:g}", str(len(some)), _shown(_count(some, _outcome)))
+        for name, section in document.items()
+        for gear, of_gear in _by([row for row in section["questions"] if "gear" in row], "gear").items()
+        for loss, some in _by(of_gear, "loss").items()
+    ]
+    return _table(("machine", "damaged gear", "loss", "questions", "sigdb"), rows)
+
+
 def visible(section: Row) -> list[Row]:
-    """Return the questions in which the gear is to be seen."""
-    return [row for row in section["questions"] if not row["empty"]]
+    """Return the questions about one gear in which it is to be seen."""
+    return [row for row in section["questions"] if not row["empty"] and "gear" not in row]
 
 
 def peer_outcome(section: Row, peer: str) -> Callable[[Row], str]:

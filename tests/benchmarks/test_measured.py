@@ -130,9 +130,9 @@ def test_answers_count_by_the_rules_of_the_page(kind, teeth, true, loss, power, 
     begin = (10 * TEETH - angle[0]) / 950.0  # the average begins at the first contact of tooth 1
     track = pd.DataFrame({"time": [begin + 0.5], "speed_rpm": [60.0]})
     damage = None if true is None else injection.Injection(rig=0, loss=loss, tooth=true, seed=0)
-    found = Fake(kind=kind, locations=teeth, signature=Fake(speed_track=track))
+    found = Fake(kind=kind, locations=teeth, signature=Fake(speed_track=track, gear=None, teeth=TEETH))
     row = {"empty": False, "power": power, "share_of_rms": 0.1}
-    question = Fake(injection=damage)
+    question = Fake(injection=damage, angle="tacho")
     assert measured.outcome(found, row, question, angle, recording)[0] == outcome
 
 
@@ -151,7 +151,7 @@ def test_an_injected_pulse_is_found_at_its_tooth(tooth, injection, floor, gear, 
     mesh = np.cos(2 * np.pi * np.arange(n) / floor.STEPS)
     healthy = np.fft.rfft(sum(np.cos(2 * np.pi * h * np.arange(n) / floor.STEPS) for h in range(1, 7)))
     change = np.fft.rfft(np.exp(-0.5 * (place / 0.4) ** 2) * mesh)
-    monkeypatch.setattr(injection, "difference", lambda rig, loss: (healthy, change))
+    monkeypatch.setattr(injection, "difference", lambda *which: (healthy, change))
     damage = injection.Injection(rig=0, loss=0.4, tooth=tooth, seed=1, share_of_rms=0.2)
     run, share = damage.into(recording, "a1", angle)
 
