@@ -93,7 +93,7 @@ def diagnose_signature(
     locations, fit = compared.located()
     level = compared.level(torque, torques)
     seen = None if locations else compared.power(templates)
-    counted = (f" of {named}" if named else "") + _counted(aligned)
+    counted = _counted(aligned, named)
     answer = damage_answer(locations, counted) if seen is None else quiet_answer(level, seen, counted)
     return replace(
         _answered(common, answer),
@@ -289,10 +289,11 @@ def _any_near(speed_rpm: float, speeds: Sequence[float]) -> bool:
     return any(abs(other - speed_rpm) <= _SAME_SPEED * other for other in speeds)
 
 
-def _counted(aligned: Aligned) -> str:
-    """Return how teeth are counted, in words; empty where they are counted from the mark."""
+def _counted(aligned: Aligned, named: str) -> str:
+    """Return the gear, where it is named, and how teeth are counted, in words; not where they are from the mark."""
+    of = f" of {named}" if named else ""
     if aligned.absolute:
-        return ""
+        return of
     disagree = aligned.marks_disagree
-    why = "the tacho marks of the two recordings do not agree" if disagree else "there is no tacho mark"
-    return f", counted from where the average begins, since {why}"
+    why = "the tacho marks of the two recordings do not agree" if disagree else f"there is no tacho mark{of}"
+    return f"{of}, counted from where the average begins, since {why}"

@@ -91,8 +91,8 @@ def diagnosis_figures(diagnosis: Diagnosis) -> Iterator[CaptionedFigure]:
     if finding is not None and finding.change.bands:
         yield CaptionedFigure(
             "Where on the gear",
-            "Energy of the change between mesh harmonics by tooth pass, relative to the median over the turn; red: "
-            "teeth that stand out. A damaged tooth shows about one pass after its first contact.",
+            "Energy of the change between mesh harmonics by tooth pass, relative to the median of the other teeth; "
+            "red: teeth that stand out. A damaged tooth shows about one pass after its first contact.",
             _gear(finding, diagnosis.candidates),
         )
     if diagnosis.reference is not None:
