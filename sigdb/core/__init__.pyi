@@ -39,6 +39,7 @@ from .progress import blocks as blocks
 from .progress import ignore as ignore
 from .streams import NOISE_BLOCK as NOISE_BLOCK
 from .streams import noise_stream as noise_stream
+from .streams import nuisance_stream as nuisance_stream
 from .streams import sample_stream as sample_stream
 from .streams import specimen_stream as specimen_stream
 from .toml_files import check_file as check_file

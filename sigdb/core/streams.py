@@ -49,3 +49,8 @@ def noise_stream(seed: int, plan_hash: str, block: int) -> np.random.Generator:
 def sample_stream(seed: int, grid: int) -> np.random.Generator:
     """Return the stream of the cases that a grid of a design samples."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2, grid)))
+
+
+def nuisance_stream(seed: int) -> np.random.Generator:
+    """Return the stream of the rigs that stand for what is not known of a machine."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(3,)))

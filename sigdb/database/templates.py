@@ -86,6 +86,9 @@ class Template:
         (sensors, n, teeth) Y_D, change of the averages per metre of index error.
     harmonic_response
         (sensors, n, orders, 2) averages under harmonic excitations.
+    nuisance_modes
+        (sensors, n, modes) changes of the averages per standard deviation of the nuisances; without modes where none
+        are stated, or where contact is lost.
     """
 
     case: Mapping[str, CaseValue]
@@ -111,6 +114,7 @@ class Template:
     signals: FloatArray = field(default_factory=_none)
     specimen_response: FloatArray = field(default_factory=_none)
     harmonic_response: FloatArray = field(default_factory=_none)
+    nuisance_modes: FloatArray = field(default_factory=_none)
 
     @property
     def tooth(self) -> int:
@@ -174,6 +178,7 @@ class Template:
         if not self.contact_loss:
             arrays += ["compression_response", "compression_harmonic", "mesh_force_response", "mesh_force_harmonic"]
             of_sensors |= {"specimen_response": self.specimen_response, "harmonic_response": self.harmonic_response}
+            of_sensors |= {"nuisance_modes": self.nuisance_modes} if self.nuisance_modes.size else {}
         row |= {"orders": np.asarray(self.orders, float)} | {name: _flat(getattr(self, name)) for name in arrays}
         for i, sensor in enumerate(sensors):
             row[suffixed("reference_variance", sensors, sensor)] = float(self.reference_variance[i])
@@ -209,7 +214,7 @@ class Template:
         def response(values: FloatArray, *shape: int) -> FloatArray:
             return values.reshape(shape) if values.size else np.zeros(shape)
 
-        teeth, orders = int(row["teeth"].as_py()), array("orders")
+        teeth, orders, modes = int(row["teeth"].as_py()), array("orders"), each_sensor("nuisance_modes")
         signals, compression = each_sensor("tsa"), array("compression")
         s, n, N = *signals.shape, len(compression)
         return cls(
@@ -236,6 +241,7 @@ class Template:
             signals=signals,
             specimen_response=response(each_sensor("specimen_response"), s, n, teeth),
             harmonic_response=response(each_sensor("harmonic_response"), s, n, len(orders), 2),
+            nuisance_modes=modes.reshape(s, n, modes.shape[1] // max(n, 1)),
         )
 
 
@@ -296,7 +302,11 @@ def stored_templates(
     chosen += " and not contact_loss" + (f" and ({where})" if where else "")
     schema = database.dataset("templates").schema
     scalars = [column.name for column in schema if not pa.types.is_list(column.type)]
-    arrays = [suffixed(name, database.sensors, sensor) for name in ("tsa", "specimen_response", "harmonic_response")]
+    arrays = [
+        suffixed(name, database.sensors, sensor)
+        for name in ("tsa", "specimen_response", "harmonic_response", "nuisance_modes")
+    ]
+    arrays = [name for name in arrays if name in schema.names]
     batches = database.batches(chosen, table="templates", columns=[*scalars, "orders", *arrays], rows=_ROWS_AT_ONCE)
     templates = [
         Template.from_row({name: batch[name][i] for name in batch.schema.names}, database.sensors, only=[sensor])

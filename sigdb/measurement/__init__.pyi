@@ -1,7 +1,14 @@
+from .nuisance import MOST_MODES as MOST_MODES
+from .nuisance import NEPER_DB as NEPER_DB
+from .nuisance import NuisanceSettings as NuisanceSettings
+from .nuisance import measured_columns as measured_columns
+from .nuisance import principal_modes as principal_modes
+from .nuisance import smooth_components as smooth_components
 from .pitch_error_law import PitchTolerances as PitchTolerances
 from .pitch_error_law import pitch_errors as pitch_errors
 from .pitch_error_law import pitch_tolerances as pitch_tolerances
 from .settings import MeasurementSettings as MeasurementSettings
+from .specimen import independent_responses as independent_responses
 from .specimen import index_error_covariance as index_error_covariance
 from .specimen import index_errors as index_errors
 from .specimen import noise_deviation as noise_deviation

@@ -124,6 +124,26 @@ def index_error_covariance(teeth: int, mate_teeth: int, *, runout: float = 0.0) 
     return np.asarray(gear + mate + slow if runout else gear + mate)
 
 
+def independent_responses(response: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Return the responses to independent errors of 1 m in place of correlated ones.
+
+    Parameters
+    ----------
+    response : float64 array, (..., teeth)
+        Change per error of each tooth.
+    covariance : float64 array, (teeth, teeth)
+        Covariance C of the errors, of :func:`index_error_covariance`.
+
+    Returns
+    -------
+    (..., teeth - 1) float64
+        ``response C^(1/2)``, without the mean of the errors, which is removed from them.
+    """
+    variance, vectors = np.linalg.eigh(covariance)
+    kept = slice(1, None)  # the errors' mean is removed: the least eigenvalue is 0
+    return np.asarray(response @ vectors[:, kept] * np.sqrt(variance[kept]))
+
+
 def noise_deviation(reference_variance: FloatArray, snr_db: FloatArray) -> FloatArray:
     """Return the standard deviation of the noise of one revolution.
 

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from sigdb.core import InputError, Problems, Section, read_toml, validated
 from sigdb.database import Database
-from sigdb.measurement import MeasurementSettings
+from sigdb.measurement import MeasurementSettings, NuisanceSettings
 from sigdb.recognition import RecognitionSettings
 from sigdb.report import ReportSettings
 from sigdb.signature import SignatureSettings
@@ -26,6 +26,9 @@ class RecipeSections(Section):
 
     sweep: SweepSettings = Field(description="The simulated cases.")
     measurement: MeasurementSettings = Field(default=MeasurementSettings(), description="Noise and errors.")
+    nuisance: NuisanceSettings = Field(
+        default=NuisanceSettings(), description="What is not known of a machine and its measurement."
+    )
     signature: SignatureSettings = Field(default=SignatureSettings(), description="The stored parts of an average.")
     limits: SweepLimits = Field(default=SweepLimits(), description="How much a sweep may plan.")
     recognition: RecognitionSettings = Field(default=RecognitionSettings(), description="Models.")
@@ -72,6 +75,7 @@ class Recipe:
                 self.sections.signature,
                 self.rig,
                 limits=self.sections.limits,
+                nuisance=self.sections.nuisance,
             )
         except InputError as error:
             raise InputError("\n".join(f"{self.path}: {line}" for line in str(error).splitlines())) from None

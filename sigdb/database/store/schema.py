@@ -192,6 +192,12 @@ _CONTACT_LOSS = Column(
     help="Whether the mesh loses contact in this case. Its clean average comes from the march in time then, without "
     "index errors: its index_error is 0.",
 )
+_NUISANCE_MODES = Column(
+    name="nuisance_modes",
+    type=_LIST,
+    unit="signal",
+    help="Modes of the nuisances: changes of the average per standard deviation, (n, modes) row-major.",
+)
 
 
 def database_schema(
@@ -200,6 +206,7 @@ def database_schema(
     rows: Iterable[Column],
     sensors: Mapping[str, str],
     signature: Iterable[Feature],
+    nuisances: bool = False,
 ) -> Schema:
     """Return the schema of a database.
 
@@ -213,6 +220,8 @@ def database_schema(
         Unit of each stored sensor by name; the first one's columns have no suffix.
     signature
         Features of an average, in order. Those by order stand in ``signals``, others in ``features``.
+    nuisances
+        Whether templates hold modes of nuisances.
     """
     names = list(sensors)
     cases, signature = tuple(cases), tuple(signature)
@@ -321,6 +330,7 @@ def database_schema(
                     unit="signal",
                     help="Average under unbalance, run-out and fluctuating load, (n, orders, 2) row-major.",
                 ),
+                *((_NUISANCE_MODES,) if nuisances else ()),
             ),
         ),
         features=(

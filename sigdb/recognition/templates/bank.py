@@ -14,7 +14,12 @@ from sigdb.database import MEMBER, QUANTITIES, Database, suffixed
 from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.local_templates import LocalTemplates, SpeedRanges
-from sigdb.recognition.templates.point_templates import PointTemplates, stored_signals, template_keys
+from sigdb.recognition.templates.point_templates import (
+    PointTemplates,
+    nearest_nuisances,
+    stored_signals,
+    template_keys,
+)
 from sigdb.recognition.templates.speed_curve import Interpolation, SpeedCurve, interpolation
 
 _PRECISION = 2e-4
@@ -286,6 +291,7 @@ class TemplateBank:
             share=np.array(share),
             severity=np.array([point.severity[i] for point, i in first]),
             phases=np.array([point.phases[i] for point, i in first]),
+            nuisances=nearest_nuisances(points, keys).at,
         )
 
     def nearest(self, speed_rpm: FloatArray, torque: FloatArray, teeth: FloatArray | IntArray) -> IntArray:

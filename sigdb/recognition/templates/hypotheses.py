@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.core import BoolArray, FloatArray, IntArray, plain_array
 from sigdb.database import Database, Template, mate_teeth, stored_templates
-from sigdb.measurement import index_error_covariance
-from sigdb.recognition.templates.turned_laws import TurnedLaws
+from sigdb.measurement import independent_responses, index_error_covariance
+from sigdb.recognition.templates.turned_laws import TurnedLaws, joint_modes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -26,7 +26,7 @@ class Hypotheses:
     y_k the nominal clean average, H_k that under unbalance, run-out and a fluctuating load, whose phases phi_t are
     fixed to the shaft. U_k diag(d_k) U_k' = Y_k C Y_k' is the singular value decomposition of the response to index
     errors Y_k C^(1/2), C their covariance (:func:`sigdb.measurement.index_error_covariance`). C is circulant, so
-    turning the hypothesis is turning x. A healthy gear has no turn.
+    turning the hypothesis is turning x. A healthy gear has no turn. Nuisances add ``W_k W_k'`` to the covariance.
 
     Attributes
     ----------
@@ -52,6 +52,8 @@ class Hypotheses:
     response
         (templates, n, r) Y_k C^(1/2), whose columns stand for the same index errors at all operating points; None where
         it is not known.
+    nuisance
+        (templates, n, q) W_k, the change of the average per standard deviation of each nuisance; None without any.
     """
 
     teeth: int
@@ -64,6 +66,7 @@ class Hypotheses:
     reference_variance: FloatArray
     turn_invariant: bool = False
     response: FloatArray | None = None
+    nuisance: FloatArray | None = None
 
     @classmethod
     def of(
@@ -123,15 +126,18 @@ class Hypotheses:
             Amplitude of the slow orders of the index errors, over ``index_error``.
         """
         mates = np.broadcast_to(np.asarray(mate_teeth, int), len(templates))
+        covariances = [index_error_covariance(teeth, int(mate), runout=runout) for mate in mates]
         response = np.stack(
             [
-                _independent(template.specimen_response[0], index_error_covariance(teeth, int(mate), runout=runout))
-                for template, mate in zip(templates, mates, strict=True)
+                independent_responses(template.specimen_response[0], covariance)
+                for template, covariance in zip(templates, covariances, strict=True)
             ]
         )
         modes, gains, _ = np.linalg.svd(response, full_matrices=False)
         harmonic = [template.harmonic_response[0].reshape(template.signals.shape[1], -1) for template in templates]
         widest = max(columns.shape[1] for columns in harmonic)
+        nuisance = [template.nuisance_modes[0] for template in templates if template.nuisance_modes.size]
+        most = max((columns.shape[1] for columns in nuisance), default=0)
         return cls(
             teeth=teeth,
             cases=pd.DataFrame([template.case for template in templates]),
@@ -142,6 +148,7 @@ class Hypotheses:
             phases=np.stack([_padded(_phases(template.orders, teeth), 0, widest) for template in templates]),
             reference_variance=np.array([template.reference_variance[0] for template in templates]),
             response=response,
+            nuisance=np.stack([_padded(columns, 1, most) for columns in nuisance]) if nuisance else None,
         )
 
     @property
@@ -153,7 +160,9 @@ class Hypotheses:
         """Some of the hypotheses, by their places in ``cases``."""
         arrays = ("signal", "modes", "gains", "harmonic", "phases", "reference_variance")
         some = {name: getattr(self, name)[places] for name in arrays}
-        some["response"] = None if self.response is None else self.response[places]
+        for name in ("response", "nuisance"):
+            value = getattr(self, name)
+            some[name] = None if value is None else value[places]
         return replace(self, cases=self.cases.iloc[places].reset_index(drop=True), **some)
 
     def log_likelihood(self, x: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
@@ -184,7 +193,14 @@ class Hypotheses:
         InputError
             If the averages are not of the templates' length, or the noise is not above 0.
         """
-        return self.turned.log_likelihood(x, noise=noise, index_error=index_error)
+        if self.nuisance is None:
+            return self.turned.log_likelihood(x, noise=noise, index_error=index_error)
+        x = plain_array("log_likelihood", "x", x, float)
+        noise, index_error = (np.broadcast_to(np.asarray(value, float), len(x)) for value in (noise, index_error))
+        likelihood = np.empty((len(x), len(self.signal), self.teeth))
+        for size, at in _equal(index_error):
+            likelihood[at] = self.turned_at(size).log_likelihood(x[at], noise=noise[at], index_error=size)
+        return likelihood
 
     def chi2(self, log_likelihood: FloatArray, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
         """Return the squared residual of averages under each hypothesis, whitened: chi-square of n degrees.
@@ -201,11 +217,32 @@ class Hypotheses:
         ndarray, (rows, templates, teeth)
             No unit. Over the number of samples it is the reduced chi-square, about 1 under the true hypothesis.
         """
-        return self.turned.chi2(log_likelihood, noise=noise, index_error=index_error)
+        if self.nuisance is None:
+            return self.turned.chi2(log_likelihood, noise=noise, index_error=index_error)
+        rows = len(log_likelihood)
+        noise, index_error = (np.broadcast_to(np.asarray(value, float), rows) for value in (noise, index_error))
+        chi2 = np.empty_like(log_likelihood)
+        for size, at in _equal(index_error):
+            chi2[at] = self.turned_at(size).chi2(log_likelihood[at], noise=noise[at], index_error=size)
+        return chi2
+
+    def turned_at(self, index_error: float) -> TurnedLaws:
+        """Return the laws for one size of the index errors, m; with nuisances they hold for no other."""
+        if self.nuisance is None:
+            return self.turned
+        if index_error not in self._turned_at:
+            independent = self.modes * self.gains[:, None] if self.response is None else self.response
+            modes, gains = joint_modes(index_error * independent, self.nuisance)
+            self._turned_at[index_error] = replace(self.turned, modes=modes, gains=gains, with_nuisances=True)
+        return self._turned_at[index_error]
+
+    @cached_property
+    def _turned_at(self) -> dict[float, TurnedLaws]:
+        return {}
 
     @cached_property
     def turned(self) -> TurnedLaws:
-        """The same laws, for likelihoods."""
+        """The same laws without nuisances, for likelihoods."""
         carriers = np.concatenate([self.signal[:, :, None], self.harmonic], axis=2).transpose(0, 2, 1)
         first = np.ones((len(self.signal), 1, self.teeth if self.harmonic.shape[2] else 1))
         return TurnedLaws(
@@ -254,9 +291,13 @@ class Hypotheses:
         )
         x = noise[:, None] * stream.standard_normal((len(template), self.signal.shape[1]))
         amplitude = index_error[:, None] * stream.standard_normal((len(template), self.gains.shape[1]))
+        nuisance = np.zeros((*self.signal.shape, 0)) if self.nuisance is None else self.nuisance
+        amounts = stream.standard_normal((len(template), nuisance.shape[2]))
         step = self.signal.shape[1] // self.teeth
         for k, t, at in self._alike(template, tooth):
             clean = self._means[t, k] + (amplitude[at] * self.gains[k]) @ self.modes[k].T
+            if amounts.size:
+                clean += amounts[at] @ nuisance[k].T
             x[at] += np.roll(clean, t * step, axis=1)
         return x
 
@@ -268,11 +309,10 @@ class Hypotheses:
             yield *divmod(int(value), self.teeth), np.flatnonzero(code == value)
 
 
-def _independent(response: FloatArray, covariance: FloatArray) -> FloatArray:
-    """Y_k C^(1/2), the response to independent errors of 1 m."""
-    variance, vectors = np.linalg.eigh(covariance)
-    kept = slice(1, None)  # the errors' mean is removed: the least eigenvalue is 0
-    return np.asarray(response @ vectors[:, kept] * np.sqrt(variance[kept]))
+def _equal(values: FloatArray) -> Iterator[tuple[float, IntArray]]:
+    """Yield the different values with the places that have them."""
+    for value in np.unique(values).tolist():
+        yield value, np.flatnonzero(values == value)
 
 
 def _phases(orders: FloatArray, teeth: int) -> FloatArray:

@@ -1,6 +1,6 @@
 """Templates near an operating point: their laws within a short range of speeds, at every torque."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,7 +9,7 @@ import numpy as np
 from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.recognition.templates.outward import outward_changes
 from sigdb.recognition.templates.speed_curve import PLACES, Powers, SpeedCurve, parabola, range_middles
-from sigdb.recognition.templates.turned_laws import TurnedLaws
+from sigdb.recognition.templates.turned_laws import TurnedLaws, joint_modes
 
 _KEPT_RANGES = 64
 """Ranges whose laws are in memory at once."""
@@ -109,6 +109,8 @@ class SpeedRanges:
         Tooth count, and size of the index errors that the responses are for, m.
     healthy, share, severity, phases
         As of :class:`PointTemplates`, for the curve's templates.
+    nuisances
+        Returns the modes of nuisances at a speed and a torque, (templates, n, modes), or None without any.
     """
 
     def __init__(
@@ -125,10 +127,12 @@ class SpeedRanges:
         share: FloatArray,
         severity: FloatArray,
         phases: FloatArray,
+        nuisances: Callable[[float, float], FloatArray | None],
     ) -> None:
         self._curve, self._basis, self._reach, self._teeth = curve, basis, reach, teeth
         self._index_error, self._healthy, self._share = index_error, healthy, share
         self._severity, self._phases, self._count, self._torque = severity, phases, count, torque
+        self._nuisances = nuisances
         self._kept: dict[int, LocalTemplates] = {}
 
     def place(self, speed_rpm: FloatArray) -> IntArray:
@@ -166,17 +170,23 @@ class SpeedRanges:
         columns = [0, *range(last, response.shape[1])]
         carriers = np.concatenate([part[:, existing][:, :, columns].transpose(1, 0, 2, 3) for part in parts], axis=1)
         modes, spread, _ = np.linalg.svd(response[existing, 1:last].transpose(0, 2, 1), full_matrices=False)
+        modes, gains = self._basis.T @ modes, spread / self._index_error if self._index_error else spread
+        nuisances = self._nuisances(middle, self._torque)
+        if nuisances is not None:
+            errors = self._basis.T @ response[existing, 1:last].transpose(0, 2, 1)
+            modes, gains = joint_modes(errors, nuisances[existing])
         healthy, phases = self._healthy[existing], self._phases[existing]
         first = np.ones((len(existing), 1, self._teeth if self._harmonics else 1))
         signals = self._curve.signals(np.array([middle]), np.array([self._torque]))[0, existing, 0]
         laws = TurnedLaws(
             teeth=self._teeth,
             healthy=healthy,
-            modes=self._basis.T @ modes,
-            gains=spread / self._index_error if self._index_error else spread,
+            modes=modes,
+            gains=gains,
             carriers=carriers @ self._basis,
             phases=np.concatenate([first, phases[:, :, : first.shape[2]]], axis=1),
             turn_invariant=True,
+            with_nuisances=nuisances is not None,
         )
         share = self._share[existing].copy()
         for kind in (healthy, ~healthy):

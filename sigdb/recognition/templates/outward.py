@@ -104,7 +104,7 @@ def beyond(
         places = (np.arange(laws.samples) + turn[rows, None]) % laws.samples
         of_rows = None if coefficients is None else coefficients[rows]
         residual = x[rows[:, None], places] - laws.mean(int(template), best[rows, 1], of_rows)
-        modes, d = laws.modes[template], (laws.gains[template] * index_error / noise[rows, None]) ** 2
+        modes, d = laws.modes[template], (laws.gains[template] * laws.size(index_error) / noise[rows, None]) ** 2
         shrunk = d / (1 + d)
         along = changes @ modes
         product = residual @ changes.T - (residual @ modes * shrunk) @ along.T

@@ -42,6 +42,8 @@ class PointTemplates:
         (templates,) share of each among the rows of its kind, healthy or damaged.
     severity
         (templates, 3) stiffness loss, phase shift (deg) and number of damaged teeth; nan for a pattern.
+    nuisance
+        (templates, modes) modes of the nuisances of each template; None without any.
     """
 
     speed_rpm: float
@@ -54,6 +56,7 @@ class PointTemplates:
     healthy: BoolArray
     share: FloatArray
     severity: FloatArray
+    nuisance: CompactSignals | None = None
 
     @classmethod
     def of(
@@ -81,6 +84,10 @@ class PointTemplates:
             Tolerance of the compact signals, see :meth:`CompactSignals.of`.
         """
         stored = CompactSignals.of([_signals(law, index_error) for law in laws], tolerance=tolerance)
+        modes = [law.nuisance.transpose(0, 2, 1) for law in laws if law.nuisance is not None]
+        nuisances: Sequence[CompactSignals | None] = [None] * len(laws)
+        if len(modes) == len(laws):
+            nuisances = CompactSignals.of(modes, tolerance=_NUISANCE_TOLERANCE * tolerance)
         return [
             cls(
                 speed_rpm=speed_rpm,
@@ -93,12 +100,16 @@ class PointTemplates:
                 healthy=law.healthy,
                 share=share,
                 severity=law.cases[list(QUANTITIES)].to_numpy(float),
+                nuisance=nuisance,
             )
-            for (speed_rpm, torque), law, share, signals in zip(points, laws, shares, stored, strict=True)
+            for (speed_rpm, torque), law, share, signals, nuisance in zip(
+                points, laws, shares, stored, nuisances, strict=True
+            )
         ]
 
     def __getstate__(self) -> dict[str, Any]:
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        state = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: value for name, value in state.items() if name != "nuisance" or value is not None}
 
     @property
     def samples(self) -> int:
@@ -121,13 +132,19 @@ class PointTemplates:
             phases=self.phases,
             reference_variance=self.reference_variance,
             turn_invariant=True,
+            nuisance=self.nuisance_modes,
         )
+
+    @property
+    def nuisance_modes(self) -> FloatArray | None:
+        """(templates, n, modes) modes of the nuisances, in the signals' unit; None without any."""
+        return None if self.nuisance is None else self.nuisance.expanded().transpose(0, 2, 1)
 
     @cached_property
     def local(self) -> LocalTemplates:
         """The templates at this point alone."""
         outward = outward_changes(self.severity, self.healthy, self.hypotheses.signal)
-        laws = self.hypotheses.turned
+        laws = self.hypotheses.turned_at(self.index_error)
         return LocalTemplates(laws=laws, share=self.share, severity=self.severity, outward=outward)
 
     @property
@@ -138,6 +155,9 @@ class PointTemplates:
 
 TemplateKey: TypeAlias = tuple[bool, tuple[float, ...], int]
 """A template by whether it is healthy, its severity, and its place among those that have the same."""
+
+_NUISANCE_TOLERANCE = 50.0
+"""Tolerance of the modes of nuisances over that of the signals: they are no part of any mean."""
 
 _LEAST_SPEEDS = 4
 """Speeds at which an interpolated template exists, or all of fewer."""
@@ -180,6 +200,48 @@ def stored_signals(points: Sequence[PointTemplates]) -> tuple[StoredSignals, lis
         coefficients=coefficients,
         harmonics=points[0].phases.shape[1],
     ), keys
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NearestNuisances:
+    """Modes of nuisances between operating points: those of the nearest one, in proportion to the torque.
+
+    Attributes
+    ----------
+    points
+        The operating points.
+    places
+        By point, the place of each template among its own; None where it has no such template.
+    """
+
+    points: Sequence[PointTemplates]
+    places: Sequence[Sequence[int | None]]
+
+    def at(self, speed_rpm: float, torque: float) -> FloatArray | None:
+        """Return the modes at an operating point, (templates, n, modes); None without any.
+
+        A template that the nearest point lacks has those of the nearest point that has it.
+        """
+        away = [abs(point.speed_rpm - speed_rpm) for point in self.points]
+        order = np.argsort(away, kind="stable").tolist()
+        some, modes = [], []
+        for template in range(len(self.places[0])):
+            number, place = next((i, at) for i in order if (at := self.places[i][template]) is not None)
+            some.append((number, place))
+        expanded = {number: self.points[number].nuisance_modes for number, _ in some}
+        for number, place in some:
+            of_point = expanded[number]
+            if of_point is None:
+                return None
+            modes.append(of_point[place] * (torque / self.points[number].torque if self.points[number].torque else 1.0))
+        most = max(each.shape[1] for each in modes)
+        return np.stack([np.pad(each, ((0, 0), (0, most - each.shape[1]))) for each in modes])
+
+
+def nearest_nuisances(points: Sequence[PointTemplates], keys: Sequence[TemplateKey]) -> NearestNuisances:
+    """Return the modes of nuisances of interpolated templates, by their keys."""
+    places = [template_keys(point) for point in points]
+    return NearestNuisances(points=points, places=[[place.get(key) for key in keys] for place in places])
 
 
 def _signals(laws: Hypotheses, index_error: float) -> FloatArray:

@@ -56,6 +56,9 @@ class TurnedLaws:
     The coefficients c belong to the average: they say where its operating point lies. Without any they are 1, and s_kt
     is the sum of the carriers times their phases.
 
+    With nuisances the covariance is ``noise^2 I + index_error^2 Y C Y' + W W'``. Its modes and gains are then those of
+    the responses to index errors of one size and of the nuisances W together (:func:`joint_modes`).
+
     Attributes
     ----------
     teeth
@@ -65,7 +68,8 @@ class TurnedLaws:
     modes
         (templates, n, r) U_k, orthonormal columns.
     gains
-        (templates, r) square roots of d_k: rms of each mode's amplitude per index error, unit of the signal per m.
+        (templates, r) square roots of d_k: rms of each mode's amplitude per index error, unit of the signal per m. With
+        nuisances the rms itself, for one size of the index errors.
     carriers
         (templates, a, b, n) q_kab, in the sensor's unit.
     phases
@@ -73,6 +77,8 @@ class TurnedLaws:
     turn_invariant
         Whether the law of a healthy gear is the same from every tooth but for rounding: its likelihood is then the mean
         over the turns, which turning x does not change.
+    with_nuisances
+        Whether the modes are those of nuisances too.
     """
 
     teeth: int
@@ -82,6 +88,7 @@ class TurnedLaws:
     carriers: FloatArray
     phases: FloatArray
     turn_invariant: bool = False
+    with_nuisances: bool = False
 
     @property
     def samples(self) -> int:
@@ -106,7 +113,8 @@ class TurnedLaws:
         noise
             Standard deviation of the average's noise, not of one revolution's; a number, or (rows,).
         index_error
-            Size of the index errors, m; a number, or (rows,). 0 is the nominal specimen.
+            Size of the index errors, m; a number, or (rows,). 0 is the nominal specimen. With nuisances it has no
+            effect.
         coefficients
             (rows, a, b) c of each average; 1 if left out.
 
@@ -178,7 +186,11 @@ class TurnedLaws:
 
     def _gain_ratio(self, noise: FloatArray, index_error: FloatArray) -> FloatArray:
         """Return rho d, the variance of each mode over that of the noise, (rows, templates, r)."""
-        return np.asarray((self.gains * (index_error / noise)[:, None, None]) ** 2)
+        return np.asarray((self.gains * (self.size(index_error) / noise)[:, None, None]) ** 2)
+
+    def size(self, index_error: ArrayLike) -> FloatArray:
+        """Return the factor of the gains: the size of the index errors, or 1 with nuisances."""
+        return np.ones(np.shape(index_error)) if self.with_nuisances else np.asarray(index_error, float)
 
     def _constant(self, noise: FloatArray, d: FloatArray) -> FloatArray:
         """Return the terms of -2 log p other than the squared residual, (rows, templates, 1)."""
@@ -242,3 +254,17 @@ class TurnedLaws:
     def _energy(self, weights: FloatArray) -> FloatArray:
         """Return the squared norms of s_kt, (teeth or 1, rows or 1, templates)."""
         return np.asarray((self._times(weights, self._gram) * weights).sum(axis=-1))
+
+
+def joint_modes(responses: FloatArray, nuisances: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return orthonormal modes (templates, n, r) and gains (templates, r) of index errors and nuisances together.
+
+    Parameters
+    ----------
+    responses
+        (templates, n, errors) responses to independent index errors of their size, in the unit of the signal.
+    nuisances
+        (templates, n, modes) changes per standard deviation of the nuisances.
+    """
+    modes, gains, _ = np.linalg.svd(np.concatenate([responses, nuisances], axis=2), full_matrices=False)
+    return modes, gains

@@ -175,6 +175,13 @@ def _template_lengths(plan: Plan, table: pa.Table, numbers: IntArray) -> dict[st
         "specimen_response": n * teeth,
         "harmonic_response": n * orders * 2,
     }
+    responses |= {name: _whole_modes(table, name, n) for name in table.schema.names if name == "nuisance_modes"}
     return {name: np.where(ok, values, _NULL) for name, values in whole.items()} | {
         name: np.where(linear, values, _NULL) for name, values in responses.items()
     }
+
+
+def _whole_modes(table: pa.Table, name: str, n: IntArray) -> IntArray:
+    """Return the number of values that modes must have: as many as they have, if that is a multiple of n."""
+    stored = pc.fill_null(pc.list_value_length(table[name]), _NULL).to_numpy()
+    return np.where((stored == _NULL) | (stored % n == 0), stored, n)

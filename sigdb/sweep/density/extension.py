@@ -37,6 +37,7 @@ def extension(manifest: Manifest, study: Study, match: float) -> Plan:
         first_template_part=last.first_template_part + last.template_parts,
         part_rows=manifest.part_rows,
         base_fields=base.damage_fields,
+        nuisance=base.nuisance,
     )
 
 

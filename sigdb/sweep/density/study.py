@@ -67,7 +67,14 @@ def study(
     sensor, base = database.stored_sensor(sensor), plan_from(database.manifest.resolved)
     seed = fresh_seed(database.manifest) if seed is None else seed
     design = off_grid(base, cases=cases, seed=seed, specimens=_SPECIMENS)
-    trial = make_plan(design, base.measurement, base.signature, base.rig, base_fields=base.damage_fields)
+    trial = make_plan(
+        design,
+        base.measurement,
+        base.signature,
+        base.rig,
+        base_fields=base.damage_fields,
+        nuisance=base.nuisance,
+    )
     with tempfile.TemporaryDirectory() as folder:
         run(trial, folder, jobs=jobs, on_progress=_with_stage(on_progress))
         between, nearness = Database(folder), Nearness(database, sensor)

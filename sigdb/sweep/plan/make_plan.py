@@ -9,7 +9,7 @@ import numpy as np
 
 from sigdb.core import BoolArray, DatabaseError, FloatArray, InputError, IntArray, Problems, validated
 from sigdb.dynamics import check_in_one_mesh, damaged_gear, solver_named
-from sigdb.measurement import MeasurementSettings
+from sigdb.measurement import MeasurementSettings, NuisanceSettings
 from sigdb.signature import SignatureSettings
 from sigdb.sweep.design.axes import MEASUREMENT_AXES
 from sigdb.sweep.design.settings import WIDEST, SweepLimits, SweepSettings
@@ -34,6 +34,7 @@ def make_plan(
     first_template_part: int = 0,
     part_rows: int | None = None,
     base_fields: Sequence[str] = (),
+    nuisance: NuisanceSettings | None = None,
 ) -> Plan:
     """Return the plan of a sweep.
 
@@ -55,6 +56,8 @@ def make_plan(
         Rows in a part of the database, for an extension.
     base_fields : sequence of str
         Fields of damage that the database has columns for, for an extension.
+    nuisance : NuisanceSettings, optional
+        Section ``[nuisance]``; no nuisances if left out.
 
     Returns
     -------
@@ -142,6 +145,7 @@ def make_plan(
         first_row_part=first_row_part,
         first_template_part=first_template_part,
         base_fields=tuple(base_fields),
+        nuisance=nuisance or NuisanceSettings(),
     )
 
 
@@ -395,4 +399,5 @@ def _rebuild(resolved: dict[str, Any]) -> Plan:
         validated(SignatureSettings, resolved["signature"], owner=owner),
         rig,
         **resolved.get("parts", {}),
+        nuisance=validated(NuisanceSettings, resolved.get("nuisance", {}), owner=owner),
     )

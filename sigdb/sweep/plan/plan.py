@@ -6,7 +6,7 @@ are those of the database: the parts of an extension follow those of the databas
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sigdb.core import NOISE_BLOCK, FloatArray, IntArray
 from sigdb.database import CaseValue
 from sigdb.dynamics import Solver, solver_named
-from sigdb.measurement import MeasurementSettings
+from sigdb.measurement import MeasurementSettings, NuisanceSettings
 from sigdb.signature import SignatureSettings
 from sigdb.sweep.design.settings import SweepSettings
 from sigdb.sweep.plan.damages import WHOLE_DAMAGE_AXES, Damages
@@ -84,6 +84,8 @@ class Plan:
         Number of the first part of rows and of templates; 0 except for an extension of a database.
     base_fields : tuple of str
         Fields of damage that the database of an extension has columns for.
+    nuisance : NuisanceSettings
+        Section ``[nuisance]`` of the recipe.
     """
 
     design: SweepSettings
@@ -101,6 +103,7 @@ class Plan:
     first_row_part: int = 0
     first_template_part: int = 0
     base_fields: tuple[str, ...] = ()
+    nuisance: NuisanceSettings = field(default_factory=NuisanceSettings)
 
     @property
     def rows(self) -> int:

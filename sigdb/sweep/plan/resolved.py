@@ -27,6 +27,7 @@ def resolved_content(plan: "Plan") -> dict[str, Any]:
     content["signature"]["sensors"] = list(plan.sensors)
     # Defaults that came later are left out, so that older hashes hold.
     content |= {"solver": plan.design.solver} if plan.design.solver != DEFAULT_SOLVER else {}
+    content |= {"nuisance": plan.nuisance.model_dump(mode="json")} if plan.nuisance.exist else {}
     return content | ({"parts": plan.parts_settings} if plan.parts_settings else {})
 
 
@@ -37,7 +38,12 @@ def hash_of(resolved: dict[str, Any]) -> str:
 
 def without_sources(resolved: dict[str, Any]) -> dict[str, Any]:
     """Return a resolved recipe without title, sources of the rig's numbers and what is assumed of them."""
-    return resolved | {"rig": without_keys(resolved["rig"], ("sources", "assumed", "title"))}
+    sourced = {
+        name: without_keys(resolved[name], keys)
+        for name, keys in (("rig", ("sources", "assumed", "title")), ("nuisance", ("sources",)))
+        if name in resolved
+    }
+    return resolved | sourced
 
 
 def _presets(plan: "Plan") -> dict[str, list[dict[str, object]]]:

@@ -36,6 +36,7 @@ def plan_schema(plan: Plan) -> Schema:
         ],
         sensors={name: plan.rig.sensors[name].unit for name in plan.sensors},
         signature=FEATURES.values(),
+        nuisances=plan.nuisance.exist,
     )
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sigdb.core import SIGNALS_AT_ONCE, BoolArray, FloatArray, IntArray, blocks, specimen_stream
 from sigdb.database import StatusCode, Template
 from sigdb.dynamics import superpose
-from sigdb.measurement import index_errors, noise_deviation, revolution_scatter
+from sigdb.measurement import MOST_MODES, index_errors, noise_deviation, revolution_scatter
 from sigdb.sweep.plan.plan import Plan, RigPoint
 from sigdb.sweep.work.templates import TemplateReader
 
@@ -115,6 +115,7 @@ class Averages:
         # Every row's noise is drawn, whether it will have a result or not: a row depends on nothing but its id.
         self._white = stream.standard_normal((rows, sensors, n))
         self.scatter = revolution_scatter(stream, np.ones((rows, sensors)), n, cases["averages"][:, None])
+        self._nuisances = stream.standard_normal((rows, MOST_MODES if plan.nuisance.exist else 0))
         for number in np.unique(cases["template"]):
             point = plan.rig_points[plan.case(int(number)).rig_point]
             here = np.flatnonzero(cases["template"] == number)
@@ -150,6 +151,8 @@ class Averages:
         errors = _turn_back(self._index_errors(point, rows), turns)
         phases = _phases(template.orders, turns * 2 * np.pi / point.teeth)
         clean = superpose(template.signals, template.specimen_response, template.harmonic_response, errors, phases)
+        if modes := template.nuisance_modes.shape[-1]:
+            clean += np.einsum("rm,snm->rsn", self._nuisances[rows, :modes], template.nuisance_modes, optimize=True)
         compression = superpose(
             template.relative_compression,
             template.relative_compression_response,

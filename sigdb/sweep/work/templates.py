@@ -28,6 +28,7 @@ from sigdb.database import (
 )
 from sigdb.dynamics import Prepared, Solver, SteadyState
 from sigdb.sweep.plan.plan import PART_TEMPLATES, Plan, RigPoint, TemplateCase
+from sigdb.sweep.work.nuisance_modes import NuisanceModes
 from sigdb.transmission import Damage, Transmission
 
 CASES_AT_ONCE = 8
@@ -99,6 +100,7 @@ class _PreparedPoint:
         self.prepared = healthy.prepared
         self.floquet_multiplier = max(healthy.floquet_multiplier, self.prepared.floquet_multiplier(on_teeth))
         self.reference_variance = healthy.reference_variance
+        self.nuisances = NuisanceModes(plan, point) if plan.nuisance.exist else None
 
 
 def _prepare(plan: Plan, number: int, damages: Sequence[Damage]) -> _PreparedPoint | SigdbError:
@@ -122,7 +124,12 @@ def _templates(plan: Plan, cases: Mapping[int, TemplateCase], point: _PreparedPo
     for numbers in _batches(cases, CASES_AT_ONCE):
         damages = [cases[number].damage.on_teeth(point.prepared.teeth) for number in numbers]
         states = point.prepared.steady_state(damages)
-        yield from (_template(plan, columns[number], point, states, i) for i, number in enumerate(numbers))
+        for i, number in enumerate(numbers):
+            template = _template(plan, columns[number], point, states, i)
+            if point.nuisances is not None and template.status == "ok" and not template.contact_loss:
+                modes = point.nuisances.of(damages[i], states[i], template.reference_variance)
+                template = replace(template, nuisance_modes=modes)
+            yield template
 
 
 def _batches(numbers: Iterable[int], size: int) -> Iterator[list[int]]:

@@ -74,6 +74,33 @@ def test_the_squared_residual_is_that_of_the_normal_law_written_out(stored):
         assert_allclose(squares[row, k, t], residual @ np.linalg.solve(covariance, residual), rtol=1e-9)
 
 
+def test_nuisances_add_their_covariance(stored):
+    stream = np.random.default_rng(8)
+    some = [replace(one, nuisance_modes=stream.standard_normal((1, N, 2 + one.tooth))) for one in stored]
+    hypotheses = Hypotheses.from_templates(some, teeth=TEETH, mate_teeth=MATE)
+    x, noise, index_error = stream.standard_normal((3, N)), np.array([0.5, 0.7, 0.1]), np.array([2e-6, 0.0, 2e-6])
+    found = hypotheses.log_likelihood(x, noise=noise, index_error=index_error)
+    chi2 = hypotheses.chi2(found, noise=noise, index_error=index_error)
+    for row in range(3):
+        for k, one in enumerate(some):
+            turn = 2 * one.tooth
+            mean, covariance = law(one, turn, noise[row], index_error[row])
+            turned = np.roll(one.nuisance_modes[0], turn * STEP, axis=0)
+            covariance += turned @ turned.T
+            assert_allclose(found[row, k, turn], multivariate_normal.logpdf(x[row], mean, covariance), rtol=1e-9)
+            away = x[row] - mean
+            assert_allclose(chi2[row, k, turn], away @ np.linalg.solve(covariance, away), rtol=1e-7)
+
+
+def test_draws_have_the_covariance_of_the_nuisances(stored):
+    modes = np.random.default_rng(9).standard_normal((1, N, 3))
+    hypotheses = Hypotheses.from_templates([replace(stored[1], nuisance_modes=modes)], teeth=TEETH, mate_teeth=MATE)
+    rows = np.zeros(20_000, int)
+    x = hypotheses.draw(np.random.default_rng(10), rows, rows + 1, noise=0.1, index_error=0.0)
+    expected = 0.01 * np.eye(N) + modes[0] @ modes[0].T
+    assert_allclose(np.cov(x.T), expected, atol=5 * np.abs(expected).max() / np.sqrt(10_000))
+
+
 def test_parts_of_the_hypotheses_and_of_the_rows_give_the_same(stored):
     hypotheses = Hypotheses.from_templates(stored, teeth=TEETH, mate_teeth=MATE)
     x = np.random.default_rng(5).standard_normal((300, N))

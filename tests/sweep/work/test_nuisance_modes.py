@@ -1,0 +1,146 @@
+"""Nuisances of a sweep: modes of templates against simulated changes, and rows that are drawn with them."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import sigdb
+from sigdb.database import stored_templates
+from sigdb.dynamics import prepare_periodic
+from sigdb.measurement import NuisanceSettings
+from sigdb.recognition import Hypotheses, TemplateBank
+from sigdb.sweep import plan_from, run, verify
+
+RECIPE = """
+[sweep]
+rig = "spur-test-rig"
+gear = "pinion"
+seed = 5
+specimens = 3
+healthy = 30
+
+[[sweep.grid]]
+tooth = [1, 3]
+stiffness_loss = 0.4
+
+[measurement]
+averages = {averages}
+snr_db = {snr_db}
+index_error = {index_error}
+
+[nuisance]
+{nuisance}
+
+[signature]
+samples_per_tooth = 32
+"""
+
+
+@pytest.fixture(scope="module")
+def made(plan_of, tmp_path_factory):
+    def make(nuisance, *, snr_db=10.0, index_error=1e-6):
+        rig = sigdb.load_transmission("spur-test-rig")
+        mate = rig.gears[rig.mate("pinion")].teeth
+        text = RECIPE.format(averages=2 * mate, snr_db=snr_db, index_error=index_error, nuisance=nuisance)
+        plan, folder = plan_of(text), tmp_path_factory.mktemp("nuisance")
+        run(plan, folder, jobs=1)
+        return plan, sigdb.open(folder)
+
+    return make
+
+
+@pytest.fixture(scope="module")
+def with_all(made):
+    return made(
+        "gain_db = 1.0\npath_db = 0.5\nmark = 0.02\nrigs = 4\nrig = 0.02\nspeed = 0.002\ntorque = 0.1\n"
+        "profile = 1e-7\nindex_error = 1e-7"
+    )
+
+
+def first(db, tooth):
+    plan = plan_from(db.manifest.resolved)
+    case = plan.case_columns(plan.first_template)
+    point = {name: case[name] for name in ("speed_rpm", "torque", "teeth")}
+    return next(one for one in stored_templates(db, **point) if one.tooth == tooth)
+
+
+def test_an_error_of_the_torque_changes_the_average_in_proportion(made):
+    _, db = made("torque = 0.2\nrigs = 3")
+    for tooth in (0, 1):
+        one = first(db, tooth)
+        modes, signal = one.nuisance_modes[0], one.signals[0]
+        assert modes.shape[1] == 1
+        cosine = modes[:, 0] @ signal / np.linalg.norm(modes[:, 0]) / np.linalg.norm(signal)
+        assert abs(cosine) > 1 - 1e-4
+        assert 0.02 < np.linalg.norm(modes[:, 0]) / np.linalg.norm(signal) < 0.2
+
+
+def test_an_error_of_the_speed_is_that_of_rigs_at_other_speeds(made):
+    plan, db = made("speed = 0.004\nrigs = 6")
+    one = first(db, 1)
+    changed = []
+    for share in (-0.003, 0.001, 0.003):
+        rig = plan.rig.replace({"operating.speed_rpm": plan.rig.operating.speed_rpm * (1 + share)})
+        prepared = prepare_periodic(rig, gear=plan.gear, samples_per_tooth=32)
+        case = plan.case(int(one.case["template"])).damage.on_teeth(prepared.teeth)
+        at = list(plan.rig.sensors).index(plan.sensors[0])
+        changed.append(prepared.steady_state([case], specimens=False).signals[0, at] - one.signals[0])
+    inside, _ = np.linalg.qr(one.nuisance_modes[0])
+    for away in changed:
+        assert np.linalg.norm(away - inside @ (inside.T @ away)) < 0.05 * np.linalg.norm(away)
+
+
+def test_rows_vary_as_the_nuisances_say(made):
+    _, db = made("gain_db = 1.0", snr_db=200.0, index_error=0.0)
+    rows = db.features(where="tooth = 0")["id"].to_numpy()
+    signal = first(db, 0).signals[0]
+    gains = db.signals(rows)["tsa"] @ signal / (signal @ signal)
+    assert_allclose(db.signals(rows)["tsa"], gains[:, None] * signal, atol=1e-4 * np.abs(signal).max())
+    deviation = np.log(10) / 20
+    assert len(gains) == 90
+    assert abs(gains.std() / deviation - 1) < 5 / np.sqrt(2 * len(gains))
+    assert abs(gains.mean() - 1) < 5 * deviation / np.sqrt(len(gains))
+
+
+def test_the_plan_and_the_contents_agree(with_all):
+    plan, db = with_all
+    assert plan_from(plan.resolved).hash == plan.hash
+    assert verify(db.store, deep=True, sample=1) == ()
+
+
+def test_all_nuisances_together_are_whitened(with_all):
+    """Averages that are drawn as the law says have a squared residual of one variance a sample."""
+    _, db = with_all
+    bank = TemplateBank.of(db)
+    (point,) = bank.points
+    assert point.nuisance is not None
+    rows = db.features(where="status = 'ok'")
+    x = db.signals(rows["id"].to_numpy())["tsa"].astype(float)
+    noise = (rows["scatter"] / np.sqrt(rows["averages"])).to_numpy()
+    laws = point.local.laws
+    likelihood = laws.log_likelihood(x, noise=noise, index_error=bank.index_error)
+    chi2 = laws.chi2(likelihood, noise=noise, index_error=bank.index_error)
+    true = np.where(rows["tooth"] == 0, chi2[:, point.healthy][:, 0, 0], 0.0)
+    for i in np.flatnonzero(rows["tooth"] > 0):
+        true[i] = chi2[i, ~point.healthy][0, rows["tooth"].iloc[i] - 1]
+    reduced = true / x.shape[1]
+    assert abs(reduced.mean() - 1) < 5 * np.sqrt(2 / x.shape[1] / len(rows)) + 0.01
+    case = {name: rows[name].iloc[0].item() for name in ("speed_rpm", "torque", "teeth")}
+    exact = Hypotheses.of(db, **case).log_likelihood(x[:3], noise=noise[:3], index_error=bank.index_error)
+    assert_allclose(likelihood[:3], exact, rtol=5e-4, atol=0.05)
+
+
+def test_without_nuisances_nothing_changes(plan_of):
+    text = RECIPE.format(averages=96, snr_db=0.0, index_error=1e-6, nuisance="")
+    plan = plan_of(text)
+    assert "nuisance" not in plan.resolved
+    assert plan.hash == plan_of(text.replace("[nuisance]\n", "")).hash
+    assert not plan.nuisance.exist
+
+
+def test_sources_change_no_row(plan_of):
+    text = RECIPE.format(averages=96, snr_db=0.0, index_error=1e-6, nuisance="gain_db = 1.0")
+    sourced = text.replace("gain_db = 1.0", 'gain_db = 1.0\nsources.gain_db = "its data sheet"')
+    assert plan_of(text).hash == plan_of(sourced).hash
+    assert plan_of(text).hash != plan_of(text.replace("1.0", "2.0")).hash
+    assert NuisanceSettings(gain_db=1.0).exist
