@@ -27,7 +27,7 @@ class RecipeSections(Section):
     sweep: SweepSettings = Field(description="The simulated cases.")
     measurement: MeasurementSettings = Field(default=MeasurementSettings(), description="Noise and errors.")
     nuisance: NuisanceSettings = Field(
-        default=NuisanceSettings(), description="What is not known of a machine and its measurement."
+        default=NuisanceSettings(), description="Unknowns of a machine and of its measurement."
     )
     signature: SignatureSettings = Field(default=SignatureSettings(), description="The stored parts of an average.")
     limits: SweepLimits = Field(default=SweepLimits(), description="How much a sweep may plan.")

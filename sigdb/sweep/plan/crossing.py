@@ -241,3 +241,8 @@ def _values_at(axis: str, u: FloatArray, ends: Range, whole: bool, owner: str) -
         if value % 1:
             raise InputError(f"{owner}: {axis}.{end} = {value:g} must be a whole number")
     return scale_to_whole(u, ends.min, ends.max)
+
+
+def grid_name(number: int) -> str:
+    """Return the name of a grid in messages, where grids count from 1."""
+    return f"sweep.grid.{number + 1}"

@@ -13,7 +13,7 @@ from sigdb.measurement import MeasurementSettings, NuisanceSettings
 from sigdb.signature import SignatureSettings
 from sigdb.sweep.design.axes import MEASUREMENT_AXES
 from sigdb.sweep.design.settings import WIDEST, SweepLimits, SweepSettings
-from sigdb.sweep.plan.crossing import AxisArray, Crossing, combinations, joint_points
+from sigdb.sweep.plan.crossing import AxisArray, Crossing, combinations, grid_name, joint_points
 from sigdb.sweep.plan.damages import Damages, Pattern, default_of
 from sigdb.sweep.plan.layout import Blocks, consecutive, distinct, lay_out
 from sigdb.sweep.plan.members import members_of, with_members
@@ -72,8 +72,7 @@ def make_plan(
     """
     for name in ("specimens", "draws", "healthy"):
         limits.check("rows", getattr(design, name), owner="the sweep", what=f"rows by {name}")
-    design = with_members(design, rig)
-    gear = damaged_gear(rig, design.gear)
+    design, gear = with_members(design, rig), damaged_gear(rig, design.gear)
     check_in_one_mesh(rig, gear)
     sensors = signature.sensors or tuple(rig.sensors)
     problems = Problems()
@@ -339,11 +338,6 @@ def _naming_grid(number: int, wrong: set[int], problems: Problems) -> Iterator[N
         if number not in wrong:
             problems.add(f"{grid_name(number)}: {error}")
         wrong.add(number)
-
-
-def grid_name(number: int) -> str:
-    """Return the name of a grid in messages, where grids count from 1."""
-    return f"sweep.grid.{number + 1}"
 
 
 _OTHER_VERSION = "it was made by another version of sigdb; use that version, or make the database again"

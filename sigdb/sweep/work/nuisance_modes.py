@@ -1,6 +1,6 @@
 """Modes of nuisances: how the averages of templates change with what is not known of machine and measurement.
 
-What the measurement adds follows from the template alone. Errors of speed, torque, rig and tooth profile are simulated
+Changes by the measurement follow from the template alone. Errors of speed, torque, rig and tooth profile are simulated
 on rigs that are drawn from what is stated.
 """
 
@@ -75,10 +75,10 @@ class NuisanceModes:
         """Yield the changes by the measurement, of each sensor apart: paths differ from sensor to sensor."""
         settings = self._plan.nuisance
         common = settings.model_copy(update={"gain_db": 0.0, "path_db": 0.0, "path_deg": 0.0})
-        own = settings.model_copy(update={"mark": 0.0, "modulation": 0.0})
+        of_sensor = settings.model_copy(update={"mark": 0.0, "modulation": 0.0})
         yield np.stack([measured_columns(signal, self._point.teeth, common) for signal in signals])
         for i, signal in enumerate(signals):
-            columns = measured_columns(signal, self._point.teeth, own)
+            columns = measured_columns(signal, self._point.teeth, of_sensor)
             apart = np.zeros((len(signals), *columns.shape))
             apart[i] = columns
             yield apart
@@ -95,9 +95,9 @@ def _prepared(plan: Plan, rig: Transmission) -> list[PeriodicRig]:
     stream, settings = nuisance_stream(plan.seed), plan.nuisance
     for _ in range(_MOST_TRIES * settings.rigs):
         try:
-            one = _prepare(plan, _with_errors(rig, plan.gear, settings, stream))
-            if not one.steady_state([{}], specimens=False).contact_loss[0]:
-                prepared.append(one)
+            drawn = _prepare(plan, _with_errors(rig, plan.gear, settings, stream))
+            if not drawn.steady_state([{}], specimens=False).contact_loss[0]:
+                prepared.append(drawn)
         except SigdbError:
             continue
         if len(prepared) == settings.rigs:
