@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.special import chdtri
 
 from sigdb.core import ComplexArray, FloatArray, IntArray
@@ -123,7 +124,7 @@ def level_change(
         means = np.array([_levels(each.spectrum, bands, len(each.spectrum.groups)) for each in healthy.recordings])
         covariance = covariance + shrunk_covariance((means - means.mean(axis=0)) / scale)
     distance = float(np.sqrt(decibels / scale @ np.linalg.solve(covariance, decibels / scale)))
-    greatest = _greatest_left_out(rows / scale)
+    greatest = left_out_distances(rows / scale).max()
     limit = _CAUTION * float(np.sqrt(max(chdtri(len(decibels), _RARE), greatest)))
     mesh, side, whole = decibels.reshape(3, -1)
     return LevelChange(
@@ -147,10 +148,25 @@ def shrunk_covariance(rows: FloatArray) -> FloatArray:
     n, p = rows.shape
     sample = rows.T @ rows / n
     mean = np.trace(sample) / p
-    distance = float(np.sum(sample**2)) / p - mean**2
-    error = float(np.sum(np.sum(rows**2, axis=1) ** 2) / n - np.sum(sample**2)) / (n * p)
-    share = min(error / distance, 1.0) if distance > 0 else 1.0
+    share = _shrinkage(n, p, mean, np.sum(sample**2), np.sum(np.sum(rows**2, axis=1) ** 2))
     return np.asarray((1 - share) * sample + share * mean * np.eye(p))
+
+
+def _shrinkage(n: int, p: int, mean: ArrayLike, square: ArrayLike, fourth: ArrayLike) -> FloatArray:
+    """Return the share of the identity in the covariance by Ledoit and Wolf.
+
+    Parameters
+    ----------
+    n, p
+        Numbers of rows and of columns.
+    mean, square
+        Mean of the diagonal of the sample covariance, and the sum of its squares.
+    fourth
+        Sum over the rows of the fourth power of their length.
+    """
+    distance = np.asarray(square) / p - np.square(mean)
+    error = (np.asarray(fourth) / n - square) / (n * p)
+    return np.where(distance > 0, np.minimum(error / np.where(distance > 0, distance, 1), 1), 1)
 
 
 def _noise_variance(spectrum: AverageSpectrum, bands: list[tuple[int, IntArray]]) -> FloatArray:
@@ -166,16 +182,23 @@ def _noise_variance(spectrum: AverageSpectrum, bands: list[tuple[int, IntArray]]
     return (10 / np.log(10)) ** 2 * np.array(results)
 
 
-def _greatest_left_out(rows: FloatArray) -> float:
-    """Return the greatest squared distance of a row from the others, with their covariance."""
-    results = []
-    for number, row in enumerate(rows):
-        others = np.delete(rows, number, axis=0)
-        centre = others.mean(axis=0)
-        covariance = shrunk_covariance(others - centre) * (1 + 1 / len(others))
-        off = row - centre
-        results.append(off @ np.linalg.solve(covariance, off))
-    return float(max(results))
+def left_out_distances(rows: FloatArray) -> FloatArray:
+    """Return the squared distance (n,) of each row (n, p) from the others, with their shrunk covariance.
+
+    With the deviation z of a row from the mean of all n, the others have the scatter ``T - z z' n / (n - 1)``. So one
+    decomposition of the scatter T of all rows gives the distances of all, by the formula of Sherman and Morrison.
+    """
+    n, p = rows.shape
+    others, z = n - 1, rows - rows.mean(axis=0)
+    values, vectors = np.linalg.eigh(z.T @ z)
+    turned = (z @ vectors) ** 2
+    lengths, taken = turned.sum(axis=1), n / others**2
+    mean = (values.sum() / others - taken * lengths) / p
+    square = np.sum(values**2) / others**2 - 2 * taken / others * (turned @ values) + (taken * lengths) ** 2
+    apart = (lengths + 2 / others * (z @ z.T) + lengths[:, None] / others**2) ** 2
+    share = _shrinkage(others, p, mean, square, apart.sum(axis=1) - np.diagonal(apart))[:, None]
+    u = np.sum(turned / ((1 - share) * values / others + share * mean[:, None]), axis=1)
+    return np.asarray(n / others * u / (1 - (1 - share[:, 0]) * taken * u))
 
 
 def _levels(spectrum: AverageSpectrum, bands: list[tuple[int, IntArray]], count: int) -> FloatArray:
