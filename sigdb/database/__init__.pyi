@@ -18,6 +18,7 @@ from .database import open as open
 from .export.export import Export as Export
 from .limits import LimitOptions as LimitOptions
 from .limits import QueryLimits as QueryLimits
+from .matching.index import cache_folder as cache_folder
 from .matching.match import Match as Match
 from .matching.match import Matcher as Matcher
 from .matching.nearest import Distance as Distance

@@ -3,7 +3,7 @@
 import re
 import threading
 import weakref
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from functools import cached_property, partial
@@ -120,10 +120,18 @@ class StoredTables:
         with self._reading():
             return self._dataset(table)
 
-    def scan(self, table: str, columns: Sequence[str]) -> Iterator[pa.RecordBatch]:
-        """Yield some columns of a table, batch by batch, without SQL."""
+    def scan(
+        self, table: str, columns: Sequence[str], parts: Container[int] | None = None
+    ) -> Iterator[pa.RecordBatch]:
+        """Yield some columns of a table, batch by batch, without SQL; of some parts where they are named."""
         with self._reading():
-            yield from self.dataset(table).to_batches(columns=list(columns))
+            if parts is None:
+                yield from self.dataset(table).to_batches(columns=list(columns))
+                return
+            kind = self._receipts[_PART_KIND[table]]
+            for part, file in zip(kind, self._files(table), strict=True):
+                if part in parts:
+                    yield from file.read(range(len(file.group_rows)), columns).to_batches()
 
     def batches(
         self,

@@ -9,7 +9,10 @@ from .change.detectors import Detector as Detector
 from .change.finding import Finding as Finding
 from .change.finding import HealthyLaw as HealthyLaw
 from .change.healthy_set import HealthySet as HealthySet
+from .change.level import OTHER_LOAD as OTHER_LOAD
+from .change.level import OTHER_SPEED as OTHER_SPEED
 from .change.level import LevelChange as LevelChange
+from .change.level import common_change_db as common_change_db
 from .change.level import level_change as level_change
 from .change.location import USUAL_LAG as USUAL_LAG
 from .change.location import Location as Location

@@ -15,10 +15,10 @@ from sigdb.monitoring.alarms import (
     Trend,
     alarm_limit,
     change_point,
-    standardised,
     trend,
 )
 from sigdb.monitoring.look_results import KeptResults, LookResult, Reference
+from sigdb.monitoring.look_table import UNSTATED, look_table
 from sigdb.monitoring.looks import Look
 from sigdb.monitoring.settings import MonitorSettings
 
@@ -37,9 +37,6 @@ _LEAST_LOOKS, _DAILY = 2, 365.0
 _WITHIN = 2
 """Teeth on each side of the place of a pulse that the damaged tooth may be."""
 
-_LEVEL_DEVIATION = 0.2
-"""Least deviation of a level, dB: sensors and loads are no steadier. Assumed."""
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GearHistory:
@@ -54,7 +51,9 @@ class GearHistory:
     looks
         A row for each look: ``recording``, ``day``, ``healthy``, ``health_indicator``, ``tooth_indicator``,
         ``rest_indicator`` (of the turn without the strongest pulse) and ``level`` in healthy deviations, ``tooth``,
-        ``level_db``, ``likeness``, ``na4_star``, ``nb4_star``, ``rms``, ``record_rms``, ``zone`` and ``alarm``.
+        ``level_db``, ``likeness``, ``na4_star``, ``nb4_star``, ``rms``, ``record_rms``, ``zone``, ``doubt`` and
+        ``alarm``. A look is no alarm where its ``doubt`` names what may explain the difference: ``speed`` or ``load``
+        outside those of the healthy looks, or ``load or sensor`` where the load is not stated.
     tooth_map
         (L, Z) energy of the difference from the reference in each tooth pass, relative to that of noise.
     limit
@@ -173,7 +172,7 @@ def gear_history(
         results.append(result)
     some, good = [looks[number] for number in used], healthy[used]
     limit = alarm_limit(false_alarms_a_year=allowed, looks_a_year=rate, healthy=int(good.sum()))
-    table = _table(some, results, good, limit, settings)
+    table = look_table(some, results, good, limit, reference=reference, settings=settings)
     signal = table["tooth_indicator"] if table["tooth_indicator"].iloc[-1] > limit else table["health_indicator"]
     step = change_point(signal.to_numpy())
     since = int(good.nonzero()[0][-1]) if step is None else step.look
@@ -223,39 +222,6 @@ def _looks_a_year(looks: Sequence[Look], settings: MonitorSettings) -> tuple[flo
     return _DAILY, [Note(code="looks-assumed", text=text)]
 
 
-def _table(
-    looks: Sequence[Look], results: Sequence[LookResult], healthy: np.ndarray, limit: float, settings: MonitorSettings
-) -> pd.DataFrame:
-    """Return the rows of the looks."""
-    levels = 20 * np.log10(np.maximum([each.rms for each in results], np.finfo(float).tiny))
-    table = pd.DataFrame(
-        {
-            "recording": [look.name for look in looks],
-            "day": [look.day for look in looks],
-            "healthy": healthy,
-            "health_indicator": standardised(np.array([each.misfit for each in results]), healthy, least=0.05),
-            "tooth_indicator": standardised(np.array([each.pulse for each in results]), healthy, least=0.05),
-            "rest_indicator": standardised(np.array([each.rest for each in results]), healthy, least=0.05),
-            "tooth": [each.tooth for each in results],
-            "level": standardised(levels, healthy, least=_LEVEL_DEVIATION),
-            "level_db": levels - levels[healthy].mean(),
-            "likeness": [each.likeness for each in results],
-            "na4_star": [each.na4_star for each in results],
-            "nb4_star": [each.nb4_star for each in results],
-            "rms": [each.rms for each in results],
-            "record_rms": [each.record_rms for each in results],
-        }
-    )
-    table["zone"] = "" if settings.zones is None else [_zone(each.record_rms, settings.zones) for each in results]
-    table["alarm"] = (table["health_indicator"] > limit) | (table["tooth_indicator"] > limit)
-    return table
-
-
-def _zone(rms: float, ends: tuple[float, float, float]) -> str:
-    """Return the zone of an rms in m/s by the ends of zones in mm/s."""
-    return "ABCD"[int(np.searchsorted(ends, 1e3 * rms))]
-
-
 def _power(
     reference: Reference, results: Sequence[LookResult], healthy: np.ndarray, limit: float, kept: KeptResults
 ) -> Power:
@@ -288,11 +254,17 @@ def _answer(
     """Return the answer at the newest look, and notes on it."""
     newest = table.iloc[-1]
     notes: list[Note] = []
-    explained = level.cause in ("speed", "load")
-    if explained and max(newest["health_indicator"], newest["tooth_indicator"]) > limit:
+    exceeds = max(newest["health_indicator"], newest["tooth_indicator"]) > limit
+    if exceeds and newest["doubt"] == UNSTATED:
         reason = (
-            f"the {level.cause} lies outside that of the healthy looks, which may explain the difference; label "
-            f"recordings at this {level.cause} as healthy"
+            f"load or sensor may have changed: all mesh harmonics have by at least {abs(result.common_db):.1f} dB, which "
+            "may explain the difference; state the load of the recordings, or label recordings since then as healthy"
+        )
+        return Answer.of("cannot be judged", reason=reason), notes
+    if exceeds and newest["doubt"]:
+        reason = (
+            f"the {newest['doubt']} lies outside that of the healthy looks, which may explain the difference; label "
+            f"recordings at this {newest['doubt']} as healthy"
         )
         return Answer.of("cannot be judged", reason=reason), notes
     share = float(np.exp(result.rest) / result.tooth_map.max())

@@ -15,6 +15,7 @@ from sigdb.diagnosis import (
     LevelChange,
     Power,
     change_from,
+    common_change_db,
     power,
     pulse_statistic,
     turn_between,
@@ -51,6 +52,10 @@ class LookResult:
         Correlation of the errors of the teeth with those of the reference.
     rms, record_rms
         Rms of the average and of the record without its mean, in the unit of the signal.
+    speed_rpm
+        Speed of the shaft.
+    common_db
+        Change of level that all mesh harmonics have in common, dB.
     na4_star, nb4_star
         NA4* of the residual, and NB4* of the envelope about the strongest mesh harmonic, against the healthy looks.
     tooth_map
@@ -64,6 +69,8 @@ class LookResult:
     likeness: float
     rms: float
     record_rms: float
+    speed_rpm: float
+    common_db: float
     na4_star: float
     nb4_star: float
     tooth_map: FloatArray
@@ -158,7 +165,7 @@ class Reference:
             If its revolutions are too few, or it has no band in common with the healthy looks.
         """
         signature = look.read()
-        change, _, _ = self.change(look, signature)
+        change, run, reference = self.change(look, signature)
         if not change.bands:
             raise InputError(f"{look.name}: no band in common with the healthy recordings; record at a higher rate")
         statistic = pulse_statistic(change)
@@ -173,6 +180,8 @@ class Reference:
             likeness=change.likeness,
             rms=rms,
             record_rms=rms / look.kept if look.kept > 0 else np.nan,
+            speed_rpm=float(signature.speed_rpm),
+            common_db=common_change_db(run, reference),
             na4_star=float(na4_star(residual_signal(averages, teeth=teeth), baseline=count)[-1]),
             nb4_star=float(nb4_star(averages, teeth=teeth, baseline=count)[-1]),
             tooth_map=change.tooth_map * change.middle,

@@ -3,7 +3,6 @@
 import hashlib
 import io
 import json
-import os
 from collections.abc import Sequence
 from contextlib import suppress
 from os import PathLike
@@ -12,10 +11,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import platformdirs
 
 from sigdb.core import __version__, publish
-from sigdb.database import Database
+from sigdb.database import Database, cache_folder
 from sigdb.database import open as open_database
 from sigdb.diagnosis import LevelChange, Power
 from sigdb.monitoring.history import GearHistory, gear_history, healthy_looks
@@ -25,7 +23,8 @@ from sigdb.monitoring.settings import MonitorSettings
 
 _TABLES = ("exceptions", "table")
 _ARRAYS = ("harmonics", "mesh_db", "sidebands_db", "band_db")
-_NUMBERS = ("misfit", "rest", "pulse", "tooth", "likeness", "rms", "record_rms", "na4_star", "nb4_star")
+_NUMBERS = ("misfit", "rest", "pulse", "tooth", "likeness", "rms", "record_rms", "speed_rpm", "common_db",
+            "na4_star", "nb4_star")  # fmt: skip
 
 
 def monitor(
@@ -64,7 +63,7 @@ def monitor(
     settings = settings or MonitorSettings()
     histories = []
     for place, looks in recorded_looks(opened, where):
-        file = _file(str(opened.store), place, looks, settings)
+        file = _file(place, looks, settings)
         kept = _read(file)
         before = (len(kept.looks), kept.power_limit, kept.level_of)
         histories.append(gear_history(looks, settings, place=place, kept=kept))
@@ -73,13 +72,12 @@ def monitor(
     return histories
 
 
-def _file(store: str, place: dict[str, str], looks: Sequence[Look], settings: MonitorSettings) -> Path:
+def _file(place: dict[str, str], looks: Sequence[Look], settings: MonitorSettings) -> Path:
     """Return the file of the results against the healthy looks of a place."""
     healthy, _ = healthy_looks(looks, settings)
     keys = [look.key for look, good in zip(looks, healthy, strict=True) if good]
-    text = json.dumps([store, place, keys, __version__], sort_keys=True)
-    folder = Path(os.environ.get("SIGDB_CACHE") or platformdirs.user_cache_dir("sigdb", appauthor=False))
-    return folder / f"monitor-{hashlib.sha256(text.encode()).hexdigest()[:32]}.npz"
+    text = json.dumps([place, keys, __version__], sort_keys=True)
+    return cache_folder() / f"monitor-{hashlib.sha256(text.encode()).hexdigest()[:32]}.npz"
 
 
 def _read(file: Path) -> KeptResults:
@@ -90,9 +88,10 @@ def _read(file: Path) -> KeptResults:
             facts: dict[str, Any] = json.loads(str(arrays["power"]))
             level: dict[str, Any] = json.loads(str(arrays["level"]))
         results = {}
-        for key, row, tooth_map in zip(keys, numbers, maps, strict=True):
-            values: dict[str, Any] = dict(zip(_NUMBERS, row.tolist(), strict=True))
-            results[str(key)] = LookResult(**values | {"tooth": int(values["tooth"])}, tooth_map=tooth_map)
+        for key, row, tooth_map in zip(keys.tolist(), numbers.tolist(), maps, strict=True):
+            values: dict[str, Any] = dict(zip(_NUMBERS, row, strict=True))
+            values["tooth"] = int(values["tooth"])
+            results[key] = LookResult(**values, tooth_map=tooth_map)
         limit = float(facts.pop("limit"))
         facts |= {name: pd.DataFrame(facts[name]) for name in _TABLES}
         of, absolute = str(level.pop("of")), bool(level.pop("absolute"))

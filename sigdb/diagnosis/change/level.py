@@ -27,7 +27,7 @@ _RARE = 1e-3
 _CAUTION = 1.2
 """Factor of the limit; assumed."""
 
-_SPEED, _LOAD = 0.02, 0.05
+OTHER_SPEED, OTHER_LOAD = 0.02, 0.05
 """Relative differences of speeds and of loads that change levels."""
 
 _ABOVE_NOISE = 10.0
@@ -140,6 +140,22 @@ def level_change(
     )
 
 
+def common_change_db(run: AverageSpectrum, reference: AverageSpectrum) -> float:
+    """Return the change of level that all mesh harmonics have in common, dB: what load, speed and gain change.
+
+    It is the least of their changes where all have the same sign, and 0 elsewhere. Harmonics count that stand out of
+    the noise of both, as the reference has them.
+    """
+    harmonics = [h for h, _ in orders_of_bands(run.teeth, run.samples, highest_common(run, reference))]
+    order = np.array([h * run.teeth for h in harmonics], int)
+    noise = np.sqrt(np.maximum(run.variance[order], reference.variance[order]))
+    order = order[np.abs(reference.mean[order]) > _ABOVE_NOISE * noise]
+    ratio = np.abs(run.mean[order]) / np.abs(reference.mean[order])
+    changes = 20 * np.log10(np.maximum(ratio, np.finfo(float).tiny))
+    same = len(changes) and abs(np.sign(changes).sum()) == len(changes)
+    return float(np.sign(changes[0]) * np.abs(changes).min()) if same else 0.0
+
+
 def shrunk_covariance(rows: FloatArray) -> FloatArray:
     """Return the covariance (p, p) of centred rows (n, p), shrunk to a multiple of the identity by Ledoit and Wolf.
 
@@ -248,7 +264,7 @@ def _causes(
     levels = np.concatenate([mesh, whole])
     if not rare or np.abs(levels).max() < LEAST_DB:
         return
-    for name, (run, reference), least in (("speed", speeds, _SPEED), ("load", torques, _LOAD)):
+    for name, (run, reference), least in (("speed", speeds, OTHER_SPEED), ("load", torques, OTHER_LOAD)):
         if run is not None and reference is not None and abs(run - reference) > least * abs(reference):
             yield name
     if np.ptp(mesh) < _SAME_DB:
