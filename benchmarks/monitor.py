@@ -2,8 +2,8 @@
 
 A gear of 12 teeth with errors is looked at 60 times, and the first 20 looks are labelled healthy. Then nothing changes;
 an event at one tooth grows by a step each look; the load rises by a third, stated or not, or rises by a tenth or falls
-by a quarter, not stated; the sensor is exchanged for one of twice the gain, also with an event that grows since then; or
-the gear is exchanged. Looks come daily, and 12 false alarms a year are allowed, so that they can be counted.
+by a quarter, not stated; the sensor is exchanged for one of twice the gain, also with an event that grows from then on;
+or the gear is exchanged. Looks come daily, and 12 false alarms a year are allowed, so that they can be counted.
 
 One more recording is ingested and monitored at 10 000 of one machine, and of 200 machines; the processor time counts
 without imports. Such a database takes some minutes; ``--folder`` keeps it.
@@ -80,7 +80,8 @@ def main() -> None:
         more = [one_more_recording(place, options.recordings, machines) for machines in MACHINES]
     print_table("One more recording", more)
     if options.json is not None:
-        document = {"machine": environment("numpy", "scipy"), "histories": rows, "one more recording": more}
+        tables = {"histories": rows, "one more recording": more}
+        document = {"machine": environment("numpy", "scipy"), "tables": tables}
         options.json.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
@@ -101,15 +102,15 @@ def counted(kind: str, histories: int) -> dict[str, Any]:
     return {
         "change": kind,
         "histories": histories,
-        "alarms before": before,
-        "looks before": histories * (CHANGED - HEALTHY),
+        "alarms_before": before,
+        "looks_before": histories * (CHANGED - HEALTHY),
         "expected": histories * (CHANGED - HEALTHY) * FALSE_ALARMS / A_YEAR,
-        "alarms after": after,
-        "looks after": histories * (LOOKS - CHANGED),
-        "doubts after": doubts,
-        "histories with an alarm": len(seen),
-        "median delay": float(np.median(seen)) if seen else None,
-        "answers at the end": ", ".join(f"{name}: {count}" for name, count in common.items()),
+        "alarms_after": after,
+        "looks_after": histories * (LOOKS - CHANGED),
+        "doubts_after": doubts,
+        "histories_with_an_alarm": len(seen),
+        "median_delay": float(np.median(seen)) if seen else None,
+        "answers_at_the_end": ", ".join(f"{name}: {count}" for name, count in common.items()),
     }
 
 

@@ -35,7 +35,7 @@ def shown(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if not isinstance(value, float):
-        return str(value)
+        return "-" if value is None else str(value)
     if 1e3 <= abs(value) < 1e5:
         return f"{value:.0f}"
     return f"{value:.3g}" if not value or 1e-3 <= abs(value) < 1e3 else f"{value:.3e}"

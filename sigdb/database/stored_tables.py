@@ -120,9 +120,7 @@ class StoredTables:
         with self._reading():
             return self._dataset(table)
 
-    def scan(
-        self, table: str, columns: Sequence[str], parts: Container[int] | None = None
-    ) -> Iterator[pa.RecordBatch]:
+    def scan(self, table: str, columns: Sequence[str], parts: Container[int] | None = None) -> Iterator[pa.RecordBatch]:
         """Yield some columns of a table, batch by batch, without SQL; of some parts where they are named."""
         with self._reading():
             if parts is None:

@@ -257,8 +257,8 @@ def _answer(
     exceeds = max(newest["health_indicator"], newest["tooth_indicator"]) > limit
     if exceeds and newest["doubt"] == UNSTATED:
         reason = (
-            f"load or sensor may have changed: all mesh harmonics have by at least {abs(result.common_db):.1f} dB, which "
-            "may explain the difference; state the load of the recordings, or label recordings since then as healthy"
+            f"load or sensor may have changed: all mesh harmonics have by {abs(result.common_db):.1f} dB or more, "
+            "which may explain the difference; state the loads, or label recordings since then as healthy"
         )
         return Answer.of("cannot be judged", reason=reason), notes
     if exceeds and newest["doubt"]:

@@ -47,8 +47,7 @@ def look_table(
     levels = 20 * np.log10(np.maximum([each.rms for each in results], np.finfo(float).tiny))
     logarithms = {"health_indicator": "misfit", "tooth_indicator": "pulse", "rest_indicator": "rest"}
     indicators = {
-        name: standardised(_values(results, of), healthy, least=_INDICATOR_DEVIATION)
-        for name, of in logarithms.items()
+        name: standardised(_values(results, of), healthy, least=_INDICATOR_DEVIATION) for name, of in logarithms.items()
     }
     table = pd.DataFrame(
         {
@@ -59,9 +58,7 @@ def look_table(
             "tooth": [each.tooth for each in results],
             "level": standardised(levels, healthy, least=_LEVEL_DEVIATION),
             "level_db": levels - levels[healthy].mean(),
-            **{
-                name: _values(results, name) for name in ("likeness", "na4_star", "nb4_star", "rms", "record_rms")
-            },
+            **{name: _values(results, name) for name in ("likeness", "na4_star", "nb4_star", "rms", "record_rms")},
         }
     )
     table["zone"] = "" if settings.zones is None else [_zone(each.record_rms, settings.zones) for each in results]

@@ -14,7 +14,20 @@ from sigdb.monitoring.row_facts import PLAN, row_facts
 from sigdb.recording import RecordedSignature
 
 _FACTS = (
-    *("id", "recording", "sha256", "machine", "gear", "teeth", "sensor", "channel", "unit", "date", "draw", "shaft_rpm"),
+    *(
+        "id",
+        "recording",
+        "sha256",
+        "machine",
+        "gear",
+        "teeth",
+        "sensor",
+        "channel",
+        "unit",
+        "date",
+        "draw",
+        "shaft_rpm",
+    ),
     *("torque", "load", "health", "angle", "absolute", "kept", "highest_order", "presence_p", "averages", "scatter"),
     "status_code",
 )

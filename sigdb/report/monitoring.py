@@ -13,7 +13,7 @@ from sigdb.report.page import CaptionedFigure, page
 from sigdb.report.panels import DAMAGE, HEALTHY, INK
 from sigdb.report.text_table import PLAIN, Terminal, TextTable, number
 
-_HEAD = ("recording", "health", "tooth", "at tooth", "level, dB", "NA4*", "NB4*", "alarm")
+_HEAD = ("recording", "health", "tooth", "at tooth", "level, dB", "NA4*", "NB4*", "alarm or doubt")
 _SHOWN = 12
 """Newest looks in a table."""
 
@@ -140,7 +140,7 @@ def _rows(history: GearHistory) -> list[list[str]]:
             f"{row['level_db']:+.1f}",
             number(row["na4_star"], 3),
             number(row["nb4_star"], 3),
-            "alarm" if row["alarm"] else "-",
+            "alarm" if row["alarm"] else row["doubt"] or "-",
         ]
         for row in history.looks.tail(_SHOWN).to_dict("records")
     ]

@@ -66,6 +66,34 @@ def test_a_load_that_explains_the_change_is_no_alarm(look, healthy, gear, kind):
     assert (found.answer.kind, found.level.cause) == (kind, "load")
 
 
+@pytest.mark.parametrize("load", [0.7, 1.3, 1.6])
+def test_a_load_that_nobody_states_may_have_changed(look, healthy, kept, load):
+    """All mesh harmonics change by 2 dB and more, and the errors of the teeth with them: no tooth, and no alarm."""
+    looks = [*healthy, *(look(200 + number, load=load) for number in range(3))]
+    found = gear_history(looks, MonitorSettings(looks_a_year=365.0), kept=kept)
+    assert (found.looks["health_indicator"] > found.limit).tolist() == [False] * 14 + [True] * 3
+    assert found.looks["doubt"].tolist() == [""] * 14 + ["load or sensor"] * 3
+    assert not found.looks["alarm"].any()
+    assert (found.answer.kind, found.answer.exit_code) == ("cannot be judged", 3)
+    assert "load or sensor may have changed" in found.answer.sentence
+    assert "tooth" not in found.answer.sentence
+
+
+@pytest.mark.parametrize(
+    ("torque", "speed_rpm", "doubt"),
+    [(51.0, 1500.0, ""), (80.0, 1500.0, "load"), (30.0, 1500.0, "load"), (51.0, 1560.0, "speed")],
+)
+def test_a_stated_load_or_a_speed_outside_those_of_the_healthy_looks_is_a_doubt(
+    look, healthy, torque, speed_rpm, doubt
+):
+    loaded = [replace(each, torque=50.0 + number % 2) for number, each in enumerate(healthy)]
+    new = replace(look(80, gear=3, load=1.4, speed_rpm=speed_rpm), torque=torque)
+    found = gear_history([*loaded, new], MonitorSettings(looks_a_year=365.0))
+    assert found.looks["doubt"].iloc[-1] == doubt
+    assert found.looks["alarm"].iloc[-1] == (not doubt)
+    assert found.answer.exit_code == (3 if doubt else 1)
+
+
 @pytest.mark.parametrize(
     ("labelled", "settings", "kind", "codes"),
     [
