@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sigdb.core import FloatArray
+from sigdb.core import BoolArray, FloatArray
 
 LEAST_HEALTHY = 5
 """Least number of healthy looks from which limits are estimated."""
@@ -71,7 +71,7 @@ def alarm_limit(*, false_alarms_a_year: float, looks_a_year: float, healthy: int
     return float(-stdtrit(healthy - 1, p) * np.sqrt(1 + 1 / healthy))
 
 
-def standardised(values: FloatArray, healthy: FloatArray, *, least: float) -> FloatArray:
+def standardised(values: FloatArray, healthy: BoolArray, *, least: float) -> FloatArray:
     """Return values in healthy deviations from the healthy mean.
 
     Parameters
@@ -83,7 +83,7 @@ def standardised(values: FloatArray, healthy: FloatArray, *, least: float) -> Fl
     least
         Deviation that noise alone gives, which counts where the healthy looks scatter less by chance.
     """
-    some = values[healthy.astype(bool)]
+    some = values[healthy]
     return np.asarray((values - some.mean()) / max(float(some.std(ddof=1)), least))
 
 

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.special import chdtri
 
 from sigdb.core import ComplexArray, FloatArray, IntArray
@@ -168,7 +167,9 @@ def shrunk_covariance(rows: FloatArray) -> FloatArray:
     return np.asarray((1 - share) * sample + share * mean * np.eye(p))
 
 
-def _shrinkage(n: int, p: int, mean: ArrayLike, square: ArrayLike, fourth: ArrayLike) -> FloatArray:
+def _shrinkage(
+    n: int, p: int, mean: FloatArray | float, square: FloatArray | float, fourth: FloatArray | float
+) -> FloatArray:
     """Return the share of the identity in the covariance by Ledoit and Wolf.
 
     Parameters
@@ -180,8 +181,8 @@ def _shrinkage(n: int, p: int, mean: ArrayLike, square: ArrayLike, fourth: Array
     fourth
         Sum over the rows of the fourth power of their length.
     """
-    distance = np.asarray(square) / p - np.square(mean)
-    error = (np.asarray(fourth) / n - square) / (n * p)
+    distance = square / p - np.square(mean)
+    error = (fourth / n - square) / (n * p)
     return np.where(distance > 0, np.minimum(error / np.where(distance > 0, distance, 1), 1), 1)
 
 
