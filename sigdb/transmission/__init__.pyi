@@ -1,5 +1,6 @@
 from .damage import ACTING as ACTING
 from .damage import FLAWS as FLAWS
+from .damage import KINDS as KINDS
 from .damage import OPTIONAL_FIELDS as OPTIONAL_FIELDS
 from .damage import OPTIONAL_SIZES as OPTIONAL_SIZES
 from .damage import PRESETS as PRESETS

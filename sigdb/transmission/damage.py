@@ -19,6 +19,8 @@ class Size:
 
     Attributes
     ----------
+    kind
+        Name of the kind; that of the field if left out.
     geometric
         Whether the damage changes the tooth's geometry.
     always_stored
@@ -26,6 +28,7 @@ class Size:
         a field can be added without a change to older recipes, databases and hashes.
     """
 
+    kind: str = ""
     geometric: bool = False
     always_stored: bool = False
 
@@ -49,21 +52,21 @@ class Detail:
 class ToothDamage(Section):
     """Damage of one tooth: of its stiffness and flank, or of its geometry where the profile is by the energy method."""
 
-    phase_shift_deg: Annotated[float, Size(always_stored=True)] = quantity(
+    phase_shift_deg: Annotated[float, Size(kind="shift", always_stored=True)] = quantity(
         "deg",
         "Delay of the tooth's mesh stiffness, in degrees of rotation of the damaged gear; positive is later.",
         default=0.0,
     )
-    stiffness_loss: Annotated[float, Size(always_stored=True)] = quantity(
+    stiffness_loss: Annotated[float, Size(kind="loss", always_stored=True)] = quantity(
         "-", "Fraction of the tooth's mesh stiffness that is lost.", ge=0, le=1, default=0.0
     )
     loss_extent: Annotated[float, Detail(of="stiffness_loss", extent=True)] = quantity(
         "-", "Fraction of the tooth's contact over which the loss acts, from first contact.", ge=0, le=1, default=1.0
     )
-    friction: Annotated[float, Size(always_stored=True)] = quantity(
+    friction: Annotated[float, Size(kind="friction", always_stored=True)] = quantity(
         "-", "Coulomb friction coefficient of the tooth.", ge=0, le=1, default=0.0
     )
-    flank_deviation: Annotated[float, Size()] = quantity(
+    flank_deviation: Annotated[float, Size(kind="deviation")] = quantity(
         "m",
         "Material missing from the flank across the face width, along the mesh normal, such as the depth of a spall; "
         "negative where there is too much.",
@@ -75,13 +78,13 @@ class ToothDamage(Section):
     deviation_place: Annotated[float, Detail(of="flank_deviation")] = quantity(
         "-", "Middle of the deviation, as a fraction of the contact from first contact.", ge=0, le=1, default=0.5
     )
-    crack_depth: Annotated[float, Size(geometric=True)] = quantity(
+    crack_depth: Annotated[float, Size(kind="crack", geometric=True)] = quantity(
         "m", "Length of a crack from the loaded side of the root, through the whole face width.", ge=0, default=0.0
     )
     crack_angle_deg: Annotated[float, Detail(of="crack_depth")] = quantity(
         "deg", "Angle of the crack from the tooth's centre line.", gt=0, le=90, default=70.0
     )
-    pit_diameter: Annotated[float, Size(geometric=True)] = quantity(
+    pit_diameter: Annotated[float, Size(kind="pit", geometric=True)] = quantity(
         "m", "Diameter of round pits in a row across the loaded flank.", ge=0, default=0.0
     )
     pit_depth: Annotated[float, Detail(of="pit_diameter")] = quantity(
@@ -93,10 +96,10 @@ class ToothDamage(Section):
         "Place of the pits' centres, as a fraction of the contact from first contact; off it below 0 and above 1.",
         default=0.5,
     )
-    wear_depth: Annotated[float, Size(geometric=True)] = quantity(
+    wear_depth: Annotated[float, Size(kind="wear", geometric=True)] = quantity(
         "m", "Depth worn evenly off the flank, along its normal.", ge=0, default=0.0
     )
-    chip_height: Annotated[float, Size(geometric=True)] = quantity(
+    chip_height: Annotated[float, Size(kind="chip", geometric=True)] = quantity(
         "m", "Height that is broken off the tooth, from its tip; all of the tooth is missing at its height.",
         ge=0, default=0.0,
     )  # fmt: skip
@@ -172,6 +175,8 @@ ACTING = {size: (size, *filter(_is_extent, details)) for size, details in SIZES.
 """Sizes of a tooth's damage, each with the fields that are all different from 0 where it changes the tooth."""
 FLAWS = {size: details for size, details in SIZES.items() if _mark_of(size).geometric}
 """Sizes of geometric damage, each with its details."""
+KINDS = {size: _mark_of(size).kind or size for size in SIZES}
+"""Sizes of a tooth's damage, each with the name of its kind."""
 OPTIONAL_SIZES = {size: details for size, details in SIZES.items() if not _mark_of(size).always_stored}
 """Sizes that are stored only where they are used, each with its details."""
 OPTIONAL_FIELDS = tuple(name for size, details in OPTIONAL_SIZES.items() for name in (size, *details))

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 import pandas as pd
@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, InputError, IntArray, blocks
 from sigdb.database import QUANTITIES, Database
-from sigdb.recognition.bound.operating_points import operating_points
+from sigdb.recognition.bound.operating_points import OperatingPoint, operating_points
+from sigdb.recognition.fusion.damage_kinds import damage_kinds, kind_posterior, size_posterior, stored_sizes
 from sigdb.recognition.fusion.joint_law import AverageLaw, DamageKey, JointLaw
 from sigdb.recognition.metrics.estimate import Estimate, Specimens
 from sigdb.recognition.templates.posterior import log_prior, posterior
@@ -34,8 +35,11 @@ class Fusion:
         By number: ``specimen``, ``teeth``, ``tooth`` and the severities, as the database has them; ``rows`` and
         ``averages``, their numbers. Then the answer: ``predicted`` (the most probable tooth, 0 for none),
         ``probability`` of it, ``log_odds`` (logarithm of P(damage) / P(none)), ``entropy`` (of the tooth, nats), and
-        the median of each severity given damage, ``median_QUANTITY``. And its losses: ``error`` (0 or 1) and
-        ``log_loss`` (nats).
+        the median of each severity given damage, ``median_QUANTITY``. ``kind`` of the damage (:func:`damage_kinds`),
+        ``predicted_kind`` and its ``kind_probability``. Sizes that the database stores besides the severities, such as
+        ``crack_depth`` (m), each with the median and a 90 % interval, given that the damage has that size:
+        ``median_SIZE``, ``low_SIZE``, ``high_SIZE``. And the losses: ``error`` (0 or 1) and ``log_loss`` (nats) of the
+        tooth, ``kind_error`` of the kind.
     rows
         Number of the machine of each row, by id.
     sensors
@@ -56,10 +60,16 @@ class Fusion:
 
 
 class SensorPoint(NamedTuple):
-    """The law of averages of one sensor at an operating point, and the rows there, as of :class:`OperatingPoint`."""
+    """The law of averages of one sensor at an operating point, with its cases and the rows there."""
 
     law: AverageLaw
+    cases: pd.DataFrame
     rows: pd.DataFrame
+
+    @classmethod
+    def of(cls, point: OperatingPoint) -> Self:
+        """Return those of an operating point."""
+        return cls(AverageLaw.of(point.hypotheses), point.hypotheses.cases, point.rows)
 
 
 def fuse(
@@ -115,15 +125,16 @@ def fuse(
     outside: dict[str, int] = {}
     for name in names:
         points, outside = operating_points(database, ids, sensor=name)
-        of_sensors.append([SensorPoint(AverageLaw.of(point.hypotheses), point.rows) for point in points])
+        of_sensors.append([SensorPoint.of(point) for point in points])
     keys = dict.fromkeys(key for points in of_sensors for point in points for key in point.law.keys)
     numbers = {key: number for number, key in enumerate(keys)}
+    damages = _damages(of_sensors[0], numbers)
     every = _machines(of_sensors[0], numbers, over)
     requested = every[every["requested"]]
     layouts = requested.groupby("machine")["point"].agg(tuple)
     answers = [
         _answers(
-            database, names, of_sensors, numbers,
+            database, names, of_sensors, numbers, damages,
             table=requested[requested["machine"].isin(some.index)],
             peers=every[every["point"].isin(layout)].groupby("machine").first(),
             layout=layout,
@@ -132,6 +143,14 @@ def fuse(
     ]  # fmt: skip
     machines = pd.concat(answers).sort_index()
     return Fusion(machines=machines, rows=requested["machine"], sensors=tuple(names), outside=outside)
+
+
+def _damages(points: Sequence[SensorPoint], numbers: Mapping[DamageKey, int]) -> pd.DataFrame:
+    """Return ``kind`` and sizes of the damage of each number."""
+    cases = pd.concat([point.cases for point in points])
+    of_cases = [numbers[key] for point in points for key in point.law.keys]
+    damages = cases.assign(number=of_cases, kind=damage_kinds(cases)).drop_duplicates("number").set_index("number")
+    return damages.sort_index()[["kind", *stored_sizes(cases)]]
 
 
 def _machines(points: Sequence[SensorPoint], numbers: Mapping[DamageKey, int], over: Sequence[str]) -> pd.DataFrame:
@@ -154,6 +173,7 @@ def _answers(
     sensors: Sequence[str],
     of_sensors: Sequence[Sequence[SensorPoint]],
     numbers: Mapping[DamageKey, int],
+    damages: pd.DataFrame,
     *,
     table: pd.DataFrame,
     peers: pd.DataFrame,
@@ -164,8 +184,9 @@ def _answers(
     All machines at these points are the prior, since the number of recordings says nothing of the damage.
     """
     joint = JointLaw.of([points[number].law for points in of_sensors for number in layout])
-    place = np.full(len(numbers), -1)
-    place[[numbers[key] for key in joint.keys]] = np.arange(len(joint.keys))
+    place, of_templates = np.full(len(numbers), -1), [numbers[key] for key in joint.keys]
+    place[of_templates] = np.arange(len(joint.keys))
+    kinds, geometry = damages["kind"].loc[of_templates], damages.loc[of_templates].drop(columns="kind")
     prior = log_prior(_common(place[peers["damage"]]), peers["tooth"].to_numpy(), joint.healthy, joint.teeth)
     first = table.groupby("machine").first()
     noise = [pd.concat([point.rows["noise"] for point in points]) for points in of_sensors]
@@ -178,9 +199,13 @@ def _answers(
         after = posterior(joint.log_likelihood(averages, noise=of_rows, index_error=sizes), prior, joint.healthy)
         truth = first.iloc[some]
         severities = {f"median_{name}": after.median(level) for name, level in zip(QUANTITIES, levels, strict=True)}
-        predicted = after.tooth
+        predicted, of_kinds = after.tooth, kind_posterior(after, kinds)
+        true = damages.loc[truth["damage"]].set_axis(truth.index)
+        kind = of_kinds.idxmax(axis=1).to_numpy()
         parts.append(
-            truth[["specimen", "teeth", "tooth", *QUANTITIES]].assign(
+            truth[["specimen", "teeth", "tooth", *QUANTITIES]]
+            .join(true)
+            .assign(
                 rows=len(layout),
                 averages=len(joint.laws),
                 predicted=predicted,
@@ -188,8 +213,12 @@ def _answers(
                 log_odds=after.log_odds,
                 entropy=after.entropy,
                 **severities,
+                predicted_kind=kind,
+                kind_probability=of_kinds.max(axis=1).to_numpy(),
+                **size_posterior(after, geometry),
                 error=(predicted != truth["tooth"]).astype(float),
                 log_loss=-after.location[np.arange(len(truth)), truth["tooth"].to_numpy()],
+                kind_error=(kind != true["kind"]).astype(float),
             )
         )
     return pd.concat(parts)

@@ -1,0 +1,84 @@
+"""The kind of damage of templates, and the posterior of kinds and of sizes."""
+
+from collections.abc import Iterable
+
+import numpy as np
+import pandas as pd
+
+from sigdb.core import FloatArray
+from sigdb.database import QUANTITIES
+from sigdb.recognition.templates.posterior import Posterior
+from sigdb.transmission import ACTING, KINDS
+
+NONE, PATTERN = "none", "pattern"
+"""Kind of healthy gears, and of damaged teeth that differ."""
+
+_INTERVAL = 0.9
+"""Probability of the intervals of sizes."""
+
+
+def damage_kinds(cases: pd.DataFrame) -> list[str]:
+    """Return the kind of damage of cases: the names of all kinds that a tooth has, or ``none`` or ``pattern``.
+
+    Parameters
+    ----------
+    cases
+        Cases of a database, with ``tooth``, ``pattern`` where there are any, and the sizes that it stores.
+
+    Examples
+    --------
+    >>> cases = pd.DataFrame({"tooth": [0, 3, 3], "stiffness_loss": [0.0, 0.2, 0.2], "crack_depth": [0.0, 0.0, 1e-3]})
+    >>> damage_kinds(cases)
+    ['none', 'loss', 'loss + crack']
+    """
+    acting = {
+        kind: np.all([cases[name].fillna(0).to_numpy(float) != 0 for name in ACTING[size] if name in cases], axis=0)
+        for size, kind in KINDS.items()
+        if size in cases
+    }
+    patterned = cases["pattern"].fillna("").to_numpy() != "" if "pattern" in cases else np.zeros(len(cases), bool)
+    names = [" + ".join(kind for kind, acts in acting.items() if acts[i]) or NONE for i in range(len(cases))]
+    tooth = cases["tooth"].to_numpy()
+    return [NONE if tooth[i] == 0 else PATTERN if patterned[i] else name for i, name in enumerate(names)]
+
+
+def stored_sizes(cases: pd.DataFrame) -> list[str]:
+    """Return the sizes of damage that cases have besides the severities, such as the depth of a crack."""
+    return [size for size in KINDS if size in cases and size not in QUANTITIES and cases[size].fillna(0).any()]
+
+
+def kind_posterior(after: Posterior, kinds: Iterable[str]) -> pd.DataFrame:
+    """Return the probability of each kind of damage of averages, a column each, and of ``none``.
+
+    Parameters
+    ----------
+    after
+        Posterior of the averages.
+    kinds
+        (templates,) kind of each template.
+    """
+    none = np.exp(after.location[:, 0])
+    names = np.array(list(kinds))
+    shares = {
+        name: after.severity[:, names == name].sum(axis=1) * (1 - none) for name in sorted({*names.tolist()} - {NONE})
+    }
+    return pd.DataFrame({NONE: none, **shares})
+
+
+def size_posterior(after: Posterior, sizes: pd.DataFrame) -> dict[str, FloatArray]:
+    """Return median and 90 % interval of sizes, given that the damage has that size: nan where no template has it.
+
+    Parameters
+    ----------
+    after
+        Posterior of averages.
+    sizes
+        (templates,) values of each size, in its unit.
+    """
+    answers: dict[str, FloatArray] = {}
+    for name, column in sizes.items():
+        level = column.fillna(0).to_numpy(float)
+        some = Posterior(location=after.location, damage=np.where(level != 0, after.damage, -np.inf))
+        ends = {"median": 0.5, "low": (1 - _INTERVAL) / 2, "high": (1 + _INTERVAL) / 2}
+        answers |= {f"{end}_{name}": some.quantile(level, p) for end, p in ends.items()}
+    return answers
