@@ -24,6 +24,12 @@ def gear(theta, teeth=TEETH, depth=0.3):
     return (1 + depth * np.cos(theta - 1)) * mesh
 
 
+def every_second(theta, teeth, share):
+    """A gear whose mesh harmonics without a factor of two have a share of the amplitude of the others."""
+    mesh = sum((1 if h % 2 == 0 else share) * np.cos(h * teeth * theta + h) for h in range(1, N // 2 // teeth))
+    return (1 + 0.3 * np.cos(theta)) * mesh
+
+
 def presence(x, teeth=TEETH, **options):
     return mesh_presence(x, samples_per_rev=N, teeth=teeth, highest=N / 2, **options)
 
@@ -55,6 +61,7 @@ def test_a_gear_is_present_down_to_its_noise(amplitude, present):
 def test_a_clean_gear_is_present(phase):
     found = presence(gear(THETA), mesh_phase=phase)
     assert (found.present, found.spacing) == (True, 1)
+    assert presence(every_second(THETA, 12, 0.2), mesh_phase=phase).present
 
 
 def hum(theta, order):
@@ -68,6 +75,8 @@ def hum(theta, order):
         (gear(THETA, 12), 24, "stand out more"),
         (gear(THETA, 24), 12, "as of a gear of 24 teeth"),
         (gear(THETA, 30), 10, "as of a gear of 30 teeth"),
+        (every_second(THETA, 12, 0.05), 12, "as of a gear of 24 teeth"),
+        (every_second(THETA, 16, 0.35), 32, "stand out more"),
         (hum(THETA, 4), 12, "all lines are at multiples of order 4"),
         (hum(THETA, 2.37), 12, "from its mesh stand out more"),
         (np.random.default_rng(7).standard_normal(M * N), 12, "the average keeps what noise keeps"),
