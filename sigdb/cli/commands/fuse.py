@@ -1,16 +1,12 @@
 """``sigdb fuse``."""
 
 import sys
-from typing import TYPE_CHECKING
 
 import click
 
 from sigdb.cli.options.format import format_option
 from sigdb.cli.options.places import DATABASE
 from sigdb.cli.rows import write_rows
-
-if TYPE_CHECKING:
-    pass
 
 
 @click.command()
