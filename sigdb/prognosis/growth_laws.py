@@ -14,6 +14,9 @@ from scipy.linalg import expm
 
 from sigdb.core import BoolArray, FloatArray, InputError, plain_array
 
+_FACTORS, _POWERS = np.geomspace(0.02, 50.0, 7), (-1.5, 0.0, 1.5)
+"""Speeds over the mean one of a law, and powers of the severity by which they differ, of growth beyond its prior."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GrowthLaw:
@@ -42,6 +45,22 @@ class GrowthLaw:
     def transition(self, elapsed: float) -> FloatArray:
         """Return the probabilities (P, L, L) of the level after a time, by the level before it; the last one stays."""
         return _transition(self, float(f"{elapsed:.4g}"))
+
+    def wider(self) -> "GrowthLaw":
+        """Return the law of speeds up to fifty times greater or less, which also rise or fall more with the severity.
+
+        Looks that it explains much better than the law itself contradict the law or its prior.
+        """
+        factor, power = (grid.ravel() for grid in np.meshgrid(_FACTORS, _POWERS, indexing="ij"))
+        middle = np.exp(self.weights @ np.log(self.step_rates))
+        relative = self.levels[:-1] / np.sqrt(self.levels[0] * self.levels[-1])
+        return GrowthLaw(
+            name=f"growth beyond the prior of {self.name}",
+            levels=self.levels,
+            step_rates=factor[:, None] * middle * relative ** power[:, None],
+            weights=np.full(len(factor), 1 / len(factor)),
+            speed=factor,
+        )
 
     @property
     def at_the_ends(self) -> BoolArray:

@@ -10,11 +10,11 @@ from sigdb.prognosis.severity_filter import SeverityPosterior
 _STEPS, _DOUBLINGS, _SHORTEST = 8, 17, 1e-5
 """Equal steps of time before their length doubles, the number of lengths, and the first one over the longest life."""
 
-_AGAINST = np.log(20.0)
-"""Log evidence against the law, over growth without one, from which no life is given."""
+_AGAINST = np.log(5.0)
+"""Log evidence for growth beyond the prior of the law, over the law, from which no life is given."""
 
-_LEAST_DAMAGE, _MOST_AT_ENDS = 0.9, 0.6
-"""Least probability of damage, and greatest probability of the least and the greatest speeds, for a life."""
+_MOST_AT_ENDS = 0.6
+"""Greatest probability of the least and the greatest speeds, for a life."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,8 +42,9 @@ class RemainingLife:
 def remaining_life(posterior: SeverityPosterior, *, limit: float, level: float = 0.9) -> RemainingLife:
     """Return the time until the severity reaches a limit.
 
-    No life is given without damage, where growth without any law explains the looks better by a factor of 20, or where
-    the speed of growth lies at an end of its prior: the limits of the prior would decide then.
+    No life is given without damage, or where growth beyond the prior of the law explains the looks better by a factor
+    of 5. None is given where the speed lies at an end of its prior, which would decide then, or where the damage has
+    not yet grown by as great a ratio as the limit is away: a law that was seen so little says nothing about the rest.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def remaining_life(posterior: SeverityPosterior, *, limit: float, level: float =
             f"limit = {limit:g} is beyond the levels of {law.name}, which go from {law.levels[0]:.4g} to "
             f"{law.levels[-1]:.4g}"
         )
-    if reason := _reason(posterior):
+    if reason := _reason(posterior, limit):
         return RemainingLife(low=np.nan, median=np.nan, high=np.nan, level=level, reason=reason)
     times, reached = _reached(posterior, int(np.searchsorted(law.levels, limit)))
     ends = ((1 - level) / 2, 0.5, (1 + level) / 2)
@@ -77,14 +78,17 @@ def remaining_life(posterior: SeverityPosterior, *, limit: float, level: float =
     return RemainingLife(low=low, median=median, high=high, level=level)
 
 
-def _reason(posterior: SeverityPosterior) -> str:
+def _reason(posterior: SeverityPosterior, limit: float) -> str:
     """Return why no life is given."""
-    if 1 - posterior.none < _LEAST_DAMAGE:
+    if not posterior.is_sure:
         return "damage is not sure enough"
-    if posterior.log_evidence_without_law - posterior.log_evidence > _AGAINST:
-        return f"the looks contradict the growth law, {posterior.law.name}"
+    if posterior.log_evidence_beyond - posterior.log_evidence > _AGAINST:
+        return f"the looks contradict the growth law or its prior, {posterior.law.name}"
     if posterior.parameters[posterior.law.at_the_ends].sum() > _MOST_AT_ENDS:
         return f"the speed of growth lies at an end of the prior of {posterior.law.name}"
+    severity = posterior.quantile(0.5)
+    if severity / posterior.first_severity < limit / severity:
+        return "the damage was not yet seen to grow as far as the limit is away"
     return ""
 
 

@@ -1,12 +1,15 @@
 """The Bayesian filter over tooth and severity: the forward recursion of a hidden Markov model."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from sigdb.core import FloatArray, InputError
 from sigdb.prognosis.growth_laws import GrowthLaw
+
+_SURE = 0.9
+"""Probability from which damage is sure."""
 
 _GREATEST_LOG = 700.0
 """Logarithm of the greatest statistic, which a float holds."""
@@ -30,8 +33,10 @@ class SeverityPosterior:
         Probability that damage begins before a look.
     log_evidence
         Logarithm of the density of all looks under the law, over that without damage.
-    log_evidence_without_law
-        The same where the growth between two looks has nothing to do with that between others.
+    log_evidence_beyond
+        The same with speeds beyond the prior of the law; see :meth:`GrowthLaw.wider`.
+    first_severity
+        Median of the severity when damage was first sure, with a probability of 0.9; nan before.
     """
 
     law: GrowthLaw
@@ -40,7 +45,13 @@ class SeverityPosterior:
     looks: int
     initiation: float
     log_evidence: float
-    log_evidence_without_law: float
+    log_evidence_beyond: float
+    first_severity: float = np.nan
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether damage has a probability of 0.9 or more."""
+        return self.none <= 1 - _SURE
 
     @property
     def teeth(self) -> FloatArray:
@@ -101,7 +112,9 @@ class SeverityFilter:
             raise InputError(f"initiation = {initiation:g} must be between 0 and 1")
         self._law, self._teeth, self._initiation = law, teeth, initiation
         self._chain = _Chain(law.weights, teeth, len(law.levels))
-        self._without_law = _Chain(np.ones(1), teeth, len(law.levels))
+        self._wider = law.wider()
+        self._beyond = _Chain(self._wider.weights, teeth, len(law.levels))
+        self._first: float | None = None
         self._looks = 0
 
     def look(self, log_ratio: FloatArray, *, elapsed: float) -> SeverityPosterior:
@@ -126,17 +139,22 @@ class SeverityFilter:
             raise InputError(f"elapsed = {elapsed:g} must be 0 or more; give the looks in the order of time")
         transition = self._law.transition(elapsed)
         self._chain.step(transition, log_ratio, self._initiation)
-        self._without_law.step(_any_growth(shape[1]), log_ratio, self._initiation)
+        self._beyond.step(self._wider.transition(elapsed), log_ratio, self._initiation)
         self._looks += 1
-        return SeverityPosterior(
+        after = SeverityPosterior(
             law=self._law,
             none=self._chain.none,
             damaged=self._chain.damaged,
             looks=self._looks,
             initiation=self._initiation,
             log_evidence=self._chain.log_evidence,
-            log_evidence_without_law=self._without_law.log_evidence,
+            log_evidence_beyond=self._beyond.log_evidence,
         )
+        if not after.is_sure:
+            self._first = None
+        elif self._first is None:
+            self._first = after.quantile(0.5)
+        return after if self._first is None else replace(after, first_severity=self._first)
 
 
 class _Chain:
@@ -158,9 +176,3 @@ class _Chain:
         total = none + float(damaged.sum())
         self.none, self.damaged = none / total, damaged / total
         self.log_evidence += greatest + float(np.log(total))
-
-
-def _any_growth(levels: int) -> FloatArray:
-    """Return the probabilities (1, L, L) of a growth by any number of levels, all alike."""
-    upper = np.triu(np.ones((levels, levels)))
-    return np.asarray(upper / upper.sum(axis=1, keepdims=True))[None]

@@ -21,8 +21,8 @@ def seen(law, levels, *, elapsed=1.0, sure=60.0):
 
 
 def test_equal_steps_have_the_gamma_law():
-    life = remaining_life(seen(archard_wear(LEVELS, rates=[0.5]), [0]), limit=9.0, level=0.8)
-    low, median, high = gamma(8, scale=2.0).ppf([0.1, 0.5, 0.9])
+    life = remaining_life(seen(archard_wear(LEVELS, rates=[0.5]), [0, 1, 2, 3]), limit=9.0, level=0.8)
+    low, median, high = gamma(5, scale=2.0).ppf([0.1, 0.5, 0.9])
     assert life.low == pytest.approx(low, rel=0.02)
     assert life.median == pytest.approx(median, rel=0.02)
     assert life.high == pytest.approx(high, rel=0.02)
@@ -43,9 +43,16 @@ def test_no_life_is_given_without_damage():
 
 
 def test_no_life_is_given_where_the_looks_contradict_the_law():
-    # Ten levels at once, then none for long, at a law of one level in ten looks.
-    life = remaining_life(seen(archard_wear(LEVELS, rates=[0.1]), [0, 10]), limit=12.0)
-    assert life.reason == "the looks contradict the growth law, Archard wear"
+    # A level a look, where the law has one in a hundred looks.
+    life = remaining_life(seen(archard_wear(LEVELS, rates=[0.01]), range(8)), limit=12.0)
+    assert life.reason == "the looks contradict the growth law or its prior, Archard wear"
+
+
+def test_no_life_is_given_before_the_damage_was_seen_to_grow():
+    # From 1 to 2, where 9 is a ratio of 4.5 away; from 1 to 3 it is a ratio of 3.
+    law = archard_wear(LEVELS, rates=[0.5])
+    assert "not yet seen to grow" in remaining_life(seen(law, [0, 1]), limit=9.0).reason
+    assert not remaining_life(seen(law, [0, 1, 2]), limit=9.0).reason
 
 
 def test_no_life_is_given_at_an_end_of_the_prior():
