@@ -72,7 +72,8 @@ class Mate:
         Raises
         ------
         InputError
-            If there are several mates, or the mate cannot be averaged or seen in one of the recordings.
+            If there are several mates, the mate turns equally fast, or it cannot be averaged or seen in one of the
+            recordings.
         """
         gear = signatures[0].gear
         pairs = [(mesh.driving, mesh.driven) for mesh in rig.meshes.values()]
@@ -81,6 +82,8 @@ class Mate:
             raise InputError(f"{gear} meshes with {', '.join(mates)}, and only one mate can be compared")
         (mate,) = mates
         ratio = signatures[0].teeth / rig.gears[mate].teeth
+        if ratio == 1:
+            raise InputError(f"{gear} and {mate} turn equally fast, so that no average tells their teeth apart")
         averaged = []
         for recording, signature in zip(recordings, signatures, strict=True):
             facts = settings.model_dump(exclude={"teeth", "speed_range_rpm", "revolutions", "envelope_band"})

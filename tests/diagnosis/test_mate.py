@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import sigdb
+from sigdb.core import InputError
 from sigdb.diagnosis import diagnose
 from sigdb.diagnosis.diagnose_signature import diagnose_signature
 from sigdb.diagnosis.mate import Mate, diagnosis_of_pair
@@ -63,6 +64,14 @@ def test_no_tooth_of_either_gear_is_an_answer_with_what_would_have_been_seen_of_
     assert found.exit_code == 0
     assert note.values["smallest_pulse"] < 0.5
     assert note.text.startswith("No tooth of wheel stands out either, by pulses alone; an event of ")
+
+
+def test_gears_that_turn_equally_fast_are_not_told_apart():
+    rig = sigdb.new_rig(teeth="24/24", speed="1680rpm", torque="50Nm")
+    settings = AveragingSettings(channel="a1", gear="pinion")
+    signature = recorded_signature(recorded(2), settings, rig=rig)
+    with pytest.raises(InputError, match="pinion and wheel turn equally fast"):
+        Mate.of([recorded(2)], [signature], rig, settings, torque=None, healthy_torques=[])
 
 
 def test_a_reference_of_one_gear_leaves_the_mate_open(tmp_path):
