@@ -23,7 +23,7 @@ _ORDER = (
     *("run", "sweep", "ingest", "label", "verify", "coverage", "refine", "add-features", "card"),
     *("query", "show", "match", "export"),
     *("signature", "diagnose", "monitor"),
-    *("train", "evaluate", "fuse", "public-sets"),
+    *("train", "evaluate", "assess", "fuse", "public-sets"),
 )
 """Order of the commands in the help; others follow by name."""
 

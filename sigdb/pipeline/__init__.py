@@ -8,6 +8,7 @@ __all__ = [
     "ModelResult",
     "Recipe",
     "RecipeRun",
+    "assess_rows",
     "draw_among",
     "draw_coverage",
     "draw_rig",

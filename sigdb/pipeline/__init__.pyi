@@ -1,4 +1,5 @@
 from .fused_rows import fuse_rows as fuse_rows
+from .models import assess_rows as assess_rows
 from .models import evaluate_model as evaluate_model
 from .models import train_model as train_model
 from .pictures import draw_among as draw_among

@@ -1,13 +1,16 @@
 """Training and evaluation of models with the settings of their database's recipe."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from sigdb.core import OnStep, ignore, validated
+import pandas as pd
+
+from sigdb.core import InputError, OnStep, blocks, ignore, validated
 from sigdb.database import Database, default_split
 from sigdb.pipeline.recipe import recipe_section
 from sigdb.recognition import (
+    Costs,
     Evaluation,
     Model,
     RecognitionSettings,
@@ -16,6 +19,8 @@ from sigdb.recognition import (
     save_model,
     train,
 )
+
+_ROWS_AT_ONCE = 4096
 
 
 def evaluate_model(model: Model | Any, database: Database, **options: Any) -> Evaluation:
@@ -32,6 +37,46 @@ def evaluate_model(model: Model | Any, database: Database, **options: Any) -> Ev
     """
     settings = recipe_section(database, RecognitionSettings, "recognition")
     return evaluate(model, database, criteria=settings.criteria, settings=settings, **options)
+
+
+def assess_rows(
+    model: Model,
+    database: Database,
+    *,
+    where: str | None = None,
+    prevalence: float | None = None,
+    costs: Costs | None = None,
+) -> Iterator[pd.DataFrame]:
+    """Yield the answers of a model to rows of a database, some rows at a time.
+
+    Parameters
+    ----------
+    model
+        A trained model.
+    database
+        A database of simulated or measured rows.
+    where
+        Only rows that meet this SQL condition; all that have a result if left out.
+    prevalence, costs
+        As of :meth:`sigdb.recognition.Model.predict`.
+
+    Yields
+    ------
+    pandas.DataFrame
+        By ``id``, the columns of :meth:`sigdb.recognition.Model.assess`.
+
+    Raises
+    ------
+    InputError
+        If no row with a result meets the condition.
+    """
+    rows = database.cases(where)
+    rows = rows[rows["status"] == "ok"].set_index("id")
+    if rows.empty:
+        raise InputError(f"{database.store} has no row with a result{f' where {where}' if where else ''}")
+    for some in blocks(len(rows), _ROWS_AT_ONCE):
+        batch = model.read(database, rows.iloc[some])
+        yield model.assess(batch, prevalence=prevalence, costs=costs).rename_axis("id")
 
 
 def train_model(

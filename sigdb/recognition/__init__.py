@@ -7,6 +7,7 @@ __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 __all__ = [
     "AverageLaw",
     "Bound",
+    "Costs",
     "CriteriaSettings",
     "CriterionResult",
     "Detector",
@@ -27,6 +28,7 @@ __all__ = [
     "OptimalRoc",
     "OutsideWarning",
     "RecognitionSettings",
+    "SeverityInterpolation",
     "SeverityIntervals",
     "SeverityRegressor",
     "SignatureTransformer",

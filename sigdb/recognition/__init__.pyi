@@ -15,6 +15,7 @@ from .bound.operating_points import operating_points as operating_points
 from .calibration.location_sets import LocationSets as LocationSets
 from .calibration.severity_intervals import SeverityIntervals as SeverityIntervals
 from .criteria import CriterionResult as CriterionResult
+from .decision import Costs as Costs
 from .estimators.baselines.nearest_template import NearestTemplateLocation as NearestTemplateLocation
 from .estimators.baselines.threshold import EnvelopeLocation as EnvelopeLocation
 from .estimators.baselines.threshold import Fm4Location as Fm4Location
@@ -71,5 +72,6 @@ from .templates.hypotheses import Hypotheses as Hypotheses
 from .templates.local_templates import LocalTemplates as LocalTemplates
 from .templates.point_templates import PointTemplates as PointTemplates
 from .templates.scores import TemplateScores as TemplateScores
+from .templates.severity_grid import SeverityInterpolation as SeverityInterpolation
 from .templates.speed_curve import Interpolation as Interpolation
 from .training import train as train

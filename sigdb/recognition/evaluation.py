@@ -54,7 +54,11 @@ class Evaluation:
     differences
         By estimator and metric: the model's minus the estimator's, on the same rows and the same resamples.
     bound
-        Metrics of the best possible answer; None where there is none.
+        Metrics of the best possible answer with known cells, whose rule knows which cases are asked; None where there
+        is none.
+    bound_whole_grid
+        Metrics of the best possible answer to a rule that knows no more than the database: any of its cases, and
+        severities between them. None where it is the same.
     bound_rows
         Number of rows inside the law of the bound; None without a bound.
     above
@@ -63,7 +67,7 @@ class Evaluation:
     tables
         Frames behind the report: metrics against noise and averages, by severity, reliability, curves, cells.
     efficiency
-        The model compared with the best possible answer, by noise band:
+        The model compared with the best possible answer, by noise band, that with the whole grid where it differs:
         :func:`~sigdb.recognition.evaluation_tables.efficiency_table`.
     notes
         Why there is no bound, and known limitations of the model on these rows.
@@ -81,6 +85,7 @@ class Evaluation:
     metrics: Mapping[str, Metrics]
     differences: Mapping[str, Metrics] = field(default_factory=dict)
     bound: Metrics | None = None
+    bound_whole_grid: Metrics | None = None
     bound_rows: int | None = None
     above: tuple[str, ...] = ()
     tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
@@ -188,7 +193,7 @@ def evaluate(
         notes.append(Note(code="no-bound", text=str(error)))
     law, bound_values = (None, {}) if best is None else (best.bound, best.all_values)
     tables = evaluation_tables(question, evaluated, model.learner, law, bound_values)
-    efficiency = efficiency_table(question, ours, law)
+    efficiency = efficiency_table(question, ours, law if best is None or best.whole is None else best.whole)
     index_error = None if law is None else law.index_error
     return Evaluation(
         target=model.target,
@@ -201,6 +206,7 @@ def evaluate(
         metrics=metrics,
         differences=differences(question.metrics, values, model.learner, ours.specimens),
         bound=None if best is None else best.metrics,
+        bound_whole_grid=None if best is None else best.whole_metrics,
         bound_rows=None if best is None else int(best.inside.sum()),
         above=() if best is None or selection.seen else best.above(ours),
         tables=tables,

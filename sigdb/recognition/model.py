@@ -7,13 +7,12 @@ from typing import Unpack
 
 import numpy as np
 import pandas as pd
-from scipy.special import expit
 
 from sigdb.core import Answer, FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.database import QUANTITIES, Database
 from sigdb.recognition.answers import Answers, answer_table
+from sigdb.recognition.decision import Costs, check_decision, decided_answers
 from sigdb.recognition.estimators.contract import Estimator
-from sigdb.recognition.estimators.detector import Detector
 from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Reducer, Rows
 from sigdb.recognition.rows.plain_rows import PlainRow, plain_rows
 from sigdb.recognition.rows.streams import read_averages, read_features, reduce_averages, stream_features
@@ -93,14 +92,27 @@ class Model:
         """By name, the reducers of averages of its estimators."""
         return reducers_of(self.estimators.values())
 
-    def predict(self, X: Rows | None = None, **row: Unpack[PlainRow]) -> IntArray | pd.DataFrame:
+    def predict(
+        self,
+        X: Rows | None = None,
+        *,
+        prevalence: float | None = None,
+        costs: Costs | None = None,
+        **row: Unpack[PlainRow],
+    ) -> IntArray | pd.DataFrame:
         """Return the predictions of the model for rows that are like those that it was trained on.
 
         Parameters
         ----------
         X
             Rows of features, see :class:`LocationClassifier`, :class:`SeverityRegressor` and :class:`Detector`; with
-            averages for the learner ``templates``, see :class:`TemplateScores`. Or none, but arrays instead:
+            averages for the learner ``templates``, see :class:`TemplateScores`. Or none, but arrays instead.
+        prevalence
+            Share of the gears that are damaged, between 0 and 1. By default that of the training rows for location. A
+            detector answers at its rate of false alarms if there are no costs either.
+        costs
+            Costs of a false alarm, a miss and a wrong tooth: the answer is that of least expected cost. By default all
+            errors of location cost the same. A detector needs a prevalence with them.
         **row
             ``tsa``, averages of one revolution from the tacho mark, (n,) or (rows, n), in the unit of the training.
             ``speed_rpm`` and ``torque`` (N m) of the drive, numbers or (rows,). ``averages``, the number of
@@ -120,7 +132,8 @@ class Model:
             If a row is outside the range of the training: speed, torque, revolutions, noise, level or samples.
             :meth:`assess` answers for all rows and marks these.
         InputError
-            If a column or an argument is missing or is no array of numbers, or a value is masked.
+            If a column or an argument is missing or is no array of numbers, or a value is masked. Also if the
+            prevalence or the costs do not fit the model.
 
         Warns
         -----
@@ -136,21 +149,25 @@ class Model:
                 OutsideWarning,
                 stacklevel=2,
             )
-        return self.estimator.predict(batch)
+        if prevalence is None and costs is None:
+            return self.estimator.predict(batch)
+        return decided_answers(self.estimator, batch, prevalence, costs).predicted
 
-    def predict_proba(self, X: Rows | None = None, **row: Unpack[PlainRow]) -> FloatArray:
+    def predict_proba(
+        self, X: Rows | None = None, *, prevalence: float | None = None, **row: Unpack[PlainRow]
+    ) -> FloatArray:
         """Return the probabilities of the answers, for rows that are like those that the model was trained on.
 
         Parameters
         ----------
-        X, **row
+        X, prevalence, **row
             As in :meth:`predict`.
 
         Returns
         -------
         ndarray
             Location: of 'none' and of each tooth, (rows, teeth + 1). Detection: of no damage and of damage, if both
-            are as likely beforehand, (rows, 2).
+            are as likely beforehand or by the prevalence, (rows, 2).
 
         Raises
         ------
@@ -158,17 +175,24 @@ class Model:
             As in :meth:`predict`; for a model of severity, which has intervals instead.
         """
         batch = self._inside(X, row)
-        probabilities = self._probabilities(batch)
+        probabilities = decided_answers(self.estimator, batch, prevalence, None).probabilities
         if probabilities is None:
             raise NotApplicableError(f"a model of {self.target} has no probabilities; predict() gives intervals")
         return probabilities
 
-    def assess(self, X: Rows | None = None, **row: Unpack[PlainRow]) -> pd.DataFrame:
+    def assess(
+        self,
+        X: Rows | None = None,
+        *,
+        prevalence: float | None = None,
+        costs: Costs | None = None,
+        **row: Unpack[PlainRow],
+    ) -> pd.DataFrame:
         """Return the answers to rows, with their sentences; also to those that the model was not trained for.
 
         Parameters
         ----------
-        X, **row
+        X, prevalence, costs, **row
             As in :meth:`predict`.
 
         Returns
@@ -183,7 +207,9 @@ class Model:
             - ``answer``: the same as a sentence;
             - ``outside``: whether the row is outside the range of the training, or fits no template;
             - ``reason``: the reason why it is outside, empty for others;
-            - ``probability``: probability of the answer, location and detection;
+            - ``probability``: probability of the decision, location and detection;
+            - ``decision``: the answer of :meth:`predict`, location and detection: the most probable one, that of least
+              expected cost, or that at the rate of false alarms;
             - ``candidates``: answers of the set, 0 for none, location;
             - the columns of :meth:`predict`, severity.
 
@@ -199,7 +225,8 @@ class Model:
                 reasons[i] = reason
             fits = np.array([not reason for reason in unfit])
             usual, inside = usual.take(fits), inside[fits]
-        verdict = self._verdict(usual) if len(usual) else pd.DataFrame({"kind": [], "answer": []})
+        check_decision(self.estimator, prevalence, costs)
+        verdict = self._verdict(usual, prevalence, costs) if len(usual) else pd.DataFrame({"kind": [], "answer": []})
         table = verdict.set_axis(batch.index[inside]).reindex(batch.index)
         outside = np.array([bool(reason) for reason in reasons])
         unjudged = answer_table([Answer.of("cannot be judged", reason=reason) for reason in reasons])
@@ -274,29 +301,22 @@ class Model:
                     return reasons
         return [""] * len(batch)
 
-    def _probabilities(self, batch: Batch) -> FloatArray | None:
-        if isinstance(self.estimator, Detector):
-            damage = expit(self.estimator.log_ratio(batch))
-            return np.column_stack([1 - damage, damage])
-        return self.estimator.answer(batch).probabilities
-
-    def _verdict(self, batch: Batch) -> pd.DataFrame:
+    def _verdict(self, batch: Batch, prevalence: float | None, costs: Costs | None) -> pd.DataFrame:
         """Return the answers to rows that are inside."""
-        batch = self._reduced(batch)
-        answers = self.estimator.answer(batch)
-        if isinstance(answers.predicted, pd.DataFrame):
-            severity = answers.predicted
-            losses = severity[QUANTITIES[0]]
+        answers = decided_answers(self.estimator, self._reduced(batch), prevalence, costs)
+        predicted, probabilities = answers.predicted, answers.probabilities
+        if isinstance(predicted, pd.DataFrame):
+            losses = predicted[QUANTITIES[0]]
             sentences = [f"If a tooth is damaged, its stiffness loss is {loss:.2g}." for loss in losses]
-            return severity.assign(kind=None, answer=sentences)[["kind", "answer", *severity.columns]]
-        probabilities, predicted = self._probabilities(batch), answers.predicted
+            return predicted.assign(kind=None, answer=sentences)[["kind", "answer", *predicted.columns]]
         probability = np.nan if probabilities is None else probabilities[np.arange(len(batch)), predicted]
+        numbers = {"probability": probability, "decision": predicted}
         if answers.sets is None:
             table = answer_table([Answer.of("damage" if damaged else "nothing stands out") for damaged in predicted])
-            return table.assign(probability=probability)
+            return table.assign(**numbers)
         candidates = [tuple(np.flatnonzero(members).tolist()) for members in answers.sets]
         table = answer_table([Answer.of_teeth(members) for members in candidates])
-        return table.assign(probability=probability, candidates=pd.Series(candidates, dtype=object))
+        return table.assign(**numbers, candidates=pd.Series(candidates, dtype=object))
 
     def answers(self, database: Database, rows: pd.DataFrame) -> dict[str, Answers]:
         """Return the answers of each estimator, read and computed batch by batch.
@@ -336,11 +356,15 @@ class Model:
         back = np.argsort(np.concatenate(order))
         return {name: Answers.concatenate(pieces).select(back) for name, pieces in parts.items()}
 
+    def read(self, database: Database, rows: pd.DataFrame) -> Batch:
+        """Return rows, not too many of them, with all that the model reads; ``rows`` has their scalars by id."""
+        batch, reads = Batch(table=rows), self.estimator.reads
+        batch = read_features(database, batch) if CELLS in reads else batch
+        return read_averages(database, batch, sensor=self.sensor) if TSA in reads else batch
+
     def probe(self, database: Database, rows: pd.DataFrame) -> Batch:
         """Return a few rows of one tooth count with all that the model reads, for :func:`save_model`."""
-        few, reads = few_rows(Batch(table=rows)), self.estimator.reads
-        few = read_features(database, few) if CELLS in reads else few
-        return read_averages(database, few, sensor=self.sensor) if TSA in reads else few
+        return self.read(database, few_rows(Batch(table=rows)).table)
 
 
 def few_rows(rows: Batch) -> Batch:

@@ -51,14 +51,20 @@ class CriteriaSettings(Section):
 class RecognitionSettings(Section):
     """Training of models, and the models that a run of the recipe makes."""
 
-    learner: Learner = Field(
-        default="boosting",
-        description="Shrinkage linear discriminant analysis, gradient boosting of histograms, or a bank of templates.",
+    learner: Learner | None = Field(
+        default=None,
+        description="Shrinkage linear discriminant analysis, gradient boosting of histograms, or a bank of templates. "
+        "By default the templates, or boosting where the database has no bank.",
     )
     columns: Annotated[tuple[str, ...], Strict(False)] = Field(
         default=(),
         description="Further columns of features that boosting and lda read: indicators, added features, or the "
         "MODULE:FUNCTION that added them.",
+    )
+    coverage_by: Literal["cell", "all"] = Field(
+        default="cell",
+        description="Whether 90 % sets and intervals hold in each cell of severity, noise and operating point, or on "
+        "average over all rows, which makes them smaller.",
     )
     folds: int = quantity("-", "Folds of specimens; one is held out for evaluation.", ge=3, default=5)
     seed: int = quantity("-", "Seed of training.", ge=0, default=0)

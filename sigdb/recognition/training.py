@@ -8,7 +8,7 @@ import pandas as pd
 from sigdb.core import InputError, NotApplicableError, OnStep, ignore
 from sigdb.database import TRAINING, Database, labelled_rows, make_split, model_form
 from sigdb.recognition.estimators.contract import Estimator
-from sigdb.recognition.estimators.registry import columns_read, learner_class
+from sigdb.recognition.estimators.registry import columns_read, default_learner, learner_class
 from sigdb.recognition.estimators.user_estimator import UserEstimator
 from sigdb.recognition.idle_cores import idle_cores
 from sigdb.recognition.model import Model, reducers_of
@@ -123,8 +123,8 @@ def train(
     """
     settings = settings or RecognitionSettings()
     question = target_named(target)
-    learner = settings.learner if user_estimator is None else user_estimator.name
-    needs_bank = user_estimator is None and learner_class(learner, target).needs_bank
+    wanted = settings.learner if user_estimator is None else user_estimator.name
+    needs_bank = user_estimator is None and wanted is not None and learner_class(wanted, target).needs_bank
     columns = further_columns(database, settings.columns)
     settings = settings.model_copy(update={"columns": columns})
     rows = usable_rows(database, target, columns)
@@ -134,7 +134,9 @@ def train(
     parts = make_split(split, rows, seed=database.manifest.seed, folds=settings.folds, allow_leak=allow_leak)
     rows = rows[parts.folds(rows) == TRAINING]
     _check_labels(database, question, rows, "training ")
-    unfitted = question.estimators(settings, _bank(database, rows, needs_bank, on_step))
+    bank = _bank(database, rows, needs_bank, on_step)
+    learner = wanted or default_learner(bank)
+    unfitted = question.estimators(settings, bank)
     if user_estimator is not None:
         others = {name: each for name, each in unfitted.items() if name != user_estimator.name}
         unfitted = {user_estimator.name: user_estimator} | others

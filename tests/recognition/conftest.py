@@ -84,7 +84,7 @@ def rows(database):
 
 @pytest.fixture(scope="session")
 def location_model(database):
-    return train(database, "location", RecognitionSettings(folds=3))
+    return train(database, "location", RecognitionSettings(folds=3, learner="boosting"))
 
 
 @pytest.fixture(scope="session")

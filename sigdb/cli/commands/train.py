@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 @click.option(
     "--learner",
     type=NameChoice("sigdb.recognition", "LEARNERS"),
-    help="Learner of the model; by default that of the database's recipe. All learners are trained and compared.",
+    help="Learner of the model; by default that of the database's recipe, or templates where the database has a bank. "
+    "All learners are trained and compared.",
 )
 @click.option(
     "--false-alarm-rate",

@@ -104,6 +104,8 @@ def bayes_bound(
     among: ArrayLike | None = None,
     target: str = LOCATION_RULE.name,
     sensor: str | None = None,
+    known_cells: bool = True,
+    like: Sequence[OperatingPoint] = (),
     draws: int = 0,
     seed: int = 0,
 ) -> Bound:
@@ -123,6 +125,10 @@ def bayes_bound(
         ``location`` or ``severity`` (of damaged rows).
     sensor
         A stored sensor; the first one if left out.
+    known_cells
+        Whether the rule of severity knows that severities are those of the templates; see :func:`apply_rule`.
+    like
+        Operating points of a bound of this database, whose hypotheses are taken; they are read from it if left out.
     draws
         Number of rows to draw anew for ``expected``; none for 0.
     seed
@@ -151,8 +157,9 @@ def bayes_bound(
     if target not in RULES:
         raise InputError(f"target = {target!r} does not exist; choose one of {', '.join(RULES)}")
     rule = RULES[target]
-    points, outside = operating_points(database, ids, among=among, sensor=sensor, damaged=rule.damaged_only)
-    answers = pd.concat(apply_rule(rule, point, point.stored(database, sensor)) for point in points).sort_index()
+    points, outside = operating_points(database, ids, among=among, sensor=sensor, damaged=rule.damaged_only, like=like)
+    applied = (apply_rule(rule, point, point.stored(database, sensor), known_cells=known_cells) for point in points)
+    answers = pd.concat(applied).sort_index()
     losses, scores = list(rule.losses), [str(name) for name in answers if str(name).startswith("score_")]
     posterior = answers[scores].fillna(-np.inf).set_axis(np.arange(len(scores)), axis=1)
     entropy = [point.prior.entropy[0] for point in points]

@@ -1,6 +1,6 @@
 """The Bayes rules of location and of severity: their answers to averages, and the losses of these answers."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -11,6 +11,7 @@ from sigdb.database import QUANTITIES
 from sigdb.recognition.bound.operating_points import OperatingPoint
 from sigdb.recognition.calibration.conformal import COVERAGE
 from sigdb.recognition.metrics.location_and_severity import location_values
+from sigdb.recognition.templates.continuous_severity import SeverityMarginals
 from sigdb.recognition.templates.posterior import Posterior
 
 _ROW = ["tooth", "teeth", "specimen"]
@@ -80,19 +81,38 @@ class SeverityRule:
 
     def answer(self, point: OperatingPoint, rows: pd.DataFrame, posterior: Posterior) -> pd.DataFrame:
         """Return mean, median, 5 and 95 % quantiles of each quantity, and the losses."""
+        # Templates with a pattern have no severity; they have no share in the rows either.
+        levels = np.nan_to_num(point.hypotheses.cases[list(QUANTITIES)].to_numpy(float)).T
+        true = rows[list(QUANTITIES)].to_numpy(float).T
+        return self._answer(
+            rows,
+            mean=np.column_stack([posterior.mean(level) for level in levels]),
+            quantile=lambda p: np.column_stack([posterior.quantile(level, p) for level in levels]),
+            crps=np.column_stack([posterior.crps(level, of) for level, of in zip(levels, true, strict=True)]),
+        )
+
+    def answer_between(self, rows: pd.DataFrame, posterior: SeverityMarginals) -> pd.DataFrame:
+        """Return the same of a posterior over severities between the templates."""
+        crps = posterior.crps(rows[list(QUANTITIES)].to_numpy(float))
+        return self._answer(rows, mean=posterior.mean(), quantile=posterior.quantile, crps=crps)
+
+    def _answer(
+        self, rows: pd.DataFrame, *, mean: FloatArray, quantile: Callable[[float], FloatArray], crps: FloatArray
+    ) -> pd.DataFrame:
+        """Return the columns; arrays are (rows, quantities)."""
+        tail = (1 - COVERAGE) / 2
+        median, low, high = (quantile(p) for p in (0.5, tail, 1 - tail))
         columns: dict[str, FloatArray] = {}
-        for quantity in QUANTITIES:
-            # Templates with a pattern have no severity; they have no share in the rows either.
-            level = np.nan_to_num(point.hypotheses.cases[quantity].to_numpy(float))
-            true, mean, median = rows[quantity].to_numpy(float), posterior.mean(level), posterior.median(level)
+        for i, quantity in enumerate(QUANTITIES):
+            true = rows[quantity].to_numpy(float)
             columns |= {
-                f"mean_{quantity}": mean,
-                f"median_{quantity}": median,
-                f"low_{quantity}": posterior.quantile(level, (1 - COVERAGE) / 2),
-                f"high_{quantity}": posterior.quantile(level, (1 + COVERAGE) / 2),
-                f"absolute_{quantity}": np.abs(median - true),
-                f"square_{quantity}": (mean - true) ** 2,
-                f"crps_{quantity}": posterior.crps(level, true),
+                f"mean_{quantity}": mean[:, i],
+                f"median_{quantity}": median[:, i],
+                f"low_{quantity}": low[:, i],
+                f"high_{quantity}": high[:, i],
+                f"absolute_{quantity}": np.abs(median[:, i] - true),
+                f"square_{quantity}": (mean[:, i] - true) ** 2,
+                f"crps_{quantity}": crps[:, i],
             }
         return rows[_ROW].assign(**columns)
 
@@ -113,7 +133,11 @@ RULES: Mapping[str, BayesRule] = {rule.name: rule for rule in (LOCATION_RULE, SE
 
 
 def apply_rule(
-    rule: BayesRule, point: OperatingPoint, parts: Iterable[tuple[pd.DataFrame, FloatArray]]
+    rule: BayesRule,
+    point: OperatingPoint,
+    parts: Iterable[tuple[pd.DataFrame, FloatArray]],
+    *,
+    known_cells: bool = True,
 ) -> pd.DataFrame:
     """Apply a rule to averages of one operating point.
 
@@ -125,5 +149,17 @@ def apply_rule(
         Operating point of the averages.
     parts
         Rows with their averages (rows, n).
+    known_cells
+        Whether the rule knows that severities are those of the templates. If not, that of severity takes any between
+        them, where the templates show how signals lie there.
     """
-    return pd.concat(rule.answer(point, rows, point.posterior(x, rows)) for rows, x in parts)
+    between = None if known_cells or not isinstance(rule, SeverityRule) else point.continuous_severity
+    if between is None or not isinstance(rule, SeverityRule):
+        return pd.concat(rule.answer(point, rows, point.posterior(x, rows)) for rows, x in parts)
+    answers = []
+    for rows, x in parts:
+        noise, index_error = (rows[name].to_numpy() for name in ("noise", "index_error"))
+        likelihood = point.log_likelihood(x, rows)
+        for at, posterior in between.marginals(likelihood, noise=noise, index_error=index_error):
+            answers.append(rule.answer_between(rows.iloc[at], posterior))
+    return pd.concat(answers)

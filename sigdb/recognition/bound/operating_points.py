@@ -1,9 +1,9 @@
 """Rows of a database by operating point, each with the hypotheses that its rows may come from."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import Self, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -12,13 +12,18 @@ from numpy.typing import ArrayLike
 from sigdb.core import FloatArray, NotApplicableError, blocks
 from sigdb.database import QUANTITIES, Database
 from sigdb.measurement import noise_deviation
+from sigdb.recognition.templates.continuous_severity import ContinuousSeverity
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.posterior import Posterior, log_prior, posterior
+from sigdb.recognition.templates.severity_grid import severity_grids, severity_interpolation
 
 _POINT = ["speed_rpm", "torque", "teeth"]
 _COLUMNS = ("id", "template", "tooth", "specimen", "averages", "snr_db", "index_error", "contact_loss")
 _ROWS_AT_ONCE = 2048
 """Rows whose averages are in memory at once. Rows are drawn anew block by block, so other draws follow from it."""
+
+Place: TypeAlias = tuple[float, float, int]
+"""Speed (rpm), torque (N m) and tooth count."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,6 +42,11 @@ class OperatingPoint:
 
     hypotheses: Hypotheses
     rows: pd.DataFrame
+
+    @property
+    def place(self) -> Place:
+        """Speed (rpm), torque (N m) and tooth count."""
+        return _place(self.rows)
 
     def log_likelihood(self, x: FloatArray, rows: pd.DataFrame) -> FloatArray:
         """Return the log-likelihood (rows, templates, teeth) of averages.
@@ -107,6 +117,17 @@ class OperatingPoint:
         return log_prior(place, tooth, self.hypotheses.healthy, self.hypotheses.teeth)
 
     @cached_property
+    def continuous_severity(self) -> ContinuousSeverity | None:
+        """Posteriors over severities between the templates; None where these show too little of what lies there."""
+        laws, severity = self.hypotheses, self.hypotheses.cases[list(QUANTITIES)].to_numpy(float)
+        noise = float(self.rows["noise"].min())
+        between = severity_interpolation(laws.teeth, [severity], [laws.healthy], [laws.signal], noise=noise)
+        if between is None or not between.holds:
+            return None
+        share = np.exp(self.log_prior).sum(axis=1)
+        return ContinuousSeverity(laws.turned, severity_grids(severity, laws.healthy), share)
+
+    @cached_property
     def prior(self) -> Posterior:
         """The probabilities before an average is seen."""
         return posterior(np.zeros((1, *self.log_prior.shape)), self.log_prior, self.hypotheses.healthy)
@@ -119,6 +140,7 @@ def operating_points(
     among: ArrayLike | None = None,
     sensor: str | None = None,
     damaged: bool = False,
+    like: Sequence[OperatingPoint] = (),
 ) -> tuple[list[OperatingPoint], dict[str, int]]:
     """Return the operating points of some rows, and the number of rows outside the law by reason.
 
@@ -138,6 +160,8 @@ def operating_points(
         A stored sensor; the first one if left out.
     damaged
         Whether only rows with one severity count: damaged ones without a pattern.
+    like
+        Operating points whose hypotheses are taken, so that templates are not read again.
 
     Returns
     -------
@@ -161,7 +185,8 @@ def operating_points(
     counts = {reason: int((some & wanted).sum()) for reason, some in reasons.items()}
     outside = {reason: count for reason, count in counts.items() if count}
     inside = rows.assign(requested=wanted)[~np.any(list(reasons.values()), axis=0)]
-    points = [_point(database, some, sensor) for _, some in inside.groupby(_POINT) if some["requested"].any()]
+    laws = {one.place: one.hypotheses for one in like}
+    points = [_point(database, some, sensor, laws) for _, some in inside.groupby(_POINT) if some["requested"].any()]
     if not points:
         raise NotApplicableError(f"{database.store}: no row follows the law of the bound ({outside})")
     return points, outside
@@ -173,10 +198,19 @@ def _rows(database: Database) -> pd.DataFrame:
     return database.sql(f"select {columns}, {answers} from cases order by id").set_index("id")
 
 
-def _point(database: Database, rows: pd.DataFrame, sensor: str | None) -> OperatingPoint:
-    speed_rpm, torque, teeth = (rows[name].iloc[0].item() for name in _POINT)
-    hypotheses = Hypotheses.of(database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor)
-    place = pd.Index(hypotheses.cases["template"]).get_indexer(pd.Index(rows["template"]))
-    deviation = noise_deviation(hypotheses.reference_variance[place], rows["snr_db"].to_numpy())
-    rows = rows.assign(place=place, noise=deviation / np.sqrt(rows["averages"].to_numpy()))
+def _point(
+    database: Database, rows: pd.DataFrame, sensor: str | None, laws: Mapping[Place, Hypotheses]
+) -> OperatingPoint:
+    speed_rpm, torque, teeth = place = _place(rows)
+    hypotheses = laws.get(place) or Hypotheses.of(
+        database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor
+    )
+    template = pd.Index(hypotheses.cases["template"]).get_indexer(pd.Index(rows["template"]))
+    deviation = noise_deviation(hypotheses.reference_variance[template], rows["snr_db"].to_numpy())
+    rows = rows.assign(place=template, noise=deviation / np.sqrt(rows["averages"].to_numpy()))
     return OperatingPoint(hypotheses=hypotheses, rows=rows)
+
+
+def _place(rows: pd.DataFrame) -> Place:
+    speed_rpm, torque, teeth = (rows[name].iloc[0].item() for name in _POINT)
+    return speed_rpm, torque, teeth

@@ -10,6 +10,9 @@ from sigdb.core import IntArray
 COVERAGE = 0.9
 """Nominal coverage of sets and intervals."""
 
+BY_CELL, OVER_ALL = "cell", "all"
+"""Whether coverage holds in each cell of severity, noise and operating point, or on average over all rows."""
+
 COVERED = 0.99
 """Share of the training rows, about, that are within the threshold of *outside the database*."""
 

@@ -6,7 +6,7 @@ from scipy.special import log_softmax
 
 from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.recognition.calibration.cells import band_edges, band_thresholds, bands, cells_of
-from sigdb.recognition.calibration.conformal import greatest_quantile
+from sigdb.recognition.calibration.conformal import BY_CELL, OVER_ALL, greatest_quantile, specimen_quantile
 from sigdb.recognition.calibration.probabilities import calibrate, specimen_folds_of, with_none
 
 
@@ -25,6 +25,9 @@ class LocationSets:
     training, and other noise within a band, are covered as far as they resemble those of training. Coverage beyond the
     range of training is not claimed.
 
+    With ``coverage_by = "all"`` there is one threshold, for all answers and all noise. Sets are smaller, and coverage
+    is an average over all rows: plain damage is then always covered, and hidden damage more rarely.
+
     Attributes
     ----------
     set_edges_
@@ -34,6 +37,7 @@ class LocationSets:
     """
 
     coverage: float
+    coverage_by: str = BY_CELL
     set_edges_: FloatArray
     set_thresholds_: FloatArray
 
@@ -48,6 +52,10 @@ class LocationSets:
         groups: IntArray,
     ) -> None:
         """Set the thresholds from -log probabilities of the truth (rows,) and severities (rows, k)."""
+        if self.coverage_by == OVER_ALL:
+            self.set_edges_ = np.array([])
+            self.set_thresholds_ = np.full((1, 2), specimen_quantile(strange, groups, self.coverage))
+            return
         self.set_edges_ = band_edges(noise, groups, self.coverage)
         band = bands(self.set_edges_, noise)
         cells = cells_of(point, severity)

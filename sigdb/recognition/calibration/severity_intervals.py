@@ -6,7 +6,7 @@ import numpy as np
 
 from sigdb.core import FloatArray, IntArray, blocks
 from sigdb.recognition.calibration.cells import band_edges, band_thresholds, bands, cells_of, levels_of
-from sigdb.recognition.calibration.conformal import greatest_quantile
+from sigdb.recognition.calibration.conformal import BY_CELL, OVER_ALL, greatest_quantile, specimen_quantile
 from sigdb.recognition.rows.batch import ROWS_AT_ONCE
 
 _CANDIDATES = 101
@@ -20,6 +20,8 @@ class SeverityIntervals:
     greatest of these quantiles over the other severities and the operating points, and is interpolated between values
     of the grid. So coverage is meant to hold for each severity, noise and operating point, with the limits that
     :class:`LocationSets` states. Intervals stay within the range of the training rows.
+    With ``coverage_by = "all"`` there is one threshold for all values and all noise, and coverage is an average over
+    all rows.
 
     Attributes
     ----------
@@ -32,6 +34,7 @@ class SeverityIntervals:
     """
 
     coverage: float
+    coverage_by: str = BY_CELL
     levels_: list[FloatArray]
     edges_: FloatArray
     thresholds_: list[FloatArray]
@@ -40,6 +43,14 @@ class SeverityIntervals:
         self, strange: FloatArray, true: FloatArray, *, point: IntArray, noise: FloatArray, groups: IntArray
     ) -> None:
         """Set the thresholds from errors in units of the scale, and true values, both (rows, severities)."""
+        if self.coverage_by == OVER_ALL:
+            self.edges_ = np.array([])
+            self.levels_ = [levels_of(value)[0] for value in true.T]
+            self.thresholds_ = [
+                np.full((1, len(levels)), specimen_quantile(error, groups, self.coverage))
+                for error, levels in zip(strange.T, self.levels_, strict=True)
+            ]
+            return
         self.edges_ = band_edges(noise, groups, self.coverage)
         band, cells = bands(self.edges_, noise), cells_of(point, true)
         self.levels_, self.thresholds_ = [], []

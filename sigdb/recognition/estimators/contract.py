@@ -70,6 +70,11 @@ class Estimator(BaseEstimator, ABC):
         """Bank of templates that it carries; None without."""
         return None
 
+    @property
+    def trained_prevalence(self) -> float | None:
+        """Share of damaged rows that its probabilities were calibrated with; None where there is none."""
+        return getattr(self, "prevalence_", None)
+
     @classmethod
     def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
         """Return an unfitted estimator.

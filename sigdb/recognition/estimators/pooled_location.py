@@ -19,7 +19,7 @@ from sklearn.utils.validation import check_is_fitted
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, blocks
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.calibration.cells import band_edges, bands, points_of
-from sigdb.recognition.calibration.conformal import COVERAGE, rows_by_cell
+from sigdb.recognition.calibration.conformal import BY_CELL, COVERAGE, rows_by_cell
 from sigdb.recognition.calibration.location_sets import LocationSets, strangeness
 from sigdb.recognition.calibration.probabilities import calibrate, check_labels, specimen_folds_of, with_none
 from sigdb.recognition.estimators.contract import Labels, Scorer, specimens_of, tooth_and_severity
@@ -106,12 +106,16 @@ class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
         set holds every answer.
     columns
         Further columns of ``features`` that views hold, see :class:`ToothViews`.
+    coverage_by
+        ``cell`` or ``all``: whether coverage holds in each cell or on average over all rows.
 
     Attributes
     ----------
     slope_, none_
         (1 + bands,) slope of the scores, and level of 'none' without log Z: of all rows, for records whose noise is not
         known, then of each band.
+    prevalence_
+        Share of damaged rows that the level is for.
     set_edges_, set_thresholds_
         As of :class:`LocationSets`.
     """
@@ -128,16 +132,18 @@ class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
         random_state: int = 0,
         coverage: float = COVERAGE,
         columns: tuple[Column, ...] = (),
+        coverage_by: str = BY_CELL,
     ) -> None:
         self.learner = learner
         self.random_state = random_state
         self.coverage = coverage
         self.columns = columns
+        self.coverage_by = coverage_by
 
     @classmethod
     def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
         """Return an unfitted classifier with the learner of this name."""
-        return cls(name, settings.seed, columns=settings.columns)
+        return cls(name, settings.seed, columns=settings.columns, coverage_by=settings.coverage_by)
 
     def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Train on rows of features.
@@ -158,6 +164,7 @@ class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
         check_labels(batch.table["teeth"].to_numpy(), tooth)
         groups = own_groups(groups, len(batch))
         self.classes_ = np.arange(int(batch.table["teeth"].max()) + 1)
+        self.prevalence_ = float((tooth > 0).mean())
         scores = self._unseen_scores(batch, tooth, groups)
         noise = batch.noise_db()
         by_band = rows_by_cell(bands(band_edges(noise, groups, self.coverage), noise))

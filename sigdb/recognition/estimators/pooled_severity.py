@@ -11,7 +11,7 @@ from sklearn.utils.validation import check_is_fitted
 from sigdb.core import FloatArray
 from sigdb.database import QUANTITIES
 from sigdb.recognition.calibration.cells import points_of
-from sigdb.recognition.calibration.conformal import COVERAGE
+from sigdb.recognition.calibration.conformal import BY_CELL, COVERAGE
 from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
 from sigdb.recognition.estimators.contract import Labels, SeverityEstimator, severity_labels
@@ -40,6 +40,8 @@ class SeverityRegressor(SeverityIntervals, RegressorMixin, SeverityEstimator):
         the intervals are the whole range.
     columns
         Further columns of ``features`` that views hold, see :class:`ToothViews`.
+    coverage_by
+        ``cell`` or ``all``: whether coverage holds in each cell or on average over all rows.
 
     Attributes
     ----------
@@ -56,16 +58,18 @@ class SeverityRegressor(SeverityIntervals, RegressorMixin, SeverityEstimator):
         random_state: int = 0,
         coverage: float = COVERAGE,
         columns: tuple[Column, ...] = (),
+        coverage_by: str = BY_CELL,
     ) -> None:
         self.learner = learner
         self.random_state = random_state
         self.coverage = coverage
         self.columns = columns
+        self.coverage_by = coverage_by
 
     @classmethod
     def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
         """Return an unfitted regressor with the learner of this name."""
-        return cls(name, settings.seed, columns=settings.columns)
+        return cls(name, settings.seed, columns=settings.columns, coverage_by=settings.coverage_by)
 
     def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Train on rows of features, healthy ones included (they teach the location).

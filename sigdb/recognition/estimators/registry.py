@@ -133,6 +133,7 @@ _PARTS = (
     "templates.bank.TemplateBank",
     "templates.compact_signals.CompactSignals",
     "templates.point_templates.PointTemplates",
+    "templates.severity_grid.SeverityInterpolation",
     "templates.speed_curve.Interpolation",
 )
 
@@ -189,6 +190,11 @@ def estimator_class(entry: Entry, target: str) -> type[Estimator] | None:
     module, _, name = entry.classes[target].rpartition(".")
     kind: type[Estimator] = getattr(import_module(f"sigdb.recognition.estimators.{module}"), name)
     return kind
+
+
+def default_learner(bank: TemplateBank | None) -> str:
+    """Return the learner where none is named: the one of templates, or boosting where there is no bank."""
+    return "boosting" if bank is None else "templates"
 
 
 def learner_class(learner: str, target: str) -> type[Estimator]:

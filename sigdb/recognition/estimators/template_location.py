@@ -12,7 +12,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core import Answer, BoolArray, FloatArray
 from sigdb.recognition.answers import NO_TEMPLATE_FITS, Answers, answer_table
-from sigdb.recognition.calibration.conformal import COVERAGE, COVERED, row_quantile
+from sigdb.recognition.calibration.conformal import BY_CELL, COVERAGE, COVERED, row_quantile
 from sigdb.recognition.calibration.location_sets import LocationSets, strangeness
 from sigdb.recognition.calibration.probabilities import calibrate, check_labels, with_none
 from sigdb.recognition.estimators.contract import Labels, Scorer, required_bank, specimens_of, tooth_and_severity
@@ -47,11 +47,15 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         set holds every answer.
     n_jobs
         Threads of the scores.
+    coverage_by
+        ``cell`` or ``all``: whether coverage holds in each cell or on average over all rows.
 
     Attributes
     ----------
     slope_, none_
         Slope of the scores, and level of 'none'.
+    prevalence_
+        Share of damaged rows that the level is for.
     set_edges_, set_thresholds_
         As of :class:`LocationSets`.
     reduced_chi2_threshold_
@@ -62,10 +66,13 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
     needs_bank = True
     learns_from_all = True
 
-    def __init__(self, bank: TemplateBank, coverage: float = COVERAGE, n_jobs: int | None = None) -> None:
+    def __init__(
+        self, bank: TemplateBank, coverage: float = COVERAGE, n_jobs: int | None = None, coverage_by: str = BY_CELL
+    ) -> None:
         self.bank = bank
         self.coverage = coverage
         self.n_jobs = n_jobs
+        self.coverage_by = coverage_by
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         super().__setstate__({_RENAMED.get(name, name): value for name, value in state.items()})
@@ -73,7 +80,7 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
     @classmethod
     def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
         """Return an unfitted classifier of a bank."""
-        return cls(required_bank(bank))
+        return cls(required_bank(bank), coverage_by=settings.coverage_by)
 
     @property
     def template_bank(self) -> TemplateBank:
@@ -83,7 +90,7 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
     @property
     def reducer(self) -> TemplateScores:
         """Reducer of averages to scores of the templates."""
-        return TemplateScores(self.bank, self.n_jobs)
+        return TemplateScores(self.bank, self.n_jobs, severity=False)
 
     def detector_scorer(self) -> Scorer:
         """Return the same scores without calibration, which a detector does not need."""
@@ -109,6 +116,7 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         groups = specimens_of(groups, len(tooth))
         self.classes_ = np.arange(ratio.shape[1] + 1)
         self.slope_, self.none_ = calibrate(ratio, tooth)
+        self.prevalence_ = float((tooth > 0).mean())
         strange = strangeness(ratio, tooth, groups)
         point, noise = self.bank.nearest(*batch.operating_point()), self.bank.noise_db(batch)
         self._fit_sets(strange, tooth, severity, point=point, noise=noise, groups=groups)
@@ -218,7 +226,7 @@ class WhitenedBankLocation(ClassifierMixin, Scorer):
     @property
     def reducer(self) -> TemplateScores:
         """Reducer of averages to scores of the templates."""
-        return TemplateScores(self.bank, self.n_jobs)
+        return TemplateScores(self.bank, self.n_jobs, severity=False)
 
     def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Learn nothing."""

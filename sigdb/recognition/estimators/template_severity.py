@@ -14,7 +14,7 @@ from sklearn.utils.validation import check_is_fitted
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.database import QUANTITIES
 from sigdb.recognition.answers import MORE_SEVERE, NO_TEMPLATE_FITS
-from sigdb.recognition.calibration.conformal import COVERAGE, COVERED, row_quantile
+from sigdb.recognition.calibration.conformal import BY_CELL, COVERAGE, COVERED, row_quantile
 from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
 from sigdb.recognition.estimators.contract import (
@@ -51,6 +51,8 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         the intervals are the whole range.
     n_jobs
         Threads of the scores.
+    coverage_by
+        ``cell`` or ``all``: whether coverage holds in each cell or on average over all rows.
 
     Attributes
     ----------
@@ -70,15 +72,18 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
     needs_bank = True
     learns_from_all = True
 
-    def __init__(self, bank: TemplateBank, coverage: float = COVERAGE, n_jobs: int | None = None) -> None:
+    def __init__(
+        self, bank: TemplateBank, coverage: float = COVERAGE, n_jobs: int | None = None, coverage_by: str = BY_CELL
+    ) -> None:
         self.bank = bank
         self.coverage = coverage
         self.n_jobs = n_jobs
+        self.coverage_by = coverage_by
 
     @classmethod
     def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
         """Return an unfitted regressor of a bank."""
-        return cls(required_bank(bank))
+        return cls(required_bank(bank), coverage_by=settings.coverage_by)
 
     @property
     def template_bank(self) -> TemplateBank:
@@ -138,7 +143,7 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         return np.select([beyond, strange], [MORE_SEVERE, NO_TEMPLATE_FITS], default="").tolist()
 
     def _median_and_spread(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
-        median, spread = self.reducer.severity(batch)
+        median, spread = self.reducer.severities(batch)
         if np.isnan(median).any():
             raise NotApplicableError(
                 "the bank has no template with one severity for all damaged teeth; train on a plain grid"

@@ -67,6 +67,8 @@ def metric_table(evaluation: Evaluation) -> EstimateTable:
     }
     if evaluation.bound is not None:
         columns["bound"] = evaluation.bound
+    if evaluation.bound_whole_grid is not None:
+        columns["bound, whole grid"] = evaluation.bound_whole_grid
     rows = [
         [metric.title, *(metrics.get(metric.name, "") for metrics in columns.values())]
         for metric in TARGETS[evaluation.target].metrics
@@ -139,12 +141,19 @@ def bound_text(evaluation: Evaluation) -> str:
     if evaluation.bound is None:
         reasons = [note.text for note in evaluation.notes if note.code == "no-bound"]
         return f"The best possible answer (the Bayes bound) is not computed{_because(reasons)}."
+    whole = "" if evaluation.bound_whole_grid is None else f" {_WHOLE_GRID}"
     if evaluation.bound_rows in (None, evaluation.rows):
-        return "'bound' is the best possible answer."
+        return f"'bound' is the best possible answer.{whole}"
     return (
         f"'bound' is the best possible answer to {evaluation.bound_rows} of the rows; the others are outside the\n"
-        "law that it is computed from."
+        f"law that it is computed from.{whole}"
     )
+
+
+_WHOLE_GRID = (
+    "It knows which cases are asked. 'bound, whole grid' does not:\nto it, any case of the database is possible, and "
+    "any severity between those of the templates."
+)
 
 
 def _because(reasons: Sequence[str]) -> str:

@@ -1,13 +1,15 @@
 """The best possible answers to evaluated rows, in the metrics of a target."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sigdb.core import BoolArray, FloatArray
 from sigdb.database import Database
 from sigdb.recognition.bound.bayes_bound import Bound, bayes_bound
+from sigdb.recognition.bound.bayes_rule import RULES, SEVERITY_RULE
+from sigdb.recognition.bound.operating_points import operating_points
 from sigdb.recognition.metrics.estimate import Estimate
 from sigdb.recognition.metrics.evaluated import Evaluated
 from sigdb.recognition.metrics.metric import estimates, means
@@ -32,6 +34,10 @@ class BestAnswers:
         Metrics of the answers.
     values
         Value of each row inside the law by metric, for metrics that are plain means.
+    whole, whole_metrics
+        Bound without known cells, and metrics of its answers. Its rule does not know which of the cases are asked: the
+        prior is that of all rows of the database, and severities may lie between those of the templates. None where it
+        is the same.
     """
 
     target: Target
@@ -39,6 +45,8 @@ class BestAnswers:
     inside: BoolArray
     metrics: Mapping[str, Estimate]
     values: Mapping[str, FloatArray]
+    whole: Bound | None = None
+    whole_metrics: Mapping[str, Estimate] | None = None
 
     @property
     def all_values(self) -> dict[str, FloatArray]:
@@ -87,12 +95,37 @@ def best_answers(
     NotApplicableError
         If no row follows the law of the bound.
     """
-    rows = evaluated.rows
-    bound = bayes_bound(database, rows.index, among=rows.index, target=target.rule.name, sensor=sensor)
+    rows, rule = evaluated.rows, target.rule.name
+    bound = bayes_bound(database, rows.index, among=rows.index, target=rule, sensor=sensor)
     inside = rows.index.isin(bound.rows.index)
     covered, specimens = rows[inside], evaluated.specimens.select(inside)
-    values = target.bound_values(bound, covered)
-    metrics = estimates(target.metrics, values, specimens) | target.bound_quotients(
-        bound, covered, specimens, false_alarm_rate
+
+    def answered(one: Bound) -> tuple[dict[str, Estimate], dict[str, FloatArray]]:
+        values = target.bound_values(one, covered)
+        quotients = target.bound_quotients(one, covered, specimens, false_alarm_rate)
+        return estimates(target.metrics, values, specimens) | quotients, means(target.metrics, values)
+
+    metrics, values = answered(bound)
+    best = BestAnswers(target=target, bound=bound, inside=inside, metrics=metrics, values=values)
+    if not _knows_cells(bound, database, sensor):
+        return best
+    whole = bayes_bound(database, rows.index, target=rule, sensor=sensor, known_cells=False, like=bound.points)
+    return replace(best, whole=whole, whole_metrics=answered(whole)[0])
+
+
+_SAME = 0.05
+"""Difference of two priors, summed over all cases, that is put down to chance."""
+
+
+def _knows_cells(bound: Bound, database: Database, sensor: str) -> bool:
+    """Return whether the rule of a bound knows more of the cases than that they are some of the database's."""
+    if not bound.points:
+        return False
+    if bound.target == SEVERITY_RULE.name and any(point.continuous_severity is not None for point in bound.points):
+        return True
+    damaged = RULES[bound.target].damaged_only
+    every, _ = operating_points(database, bound.rows.index, sensor=sensor, damaged=damaged, like=bound.points)
+    return any(
+        np.abs(np.exp(one.log_prior) - np.exp(other.log_prior)).sum() > _SAME
+        for one, other in zip(bound.points, every, strict=True)
     )
-    return BestAnswers(target=target, bound=bound, inside=inside, metrics=metrics, values=means(target.metrics, values))

@@ -20,6 +20,7 @@ from sigdb.recognition.templates.point_templates import (
     stored_signals,
     template_keys,
 )
+from sigdb.recognition.templates.severity_grid import SeverityInterpolation, severity_interpolation
 from sigdb.recognition.templates.speed_curve import Interpolation, SpeedCurve, interpolation
 
 _PRECISION = 2e-4
@@ -43,12 +44,15 @@ class TemplateBank:
         Templates by operating point and tooth count.
     interpolations
         How far the templates hold between the operating points, by tooth count; none in a bank of points alone.
+    severities
+        Severities between which they hold, by tooth count; none where they are those of the templates alone.
     """
 
     sensor: str
     index_error: float
     points: tuple[PointTemplates, ...]
     interpolations: tuple[Interpolation, ...] = ()
+    severities: tuple[SeverityInterpolation, ...] = ()
 
     def __getstate__(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in fields(self)}
@@ -140,6 +144,7 @@ class TemplateBank:
             index_error=index_error,
             points=tuple(point for part in parts for point in part.points),
             interpolations=tuple(between for part in parts for between in part.interpolations),
+            severities=tuple(between for part in parts for between in part.severities),
         )
 
     @classmethod
@@ -190,12 +195,29 @@ class TemplateBank:
             if estimated.holds:
                 between = (estimated,)
                 kept = kept if len(places) == len(points) else stored(places.tolist())
-        return cls(sensor=sensor, index_error=index_error, points=tuple(kept), interpolations=between)
+        sizes = severity_interpolation(
+            laws[0].teeth,
+            [law.cases[list(QUANTITIES)].to_numpy(float) for law in laws],
+            [law.healthy for law in laws],
+            [law.signal for law in laws],
+            noise=noise,
+        )
+        return cls(
+            sensor=sensor,
+            index_error=index_error,
+            points=tuple(kept),
+            interpolations=between,
+            severities=(sizes,) if sizes is not None and sizes.holds else (),
+        )
 
     @property
     def teeth(self) -> tuple[int, ...]:
         """Tooth counts that it has."""
         return tuple(sorted({point.teeth for point in self.points}))
+
+    def has_continuous_severity(self, teeth: int) -> bool:
+        """Return whether its templates of a tooth count hold between their severities."""
+        return any(between.teeth == teeth for between in self.severities)
 
     def noise_db(self, batch: Batch) -> FloatArray:
         """Return the noise of averages relative to the healthy signal at their operating points, (rows,) dB.

@@ -7,7 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.recognition.templates.continuous_severity import ContinuousSeverity
 from sigdb.recognition.templates.outward import outward_changes
+from sigdb.recognition.templates.severity_grid import severity_grids
 from sigdb.recognition.templates.speed_curve import PLACES, Powers, SpeedCurve, parabola, range_middles
 from sigdb.recognition.templates.turned_laws import TurnedLaws, joint_modes
 
@@ -65,6 +67,12 @@ class LocalTemplates:
         with np.errstate(divide="ignore"):
             each = np.log(self.share / (2 * self.teeth))
         return np.repeat(each[:, None], self.teeth, axis=1)
+
+    @cached_property
+    def continuous_severity(self) -> ContinuousSeverity | None:
+        """Posteriors over severities between the templates; None where these form no grid."""
+        grids = severity_grids(self.severity, self.healthy)
+        return ContinuousSeverity(self.laws, grids, self.share) if grids else None
 
     def signals(self, coefficients: FloatArray | None) -> FloatArray:
         """Return the nominal averages, (rows or 1, templates, n), without harmonic excitations."""

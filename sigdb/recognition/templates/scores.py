@@ -1,7 +1,7 @@
 """Averages to scores: the log-likelihood ratio of damage at each tooth, and the posterior of its severity."""
 
 from collections.abc import Iterator
-from typing import Self
+from typing import Self, TypedDict
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -35,7 +35,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     the bank covers. Then come posterior mean, median and standard deviation (``spread``) of each severity given damage,
     whatever the tooth. The last score is ``beyond``, by how many standard deviations the average asks for a greater
     stiffness loss or phase shift than the most severe templates have; 0 where the most likely template is not one of
-    these.
+    these. Where the bank holds between its severities, these are continuous (:class:`ContinuousSeverity`).
 
     The noise of an average is taken from its own revolutions: ``scatter / sqrt(averages)``. Turning an average by j
     teeth turns its scores by j teeth exactly, unless harmonic excitations fixed to the shaft are part of the law.
@@ -46,17 +46,23 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         Templates.
     n_jobs
         Threads, as in joblib.
+    severity
+        Whether there are scores of severity, those after ``reduced_chi2``.
 
     Notes
     -----
     Nothing is learnt from rows, so the scores of every row count as those of an unseen specimen.
     """
 
-    column = "template_scores"
-
-    def __init__(self, bank: TemplateBank, n_jobs: int | None = None) -> None:
+    def __init__(self, bank: TemplateBank, n_jobs: int | None = None, severity: bool = True) -> None:
         self.bank = bank
         self.n_jobs = n_jobs
+        self.severity = severity
+
+    @property
+    def column(self) -> str:
+        """Name of the scores among those of other reducers."""
+        return "template_scores" if self.severity else "template_location_scores"
 
     def __sklearn_is_fitted__(self) -> bool:
         return True
@@ -72,7 +78,11 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[np.object_]:
         """Return the names of the scores."""
         teeth = [f"tooth_{t}" for t in range(1, self._most_teeth + 1)]
-        return np.array([*teeth, "reduced_chi2", *OF_SEVERITY, "beyond"], dtype=object)
+        return np.array([*teeth, "reduced_chi2", *self._further], dtype=object)
+
+    @property
+    def _further(self) -> tuple[str, ...]:
+        return (*OF_SEVERITY, "beyond") if self.severity else ()
 
     def transform(self, X: Rows) -> FloatArray:
         """Return the scores of rows.
@@ -85,7 +95,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
 
         Returns
         -------
-        (rows, most teeth + 11) float64
+        (rows, most teeth + 11) float64, or (rows, most teeth + 1) without severity
             As ``get_feature_names_out``; -inf for teeth that a gear does not have.
 
         Raises
@@ -102,7 +112,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
             delayed(self._scores)(local, at, x, noise[at], coefficients)
             for local, at, x, coefficients in self._pieces(batch)
         )
-        scores = np.empty((len(batch), self._most_teeth + 2 + len(OF_SEVERITY)))
+        scores = np.empty((len(batch), self._most_teeth + 1 + len(self._further)))
         for at, some in parts:
             scores[at] = some
         return scores
@@ -115,7 +125,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         """Return by how many standard deviations averages ask for more than the most severe templates, (rows,)."""
         return batch.reduce(self)[:, -1]
 
-    def severity(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
+    def severities(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
         """Return posterior median and standard deviation of each severity, (rows, severities) each."""
         median, spread = np.split(batch.reduce(self)[:, -2 * len(QUANTITIES) - 1 : -1], 2, axis=1)
         return median, spread
@@ -140,17 +150,38 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         coefficients: FloatArray | None,
     ) -> tuple[IntArray, FloatArray]:
         _check_averages(x, local)
-        laws, index_error = local.laws, self.bank.index_error
-        likelihood = laws.log_likelihood(x, noise=noise, index_error=index_error, coefficients=coefficients)
-        chi2 = laws.chi2(likelihood, noise=noise, index_error=index_error).reshape(len(x), -1)
+        law: Law = {"noise": noise, "index_error": self.bank.index_error, "coefficients": coefficients}
+        likelihood = local.laws.log_likelihood(x, **law)
         best = likelihood.reshape(len(x), -1).argmax(axis=1)
         place = np.column_stack(np.unravel_index(best, likelihood.shape[1:]))
+        greatest = likelihood.reshape(len(x), -1)[np.arange(len(x)), best]
+        chi2 = local.laws.chi2_of(place[:, 0], greatest, noise=noise, index_error=self.bank.index_error)
         after = posterior(likelihood, local.log_prior, local.healthy)
         ratio = np.full((len(x), self._most_teeth), -np.inf)
         ratio[:, : local.teeth] = after.location[:, 1:] - after.location[:, :1]
-        reduced_chi2 = chi2[np.arange(len(x)), best] / local.samples
-        further = beyond(laws, local.outward, x, place, noise=noise, index_error=index_error, coefficients=coefficients)
-        return at, np.column_stack([ratio, reduced_chi2, *_severity(after, local.severity), further])
+        columns = [ratio, chi2[:, None] / local.samples]
+        if self.severity:
+            further = beyond(local.laws, local.outward, x, place, **law)
+            columns += [self._severity(local, likelihood, after, law), further[:, None]]
+        return at, np.hstack(columns)
+
+    def _severity(self, local: LocalTemplates, likelihood: FloatArray, after: Posterior, law: "Law") -> FloatArray:
+        """Return mean, median and spread of each severity, (rows, 9)."""
+        continuous = local.continuous_severity if self.bank.has_continuous_severity(local.teeth) else None
+        if continuous is None:
+            return _severity_of_templates(after, local.severity)
+        severity = np.empty((len(likelihood), len(OF_SEVERITY)))
+        for some, marginals in continuous.marginals(likelihood, **law):
+            severity[some] = np.hstack([marginals.mean(), marginals.quantile(0.5), marginals.spread()])
+        return severity
+
+
+class Law(TypedDict):
+    """Arguments of the laws of some averages."""
+
+    noise: FloatArray
+    index_error: float
+    coefficients: FloatArray | None
 
 
 def _check_noise(batch: Batch, noise: FloatArray) -> None:
@@ -174,14 +205,14 @@ def _check_averages(x: FloatArray, point: LocalTemplates) -> None:
         raise InputError("tsa holds values that are not finite; keep rows whose status is 'ok'")
 
 
-def _severity(after: Posterior, level: FloatArray) -> list[FloatArray]:
-    """Return mean, median and spread of each severity; templates with a pattern have none, and do not take part."""
+def _severity_of_templates(after: Posterior, level: FloatArray) -> FloatArray:
+    """Return mean, median and spread of each severity, (rows, 9); templates with a pattern do not take part."""
     plain: BoolArray = np.isfinite(level.sum(axis=1))
     some = Posterior(location=after.location, damage=np.where(plain, after.damage, -np.inf))
     if not np.isfinite(some.damage).any(axis=1).all():
-        return [np.full(len(after.location), np.nan)] * len(OF_SEVERITY)
+        return np.full((len(after.location), len(OF_SEVERITY)), np.nan)
     levels = np.where(plain[:, None], level, 0.0).T
     mean = [some.mean(quantity) for quantity in levels]
     median = [some.median(quantity) for quantity in levels]
     square = [some.severity @ quantity**2 - m**2 for quantity, m in zip(levels, mean, strict=True)]
-    return [*mean, *median, *(np.sqrt(variance.clip(min=0)) for variance in square)]
+    return np.column_stack([*mean, *median, *(np.sqrt(variance.clip(min=0)) for variance in square)])

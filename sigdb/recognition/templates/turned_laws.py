@@ -216,6 +216,14 @@ class TurnedLaws:
         noise, index_error = (np.broadcast_to(np.asarray(value, float), rows) for value in (noise, index_error))
         return np.asarray(-2 * log_likelihood - self._constant(noise, self._gain_ratio(noise, index_error)))
 
+    def chi2_of(
+        self, template: IntArray, log_likelihood: FloatArray, *, noise: FloatArray, index_error: float
+    ) -> FloatArray:
+        """Return :meth:`chi2` of one template of each average, (rows,), from its log-likelihood (rows,)."""
+        d = (self.gains[template] * (index_error / noise)[:, None]) ** 2
+        constant = self.samples * np.log(2 * np.pi * noise**2) + np.log1p(d).sum(axis=1)
+        return np.asarray(-2 * log_likelihood - constant)
+
     def _weights(self, coefficients: FloatArray | None) -> FloatArray:
         """Return c_ab phi_kbt, (teeth or 1, rows or 1, templates, a b)."""
         a, b = self.carriers.shape[1:3]

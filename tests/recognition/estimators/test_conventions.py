@@ -25,11 +25,12 @@ def labels(estimator, rows):
 
 @pytest.mark.parametrize("made", ESTIMATORS)
 def test_parameters_are_got_set_and_cloned(made):
+    others = {"coverage": 0.9, "columns": (), "coverage_by": "cell"}
     estimator = made("lda", random_state=3)
-    assert estimator.get_params() == {"learner": "lda", "random_state": 3, "coverage": 0.9, "columns": ()}
+    assert estimator.get_params() == {"learner": "lda", "random_state": 3} | others
     assert estimator.set_params(learner="boosting") is estimator
-    assert clone(estimator).get_params() == {"learner": "boosting", "random_state": 3, "coverage": 0.9, "columns": ()}
-    assert made().get_params() == {"learner": "boosting", "random_state": 0, "coverage": 0.9, "columns": ()}
+    assert clone(estimator).get_params() == {"learner": "boosting", "random_state": 3} | others
+    assert made().get_params() == {"learner": "boosting", "random_state": 0} | others
     with pytest.raises(ValueError, match="Invalid parameter 'depth'"):
         estimator.set_params(depth=3)
 
@@ -138,7 +139,7 @@ def test_a_view_holds_the_cells_from_one_before_to_four_after(held_out):
 
 
 def test_settings_have_bounds():
-    trained = {"learner": "boosting", "folds": 5, "seed": 0, "false_alarm_rate": 0.01}
+    trained = {"learner": None, "coverage_by": "cell", "folds": 5, "seed": 0, "false_alarm_rate": 0.01}
     stages = {"columns": (), "targets": (), "splits": ("S1",), "evaluate_on": ()}
     assert RecognitionSettings().model_dump(exclude={"criteria"}) == trained | stages
     wrong_ones = ({"folds": 2}, {"learner": "forest"}, {"seed": -1}, {"depth": 3}, {"false_alarm_rate": 1.0})

@@ -337,7 +337,7 @@ def test_the_score_is_the_log_odds_of_the_scorer(location, training):
 def test_parameters_and_kinds(bank):
     for made in (TemplateLocation, TemplateSeverity):
         one = made(bank, coverage=0.2)
-        assert set(one.get_params()) == {"bank", "coverage", "n_jobs"}
+        assert set(one.get_params()) == {"bank", "coverage", "coverage_by", "n_jobs"}
         assert clone(one).get_params()["coverage"] == 0.2
         assert "5 templates of 'casing' at 1 points" in repr(one)
     assert is_classifier(TemplateLocation(bank))
