@@ -32,13 +32,23 @@ class TurnedProducts:
 
     def __call__(self, x: FloatArray) -> FloatArray:
         """(teeth, rows, patterns) products of averages x (rows, n); entry t is with the patterns turned by t teeth."""
-        products = _over_teeth(np.asarray(x, float), self._teeth) @ self._conjugate
+        spectrum = _over_teeth(np.asarray(x, float), self._teeth)
+        products = np.empty((*spectrum.shape[:2], self._conjugate.shape[2]), complex)
+        ends = [0, self._teeth // 2] if self._teeth % 2 == 0 else [0]  # these are real, which takes a quarter
+        products[ends] = spectrum[ends].real @ self._conjugate[ends].real
+        between = slice(1, len(spectrum) - (self._teeth % 2 == 0))
+        np.matmul(spectrum[between], self._conjugate[between], out=products[between])
         return np.asarray(scipy.fft.irfft(products, self._teeth, axis=0, overwrite_x=True))
 
 
 def _over_teeth(x: FloatArray, teeth: int) -> FloatArray:
     """(teeth // 2 + 1, rows, n / teeth) transform of rows (rows, n) over their tooth passes."""
     return np.asarray(scipy.fft.rfft(x.reshape(len(x), teeth, -1).transpose(1, 0, 2), axis=0))
+
+
+def _products(some: FloatArray, others: FloatArray) -> FloatArray:
+    """Return the sums of products over the last axis."""
+    return np.asarray(np.einsum("...m,...m->...", some, others))
 
 
 _ROWS_AT_ONCE = 128
@@ -151,7 +161,7 @@ class TurnedLaws:
         r = self.gains.shape[1]
         products = self._products(x).reshape(self.teeth, len(x), len(self.carriers), -1)
         amplitude = products[..., :r] - self._times(weights, self._projected)
-        square = (x**2).sum(axis=1)[:, None] - 2 * (products[..., r:] * weights).sum(axis=-1)
+        square = (x**2).sum(axis=1)[:, None] - 2 * _products(products[..., r:], weights)
         square += self._energy(weights)
         d = self._gain_ratio(noise, index_error)
         explained = np.einsum("trkm,rkm->trk", amplitude**2, d / (1 + d))
@@ -162,7 +172,7 @@ class TurnedLaws:
         """Return the squared distance of averages from each turned mean, (rows, templates, teeth); without modes."""
         weights = self._weights(coefficients)
         products = self._products(x).reshape(self.teeth, len(x), len(self.carriers), -1)[..., self.gains.shape[1] :]
-        square = (x**2).sum(axis=1)[:, None] - 2 * (products * weights).sum(axis=-1)
+        square = (x**2).sum(axis=1)[:, None] - 2 * _products(products, weights)
         return np.asarray((square + self._energy(weights)).transpose(1, 2, 0))
 
     def mean(self, template: int, turn: IntArray, coefficients: FloatArray | None = None) -> FloatArray:
