@@ -1,6 +1,6 @@
 """Training and evaluation of models with the settings of their database's recipe."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -90,6 +90,7 @@ def train_model(
     allow_leak: bool = False,
     columns: Sequence[str] | None = None,
     command: str,
+    others: Mapping[str, Database] | None = None,
     on_step: OnStep = ignore,
     on_evaluation: Callable[[Evaluation], object] = ignore,
     check: bool = True,
@@ -118,10 +119,12 @@ def train_model(
         added them; those of the database's recipe if left out.
     command : str
         Command that makes the model again, for its card.
+    others : mapping of str to Database, optional
+        By name, other databases that the model is evaluated on for its card.
     on_step : callable
         Called with the name of each estimator before it is trained, and with a sentence on each that is left out.
     on_evaluation : callable
-        Called with the evaluation once the folder is written.
+        Called with the evaluation, and then with those on the others, once the folder is written.
     check : bool
         Whether to refuse a model that is better than the bound, once it is written.
 
@@ -143,14 +146,17 @@ def train_model(
     split = split or default_split(database)
     model = train(database, target, settings, split=split, allow_leak=allow_leak, on_step=on_step)
     evaluation = evaluate(model, database, criteria=settings.criteria)
+    elsewhere = {name: evaluate(model, other, criteria=settings.criteria) for name, other in (others or {}).items()}
     save_model(
         model,
         folder,
         evaluation=evaluation,
         probe=model.probe(database, requested_rows(model, database)),
         command=command,
+        elsewhere=elsewhere,
     )
-    on_evaluation(evaluation)
+    for each in (evaluation, *elsewhere.values()):
+        on_evaluation(each)
     if check:
         evaluation.check()
     return evaluation

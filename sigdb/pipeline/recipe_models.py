@@ -129,6 +129,7 @@ def make_models(
     for split in settings.splits:
         for target in settings.targets:
             name = target if split == "S1" else f"{target}-{split}"
+            first = split == settings.splits[0]
             model = Stage(
                 out=out,
                 name=f"models/{name}",
@@ -137,36 +138,43 @@ def make_models(
                     "split": split,
                     "settings": settings.model_dump(exclude=_OF_A_RUN),
                     "database": content,
+                    **({"others": contents} if first and others else {}),
                 },
             )
-            evaluation = _train(recipe, database, model, on_stage)
+            evaluations = _train(recipe, database, model, others if first else {}, on_stage)
             page = partial(_report, model, criteria=settings.criteria, on_stage=on_stage)
-            yield page(f"{recipe.path.stem}: {name}", name, database, content, evaluation)
-            for other in others if split == settings.splits[0] else ():
+            yield page(f"{recipe.path.stem}: {name}", name, database, content, evaluations.get(""))
+            for other in others if first else ():
                 title, on = f"{recipe.path.stem}: {name} on {other}", f"{name}-on-{other}"
-                yield page(title, on, others[other], contents[other], None)
+                yield page(title, on, others[other], contents[other], evaluations.get(other))
 
 
-def _train(recipe: Recipe, database: Database, stage: Stage, on_stage: OnStep) -> Evaluation | None:
-    """Return the evaluation of a model that is trained now; None where the model was there."""
-    evaluations = []
+def _train(
+    recipe: Recipe, database: Database, stage: Stage, others: Mapping[str, Database], on_stage: OnStep
+) -> dict[str, Evaluation]:
+    """Return the evaluations of a model that is trained now; none where the model was there.
+
+    That on its own database has an empty name.
+    """
+    evaluations: list[Evaluation] = []
 
     def make() -> list[Path]:
         on_stage(f"{stage.path}: training, split {stage.inputs['split']}")
-        evaluation = train_model(
+        train_model(
             database,
             stage.inputs["target"],
             stage.path,
             split=stage.inputs["split"],
             command=shlex.join(["sigdb", "run", str(recipe.path), "--out", str(stage.out)]),
+            others=others,
             on_step=lambda step: on_stage(f"{stage.path}: {step}"),
+            on_evaluation=evaluations.append,
             check=False,  # the run reports it at its end, when all reports are written
         )
-        evaluations.append(evaluation)
         return _files(stage.path)
 
     run_stage(stage, make, on_stage, "trained")
-    return evaluations[0] if evaluations else None
+    return dict(zip(("", *others), evaluations, strict=False))
 
 
 def _report(

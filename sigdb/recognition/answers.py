@@ -26,12 +26,15 @@ class Answers:
         (rows, 1 + teeth) of 'none' and of each tooth.
     sets
         (rows, 1 + teeth) whether each class is in the conformal set.
+    outside
+        (rows,) whether a row is outside what the model was trained for; None where it does not say.
     """
 
     predicted: IntArray | pd.DataFrame
     scores: FloatArray | None = None
     probabilities: FloatArray | None = None
     sets: BoolArray | None = None
+    outside: BoolArray | None = None
 
     @classmethod
     def of_scores(cls, scores: FloatArray, *, sets: BoolArray | None = None) -> Self:
@@ -64,6 +67,7 @@ class Answers:
             scores=stack(lambda part: part.scores, -np.inf),
             probabilities=stack(lambda part: part.probabilities, 0.0),
             sets=stack(lambda part: part.sets, False),
+            outside=stack(lambda part: part.outside, False),
         )
 
     @property
@@ -73,7 +77,7 @@ class Answers:
 
     def select(self, rows: BoolArray | IntArray) -> Self:
         """Return the answers to some of the rows, by their places or by whether each is one of them."""
-        arrays = {name: getattr(self, name) for name in ("scores", "probabilities", "sets")}
+        arrays = {name: getattr(self, name) for name in ("scores", "probabilities", "sets", "outside")}
         return replace(
             self,
             predicted=self.predicted.iloc[rows] if isinstance(self.predicted, pd.DataFrame) else self.predicted[rows],

@@ -8,7 +8,7 @@ from typing import Unpack
 import numpy as np
 import pandas as pd
 
-from sigdb.core import Answer, FloatArray, InputError, IntArray, NotApplicableError
+from sigdb.core import Answer, BoolArray, FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.database import QUANTITIES, Database
 from sigdb.recognition.answers import Answers, answer_table
 from sigdb.recognition.decision import Costs, check_decision, decided_answers
@@ -301,6 +301,11 @@ class Model:
                     return reasons
         return [""] * len(batch)
 
+    def _outside(self, batch: Batch) -> BoolArray:
+        """Return whether rows are outside the range of the training, or fit no template of the model; (rows,)."""
+        unfit = self.estimator.unfit_reasons(batch) or [""] * len(batch)
+        return np.array([bool(reason or other) for reason, other in zip(self._reasons(batch), unfit, strict=True)])
+
     def _verdict(self, batch: Batch, prevalence: float | None, costs: Costs | None) -> pd.DataFrame:
         """Return the answers to rows that are inside."""
         answers = decided_answers(self.estimator, self._reduced(batch), prevalence, costs)
@@ -348,7 +353,9 @@ class Model:
             order.append(places)
             for name in list(parts):
                 try:
-                    parts[name].append(self.estimators[name].answer(some))
+                    answers = self.estimators[name].answer(some)
+                    outside = self._outside(some) if name == self.learner else None
+                    parts[name].append(replace(answers, outside=outside))
                 except NotApplicableError:
                     if name == self.learner:
                         raise

@@ -9,6 +9,10 @@ import pandas as pd
 from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.metrics.estimate import Specimens
+from sigdb.recognition.metrics.metric import Metric
+
+OUTSIDE_METRICS = (Metric(name="outside", title="share outside"),)
+"""The share of rows that the model says it was not trained for; other metrics count its answers to them too."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,6 +66,12 @@ class Evaluated:
     def score(self) -> FloatArray | None:
         """(rows,) score of damage; None where the estimator has none."""
         return self.answers.detection
+
+    @property
+    def outside_values(self) -> dict[str, FloatArray]:
+        """Values of :data:`OUTSIDE_METRICS`; none where the estimator does not say."""
+        outside = self.answers.outside
+        return {} if outside is None else {"outside": outside.astype(float)}
 
     @property
     def healthy(self) -> BoolArray:

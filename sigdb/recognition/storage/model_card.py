@@ -165,7 +165,9 @@ def limitation_texts(evaluation: Evaluation) -> list[str]:
     return [note.text for note in evaluation.notes if note.code != "no-bound"]
 
 
-def model_card(model: Model, evaluation: Evaluation, *, command: str) -> str:
+def model_card(
+    model: Model, evaluation: Evaluation, *, command: str, elsewhere: Mapping[str, Evaluation] | None = None
+) -> str:
     """Return the card of a model as Markdown.
 
     Parameters
@@ -176,6 +178,8 @@ def model_card(model: Model, evaluation: Evaluation, *, command: str) -> str:
         Its evaluation.
     command
         The command that makes it again.
+    elsewhere
+        By name, its evaluations on other databases.
     """
     text = TARGETS[model.target].text
     return f"""# {model.target.capitalize()} of tooth damage: {LEARNERS[model.learner]}
@@ -201,7 +205,7 @@ Split: {evaluation.split}, {evaluation.split_text}. {evaluation.rows} rows of
 
 {text.baselines.format(rate=model.false_alarm_rate)}
 
-{_against_bound(evaluation)}**Known failures.** {text.failures}
+{_against_bound(evaluation)}{_elsewhere(elsewhere or {})}**Known failures.** {text.failures}
 
 ## Make it again
 
@@ -224,6 +228,24 @@ def _against_bound(evaluation: Evaluation) -> str:
         parts += ["\n".join(f"- {text}" for text in limits)]
     if criteria:
         parts += ["## Criteria", "Each in the worst noise band:", _markdown(criteria)]
+    return "\n\n".join(parts) + "\n\n" if parts else ""
+
+
+def _elsewhere(evaluations: Mapping[str, Evaluation]) -> str:
+    """Return a section on each other database: metrics of the model and of the best possible answers."""
+    parts = []
+    for name, evaluation in evaluations.items():
+        table = metric_table(evaluation)
+        kept = [place for place, title in enumerate(table.head) if title.startswith(("metric", "bound"))]
+        kept.insert(1, next(place for place, title in enumerate(table.head) if title.endswith("(the model)")))
+        rows = [[row[place] for place in kept] for row in table.rows if row[kept[1]]]
+        parts += [
+            f"## On {name}",
+            f"{evaluation.rows} rows of {evaluation.specimens} specimens. {bound_text(evaluation)}",
+            _markdown(EstimateTable(head=[table.head[place] for place in kept], rows=rows)),
+        ]
+        if efficiency := efficiency_cells(evaluation):
+            parts += [_markdown(efficiency)]
     return "\n\n".join(parts) + "\n\n" if parts else ""
 
 

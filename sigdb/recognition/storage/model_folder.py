@@ -93,7 +93,15 @@ _UNREADABLE = (
 """Errors that the seal and the readers of JSON, ZIP, skops and NPZ raise on damaged or foreign files."""
 
 
-def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, probe: Rows, command: str) -> None:
+def save_model(
+    model: Model,
+    folder: str | Path,
+    *,
+    evaluation: Evaluation,
+    probe: Rows,
+    command: str,
+    elsewhere: Mapping[str, Evaluation] | None = None,
+) -> None:
     """Write a model's folder: ``model.skops``, ``model.json``, ``probe.npz`` and its card ``README.md``.
 
     Parameters
@@ -108,6 +116,8 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
         Rows of features. A few are kept with the model's answers.
     command
         The command that makes it again.
+    elsewhere
+        By name, its figures on other databases, for the card too.
     """
     folder, rows = Path(folder), few_rows(_as_batch(model, probe))
     answers = io.BytesIO()
@@ -117,10 +127,11 @@ def save_model(model: Model, folder: str | Path, *, evaluation: Evaluation, prob
     described = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "estimators"}
     described |= {
         "evaluation": evaluation.as_json(),
+        "elsewhere": {name: other.as_json() for name, other in (elsewhere or {}).items()},
         "versions": {"sigdb": __version__, "scikit-learn": sklearn.__version__, "python": platform.python_version()},
         "files": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()},
     }
-    files["README.md"] = model_card(model, evaluation, command=command).encode()
+    files["README.md"] = model_card(model, evaluation, command=command, elsewhere=elsewhere).encode()
     files["model.json"] = sealed_json(_as_mapping(plain(described)))  # the last one: it holds the hashes
     publish_all({folder / name: content for name, content in files.items()})
 

@@ -13,7 +13,7 @@ from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.estimators.registry import make_estimators
 from sigdb.recognition.metrics.detection import CALL_METRICS, RATE_METRICS, call_values, detection_at_rates
 from sigdb.recognition.metrics.estimate import Estimate, Specimens
-from sigdb.recognition.metrics.evaluated import Evaluated
+from sigdb.recognition.metrics.evaluated import OUTSIDE_METRICS, Evaluated
 from sigdb.recognition.metrics.metric import Metric, estimates
 from sigdb.recognition.metrics.probability_of_detection import A90_METRICS, LOSS_COLUMNS, a90_estimates
 from sigdb.recognition.settings import RecognitionSettings
@@ -26,7 +26,7 @@ class Detection:
     """Damaged or not, at a set rate of false alarms."""
 
     name = "detection"
-    metrics: tuple[Metric, ...] = (*CALL_METRICS, *RATE_METRICS, *A90_METRICS)
+    metrics: tuple[Metric, ...] = (*CALL_METRICS, *RATE_METRICS, *A90_METRICS, *OUTSIDE_METRICS)
     noise_metrics: tuple[str, ...] = ("false_alarm_rate", "p_detected")
     pictured_metrics: tuple[str, ...] = ("p_detected", "false_alarm_rate")
     headline = "pd_at_1e-2"
@@ -57,7 +57,7 @@ bound.""",
 
     def values(self, evaluated: Evaluated) -> dict[str, FloatArray]:
         """Return whether damage is called, of damaged and of healthy rows."""
-        return call_values(evaluated.labels, evaluated.rows)
+        return call_values(evaluated.labels, evaluated.rows) | evaluated.outside_values
 
     def quotients(self, evaluated: Evaluated) -> dict[str, Estimate]:
         """Return detection at set rates, and a90."""

@@ -25,7 +25,7 @@ from sigdb.recognition.metrics.calibration import (
 from sigdb.recognition.metrics.coverage import SET_METRICS, coverage_cells, set_values
 from sigdb.recognition.metrics.detection import RATE_METRICS
 from sigdb.recognition.metrics.estimate import Estimate, Specimens
-from sigdb.recognition.metrics.evaluated import Evaluated
+from sigdb.recognition.metrics.evaluated import OUTSIDE_METRICS, Evaluated
 from sigdb.recognition.metrics.location_and_severity import LOCATION_METRICS, location_values
 from sigdb.recognition.metrics.metric import Metric
 from sigdb.recognition.metrics.probability_of_detection import A90_METRICS
@@ -40,7 +40,14 @@ class Location:
     """The first damaged tooth of a gear, 0 for none."""
 
     name = "location"
-    metrics: tuple[Metric, ...] = (*LOCATION_METRICS, *RATE_METRICS, *A90_METRICS, *CALIBRATION_METRICS, *SET_METRICS)
+    metrics: tuple[Metric, ...] = (
+        *LOCATION_METRICS,
+        *RATE_METRICS,
+        *A90_METRICS,
+        *CALIBRATION_METRICS,
+        *SET_METRICS,
+        *OUTSIDE_METRICS,
+    )
     noise_metrics: tuple[str, ...] = tuple(metric.name for metric in LOCATION_METRICS)
     pictured_metrics: tuple[str, ...] = ("accuracy", "p_exact")
     headline = "accuracy"
@@ -76,7 +83,7 @@ increase of the noise at which the best rule has as many errors.""",
     def values(self, evaluated: Evaluated) -> dict[str, FloatArray]:
         """Return the values of predicted teeth, of probabilities and of sets."""
         answers, rows = evaluated.answers, evaluated.rows
-        values = location_values(evaluated.labels, rows)
+        values = location_values(evaluated.labels, rows) | evaluated.outside_values
         if answers.probabilities is not None:
             values |= calibration_values(answers.probabilities, rows)
         if answers.sets is not None:

@@ -14,7 +14,7 @@ from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.estimators.registry import make_estimators
 from sigdb.recognition.metrics.coverage import coverage_cells, value_bands
 from sigdb.recognition.metrics.estimate import Estimate, Specimens
-from sigdb.recognition.metrics.evaluated import Evaluated
+from sigdb.recognition.metrics.evaluated import OUTSIDE_METRICS, Evaluated
 from sigdb.recognition.metrics.location_and_severity import (
     SEVERITY_METRICS,
     interval_coverage,
@@ -34,7 +34,7 @@ class Severity:
     """The severity of damage, each quantity with an interval."""
 
     name = "severity"
-    metrics: tuple[Metric, ...] = SEVERITY_METRICS
+    metrics: tuple[Metric, ...] = (*SEVERITY_METRICS, *OUTSIDE_METRICS)
     noise_metrics: tuple[str, ...] = tuple(
         f"{kind}_{quantity}" for quantity in QUANTITIES for kind in ("mae", "crps", "coverage")
     )
@@ -67,7 +67,7 @@ quantiles, and the root mean square error with that of the posterior's mean.""",
 
     def values(self, evaluated: Evaluated) -> dict[str, FloatArray]:
         """Return errors, scores and coverage of each quantity."""
-        return severity_values(evaluated.severities, evaluated.rows)
+        return severity_values(evaluated.severities, evaluated.rows) | evaluated.outside_values
 
     def quotients(self, evaluated: Evaluated) -> dict[str, Estimate]:
         """Return nothing: all metrics follow from values of rows."""
