@@ -31,6 +31,7 @@ __all__ = [
     "SeverityInterpolation",
     "SeverityIntervals",
     "SeverityRegressor",
+    "SignalResponse",
     "SignatureTransformer",
     "TemplateBank",
     "TemplateLocation",
@@ -51,6 +52,7 @@ __all__ = [
     "optimal_roc",
     "requested_rows",
     "save_model",
+    "signal_response",
     "smallest_detected_loss",
     "train",
 ]

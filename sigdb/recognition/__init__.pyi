@@ -45,6 +45,8 @@ from .fusion.joint_law import JointLaw as JointLaw
 from .metrics.coverage import ENOUGH as ENOUGH
 from .metrics.estimate import Estimate as Estimate
 from .metrics.metric import Metric as Metric
+from .metrics.signal_response import SignalResponse as SignalResponse
+from .metrics.signal_response import signal_response as signal_response
 from .metrics.significance import Excess as Excess
 from .metrics.significance import above_bound as above_bound
 from .model import Model as Model

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from sigdb.core import BoolArray, FloatArray, IntArray
-from sigdb.recognition.templates.speed_curve import HALVED, spline_weights
+from sigdb.recognition.templates.speed_curve import spline_weights
 
 Range: TypeAlias = tuple[float, float]
 """Least and greatest value."""
@@ -21,6 +21,10 @@ _LEAST_LEVELS = 3
 
 _CUBIC = 4
 """Levels that a cubic takes."""
+
+_LEFT_OUT = 4.0
+"""Factor between the error at a level that is left out and that between all levels. Half the distance has a sixteenth
+of the error of a cubic; but it is greater between the last two levels, which are not left out."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,7 +159,7 @@ def _ends(levels: Sequence[FloatArray]) -> Range:
 def _line_error(levels: FloatArray, signals: FloatArray) -> float:
     """Return the estimated greatest error of signals (levels, lines, n) between the levels.
 
-    From five levels on it is that of leaving each out, over eight, as for speeds. With three or four the polynomial
+    From five levels on it is that of leaving each out, over four. With three or four the polynomial
     goes through all, and the error is the next term of Newton's formula. Its divided difference is taken to exceed
     the last one as much as that exceeds the one before.
     """
@@ -169,7 +173,7 @@ def _line_error(levels: FloatArray, signals: FloatArray) -> float:
             kept = np.delete(np.arange(len(levels)), left)
             weights = spline_weights(levels[kept], levels[[left]])[0]
             left_out.append(_norm(np.tensordot(weights, signals[kept], axes=1) - signals[left]).max())
-        return float(max(left_out)) / HALVED
+        return float(max(left_out)) / _LEFT_OUT
     before, last = _divided(levels[:-1], signals[:-1]), _divided(levels, signals)
     before = np.maximum(_norm(before), _norm(_divided(levels[1:], signals[1:])))
     at = np.linspace(levels[0], levels[-1], 201)

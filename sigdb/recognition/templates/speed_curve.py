@@ -31,7 +31,7 @@ _MOST_RANGES = 512
 _CUBIC = 4
 """Speeds that a cubic takes."""
 
-HALVED = 8.0
+_HALVED = 8.0
 """Factor between the error at a speed that is left out and that of all speeds: half the distance has a sixteenth of the
 error of a cubic; the other factor 2 is for safety."""
 
@@ -283,7 +283,7 @@ def _chosen(
     errors = [_errors(stored, np.setdiff1d(every, some), some, powers, noise).max() for some in left]
     # With fewer speeds it is a polynomial of a lower degree that errs as much.
     halved = len(speeds) > _CUBIC and not _has_other_part(stored, powers)
-    return float(max(errors, default=np.inf)) / (HALVED if halved else 1.0), every, powers
+    return float(max(errors, default=np.inf)) / (_HALVED if halved else 1.0), every, powers
 
 
 def _has_other_part(stored: StoredSignals, powers: tuple[Powers, Powers]) -> bool:
