@@ -175,6 +175,19 @@ def test_a_model_at_or_below_the_bound_passes(location_model, database, monkeypa
         assert "accuracy" not in evaluation.above
 
 
+def test_the_bound_is_stated_with_known_cells_and_with_the_whole_grid(location_model, database, monkeypatch):
+    """Of rows of one kind of damage: the rule of the first bound knows the kind, that of the second does not."""
+    rows = usable_rows(database, "location")
+    one_kind = (rows["stiffness_loss"] == 0.2) & (rows["phase_shift_deg"] == 0) & (rows["damaged_teeth"] == 1)
+    some = rows[one_kind & ~rows["specimen"].isin(location_model.trained_on)]
+    selection = Selection(split="S2", text="some")
+    monkeypatch.setattr("sigdb.recognition.evaluation.select_rows", lambda *args: (some, selection))
+    evaluation = requested(location_model, database, Oracle())
+    assert evaluation.bound["log_loss"].value < evaluation.bound_whole_grid["log_loss"].value
+    assert metric_table(evaluation).head[-2:] == ["bound", "bound, whole grid"]
+    assert "It knows which cases are asked" in bound_text(evaluation)
+
+
 def test_the_bound_stands_in_the_table_against_noise(location_model, database, monkeypatch):
     """A bound whose law does not cover all rows is compared on those that it covers."""
     bound_right_in(monkeypatch, 0.5, among=lambda rows: rows["tooth"] % 2 == 0)
@@ -251,6 +264,7 @@ def test_templates_are_decomposed_once_for_each_operating_point(bounded):
     """They were read and decomposed twice: for the bound, and again for the model's efficiency."""
     for evaluation, calls in bounded:
         assert evaluation.bound is not None
+        assert evaluation.bound_whole_grid is None  # the rows have all cases, in the shares of the database
         assert len(evaluation.efficiency) > 0
         assert calls.count("templates") == 1
 

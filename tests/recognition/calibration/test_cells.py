@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.special import logsumexp
 
 from sigdb.database import QUANTITIES
-from sigdb.recognition import LocationClassifier, SeverityRegressor
+from sigdb.recognition import LocationClassifier, LocationSets, SeverityIntervals, SeverityRegressor
 from sigdb.recognition.calibration.cells import band_edges, levels_of
 from sigdb.recognition.calibration.conformal import greatest_quantile, least_specimens, specimen_quantile
 from sigdb.recognition.rows.batch import Batch
@@ -240,3 +240,34 @@ def test_levels_are_few_and_nan_is_one_of_its_own():
     levels, nearest = levels_of(values)
     assert len(levels) == 12
     assert_allclose(np.abs(values - levels[nearest]), np.abs(values[:, None] - levels).min(axis=1))
+
+
+class AnySets(LocationSets):
+    def __init__(self, coverage_by):
+        self.coverage, self.coverage_by = 0.9, coverage_by
+
+
+class AnyIntervals(SeverityIntervals):
+    def __init__(self, coverage_by):
+        self.coverage, self.coverage_by = 0.9, coverage_by
+
+
+def test_coverage_over_all_rows_has_one_threshold_and_smaller_sets():
+    """Half of the rows are ten times stranger: by cell these are covered too, over all rows 0.9 of all are."""
+    stream, rows = np.random.default_rng(4), 4000
+    severity = np.repeat([[0.2], [0.4]], rows // 2, axis=0)
+    strange = stream.exponential(size=rows) * np.where(severity[:, 0] == 0.2, 10.0, 1.0)
+    tooth, groups = np.ones(rows, int), np.arange(rows) % 40
+    cells = {"point": np.zeros(rows, int), "noise": np.zeros(rows), "groups": groups}
+    sets, intervals = {}, {}
+    for by in ("cell", "all"):
+        sets[by], intervals[by] = AnySets(by), AnyIntervals(by)
+        sets[by]._fit_sets(strange, tooth, severity, **cells)
+        intervals[by]._fit_intervals(strange[:, None], severity, **cells)
+    of_new_specimen = 10 * -np.log(1 - 0.9 * 41 / 40)
+    assert sets["cell"].set_thresholds_[0, 1] == pytest.approx(of_new_specimen, rel=0.05)
+    (threshold,) = np.unique(sets["all"].set_thresholds_)
+    assert 0.9 <= (strange <= threshold).mean() < 0.95
+    assert threshold < 0.8 * sets["cell"].set_thresholds_[0, 1]
+    assert np.unique(intervals["all"].thresholds_[0]).tolist() == [threshold]
+    assert intervals["cell"].thresholds_[0][0, 0] > 5 * intervals["cell"].thresholds_[0][0, 1]

@@ -10,7 +10,7 @@ from numpy.testing import assert_array_equal
 
 from sigdb.cli.main import cli
 from sigdb.core import InputError
-from sigdb.recognition import LEARNERS, RecognitionSettings, evaluate, load_model, save_model, train
+from sigdb.recognition import LEARNERS, RecognitionSettings, TemplateBank, evaluate, load_model, save_model, train
 from sigdb.recognition.estimators import registry
 from sigdb.recognition.estimators.baselines.threshold import ThresholdLocation
 from sigdb.recognition.estimators.registry import Entry, estimator_class, own_classes, trusted_types
@@ -75,3 +75,8 @@ def test_a_learner_is_trained_compared_saved_and_loaded(database, held_out, with
     assert_array_equal(load_model(tmp_path).predict(held_out), model.predict(held_out))
     with pytest.raises(InputError, match="learner = 'crest' is not one of those for severity; choose one of lda"):
         train(database, "severity", settings)
+
+
+def test_the_default_learner_is_that_of_templates_where_there_is_a_bank():
+    bank = TemplateBank(sensor="casing", index_error=1e-6, points=())
+    assert (registry.default_learner(bank), registry.default_learner(None)) == ("templates", "boosting")

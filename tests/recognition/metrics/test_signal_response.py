@@ -1,4 +1,4 @@
-"""Verification: the regression of signals on sizes, against least squares, its own law, and a likelihood written out."""
+"""Verification: the regression of signals on sizes, against least squares, its law, and a likelihood written out."""
 
 import numpy as np
 import pytest
