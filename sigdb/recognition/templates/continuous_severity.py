@@ -190,7 +190,7 @@ class ContinuousSeverity:
         square, along = self._differences[place]
         templates = self._grids[place].places.ravel()
         c = np.ones((1, len(square))) if coefficients is None else coefficients[:, :, 0]
-        d = (self._laws.gains[templates] * (index_error / noise)[:, None, None]) ** 2
+        d = (self._laws.gains[templates] * (self._laws.size(index_error) / noise)[:, None, None]) ** 2
         amplitude = np.tensordot(c, along, axes=1)
         explained = np.einsum("rjkm,rjm->rjk", amplitude**2, d / (1 + d), optimize=True)
         whole = np.einsum("ra,abjk,rb->rjk", c, square, c, optimize=True) - explained

@@ -230,7 +230,7 @@ class TurnedLaws:
         self, template: IntArray, log_likelihood: FloatArray, *, noise: FloatArray, index_error: float
     ) -> FloatArray:
         """Return :meth:`chi2` of one template of each average, (rows,), from its log-likelihood (rows,)."""
-        d = (self.gains[template] * (index_error / noise)[:, None]) ** 2
+        d = (self.gains[template] * (self.size(index_error) / noise)[:, None]) ** 2
         constant = self.samples * np.log(2 * np.pi * noise**2) + np.log1p(d).sum(axis=1)
         return np.asarray(-2 * log_likelihood - constant)
 
