@@ -183,7 +183,8 @@ def test_the_bound_is_stated_with_known_cells_and_with_the_whole_grid(location_m
     selection = Selection(split="S2", text="some")
     monkeypatch.setattr("sigdb.recognition.evaluation.select_rows", lambda *args: (some, selection))
     evaluation = requested(location_model, database, Oracle())
-    assert evaluation.bound["log_loss"].value < evaluation.bound_whole_grid["log_loss"].value
+    known, whole = (bound["log_loss"].value for bound in (evaluation.bound, evaluation.bound_whole_grid))
+    assert known <= whole  # the signals are plain: both are near 0
     assert metric_table(evaluation).head[-2:] == ["bound", "bound, whole grid"]
     assert "It knows which cases are asked" in bound_text(evaluation)
 

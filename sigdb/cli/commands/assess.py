@@ -50,8 +50,8 @@ def assess(
     from sigdb.pipeline import assess_rows
     from sigdb.recognition import Costs, load_model
 
-    stated = {"false_alarm": false_alarm_cost, "miss": miss_cost, "wrong_tooth": wrong_tooth_cost}
-    stated = {name: value for name, value in stated.items() if value is not None}
+    costs = {"false_alarm": false_alarm_cost, "miss": miss_cost, "wrong_tooth": wrong_tooth_cost}
+    stated = {name: value for name, value in costs.items() if value is not None}
     answers = assess_rows(
         load_model(model),
         open_database(database),
