@@ -54,7 +54,7 @@ class Evaluation:
     differences
         By estimator and metric: the model's minus the estimator's, on the same rows and the same resamples.
     bound
-        Metrics of the best possible answer with known cells, whose rule knows which cases are asked; None where there
+        Metrics of the best possible answer with known cells, whose rule knows which cases occur; None where there
         is none.
     bound_whole_grid
         Metrics of the best possible answer to a rule that knows no more than the database: any of its cases, and

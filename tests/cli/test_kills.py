@@ -179,7 +179,7 @@ COMMANDS = {
     "train": Written("{trained} --target location --out {out}", head="model.json"),
     "evaluate": Written("{model} {trained} --report {out}", head="index.html"),
 }
-READ_ONLY = {"modes", "explore", "public-sets", "add-features", "fuse"}
+READ_ONLY = {"modes", "explore", "public-sets", "add-features", "fuse", "assess"}
 """Commands that write nothing, or only by the writers of other commands: of parts, and of an ingest."""
 COMPUTED = (
     ("sigdb.recording", "read_of_any_size"),

@@ -17,7 +17,7 @@ from sigdb.cli.options import places
 COMMANDS = (
     *("new-rig", "describe", "modes", "run", "sweep", "verify", "coverage", "refine", "card", "identify"),
     *("query", "show", "match", "signature", "export", "train", "evaluate", "diagnose", "explore", "ingest", "label"),
-    *("add-features", "monitor", "public-sets", "plan-measurement", "fuse"),
+    *("add-features", "monitor", "public-sets", "plan-measurement", "fuse", "assess"),
 )
 SIGDB = Path(sys.executable).with_name("sigdb")
 

@@ -186,7 +186,7 @@ def test_the_bound_is_stated_with_known_cells_and_with_the_whole_grid(location_m
     known, whole = (bound["log_loss"].value for bound in (evaluation.bound, evaluation.bound_whole_grid))
     assert known <= whole  # the signals are plain: both are near 0
     assert metric_table(evaluation).head[-2:] == ["bound", "bound, whole grid"]
-    assert "It knows which cases are asked" in bound_text(evaluation)
+    assert "It knows which cases occur" in bound_text(evaluation)
 
 
 def test_the_bound_stands_in_the_table_against_noise(location_model, database, monkeypatch):

@@ -185,7 +185,7 @@ def operating_points(
     counts = {reason: int((some & wanted).sum()) for reason, some in reasons.items()}
     outside = {reason: count for reason, count in counts.items() if count}
     inside = rows.assign(requested=wanted)[~np.any(list(reasons.values()), axis=0)]
-    laws = {one.place: one.hypotheses for one in like}
+    laws = {point.place: point.hypotheses for point in like}
     points = [_point(database, some, sensor, laws) for _, some in inside.groupby(_POINT) if some["requested"].any()]
     if not points:
         raise NotApplicableError(f"{database.store}: no row follows the law of the bound ({outside})")

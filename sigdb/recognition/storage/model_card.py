@@ -151,7 +151,7 @@ def bound_text(evaluation: Evaluation) -> str:
 
 
 _WHOLE_GRID = (
-    "It knows which cases are asked. 'bound, whole grid' does not:\nto it, any case of the database is possible, and "
+    "It knows which cases occur. 'bound, whole grid' does not:\nto it, any case of the database is possible, and "
     "any severity between those of the templates."
 )
 

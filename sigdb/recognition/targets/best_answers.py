@@ -35,7 +35,7 @@ class BestAnswers:
     values
         Value of each row inside the law by metric, for metrics that are plain means.
     whole, whole_metrics
-        Bound without known cells, and metrics of its answers. Its rule does not know which of the cases are asked: the
+        Bound without known cells, and metrics of its answers. Its rule does not know which of the cases occur: the
         prior is that of all rows of the database, and severities may lie between those of the templates. None where it
         is the same.
     """
@@ -100,9 +100,9 @@ def best_answers(
     inside = rows.index.isin(bound.rows.index)
     covered, specimens = rows[inside], evaluated.specimens.select(inside)
 
-    def answered(one: Bound) -> tuple[dict[str, Estimate], dict[str, FloatArray]]:
-        values = target.bound_values(one, covered)
-        quotients = target.bound_quotients(one, covered, specimens, false_alarm_rate)
+    def answered(by: Bound) -> tuple[dict[str, Estimate], dict[str, FloatArray]]:
+        values = target.bound_values(by, covered)
+        quotients = target.bound_quotients(by, covered, specimens, false_alarm_rate)
         return estimates(target.metrics, values, specimens) | quotients, means(target.metrics, values)
 
     metrics, values = answered(bound)
@@ -126,6 +126,6 @@ def _knows_cells(bound: Bound, database: Database, sensor: str) -> bool:
     damaged = RULES[bound.target].damaged_only
     every, _ = operating_points(database, bound.rows.index, sensor=sensor, damaged=damaged, like=bound.points)
     return any(
-        np.abs(np.exp(one.log_prior) - np.exp(other.log_prior)).sum() > _SAME
-        for one, other in zip(bound.points, every, strict=True)
+        np.abs(np.exp(point.log_prior) - np.exp(other.log_prior)).sum() > _SAME
+        for point, other in zip(bound.points, every, strict=True)
     )

@@ -129,7 +129,8 @@ class ContinuousSeverity:
         code = steps[:, 0] * (_MOST_STEPS + 1) + steps[:, 1]
         for value in np.unique(code):
             at = np.flatnonzero(code == value)
-            yield at, self._posterior(log_likelihood[at], [one[at] for one in distances], tuple(steps[at[0]].tolist()))
+            losses, shifts = steps[at[0]].tolist()
+            yield at, self._posterior(log_likelihood[at], [distance[at] for distance in distances], (losses, shifts))
 
     def _posterior(
         self, log_likelihood: FloatArray, distances: Sequence[FloatArray], steps: tuple[int, int]
@@ -140,7 +141,7 @@ class ContinuousSeverity:
         ]
         damaged = np.unique(np.concatenate([grid.places.ravel() for grid in self._grids]))
         best = log_likelihood[:, damaged].max(axis=1)
-        limit = best.max(axis=1) - _FAR - np.max([one.max(axis=1) for one in raised], axis=0)
+        limit = best.max(axis=1) - _FAR - np.max([rise.max(axis=1) for rise in raised], axis=0)
         row, tooth = np.nonzero(best >= limit[:, None])
         first = np.flatnonzero(np.diff(row, prepend=-1))
         sums = []
@@ -207,8 +208,8 @@ class ContinuousSeverity:
             templates = grid.places.ravel()
             first = self._laws.carriers[templates, :, 0]
             gram = np.einsum("jan,kbn->abjk", first, first, optimize=True)
-            own = np.einsum("abjj->abj", gram)
-            square = own[:, :, :, None] + own[:, :, None] - gram - gram.swapaxes(2, 3)
+            alone = np.einsum("abjj->abj", gram)
+            square = alone[:, :, :, None] + alone[:, :, None] - gram - gram.swapaxes(2, 3)
             along = np.einsum("kan,jnm->ajkm", first, self._laws.modes[templates], optimize=True)
             parts.append((square, along - np.einsum("ajjm->ajm", along)[:, :, None]))
         return parts

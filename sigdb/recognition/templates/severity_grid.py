@@ -129,7 +129,7 @@ def severity_interpolation(
     teeth
         Tooth count.
     severities, healthy, signals
-        Of each operating point, as of :func:`severity_grids`, and the nominal averages (templates, n).
+        As of :func:`severity_grids`, and the nominal averages (templates, n), a list over operating points.
     noise
         Standard deviation of the noise of the quietest average, in the unit of the signals.
 
@@ -138,7 +138,7 @@ def severity_interpolation(
     SeverityInterpolation or None
         None where the templates form no grid at some of the points.
     """
-    grids = [severity_grids(*one) for one in zip(severities, healthy, strict=True)]
+    grids = [severity_grids(*point) for point in zip(severities, healthy, strict=True)]
     if not all(grids):
         return None
     errors = [grid.error(at) for of_point, at in zip(grids, signals, strict=True) for grid in of_point]
