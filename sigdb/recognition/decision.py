@@ -110,15 +110,19 @@ def decided_answers(estimator: Estimator, batch: Batch, prevalence: float | None
         answers = replace(answers, probabilities=np.column_stack([1 - damage, damage]))
         return answers if prevalence is None else replace(answers, predicted=(costs or Costs()).detection(damage))
     if prevalence is not None and (trained := estimator.trained_prevalence) is not None:
-        answers = _with_prevalence(answers, trained, prevalence)
+        answers = with_prevalence(answers, trained, prevalence)
     if costs is not None and answers.probabilities is not None:
         return replace(answers, predicted=costs.location(answers.probabilities))
     return answers
 
 
-def _with_prevalence(answers: Answers, trained: float, prevalence: float) -> Answers:
-    """Return answers of location with the log odds of damage moved from the prevalence of the training to another."""
-    assert answers.scores is not None
+def with_prevalence(answers: Answers, trained: float | None, prevalence: float) -> Answers:
+    """Return answers of location with the log odds of damage moved from the prevalence of the training to another.
+
+    Answers of an estimator that states no prevalence, or has no probabilities, are left as they are.
+    """
+    if trained is None or answers.scores is None or answers.probabilities is None or not 0 < prevalence < 1:
+        return answers
     scores = answers.scores.copy()
     scores[:, 0] += logit(trained) - logit(prevalence)
     return replace(answers, predicted=scores.argmax(axis=1), scores=scores, probabilities=softmax(scores, axis=1))

@@ -9,6 +9,7 @@ import pandas as pd
 from sigdb.core import NotApplicableError, Note, OnStep, SigdbError, ignore, plain
 from sigdb.database import Database, default_split
 from sigdb.recognition.criteria import CriterionResult, assess_criteria
+from sigdb.recognition.decision import with_prevalence
 from sigdb.recognition.estimators.user_estimator import user_estimator
 from sigdb.recognition.evaluated_rows import select_rows
 from sigdb.recognition.evaluation_tables import efficiency_table, evaluation_tables
@@ -137,7 +138,8 @@ def evaluate(
 
     On the database of the training, these are the test cases of the model's split. On other databases they are all rows
     of unseen specimens; specimens are the same gears in databases of the same seed. A database whose rig or solver
-    differs is another model form, which is the split S5.
+    differs is another model form, which is the split S5. Models of location answer with the share of damaged rows among
+    these as the prevalence, which the best possible answer knows too.
 
     Parameters
     ----------
@@ -174,7 +176,12 @@ def evaluate(
         model = train(database, target, settings, split=name, user_estimator=estimator, on_step=on_step)
     question = target_named(model.target)
     rows, selection = select_rows(model, database)
-    evaluated = Evaluated.of_each(model.answers(database, rows), rows)
+    prevalence = float((rows["tooth"] > 0).mean())
+    answers = {
+        name: with_prevalence(each, model.estimators[name].trained_prevalence, prevalence)
+        for name, each in model.answers(database, rows).items()
+    }
+    evaluated = Evaluated.of_each(answers, rows)
     values = {name: question.values(each) for name, each in evaluated.items()}
     metrics = {
         name: estimates(question.metrics, values[name], each.specimens) | question.quotients(each)

@@ -6,7 +6,7 @@ import pytest
 from sigdb.core.errors import InputError
 from sigdb.recognition import Costs, Detector
 from sigdb.recognition.answers import Answers
-from sigdb.recognition.decision import check_decision, decided_answers
+from sigdb.recognition.decision import check_decision, decided_answers, with_prevalence
 from sigdb.recognition.estimators.contract import Scorer, SeverityEstimator
 
 TRAINED = 0.8
@@ -123,3 +123,11 @@ def test_models_that_cannot_use_them_say_so():
         check_decision(AnySeverity(), None, Costs())
     with pytest.raises(InputError, match="does not state that of its training; train it again"):
         check_decision(Fixed(P, prevalence=None), 0.1, None)
+
+
+def test_answers_without_probabilities_or_a_stated_prevalence_stay_as_they_are():
+    answers = Fixed(P).answer(None)
+    assert with_prevalence(answers, None, 0.1) is answers
+    assert with_prevalence(answers, TRAINED, 1.0) is answers
+    bare = Answers(predicted=answers.predicted, scores=answers.scores)
+    assert with_prevalence(bare, TRAINED, 0.1) is bare
