@@ -268,6 +268,7 @@ def stored_templates(
     teeth: int,
     sensor: str | None = None,
     where: str | None = None,
+    untied: bool = False,
 ) -> list[Template]:
     """Return the templates of one operating point, tooth count and sensor that have a result and keep contact.
 
@@ -283,19 +284,21 @@ def stored_templates(
         A stored sensor; the first one if left out.
     where
         Only these templates: one SQL expression on their columns.
+    untied
+        Whether templates of a rig that does not turn exactly serve too: each is of damage at its own tooth.
 
     Raises
     ------
     NotApplicableError
-        If the rig does not turn exactly.
+        If the rig does not turn exactly, unless templates may be untied.
     InputError
         If there is no such template.
     """
     rig, gear = rig_of(database)
-    if not rig.turns_exactly(gear):
+    if not untied and not rig.turns_exactly(gear):
         raise NotApplicableError(
             f"{database.store}: the rig {rig.name} has {len(rig.meshes)} meshes, so that damage at another tooth is "
-            "not a turn of the damage at the first; the law of an average is known for rigs with one mesh"
+            "not a turn of the damage at the first; templates that are turned are those of rigs with one mesh"
         )
     sensor = database.stored_sensor(sensor)
     chosen = f"speed_rpm = {speed_rpm!r} and torque = {torque!r} and teeth = {teeth} and status = 'ok'"

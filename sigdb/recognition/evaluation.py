@@ -163,7 +163,7 @@ def evaluate(
     Returns
     -------
     Evaluation
-        Its ``bound`` is None where no row follows the law of the bound, as in trains of several meshes.
+        Its ``bound`` is None where no row follows the law of the bound.
 
     Raises
     ------

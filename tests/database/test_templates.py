@@ -115,5 +115,5 @@ def test_templates_of_an_operating_point_have_results_and_keep_contact(database)
 
 def test_a_rig_that_does_not_turn_exactly_has_no_law(database, monkeypatch):
     monkeypatch.setattr(Transmission, "turns_exactly", lambda self, gear: False)
-    with pytest.raises(NotApplicableError, match="the law of an average is known for rigs with one mesh"):
+    with pytest.raises(NotApplicableError, match="templates that are turned are those of rigs with one mesh"):
         stored_templates(database, speed_rpm=14400.0, torque=356.05, teeth=12)

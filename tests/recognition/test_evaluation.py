@@ -223,7 +223,7 @@ def test_rows_outside_the_law_do_not_count(location_model, database, monkeypatch
 
 
 def test_only_what_is_not_applicable_leaves_the_bound_out(location_model, database, monkeypatch):
-    """A train of several meshes has no bound; a wrong name of a sensor is an error."""
+    """Rows without a law have no bound; a wrong name of a sensor is an error."""
 
     def refuse(error):
         def operating_points(*args, **options):

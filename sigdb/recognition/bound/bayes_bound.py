@@ -114,7 +114,7 @@ def bayes_bound(
     Parameters
     ----------
     database
-        A database with rows, of a rig with one mesh.
+        A database with rows.
     ids
         Rows that models are evaluated on; all if left out. Rows without a result and rows with loss of contact are
         outside the law; for severity also healthy ones and those with a pattern.
@@ -144,7 +144,7 @@ def bayes_bound(
     InputError
         If the target or the sensor is not one that exists.
     NotApplicableError
-        If no row is inside the law, or the rig does not turn exactly.
+        If no row is inside the law.
 
     Examples
     --------

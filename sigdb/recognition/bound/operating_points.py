@@ -16,6 +16,7 @@ from sigdb.recognition.templates.continuous_severity import ContinuousSeverity
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.posterior import Posterior, log_prior, posterior
 from sigdb.recognition.templates.severity_grid import severity_grids, severity_interpolation
+from sigdb.recognition.templates.untied_hypotheses import UntiedHypotheses, hypotheses_at
 
 _POINT = ["speed_rpm", "torque", "teeth"]
 _COLUMNS = ("id", "template", "tooth", "specimen", "averages", "snr_db", "index_error", "contact_loss")
@@ -119,6 +120,8 @@ class OperatingPoint:
     @cached_property
     def continuous_severity(self) -> ContinuousSeverity | None:
         """Posteriors over severities between the templates; None where these show too little of what lies there."""
+        if isinstance(self.hypotheses, UntiedHypotheses):
+            return None
         laws, severity = self.hypotheses, self.hypotheses.cases[list(QUANTITIES)].to_numpy(float)
         noise = float(self.rows["noise"].min())
         between = severity_interpolation(laws.teeth, [severity], [laws.healthy], [laws.signal], noise=noise)
@@ -173,7 +176,7 @@ def operating_points(
     Raises
     ------
     NotApplicableError
-        If no row is inside the law, or the rig does not turn exactly.
+        If no row is inside the law.
     """
     rows = _rows(database)
     rows = rows if among is None else rows[np.isin(rows.index, among)]
@@ -202,7 +205,7 @@ def _point(
     database: Database, rows: pd.DataFrame, sensor: str | None, laws: Mapping[Place, Hypotheses]
 ) -> OperatingPoint:
     speed_rpm, torque, teeth = place = _place(rows)
-    hypotheses = laws.get(place) or Hypotheses.of(
+    hypotheses = laws.get(place) or hypotheses_at(
         database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor
     )
     template = pd.Index(hypotheses.cases["template"]).get_indexer(pd.Index(rows["template"]))

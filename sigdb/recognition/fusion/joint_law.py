@@ -13,6 +13,7 @@ from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicabl
 from sigdb.database import QUANTITIES
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.turned_laws import TurnedProducts
+from sigdb.recognition.templates.untied_hypotheses import UntiedHypotheses
 
 DamageKey: TypeAlias = tuple[object, ...]
 """A template by its damage, whatever its operating point."""
@@ -76,6 +77,11 @@ class AverageLaw:
         NotApplicableError
             If they do not say how index errors act.
         """
+        if isinstance(law, UntiedHypotheses):
+            raise NotApplicableError(
+                "the rig has several meshes, so that templates are not to be turned; averages are fused for rigs with "
+                "one mesh"
+            )
         if law.response is None:
             raise NotApplicableError("the templates do not say how index errors act; make their database again")
         return cls(

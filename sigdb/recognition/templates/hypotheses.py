@@ -78,6 +78,7 @@ class Hypotheses:
         teeth: int,
         sensor: str | None = None,
         where: str | None = None,
+        untied: bool = False,
     ) -> Self:
         """The hypotheses of a database's templates at one operating point.
 
@@ -95,6 +96,8 @@ class Hypotheses:
             A stored sensor; the first one if left out.
         where
             Only these templates: one SQL expression on their columns.
+        untied
+            Whether those of a rig that does not turn exactly serve too; they are not to be turned.
 
         Raises
         ------
@@ -102,7 +105,7 @@ class Hypotheses:
             If there is no such template, or the rig does not turn exactly (more than one mesh).
         """
         templates = stored_templates(
-            database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor, where=where
+            database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor, where=where, untied=untied
         )
         mates = [mate_teeth(database, template) for template in templates]
         runout = float(database.manifest.resolved["sweep"].get("runout", 0.0))

@@ -285,7 +285,7 @@ def test_an_operating_point_without_templates_is_refused(database):
 
 def test_a_rig_that_does_not_turn_exactly_is_refused(database, monkeypatch):
     monkeypatch.setattr(Transmission, "turns_exactly", lambda self, gear: False)
-    with pytest.raises(InputError, match="the law of an average is known for rigs with one mesh"):
+    with pytest.raises(InputError, match="templates that are turned are those of rigs with one mesh"):
         Hypotheses.of(database, speed_rpm=14400.0, torque=1.0, teeth=12)
 
 
