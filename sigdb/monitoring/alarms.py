@@ -9,8 +9,8 @@ from sigdb.core import BoolArray, FloatArray
 LEAST_HEALTHY = 5
 """Least number of healthy looks from which limits are estimated."""
 
-_INDICATORS = 2
-"""Indicators that may alarm, the health indicator and that of the strongest tooth, between which the rate is shared."""
+_INDICATORS = 3
+"""Numbers that may alarm, the health indicator, that of the strongest tooth and its growth: they share the rate."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,9 +49,9 @@ class Trend:
 def alarm_limit(*, false_alarms_a_year: float, looks_a_year: float, healthy: int) -> float:
     """Return the limit in healthy deviations that gives a stated number of false alarms a year.
 
-    Each look may alarm by two indicators, so each has the probability ``p = F / (2 N)`` at F false alarms and N looks a
-    year. The mean and the deviation are estimated from B healthy looks: the limit is that of a prediction interval,
-    ``t sqrt(1 + 1 / B)``, with the quantile t of Student's law with B - 1 degrees of freedom.
+    Each look may alarm by two indicators and by the growth of a tooth, so each has the probability ``p = F / (3 N)`` at
+    F false alarms and N looks a year. The mean and the deviation are estimated from B healthy looks: the limit is that
+    of a prediction interval, ``t sqrt(1 + 1 / B)``, with the quantile t of Student's law with B - 1 degrees of freedom.
 
     Parameters
     ----------
@@ -63,12 +63,23 @@ def alarm_limit(*, false_alarms_a_year: float, looks_a_year: float, healthy: int
     Examples
     --------
     >>> round(alarm_limit(false_alarms_a_year=1.0, looks_a_year=365.0, healthy=20), 2)
-    3.53
+    3.71
     """
     from scipy.special import stdtrit
 
     p = min(false_alarms_a_year / (_INDICATORS * looks_a_year), 0.5)
     return float(-stdtrit(healthy - 1, p) * np.sqrt(1 + 1 / healthy))
+
+
+def growth_limit(*, false_alarms_a_year: float, looks_a_year: float) -> float:
+    """Return the limit of the statistic of a growth, which is exceeded once in as many looks or more seldom.
+
+    Examples
+    --------
+    >>> growth_limit(false_alarms_a_year=1.0, looks_a_year=365.0)
+    1095.0
+    """
+    return max(_INDICATORS * looks_a_year / false_alarms_a_year, 2.0)
 
 
 def standardised(values: FloatArray, healthy: BoolArray, *, least: float) -> FloatArray:

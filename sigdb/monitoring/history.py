@@ -15,12 +15,14 @@ from sigdb.monitoring.alarms import (
     Trend,
     alarm_limit,
     change_point,
+    growth_limit,
     trend,
 )
 from sigdb.monitoring.look_results import KeptResults, LookResult, Reference
 from sigdb.monitoring.look_table import UNSTATED, look_table
 from sigdb.monitoring.looks import Look
 from sigdb.monitoring.settings import MonitorSettings
+from sigdb.monitoring.tooth_growth import ToothGrowth, tooth_growth
 
 _FIRST = 10
 """Healthy looks where none is labelled."""
@@ -51,9 +53,10 @@ class GearHistory:
     looks
         A row for each look: ``recording``, ``day``, ``healthy``, ``health_indicator``, ``tooth_indicator``,
         ``rest_indicator`` (of the turn without the strongest pulse) and ``level`` in healthy deviations, ``tooth``,
-        ``level_db``, ``likeness``, ``na4_star``, ``nb4_star``, ``rms``, ``record_rms``, ``zone``, ``doubt`` and
-        ``alarm``. A look is no alarm where its ``doubt`` names what may explain the difference: ``speed`` or ``load``
-        outside those of the healthy looks, or ``load or sensor`` where the load is not stated.
+        ``level_db``, ``likeness``, ``na4_star``, ``nb4_star``, ``rms``, ``record_rms``, ``zone``, ``doubt``,
+        ``growth_statistic`` and ``alarm``. A look is no alarm where its ``doubt`` names what may explain the
+        difference: ``speed`` or ``load`` outside those of the healthy looks, or ``load or sensor`` where the load is
+        not stated.
     tooth_map
         (L, Z) energy of the difference from the reference in each tooth pass, relative to that of noise.
     limit
@@ -68,6 +71,8 @@ class GearHistory:
         Change of the newest look that is the same for all teeth; None where nothing was compared.
     power
         Pulse that would have been seen in a healthy look; None where nothing was compared.
+    growth, growth_limit
+        Growth of a tooth's difference, and the limit of its statistic; None where nothing was compared.
     notes
         Notes.
     """
@@ -84,6 +89,8 @@ class GearHistory:
     trend: Trend | None = None
     level: LevelChange | None = None
     power: Power | None = None
+    growth: ToothGrowth | None = None
+    growth_limit: float = np.nan
     notes: tuple[Note, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
@@ -105,6 +112,8 @@ class GearHistory:
             "trend": self.trend,
             "level": None if self.level is None else vars(self.level),
             "power": power,
+            "growth": self.growth,
+            "growth_limit": self.growth_limit,
             "looks": self.looks.to_dict("records"),
             "tooth_map": self.tooth_map,
             "notes": self.notes,
@@ -173,21 +182,27 @@ def gear_history(
     some, good = [looks[number] for number in used], healthy[used]
     limit = alarm_limit(false_alarms_a_year=allowed, looks_a_year=rate, healthy=int(good.sum()))
     table = look_table(some, results, good, limit, reference=reference, settings=settings)
+    days = None if any(look.day is None for look in some) else np.array([look.day for look in some], float)
+    tooth_map, doubted = np.array([each.tooth_map for each in results]), table["doubt"].to_numpy() != ""
+    growth = tooth_growth(tooth_map, good, days, doubted=doubted, limit_db=settings.severity_limit_db)
+    most = growth_limit(false_alarms_a_year=allowed, looks_a_year=rate)
+    table["growth_statistic"] = growth.statistic
+    table["alarm"] |= (growth.statistic > most) & ~doubted & ~good
     signal = table["tooth_indicator"] if table["tooth_indicator"].iloc[-1] > limit else table["health_indicator"]
     step = change_point(signal.to_numpy())
     since = int(good.nonzero()[0][-1]) if step is None else step.look
-    days = None if any(look.day is None for look in some) else np.array([look.day for look in some], float)
     seen = _power(reference, results, good, limit, kept)
     if kept.level is None or kept.level_of != some[-1].key or kept.absolute is None:
         kept.level, kept.level_of = _level(reference, some[-1]), some[-1].key
         kept.absolute = reference.healthy.absolute
     level = kept.level
-    answer, more = _answer(table, results[-1], limit, level, seen, absolute=kept.absolute)
+    grown = growth.tooth if growth.statistic[-1] > most else None
+    answer, more = _answer(table, results[-1], limit, level, seen, grown=grown, absolute=kept.absolute)
     return GearHistory(
         place=place,
         answer=answer,
         looks=table,
-        tooth_map=np.array([each.tooth_map for each in results]),
+        tooth_map=tooth_map,
         limit=limit,
         false_alarms_a_year=allowed,
         looks_a_year=rate,
@@ -196,6 +211,8 @@ def gear_history(
         trend=trend(None if days is None else days[since:], signal.to_numpy()[since:]),
         level=level,
         power=seen,
+        growth=growth,
+        growth_limit=most,
         notes=(*notes, *more),
     )
 
@@ -249,12 +266,19 @@ def _level(reference: Reference, look: Look) -> LevelChange:
 
 
 def _answer(
-    table: pd.DataFrame, result: LookResult, limit: float, level: LevelChange, seen: Power, *, absolute: bool
+    table: pd.DataFrame,
+    result: LookResult,
+    limit: float,
+    level: LevelChange,
+    seen: Power,
+    *,
+    grown: int | None,
+    absolute: bool,
 ) -> tuple[Answer, list[Note]]:
     """Return the answer at the newest look, and notes on it."""
     newest = table.iloc[-1]
     notes: list[Note] = []
-    exceeds = max(newest["health_indicator"], newest["tooth_indicator"]) > limit
+    exceeds = max(newest["health_indicator"], newest["tooth_indicator"]) > limit or grown is not None
     if exceeds and newest["doubt"] == UNSTATED:
         reason = (
             f"load or sensor may have changed: all mesh harmonics have by {abs(result.common_db):.1f} dB or more, "
@@ -275,8 +299,8 @@ def _answer(
         )
         notes.append(Note(code="teeth-unlike", text=text, values={"likeness": float(newest["likeness"])}))
         return Answer.of("gear changed", reason="the difference is large over the whole turn"), notes
-    if newest["tooth_indicator"] > limit:
-        teeth = f"{newest['tooth']} ± {_WITHIN}"
+    if newest["tooth_indicator"] > limit or (grown is not None and newest["health_indicator"] <= limit):
+        teeth = f"{newest['tooth'] if newest['tooth_indicator'] > limit else grown} ± {_WITHIN}"
         where = "" if absolute else ", counted from where the first healthy average begins"
         return Answer.of("one tooth", teeth=teeth, counted=where), notes
     if newest["health_indicator"] > limit:

@@ -18,6 +18,10 @@ class MonitorSettings(Section):
         "-", "Number of first recordings that are healthy; by default those that are labelled so, or the first ten.",
         ge=5, le=1000, default=None,
     )  # fmt: skip
+    severity_limit_db: float | None = quantity(
+        "dB", "Difference of a tooth over the noise of the healthy looks at which its life ends; none if left out.",
+        gt=-6, le=40, default=None,
+    )  # fmt: skip
     zones: tuple[float, float, float] | None = Field(
         default=None,
         description="Ends of the zones A, B and C that ISO 20816-9 gives for this machine, mm/s rms of the velocity.",

@@ -44,7 +44,7 @@ def remaining_life(posterior: SeverityPosterior, *, limit: float, level: float =
 
     No life is given without damage, or where growth beyond the prior of the law explains the looks better by a factor
     of 5. None is given where the speed lies at an end of its prior, which would decide then. Nor is one given before
-    the damage has grown by as great a ratio as the limit is away: a law seen over so little says nothing about the rest.
+    the damage has grown by as great a ratio as the limit is away: a law seen over so little does not say the rest.
 
     Parameters
     ----------

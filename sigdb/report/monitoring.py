@@ -124,9 +124,30 @@ def _evidence(history: GearHistory) -> list[str]:
         sentences.append(
             f"Trend: {trend.slope:.2g} healthy deviations a {trend.per} (95 %: {trend.low:.2g} to {trend.high:.2g})."
         )
+    sentences += _growth_sentences(history)
     zone = table["zone"].iloc[-1]
     if zone:
         sentences.append(f"Zone {zone} of the stated ends.")
+    return sentences
+
+
+def _growth_sentences(history: GearHistory) -> list[str]:
+    """Return sentences on the growth of a tooth's difference, where there is damage, and on its life."""
+    growth = history.growth
+    if growth is None or growth.statistic[-1] <= history.growth_limit:
+        return []
+    sentences = [
+        f"Growth: the difference at tooth {growth.tooth} is {growth.severity_db:.3g} dB over the noise of the healthy "
+        f"looks (90 %: {growth.low_db:.3g} to {growth.high_db:.3g}); the statistic is {growth.statistic[-1]:.3g}, the "
+        f"limit {history.growth_limit:.3g}."
+    ]
+    if growth.life is not None:
+        life = growth.life
+        sentences.append(
+            f"No remaining life is given: {life.reason}."
+            if life.reason
+            else f"Remaining life: {life.median:.3g} {growth.per}s (90 %: {life.low:.3g} to {life.high:.3g})."
+        )
     return sentences
 
 

@@ -15,13 +15,13 @@ def test_the_limit_gives_the_stated_number_of_false_alarms(rate, looks, healthy)
     values = np.random.default_rng(0).standard_normal((trials, healthy + 1))
     some = values[:, :healthy]
     z = (values[:, -1] - some.mean(axis=1)) / some.std(axis=1, ddof=1)
-    p = rate / (2 * looks)
+    p = rate / (3 * looks)
     assert abs(np.sum(z > limit) - trials * p) < 5 * np.sqrt(trials * p)
 
 
 def test_many_healthy_looks_give_the_quantile_of_the_normal_law():
     limit = alarm_limit(false_alarms_a_year=1.0, looks_a_year=500.0, healthy=100_000)
-    assert limit == pytest.approx(norm.isf(0.001), abs=1e-3)
+    assert limit == pytest.approx(norm.isf(1 / 1500), abs=1e-3)
 
 
 def test_healthy_looks_that_scatter_less_than_noise_have_the_deviation_of_noise():

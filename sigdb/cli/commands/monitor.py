@@ -27,6 +27,11 @@ from sigdb.cli.options.places import DATABASE
     help="Number of first recordings that are healthy; by default those that are labelled so, or the first ten.",
 )
 @click.option(
+    "--severity-limit-db",
+    type=float,
+    help="Difference of a tooth over the noise of the healthy recordings, dB, until which its life is given.",
+)
+@click.option(
     "--zones",
     nargs=3,
     type=click.FloatRange(0, min_open=True),
@@ -41,6 +46,7 @@ def monitor(
     false_alarms_a_year: float,
     looks_a_year: float | None,
     baseline: int | None,
+    severity_limit_db: float | None,
     zones: tuple[float, float, float] | None,
     form: str,
     out: Path | None,
@@ -59,6 +65,7 @@ def monitor(
     from sigdb.report import Terminal, monitor_text, write_monitor_report
 
     stated = {"false_alarms_a_year": false_alarms_a_year, "looks_a_year": looks_a_year, "baseline": baseline}
+    stated["severity_limit_db"] = severity_limit_db
     settings = validated(MonitorSettings, {**stated, "zones": zones or None}, owner="monitor")
     histories = monitor_database(database, settings, where=where)
     if form == "json":

@@ -1,0 +1,132 @@
+"""Growth of a tooth's difference over the looks: the filter of a prognosis, its alarm, and the time until a limit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sigdb.core import BoolArray, FloatArray
+from sigdb.prognosis import (
+    GrowthLaw,
+    RemainingLife,
+    SeverityFilter,
+    archard_wear,
+    joined_laws,
+    paris_crack,
+    remaining_life,
+)
+
+LEVELS = np.geomspace(0.5, 100.0, 16)
+"""Severities: amplitude of the difference at the damaged tooth over that of the healthy looks."""
+
+_RATES, _EXPONENTS, _REFERENCE = np.geomspace(0.01, 10.0, 7), (2.0, 3.0, 4.0), 10.0
+"""Prior of the growth: a severity of 10 comes in a thousand days, or looks, to one; exponents of steels."""
+
+_MOST_LOOKS = 500
+"""Most looks of the filter, the newest ones: earlier ones are taken not to have begun a damage."""
+
+_INITIATION = 1e-5
+"""Probability that damage begins before a look; the alarm does not depend on it as long as it is small."""
+
+_LEAST_DEVIATION = 0.1
+"""Least deviation of the logarithm of a tooth's energy, where few looks scatter less by chance."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ToothGrowth:
+    """Growth of a tooth's difference from the healthy looks.
+
+    Attributes
+    ----------
+    statistic
+        (L,) statistic of each look; without damage it exceeds A once in A looks or more seldom.
+    probability
+        Probability of damage after the newest look.
+    tooth, tooth_probability
+        The likeliest tooth, from 1, and its probability.
+    severity_db, low_db, high_db
+        Difference at that tooth over the noise of the healthy looks, dB: median and 90 % interval, given damage.
+    life
+        Time until the limit; None where no limit is stated.
+    per
+        Unit of that time, ``day`` or ``look``.
+    """
+
+    statistic: FloatArray
+    probability: float
+    tooth: int
+    tooth_probability: float
+    severity_db: float
+    low_db: float
+    high_db: float
+    life: RemainingLife | None
+    per: str
+
+
+def tooth_growth(
+    tooth_map: FloatArray,
+    healthy: BoolArray,
+    days: FloatArray | None,
+    *,
+    doubted: BoolArray,
+    limit_db: float | None = None,
+) -> ToothGrowth:
+    """Return the growth of a tooth's difference over looks.
+
+    Parameters
+    ----------
+    tooth_map
+        (L, Z) energy of the difference from the reference in each tooth pass.
+    healthy
+        (L,) whether each look is taken as healthy.
+    days
+        (L,) times of the looks, rising; None where they have no dates.
+    doubted
+        (L,) whether something else may explain the difference of a look, which then says nothing.
+    limit_db
+        Difference over the noise of the healthy looks, dB, at which a life ends.
+    """
+    ratios = np.where(doubted[:, None, None], 0.0, log_ratios(tooth_map, healthy))
+    elapsed = np.ones(len(ratios)) if days is None else np.diff(days, prepend=days[0])
+    first = max(len(ratios) - _MOST_LOOKS, 0)
+    chain = SeverityFilter(_law(), teeth=tooth_map.shape[1], initiation=_INITIATION)
+    statistic = np.zeros(len(ratios))
+    for number in range(first, len(ratios)):
+        # Two digits of a time suffice, and looks in even steps then share one transition.
+        after = chain.look(ratios[number], elapsed=float(f"{max(elapsed[number], 0.0):.2g}"))
+        statistic[number] = after.change_statistic
+    low, median, high = (20 * np.log10(after.quantile(p)) for p in (0.05, 0.5, 0.95))
+    life = None if limit_db is None else remaining_life(after, limit=10 ** (limit_db / 20))
+    return ToothGrowth(
+        statistic=statistic,
+        probability=1 - after.none,
+        tooth=1 + int(after.teeth.argmax()),
+        tooth_probability=float(after.teeth.max()),
+        severity_db=median,
+        low_db=low,
+        high_db=high,
+        life=life,
+        per="look" if days is None else "day",
+    )
+
+
+def log_ratios(tooth_map: FloatArray, healthy: BoolArray) -> FloatArray:
+    """Return the logarithm of the density of each look with damage (L, Z, levels), over that without.
+
+    The logarithm of a tooth's energy, less the median of the other teeth, has Student's law about its healthy mean. Its
+    deviation is that of the healthy looks, for all teeth together. A severity a raises it by ``log(1 + a^2)``.
+    """
+    y = np.log(np.maximum(tooth_map, np.finfo(float).tiny))
+    looks, teeth = int(healthy.sum()), y.shape[1]
+    y = y - np.stack([np.median(np.delete(y, tooth, axis=1), axis=1) for tooth in range(teeth)], axis=1)
+    mean = y[healthy].mean(axis=0)
+    deviation = max(float(np.sqrt(y[healthy].var(axis=0, ddof=1).mean())), _LEAST_DEVIATION)
+    residual = ((y - mean) / (deviation * np.sqrt(1 + 1 / looks)))[:, :, None]
+    raised = residual - np.log1p(LEVELS**2) / (deviation * np.sqrt(1 + 1 / looks))
+    freedom = looks - 1
+    return np.asarray(0.5 * (freedom + 1) * (np.log1p(residual**2 / freedom) - np.log1p(raised**2 / freedom)))
+
+
+def _law() -> GrowthLaw:
+    """Return the prior of the growth: a crack or wear."""
+    crack = paris_crack(LEVELS, rates=_RATES, exponents=_EXPONENTS, reference=_REFERENCE)
+    return joined_laws([archard_wear(LEVELS, rates=_RATES), crack])
