@@ -175,6 +175,32 @@ def test_damage_more_severe_than_the_templates_is_outside(loss, shift, outside):
     assert abs(found.mean() - outside) < 0.1
 
 
+@pytest.mark.parametrize(("loss", "shift", "teeth"), [(0.3, 0.75, 1), (0.15, 2.2, 2), (0.05, 1.0, 1), (0.27, 0.4, 2)])
+def test_severities_between_those_of_the_training_are_estimated_as_they_are(loss, shift, teeth):
+    """At -12 dB, between the points of the training: they are no values of a grid, and right on average."""
+    model, stream = loaded("nasa-severity"), np.random.default_rng(6)
+    rig = sigdb.load_transmission("nasa-spiral-bevel")
+    rig = rig.replace({"operating.speed_rpm": 14_450.0, "operating.torque": 330.0})
+    prepared = sigdb.prepare(rig, "pinion")
+    damage = sigdb.Damage(tooth=2, stiffness_loss=loss, phase_shift_deg=shift, damaged_teeth=teeth)
+    clean, healthy = (prepared.simulate(case).signal("pinion-vertical") for case in (damage, sigdb.Damage()))
+    noise = np.sqrt(healthy.var() * 10**1.2 / 102)
+    x = clean + noise * stream.standard_normal((40, len(clean)))
+    point = {"speed_rpm": 14_450.0, "torque": 330.0, "averages": 102, "scatter": noise * np.sqrt(102)}
+    found = model.assess(tsa=x, **point)
+    for name, true, most in (("stiffness_loss", loss, 0.025), ("phase_shift_deg", shift, 0.2)):
+        assert abs(found[name].mean() - true) < most
+        assert found[name].nunique() > 30
+    assert (found["damaged_teeth"].round() == teeth).mean() > 0.9
+
+
+def test_location_answers_by_a_prevalence():
+    """A row of the probe that is called damaged is called healthy where damage is hardly ever there."""
+    model, rows = loaded("nasa-location"), probe_rows("nasa-location")
+    assert model.estimator.trained_prevalence == pytest.approx(0.825, abs=0.001)
+    assert (model.predict(**rows, prevalence=1e-300) > 0).sum() < (model.predict(**rows) > 0).sum()
+
+
 @pytest.fixture(scope="module")
 def fresh_evaluation(fresh):
     made = {}
