@@ -9,6 +9,7 @@ import pandas as pd
 from sigdb.core import InputError, OnStep, blocks, ignore, validated
 from sigdb.database import Database, default_split
 from sigdb.pipeline.recipe import recipe_section
+from sigdb.pipeline.robustness.robustness import with_robustness
 from sigdb.recognition import (
     Costs,
     Evaluation,
@@ -147,6 +148,7 @@ def train_model(
     model = train(database, target, settings, split=split, allow_leak=allow_leak, on_step=on_step)
     evaluation = evaluate(model, database, criteria=settings.criteria)
     elsewhere = {name: evaluate(model, other, criteria=settings.criteria) for name, other in (others or {}).items()}
+    evaluation = with_robustness(evaluation, model, database, settings.robustness, on_step=on_step)
     save_model(
         model,
         folder,

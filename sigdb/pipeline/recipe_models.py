@@ -14,8 +14,18 @@ from sigdb.core import TEMPORARY, InputError, OnStep
 from sigdb.database import QUANTITIES, Database
 from sigdb.pipeline.models import train_model
 from sigdb.pipeline.recipe import Recipe
+from sigdb.pipeline.robustness.robustness import with_robustness
 from sigdb.pipeline.stages import Stage, content_of, run_stage
-from sigdb.recognition import TARGETS, CriteriaSettings, Estimate, Evaluation, evaluate, load_model
+from sigdb.recognition import (
+    TARGETS,
+    CriteriaSettings,
+    Estimate,
+    Evaluation,
+    Model,
+    RobustnessSettings,
+    evaluate,
+    load_model,
+)
 from sigdb.sweep import Plan
 
 _OF_A_RUN = {"targets", "splits", "evaluate_on"}
@@ -143,7 +153,8 @@ def make_models(
             )
             evaluations = _train(recipe, database, model, others if first else {}, on_stage)
             page = partial(_report, model, criteria=settings.criteria, on_stage=on_stage)
-            yield page(f"{recipe.path.stem}: {name}", name, database, content, evaluations.get(""))
+            title = f"{recipe.path.stem}: {name}"
+            yield page(title, name, database, content, evaluations.get(""), robustness=settings.robustness)
             for other in others if first else ():
                 title, on = f"{recipe.path.stem}: {name} on {other}", f"{name}-on-{other}"
                 yield page(title, on, others[other], contents[other], evaluations.get(other))
@@ -187,25 +198,36 @@ def _report(
     *,
     criteria: CriteriaSettings,
     on_stage: OnStep,
+    robustness: RobustnessSettings | None = None,
 ) -> ModelResult:
     """Write the report of a model on a database, where it is not there yet, and return the result."""
     from sigdb.report import NUMBERS, PAGE, write_evaluation_report
 
+    tested = robustness if robustness and robustness.rows else None
     stage = Stage(
         out=model.out,
         name=f"reports/{name}",
-        inputs={"model": model.files, "database": content, "criteria": criteria.limits},
+        inputs={"model": model.files, "database": content, "criteria": criteria.limits}
+        | ({"robustness": tested.model_dump()} if tested else {}),
     )
 
     def make() -> list[Path]:
         if evaluation is None:
             on_stage(f"{stage.path}: evaluating on {database.store}")
-        result = evaluation or evaluate(load_model(model.path), database, criteria=criteria)
+        result = evaluation or _evaluated(load_model(model.path), database, criteria, tested)
         write_evaluation_report(result, stage.path, title=title)
         return _files(stage.path)
 
     run_stage(stage, make, on_stage, "written")
     return _result(model.path, stage.path / PAGE, json.loads((stage.path / NUMBERS).read_text(encoding="utf-8")))
+
+
+def _evaluated(
+    model: Model, database: Database, criteria: CriteriaSettings, robustness: RobustnessSettings | None
+) -> Evaluation:
+    """Return the evaluation of a model, with its robustness where settings ask for it."""
+    evaluation = evaluate(model, database, criteria=criteria)
+    return evaluation if robustness is None else with_robustness(evaluation, model, database, robustness)
 
 
 def _result(model: Path, page: Path, facts: Mapping[str, Any]) -> ModelResult:

@@ -51,10 +51,13 @@ from .metrics.significance import Excess as Excess
 from .metrics.significance import above_bound as above_bound
 from .model import Model as Model
 from .model import OutsideWarning as OutsideWarning
+from .robustness import RATES as RATES
+from .robustness import Robustness as Robustness
 from .rows.signature_transformer import SignatureTransformer as SignatureTransformer
 from .rows.tooth_views import ToothViews as ToothViews
 from .settings import CriteriaSettings as CriteriaSettings
 from .settings import RecognitionSettings as RecognitionSettings
+from .settings import RobustnessSettings as RobustnessSettings
 from .storage.model_card import Cell as Cell
 from .storage.model_card import EstimateTable as EstimateTable
 from .storage.model_card import bound_text as bound_text
@@ -62,6 +65,8 @@ from .storage.model_card import criteria_table as criteria_table
 from .storage.model_card import efficiency_cells as efficiency_cells
 from .storage.model_card import limitation_texts as limitation_texts
 from .storage.model_card import metric_table as metric_table
+from .storage.model_card import robustness_cells as robustness_cells
+from .storage.model_card import robustness_text as robustness_text
 from .storage.model_folder import built_in_models as built_in_models
 from .storage.model_folder import load_model as load_model
 from .storage.model_folder import save_model as save_model

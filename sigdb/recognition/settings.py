@@ -48,6 +48,14 @@ class CriteriaSettings(Section):
         return limits
 
 
+class RobustnessSettings(Section):
+    """The test of models on rows that do not follow their law, one disturbance after the other; none by default."""
+
+    rows: int = quantity("-", "Rows of each disturbance; no test for 0.", ge=0, default=0)
+    points: int = quantity("-", "Operating points that they are of, at most.", ge=1, default=3)
+    seed: int = quantity("-", "Seed of their rigs, gears and noise.", ge=0, default=0)
+
+
 class RecognitionSettings(Section):
     """Training of models, and the models that a run of the recipe makes."""
 
@@ -73,6 +81,9 @@ class RecognitionSettings(Section):
     )
     criteria: CriteriaSettings = Field(
         default=CriteriaSettings(), description="Limits that models must keep; none if left out."
+    )
+    robustness: RobustnessSettings = Field(
+        default=RobustnessSettings(), description="Test on rows that do not follow the law of the database."
     )
     targets: Annotated[tuple[Target, ...], Strict(False)] = Field(
         default=(), description="Questions that a run trains models for; none if left out."

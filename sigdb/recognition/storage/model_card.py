@@ -136,6 +136,49 @@ def _reason(result: CriterionResult) -> str:
     return f"{text[:1].upper()}{text[1:].rstrip('.')}." if text else ""
 
 
+_OUTCOMES = {
+    "right": "right",
+    "not_sure": "not sure",
+    "outside": "outside",
+    "sure_wrong": "sure and wrong",
+    "alarms_0.01": "alarms at 1e-2",
+    "alarms_0.001": "alarms at 1e-3",
+    "loss_db": "loss, dB",
+}
+
+
+def robustness_cells(evaluation: Evaluation) -> EstimateTable:
+    """Return the outcomes under each disturbance, a row each; no rows where robustness was not tested."""
+    table = evaluation.tables.get("robustness")
+    if table is None:
+        return EstimateTable(head=[], rows=[])
+    shown = [name for name in _OUTCOMES if table[name].notna().any()]
+    rows = [[str(row["text"]), *(_outcome(name, row[name]) for name in shown)] for row in table.to_dict("records")]
+    return EstimateTable(head=["disturbance", *(_OUTCOMES[name] for name in shown)], rows=rows)
+
+
+def _outcome(name: str, value: float) -> str:
+    if np.isnan(value):
+        return "-"
+    if np.isinf(value):
+        return "beyond"
+    return f"{value:.1f}" if name == "loss_db" else f"{value:.3f}"
+
+
+def robustness_text(evaluation: Evaluation) -> str:
+    """Return sentences on the table of robustness; empty where it was not tested."""
+    table = evaluation.tables.get("robustness")
+    if table is None:
+        return ""
+    return (
+        f"{int(table['rows'].max())} rows of the database's cases, simulated anew with one disturbance at a time. "
+        "'Right' and 'sure and wrong' are shares of rows with a single answer in their set, 'outside' of rows that are "
+        "outside by the model's own verdict. Alarms are shares of healthy rows that are not outside and have a greater "
+        "score than the stated share of the healthy rows of the database. 'Loss' is the increase of the noise at which the best "
+        "possible answer to rows of the database has as many errors."
+    )
+
+
 def bound_text(evaluation: Evaluation) -> str:
     """Return a sentence on the bound."""
     if evaluation.bound is None:
@@ -226,6 +269,8 @@ def _against_bound(evaluation: Evaluation) -> str:
         parts += ["## Against the best possible", TARGETS[evaluation.target].text.efficiency, _markdown(efficiency)]
     if limits := limitation_texts(evaluation):
         parts += ["\n".join(f"- {text}" for text in limits)]
+    if robustness := robustness_cells(evaluation):
+        parts += ["## Robustness", robustness_text(evaluation), _markdown(robustness)]
     if criteria:
         parts += ["## Criteria", "Each in the worst noise band:", _markdown(criteria)]
     return "\n\n".join(parts) + "\n\n" if parts else ""

@@ -18,6 +18,8 @@ from sigdb.recognition import (
     efficiency_cells,
     limitation_texts,
     metric_table,
+    robustness_cells,
+    robustness_text,
 )
 from sigdb.report.evaluation.location import location_figures
 from sigdb.report.evaluation.noise import efficiency_figures, noise_figures
@@ -88,6 +90,8 @@ def evaluation_html(evaluation: Evaluation, *, title: str) -> str:
         efficiency_caption=TARGETS[evaluation.target].text.efficiency,
         limitations=limitation_texts(evaluation),
         criteria=_table(criteria_table(evaluation)),
+        robustness=_table(robustness_cells(evaluation)),
+        robustness_caption=robustness_text(evaluation),
         pictures=list(evaluation_figures(evaluation)),
         no_cells="" if "coverage" in evaluation.tables else _why_no_cells(evaluation),
         numbers=NUMBERS,

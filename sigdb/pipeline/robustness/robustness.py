@@ -1,0 +1,89 @@
+"""The table of robustness: the outcomes of a model under each disturbance."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+
+from sigdb.core import NotApplicableError, Note, OnStep, ignore
+from sigdb.database import Database
+from sigdb.pipeline.robustness.disturbances import DISTURBANCES
+from sigdb.pipeline.robustness.off_law_rows import OffLawRows, applicable
+from sigdb.recognition import Evaluation, Model, Robustness, RobustnessSettings, requested_rows
+
+
+def with_robustness(
+    evaluation: Evaluation, model: Model, database: Database, settings: RobustnessSettings, *, on_step: OnStep = ignore
+) -> Evaluation:
+    """Return an evaluation with the table of robustness, where settings ask for it and it can be made.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        Evaluation of the model on its database.
+    model, database, settings, on_step
+        As for :func:`robustness_table`.
+    """
+    if not settings.rows:
+        return evaluation
+    try:
+        table = robustness_table(model, database, settings, on_step=on_step)
+    except NotApplicableError as error:
+        note = Note(code="no-robustness", text=f"Robustness is not tested: {error}.")
+        return replace(evaluation, notes=(*evaluation.notes, note))
+    return replace(evaluation, tables={**evaluation.tables, "robustness": table})
+
+
+def robustness_table(
+    model: Model, database: Database, settings: RobustnessSettings, *, on_step: OnStep = ignore
+) -> pd.DataFrame:
+    """Return the outcomes of a model under each disturbance, one row each.
+
+    The rows are cases of the database that the model was not trained on, at some of their operating points. They are
+    simulated anew with the disturbance, on gears and with noise of their own.
+
+    Parameters
+    ----------
+    model : Model
+        A trained model.
+    database : Database
+        Its database.
+    settings : RobustnessSettings
+        Number of rows and of operating points, and the seed.
+    on_step : callable
+        Called with the name of each disturbance.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``disturbance``, ``text`` and the outcomes of :meth:`sigdb.recognition.Robustness.outcomes`.
+
+    Raises
+    ------
+    NotApplicableError
+        If the damage of a tooth is not the turned damage of another, as in trains of several meshes.
+    """
+    rows = _some_points(requested_rows(model, database), settings.points)
+    cases = database.sql("select id, template, index_error, snr_db, tooth from cases order by id").set_index("id")
+    rows = rows.join(cases[[name for name in cases if name not in rows]])
+    robustness = Robustness.of(model, database, rows)
+    chosen = np.sort(np.random.default_rng(settings.seed).choice(len(rows), min(settings.rows, len(rows)), False))
+    off_law = OffLawRows(database, rows.iloc[chosen], database.sensors[0])
+    if not off_law.plan.rig.turns_exactly(off_law.plan.gear):
+        raise NotApplicableError(f"{database.store}: robustness is tested on rigs with one mesh")
+    table = []
+    for number, disturbance in enumerate(DISTURBANCES):
+        if not applicable(off_law, disturbance):
+            continue
+        on_step(f"robustness: {disturbance.name}")
+        disturbed = off_law.disturbed_rows(disturbance, np.random.default_rng([settings.seed, number]))
+        outcomes = robustness.outcomes(disturbed, known_bound=disturbance.same_question)
+        table.append({"disturbance": disturbance.name, "text": disturbance.text, **outcomes})
+    return pd.DataFrame(table)
+
+
+def _some_points(rows: pd.DataFrame, most: int) -> pd.DataFrame:
+    """Return the rows of at most so many operating points, evenly from the least speed to the greatest."""
+    points = rows[["speed_rpm", "torque", "teeth"]].drop_duplicates().sort_values(["speed_rpm", "torque", "teeth"])
+    chosen = points.iloc[np.unique(np.linspace(0, len(points) - 1, most).round().astype(int))]
+    return rows[pd.MultiIndex.from_frame(rows[list(points)]).isin(pd.MultiIndex.from_frame(chosen))]

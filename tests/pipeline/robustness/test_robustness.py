@@ -1,0 +1,127 @@
+"""The table of robustness, on a small database of a model with nuisances."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import sigdb
+from sigdb.pipeline import load_recipe, train_model
+from sigdb.pipeline.robustness.disturbances import NOTHING
+from sigdb.pipeline.robustness.off_law_rows import OffLawRows
+from sigdb.pipeline.robustness.robustness import with_robustness
+from sigdb.recognition import (
+    RecognitionSettings,
+    RobustnessSettings,
+    evaluate,
+    load_model,
+    requested_rows,
+    robustness_cells,
+    train,
+)
+from sigdb.report import evaluation_html
+from sigdb.sweep import run
+
+RECIPE = """
+[sweep]
+rig = "spur-test-rig"
+gear = "pinion"
+seed = 5
+specimens = 6
+healthy = 60
+
+[[sweep.grid]]
+tooth = [1, 8]
+stiffness_loss = 0.5
+
+[measurement]
+averages = 96
+snr_db = -10.0
+index_error = 1e-6
+
+[nuisance]
+gain_db = 2.0
+mark = 0.05
+
+[signature]
+samples_per_tooth = 32
+
+[recognition]
+learner = "templates"
+folds = 3
+robustness.rows = 40
+"""
+SHARES = ["right", "not_sure", "outside", "sure_wrong"]
+
+
+@pytest.fixture(scope="module")
+def database(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("robust")
+    (folder / "recipe.toml").write_text(RECIPE, encoding="utf-8")
+    recipe = load_recipe(folder / "recipe.toml")
+    run(recipe.plan(), folder / "signatures", recipe=recipe.text, jobs=1)
+    return sigdb.open(folder / "signatures")
+
+
+@pytest.fixture(scope="module")
+def trained(database, tmp_path_factory, few_trees):
+    folder = tmp_path_factory.mktemp("model") / "location"
+    return train_model(database, "location", folder, command="sigdb run recipe.toml", check=False), folder
+
+
+def test_rows_without_a_disturbance_follow_the_law(database, trained):
+    """Their squared residual under the true template is that of the noise: the generator agrees with the bank."""
+    model = load_model(trained[1])
+    cases = database.sql("select id, template, index_error, snr_db, tooth from cases").set_index("id")
+    rows = requested_rows(model, database).join(cases[["template", "index_error", "snr_db"]], rsuffix="_of_case")
+    rows = rows.loc[:, ~rows.columns.str.endswith("_of_case")]
+    made = OffLawRows(database, rows, database.sensors[0]).disturbed_rows(NOTHING, np.random.default_rng(1))
+    (point,) = model.estimator.bank.points
+    noise = (made["scatter"] / np.sqrt(made["averages"])).to_numpy()
+    x = np.stack(made["tsa"])
+    laws, index_error = point.local.laws, model.estimator.bank.index_error
+    likelihood = laws.log_likelihood(x, noise=noise, index_error=index_error)
+    chi2 = laws.chi2(likelihood, noise=noise, index_error=index_error)
+    healthy = (made["tooth"] == 0).to_numpy()
+    reduced = chi2[healthy][:, point.healthy][:, 0, 0] / x.shape[1]
+    assert abs(reduced.mean() - 1) < 5 * np.sqrt(2 / x.shape[1] / healthy.sum()) + 3 / x.shape[1]
+    assert_allclose(made["tooth"], rows.loc[made.index, "tooth"])
+
+
+def test_the_table_is_in_card_and_report(trained):
+    evaluation, folder = trained
+    table = evaluation.tables["robustness"]
+    assert_allclose(table[SHARES].sum(axis=1), 1.0)
+    assert (table["rows"] <= 40).all()
+    assert "soft form" not in set(table["disturbance"])
+    nothing = table.set_index("disturbance").loc["nothing"]
+    assert nothing["sure_wrong"] <= 0.05
+    assert nothing["outside"] <= 0.15
+    text = "the mark 0.4 of a tooth pass late"
+    assert text in (folder / "README.md").read_text(encoding="utf-8")
+    html = evaluation_html(evaluation, title="Robust")
+    assert "<h2>Robustness</h2>" in html
+    assert text in html
+    assert len(robustness_cells(evaluation).rows) == len(table)
+
+
+def test_a_gain_that_was_stated_does_no_harm_and_another_shape_is_outside(trained):
+    table = trained[0].tables["robustness"].set_index("disturbance")
+    assert table.loc["gain 3 dB", "outside"] <= 0.15
+    assert table.loc["ghost 0.3", "outside"] > 0.8
+
+
+def test_a_detector_has_outcomes_too(database, few_trees):
+    learning = RecognitionSettings(learner="templates", folds=3, false_alarm_rate=0.1)
+    model = train(database, "detection", learning)
+    settings = RobustnessSettings(rows=12)
+    evaluation = with_robustness(evaluate(model, database, bound=False), model, database, settings)
+    table = evaluation.tables["robustness"]
+    assert_allclose(table[SHARES].sum(axis=1), 1.0)
+    assert (table["not_sure"] == 0).all()
+    assert table["alarms_0.01"].notna().all()
+
+
+def test_nothing_is_tested_by_default(database, trained):
+    evaluation = evaluate(load_model(trained[1]), database, bound=False)
+    assert with_robustness(evaluation, load_model(trained[1]), database, RobustnessSettings()) is evaluation
+    assert not robustness_cells(evaluation)
