@@ -1,7 +1,10 @@
+from .answers import Answers as Answers
+from .answers import damage_score as damage_score
 from .bound.bayes_bound import Bound as Bound
 from .bound.bayes_bound import bayes_bound as bayes_bound
 from .bound.error_curve import ErrorCurve as ErrorCurve
 from .bound.error_curve import eta_info as eta_info
+from .bound.expected_losses import DECIBELS as DECIBELS
 from .bound.expected_losses import error_curve as error_curve
 from .bound.expected_losses import expected_losses as expected_losses
 from .bound.likelihood_ratio import DETECTED as DETECTED
@@ -51,9 +54,10 @@ from .metrics.significance import Excess as Excess
 from .metrics.significance import above_bound as above_bound
 from .model import Model as Model
 from .model import OutsideWarning as OutsideWarning
-from .robustness import RATES as RATES
-from .robustness import Robustness as Robustness
+from .rows.batch import TSA as TSA
+from .rows.batch import Batch as Batch
 from .rows.signature_transformer import SignatureTransformer as SignatureTransformer
+from .rows.streams import sensor_in as sensor_in
 from .rows.tooth_views import ToothViews as ToothViews
 from .settings import CriteriaSettings as CriteriaSettings
 from .settings import RecognitionSettings as RecognitionSettings

@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from sigdb.core import FloatArray, IntArray, SigdbError
+from sigdb.core import BoolArray, FloatArray, IntArray, SigdbError
 from sigdb.database import Database
-from sigdb.dynamics import prepare_periodic, superpose
+from sigdb.dynamics import PeriodicRig, prepare_periodic, superpose
 from sigdb.measurement import index_errors, noise_deviation
 from sigdb.pipeline.robustness.disturbances import DamagedTeeth, Disturbance
 from sigdb.signature import features
@@ -75,23 +75,30 @@ class OffLawRows:
         """Return rows of a rig point, all on one changed rig."""
         cases = self.cases.iloc[places]
         rig = self.plan.rig_points[point].rig
-        changed = rig if disturbance.rig is None else disturbance.rig(rig, self.plan.gear, stream)
-        x, kept = self._clean(changed, cases, disturbance, stream)
+        if disturbance.rig is None:
+            prepared = self._stated(point)
+        else:
+            prepared = self._prepared(disturbance.rig(rig, self.plan.gear, stream))
+        x, kept = self._clean(prepared, self.plan.rig_points[point].mate_teeth, cases, disturbance, stream)
         x, cases = x[kept], cases[kept]
         if not len(x):
             return cases
         teeth = self.plan.rig_points[point].teeth
         for change in disturbance.averages:
             x = change(x, teeth, stream)
-        return self._measured(x, cases, teeth, self._reference(rig), disturbance, stream)
+        return self._measured(x, cases, teeth, self._reference(point), disturbance, stream)
 
     def _clean(
-        self, rig: Transmission, cases: pd.DataFrame, disturbance: Disturbance, stream: np.random.Generator
-    ) -> tuple[FloatArray, FloatArray]:
+        self,
+        prepared: PeriodicRig,
+        mate_teeth: int,
+        cases: pd.DataFrame,
+        disturbance: Disturbance,
+        stream: np.random.Generator,
+    ) -> tuple[FloatArray, BoolArray]:
         """Return clean averages (rows, n) of gears with index errors, and which of them keep contact."""
-        plan, samples = self.plan, self.plan.signature.samples_per_tooth
-        prepared = prepare_periodic(rig, gear=plan.gear, samples_per_tooth=samples)
-        teeth, mate = prepared.teeth, rig.gears[rig.mate(plan.gear)].teeth
+        plan, teeth = self.plan, prepared.teeth
+        samples = plan.signature.samples_per_tooth
         templates, which = np.unique(cases["template"].to_numpy(), return_inverse=True)
         damages: list[DamagedTeeth] = [plan.case(int(number)).damage.on_teeth(teeth) for number in templates]
         if disturbance.damage is not None:
@@ -99,10 +106,10 @@ class OffLawRows:
         sizes = disturbance.index_error * cases["index_error"].to_numpy()
         turns = np.maximum(cases["tooth"].to_numpy() - 1, 0)
         errors = sizes[:, None] * np.stack(
-            [index_errors(stream, teeth, mate, runout=plan.design.runout) for _ in range(len(cases))]
+            [index_errors(stream, teeth, mate_teeth, runout=plan.design.runout) for _ in range(len(cases))]
         )
         x, kept = np.empty((len(cases), teeth * samples)), np.ones(len(cases), bool)
-        at = list(rig.sensors).index(self.sensor)
+        at = list(plan.rig.sensors).index(self.sensor)
         for i, damage in enumerate(damages):
             rows = np.flatnonzero(which == i)
             state = prepared.steady_state([damage])[0]
@@ -115,13 +122,24 @@ class OffLawRows:
             x[i] = np.roll(x[i], turn * samples)
         return x, kept
 
-    def _reference(self, rig: Transmission) -> float:
-        """Return the variance of the healthy average of the rig without a disturbance."""
-        prepared = prepare_periodic(
-            rig, gear=self.plan.gear, samples_per_tooth=self.plan.signature.samples_per_tooth, refine=False
-        )
-        signals = prepared.steady_state([{}], specimens=False).signals[0]
-        return float(signals[list(rig.sensors).index(self.sensor)].var())
+    def _prepared(self, rig: Transmission) -> PeriodicRig:
+        """Return a rig that is prepared for damage of the averaged gear."""
+        return prepare_periodic(rig, gear=self.plan.gear, samples_per_tooth=self.plan.signature.samples_per_tooth)
+
+    def _stated(self, point: int) -> PeriodicRig:
+        """Return the rig of a rig point as it is stated."""
+        if point not in self._kept:
+            self._kept[point] = self._prepared(self.plan.rig_points[point].rig)
+        return self._kept[point]
+
+    @cached_property
+    def _kept(self) -> dict[int, PeriodicRig]:
+        return {}
+
+    def _reference(self, point: int) -> float:
+        """Return the variance of the healthy average of the stated rig."""
+        at = list(self.plan.rig.sensors).index(self.sensor)
+        return float(self._stated(point).healthy_signals()[at].var())
 
     def _measured(
         self,

@@ -9,7 +9,8 @@ from sigdb.core import NotApplicableError, Note, OnStep, ignore
 from sigdb.database import Database
 from sigdb.pipeline.robustness.disturbances import DISTURBANCES
 from sigdb.pipeline.robustness.off_law_rows import OffLawRows, applicable
-from sigdb.recognition import Evaluation, Model, Robustness, RobustnessSettings, requested_rows
+from sigdb.pipeline.robustness.outcomes import Robustness
+from sigdb.recognition import Evaluation, Model, RobustnessSettings, requested_rows
 
 
 def with_robustness(
@@ -56,7 +57,7 @@ def robustness_table(
     Returns
     -------
     pandas.DataFrame
-        ``disturbance``, ``text`` and the outcomes of :meth:`sigdb.recognition.Robustness.outcomes`.
+        ``disturbance``, ``text`` and the outcomes of :meth:`Robustness.outcomes`.
 
     Raises
     ------

@@ -41,6 +41,12 @@ def damage_keys(cases: pd.DataFrame, apart: Sequence[str] = ()) -> list[DamageKe
     ]
 
 
+NOT_FUSED = (
+    "averages whose law has nuisances are not fused, since it is not known which of these they share; leave [nuisance] "
+    "out of the recipe"
+)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AverageLaw:
     """The law of one average under templates, whose index errors are known one by one.
@@ -75,13 +81,15 @@ class AverageLaw:
         Raises
         ------
         NotApplicableError
-            If they do not say how index errors act.
+            If they do not say how index errors act, or have nuisances.
         """
         if isinstance(law, UntiedHypotheses):
             raise NotApplicableError(
                 "the rig has several meshes, so that templates are not to be turned; averages are fused for rigs with "
                 "one mesh"
             )
+        if law.nuisance is not None:
+            raise NotApplicableError(NOT_FUSED)
         if law.response is None:
             raise NotApplicableError("the templates do not say how index errors act; make their database again")
         return cls(

@@ -10,13 +10,11 @@ from sigdb.pipeline.robustness.disturbances import NOTHING
 from sigdb.pipeline.robustness.off_law_rows import OffLawRows
 from sigdb.pipeline.robustness.robustness import with_robustness
 from sigdb.recognition import (
-    RecognitionSettings,
     RobustnessSettings,
     evaluate,
     load_model,
     requested_rows,
     robustness_cells,
-    train,
 )
 from sigdb.report import evaluation_html
 from sigdb.sweep import run
@@ -72,8 +70,8 @@ def test_rows_without_a_disturbance_follow_the_law(database, trained):
     """Their squared residual under the true template is that of the noise: the generator agrees with the bank."""
     model = load_model(trained[1])
     cases = database.sql("select id, template, index_error, snr_db, tooth from cases").set_index("id")
-    rows = requested_rows(model, database).join(cases[["template", "index_error", "snr_db"]], rsuffix="_of_case")
-    rows = rows.loc[:, ~rows.columns.str.endswith("_of_case")]
+    rows = requested_rows(model, database)
+    rows = rows.join(cases[[name for name in cases if name not in rows]])
     made = OffLawRows(database, rows, database.sensors[0]).disturbed_rows(NOTHING, np.random.default_rng(1))
     (point,) = model.estimator.bank.points
     noise = (made["scatter"] / np.sqrt(made["averages"])).to_numpy()
@@ -108,17 +106,6 @@ def test_a_gain_that_was_stated_does_no_harm_and_another_shape_is_outside(traine
     table = trained[0].tables["robustness"].set_index("disturbance")
     assert table.loc["gain 3 dB", "outside"] <= 0.15
     assert table.loc["ghost 0.3", "outside"] > 0.8
-
-
-def test_a_detector_has_outcomes_too(database, few_trees):
-    learning = RecognitionSettings(learner="templates", folds=3, false_alarm_rate=0.1)
-    model = train(database, "detection", learning)
-    settings = RobustnessSettings(rows=12)
-    evaluation = with_robustness(evaluate(model, database, bound=False), model, database, settings)
-    table = evaluation.tables["robustness"]
-    assert_allclose(table[SHARES].sum(axis=1), 1.0)
-    assert (table["not_sure"] == 0).all()
-    assert table["alarms_0.01"].notna().all()
 
 
 def test_nothing_is_tested_by_default(database, trained):

@@ -8,12 +8,17 @@ import pandas as pd
 
 from sigdb.core import BoolArray, FloatArray
 from sigdb.database import QUANTITIES, Database
-from sigdb.recognition.answers import Answers, damage_score
-from sigdb.recognition.bound.expected_losses import DECIBELS, error_curve
-from sigdb.recognition.bound.operating_points import operating_points
-from sigdb.recognition.model import Model
-from sigdb.recognition.rows.batch import TSA, Batch
-from sigdb.recognition.rows.streams import sensor_in
+from sigdb.recognition import (
+    DECIBELS,
+    TSA,
+    Answers,
+    Batch,
+    Model,
+    damage_score,
+    error_curve,
+    operating_points,
+    sensor_in,
+)
 
 RATES = (1e-2, 1e-3)
 """Rates of false alarms at which alarms are counted."""
@@ -93,14 +98,14 @@ class Robustness:
 
             - ``rows``;
             - ``right``, ``not_sure``, ``outside`` and ``sure_wrong``: shares that add up to 1;
-            - ``alarms_0.01``, ``alarms_0.001``: shares of healthy rows above the threshold of that rate and not outside;
+            - ``alarms_0.01``, ``alarms_0.001``: shares of healthy rows above that rate's threshold and not outside;
             - ``loss_db``: the further noise at which the best possible answer has as many errors.
         """
         batch = self._batch(rows)
         verdict = self.model.assess(batch)
         outside = verdict["outside"].to_numpy(bool)
         answers = self.model.estimator.answer(batch)
-        right, sure = self._right_and_sure(rows, answers, verdict)
+        right, sure = self._right_and_sure(rows, answers)
         shares = {
             "right": right & sure & ~outside,
             "not_sure": ~sure & ~outside,
@@ -123,9 +128,7 @@ class Robustness:
         reducers = self.model.reducers.values()
         return replace(batch, reduced={reducer.column: reducer.transform(batch) for reducer in reducers})
 
-    def _right_and_sure(
-        self, rows: pd.DataFrame, answers: Answers, verdict: pd.DataFrame
-    ) -> tuple[BoolArray, BoolArray]:
+    def _right_and_sure(self, rows: pd.DataFrame, answers: Answers) -> tuple[BoolArray, BoolArray]:
         """Return whether each answer is right, and whether the model is sure of it, (rows,) each."""
         every = np.ones(len(rows), bool)
         if isinstance(answers.predicted, pd.DataFrame):
