@@ -130,9 +130,20 @@ def test_which_models_a_run_makes():
         "quick": (both, ("S1",)),
         "reference": (both, ("S1",)),
         "generalisation": (both, ("S1", "S2", "S3", "S4")),
+        "nuisances": (("location",), ("S1",)),
     }
+    assert {name for name, one in asked.items() if one.robustness.rows} == {"nuisances"}
     others = load_recipe(PIPELINES / "generalisation.toml").evaluated_on()
     assert [other.path for other in others] == [PIPELINES / "other-form.toml", PIPELINES / "other-points.toml"]
+
+
+def test_nuisances_are_stated_with_their_sources(plans):
+    stated = {name for name, plan in plans.items() if plan.nuisance.exist}
+    nuisance = plans["nuisances"].nuisance
+    assert stated == {"nuisances"}
+    assert nuisance.of_machine
+    numbers = {name for name, value in nuisance if name not in ("sources", "rigs")}
+    assert set(nuisance.sources) == numbers
 
 
 def test_generalisation_holds_out_what_each_split_is_about(tables):
