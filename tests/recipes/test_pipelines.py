@@ -128,7 +128,7 @@ def test_which_models_a_run_makes():
     both = ("location", "severity")
     assert found == {
         "quick": (both, ("S1",)),
-        "reference": (both, ("S1",)),
+        "reference": ((*both, "detection"), ("S1",)),
         "generalisation": (both, ("S1", "S2", "S3", "S4")),
         "nuisances": (("location",), ("S1",)),
     }
