@@ -9,6 +9,7 @@ import pytest
 from sigdb.core import InputError
 from sigdb.monitoring import MonitorSettings, gear_history
 from sigdb.monitoring.look_results import KeptResults
+from sigdb.report import monitor_text
 
 CHANGES = {
     "nothing": ({}, "no change", 0),
@@ -27,7 +28,7 @@ def kept():
 def test_what_has_changed_is_named_with_its_instant(look, healthy, kept, name):
     options, kind, code = CHANGES[name]
     looks = [*healthy, *(look(100 + 10 * len(name) + number, **options) for number in range(3))]
-    found = gear_history(looks, MonitorSettings(looks_a_year=365.0), kept=kept)
+    found = gear_history(looks, MonitorSettings(looks_a_year=365.0, severity_limit_db=40.0), kept=kept)
     assert (found.answer.kind, found.answer.exit_code) == (kind, code)
     assert found.looks["alarm"].tolist() == [False] * 14 + [code == 1] * 3
     assert found.tooth_map.shape == (17, 12)
@@ -40,6 +41,10 @@ def test_what_has_changed_is_named_with_its_instant(look, healthy, kept, name):
     if name == "tooth":
         assert found.answer.sentence == "One tooth stands out: 5 ± 2."
         assert found.tooth_map[-1].argmax() in (3, 4, 5)
+    if name == "tooth":
+        text = monitor_text([found])
+        assert f"at tooth {found.growth.tooth} with a probability of" in text
+        assert "No remaining life is given: the damage was not yet seen to grow" in text
     if name == "sensor":
         assert found.looks["level_db"].iloc[-1] == pytest.approx(20 * np.log10(2), abs=0.2)
     facts = json.loads(json.dumps(found.as_json()))
