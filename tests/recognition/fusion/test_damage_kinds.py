@@ -7,8 +7,9 @@ from numpy.testing import assert_allclose
 from scipy.special import softmax
 
 import sigdb
+from sigdb.core.errors import InputError
 from sigdb.pipeline import load_recipe
-from sigdb.recognition import Hypotheses, fuse
+from sigdb.recognition import Hypotheses, fuse, gear_probabilities
 from sigdb.recognition.fusion.damage_kinds import damage_kinds, stored_sizes
 from sigdb.sweep import run
 
@@ -94,3 +95,13 @@ def test_kinds_and_sizes_follow_from_the_posterior_of_the_templates(database):
     assert cracked["median_crack_depth"].isin([1e-3, 2e-3]).all()
     assert (cracked["low_crack_depth"] <= cracked["median_crack_depth"]).all()
     assert (machines["kind"] == machines["predicted_kind"]).mean() > 0.6
+
+
+def test_the_damaged_gear_is_that_whose_averages_ask_for_it():
+    """Bayes' rule: weights 1 / 2 for none, 1 / 4 for each of two gears, times the odds."""
+    found = gear_probabilities({"pinion": np.log(6.0), "wheel": np.log(0.5)})
+    assert_allclose(list(found.values()), np.array([2.0, 6.0, 0.5]) / 8.5)
+    assert list(found) == ["none", "pinion", "wheel"]
+    for odds, says in (({}, "has no gear"), ({"pinion": np.nan}, "gear 'pinion' is nan")):
+        with pytest.raises(InputError, match=says):
+            gear_probabilities(odds)
