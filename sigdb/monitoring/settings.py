@@ -19,7 +19,7 @@ class MonitorSettings(Section):
         ge=5, le=1000, default=None,
     )  # fmt: skip
     severity_limit_db: float | None = quantity(
-        "dB", "Difference of a tooth over the noise of the healthy looks at which its life ends; none if left out.",
+        "dB", "Difference of a tooth over that of the other teeth at which its life ends; none if left out.",
         gt=-6, le=40, default=None,
     )  # fmt: skip
     zones: tuple[float, float, float] | None = Field(

@@ -16,10 +16,13 @@ from sigdb.prognosis import (
 )
 
 LEVELS = np.geomspace(0.5, 100.0, 16)
-"""Severities: amplitude of the difference at the damaged tooth over that of the healthy looks."""
+"""Severities: amplitude of the difference at the damaged tooth over that of the others, relative to healthy looks."""
 
 _RATES, _EXPONENTS, _REFERENCE = np.geomspace(0.01, 10.0, 7), (2.0, 3.0, 4.0), 10.0
 """Prior of the growth: a severity of 10 comes in a thousand days, or looks, to one; exponents of steels."""
+
+_HALF_STEP_DB = 10 * float(np.log10(LEVELS[1] / LEVELS[0]))
+"""Half of the distance of two levels, by which an interval is wider than its levels, dB."""
 
 _MOST_LOOKS = 500
 """Most looks of the filter, the newest ones: earlier ones are taken not to have begun a damage."""
@@ -44,7 +47,8 @@ class ToothGrowth:
     tooth, tooth_probability
         The likeliest tooth, from 1, and its probability.
     severity_db, low_db, high_db
-        Difference at that tooth over the noise of the healthy looks, dB: median and 90 % interval, given damage.
+        Difference at that tooth over that of the other teeth, relative to the healthy looks, dB: median and 90 %
+        interval, given damage.
     life
         Time until the limit; None where no limit is stated.
     per
@@ -83,7 +87,7 @@ def tooth_growth(
     doubted
         (L,) whether something else may explain the difference of a look, which then says nothing.
     limit_db
-        Difference over the noise of the healthy looks, dB, at which a life ends.
+        Difference over that of the other teeth, dB, at which a life ends.
     """
     ratios = np.where(doubted[:, None, None], 0.0, log_ratios(tooth_map, healthy))
     elapsed = np.ones(len(ratios)) if days is None else np.diff(days, prepend=days[0])
@@ -102,8 +106,8 @@ def tooth_growth(
         tooth=1 + int(after.teeth.argmax()),
         tooth_probability=float(after.teeth.max()),
         severity_db=median,
-        low_db=low,
-        high_db=high,
+        low_db=low - _HALF_STEP_DB,
+        high_db=high + _HALF_STEP_DB,
         life=life,
         per="look" if days is None else "day",
     )

@@ -137,7 +137,7 @@ def _growth_sentences(history: GearHistory) -> list[str]:
     if growth is None or growth.statistic[-1] <= history.growth_limit:
         return []
     sentences = [
-        f"Growth: the difference is {growth.severity_db:.3g} dB over the noise of the healthy looks (90 %: "
+        f"Growth: the difference is {growth.severity_db:.3g} dB over that of the other teeth (90 %: "
         f"{growth.low_db:.3g} to {growth.high_db:.3g}), at tooth {growth.tooth} with a probability of "
         f"{growth.tooth_probability:.3g}. The statistic is {growth.statistic[-1]:.3g}, the limit "
         f"{history.growth_limit:.3g}."

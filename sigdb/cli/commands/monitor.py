@@ -29,7 +29,7 @@ from sigdb.cli.options.places import DATABASE
 @click.option(
     "--severity-limit-db",
     type=float,
-    help="Difference of a tooth over the noise of the healthy recordings, dB, until which its life is given.",
+    help="Difference of a tooth over that of the other teeth, dB, until which its life is given.",
 )
 @click.option(
     "--zones",
