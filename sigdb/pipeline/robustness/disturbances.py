@@ -244,7 +244,7 @@ DISTURBANCES: tuple[Disturbance, ...] = (
     *(
         Disturbance(
             name=f"modulation {depth:.0%}",
-            text=f"amplitude modulation by the shaft, {depth:.0%}",
+            text=f"amplitude modulation by the shaft, {100 * depth:g} %",
             averages=(partial(modulation, depth=depth),),
         )
         for depth in (0.05, 0.2)
@@ -252,7 +252,7 @@ DISTURBANCES: tuple[Disturbance, ...] = (
     *(
         Disturbance(
             name=f"carrier {depth:.0%}",
-            text=f"amplitude modulation by a carrier or the mate's shaft, {depth:.0%}: it averages out, and scatters",
+            text=f"amplitude modulation by a carrier or the mate's shaft, {100 * depth:g} %: it averages out, and scatters",
             scatter=depth**2 / 2,
         )
         for depth in (0.05, 0.2)
@@ -260,7 +260,7 @@ DISTURBANCES: tuple[Disturbance, ...] = (
     *(
         Disturbance(
             name=f"profile {microns:g} um",
-            text=f"a profile deviation of {microns:g} micrometres",
+            text=f"a profile deviation of {microns:g} um",
             rig=partial(with_profile, amplitude=microns * 1e-6),
         )
         for microns in (1.0, 3.0)

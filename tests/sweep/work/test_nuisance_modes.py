@@ -130,6 +130,26 @@ def test_all_nuisances_together_are_whitened(with_all):
     assert_allclose(likelihood[:3], exact, rtol=5e-4, atol=0.05)
 
 
+def test_between_speeds_a_bank_has_the_modes_of_the_nearest_point(plan_of, tmp_path):
+    speeds = [1764.0, 1776.0, 1788.0, 1800.0, 1812.0, 1824.0, 1836.0]
+    text = RECIPE.format(averages=96, snr_db=-20.0, index_error=1e-6, nuisance="gain_db = 2.0\nmark = 0.05")
+    text = text.replace("tooth = [1, 3]", f"tooth = 1\noperating.speed_rpm = {speeds}").replace(
+        "healthy = 30", "healthy = 2"
+    )
+    run(plan_of(text), tmp_path / "made", jobs=1)
+    db = sigdb.open(tmp_path / "made")
+    bank = TemplateBank.of(db)
+    assert bank.interpolations
+    rows = db.features(where="status = 'ok' and speed_rpm = 1800")
+    x, noise = db.signals(rows["id"].to_numpy())["tsa"].astype(float), (rows["scatter"] / np.sqrt(rows["averages"]))
+    point = {name: rows[name].to_numpy() for name in ("speed_rpm", "torque", "teeth")}
+    ((local, _, coefficients),) = bank.locals(**point)
+    law = {"noise": noise.to_numpy(), "index_error": bank.index_error}
+    found = local.laws.log_likelihood(x, **law, coefficients=coefficients)
+    exact = Hypotheses.of(db, **{name: values[0].item() for name, values in point.items()}).log_likelihood(x, **law)
+    assert_allclose(found, exact, atol=0.5)
+
+
 def test_without_nuisances_nothing_changes(plan_of):
     text = RECIPE.format(averages=96, snr_db=0.0, index_error=1e-6, nuisance="")
     plan = plan_of(text)
