@@ -252,7 +252,7 @@ DISTURBANCES: tuple[Disturbance, ...] = (
     *(
         Disturbance(
             name=f"carrier {depth:.0%}",
-            text=f"amplitude modulation by a carrier or the mate's shaft, {100 * depth:g} %: it averages out, and scatters",
+            text=f"amplitude modulation by a carrier or the mate's shaft, {100 * depth:g} %, which averages out",
             scatter=depth**2 / 2,
         )
         for depth in (0.05, 0.2)
