@@ -24,6 +24,7 @@ NAMES = sorted(path.parent.name for path in MODELS.glob("*/model.json"))
 MOST_BYTES = 5_000_000
 JUDGED = {
     "location": ("accuracy", "p_exact", "p_detected", "none_on_healthy", "log_loss", "brier", "set_coverage"),
+    "detection": ("p_detected", "false_alarm_rate"),
     "severity": tuple(
         f"{figure}_{target}"
         for figure in ("mae", "rmse", "coverage")
@@ -33,6 +34,7 @@ JUDGED = {
 
 OVERVIEW = {
     "location": ("accuracy", "p_exact", "pd_at_1e-3"),
+    "detection": ("p_detected", "false_alarm_rate"),
     "severity": ("mae_stiffness_loss", "mae_phase_shift_deg", "mae_damaged_teeth"),
 }
 
@@ -69,8 +71,8 @@ def disagreements(name, card, evaluation, judged):
     ]
 
 
-def test_location_and_severity_of_the_nasa_rig_are_there():
-    assert {"nasa-location", "nasa-severity"} <= set(NAMES)
+def test_models_of_the_nasa_rig_are_there():
+    assert {"nasa-detection", "nasa-location", "nasa-severity"} <= set(NAMES)
     assert built_in_models() == NAMES
 
 
@@ -137,7 +139,7 @@ def test_rows_that_it_was_not_trained_for_are_refused(name, kind):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_its_templates_are_at_points_of_the_reference_recipe_and_hold_between_them(name):
-    bank = loaded(name).estimators["templates"].bank
+    bank = loaded(name).estimator.template_bank
     recipe = operating_points()[["speed_rpm", "torque"]].to_numpy()
     stored = np.array([(point.speed_rpm, point.torque) for point in bank.points])
     assert np.abs(stored[:, None] / recipe - 1).max(axis=2).min(axis=1).max() < 1e-12

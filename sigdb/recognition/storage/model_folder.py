@@ -39,7 +39,7 @@ def built_in_models() -> list[str]:
     --------
     >>> from sigdb.recognition import built_in_models
     >>> built_in_models()
-    ['nasa-location', 'nasa-severity']
+    ['nasa-detection', 'nasa-location', 'nasa-severity']
     """
     return list(_built_in_folders())
 
