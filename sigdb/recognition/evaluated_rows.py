@@ -6,6 +6,7 @@ import pandas as pd
 
 from sigdb.core import InputError
 from sigdb.database import MEASURED_SENSOR, TEST, Database, changed_parts, make_split
+from sigdb.recognition.across import check_across
 from sigdb.recognition.model import Model
 from sigdb.recognition.rows.further_columns import check_columns_of
 from sigdb.recognition.targets.all_targets import TARGETS
@@ -26,15 +27,18 @@ class Selection:
         Whether some rows are of specimens of the training, as under S0; the bound is for unseen gears.
     changed_parts
         Parts of the rig and the solver that differ from those of the training, for ``S5``.
+    across
+        Whether a model of simulated rows meets measured ones, or the other way round.
     """
 
     split: str
     text: str
     seen: bool = False
     changed_parts: tuple[str, ...] = ()
+    across: bool = False
 
 
-def requested_rows(model: Model, database: Database) -> pd.DataFrame:
+def requested_rows(model: Model, database: Database, where: str | None = None) -> pd.DataFrame:
     """Return the rows, by id, that :func:`evaluate` evaluates a model on.
 
     Parameters
@@ -43,6 +47,8 @@ def requested_rows(model: Model, database: Database) -> pd.DataFrame:
         A trained model.
     database
         A finished database with the model's sensor first.
+    where
+        A condition on its rows, in SQL.
 
     Returns
     -------
@@ -54,18 +60,23 @@ def requested_rows(model: Model, database: Database) -> pd.DataFrame:
     InputError
         As :func:`evaluate`.
     """
-    return select_rows(model, database)[0]
+    return select_rows(model, database, where)[0]
 
 
-def select_rows(model: Model, database: Database) -> tuple[pd.DataFrame, Selection]:
+def select_rows(model: Model, database: Database, where: str | None = None) -> tuple[pd.DataFrame, Selection]:
     """Return the rows of a database that a model is evaluated on, and how they were selected."""
     check_columns_of(model.columns, model.added, database)
     rows, target = usable_rows(database, model.target, model.columns), TARGETS[model.target]
+    if where is not None:
+        rows = rows[rows.index.isin(database.cases(where)["id"])]
+        if rows.empty:
+            raise InputError(f"{database.store}: no row with a label meets {where}")
     across = database.manifest.is_measured != (model.sensor == MEASURED_SENSOR)
     if database.sensors[0] != model.sensor and not across:
         raise InputError(f"the model reads {model.sensor!r}, {database.store} holds {database.sensors[0]!r} first")
     if across:
-        rows, selection = rows, _across(database)
+        check_across(model, database, rows)
+        selection = _across(database)
     elif database.manifest.hash == model.database_hash and model.split != "S1":
         rows, selection = _of_split(model, database, rows)
     else:
@@ -85,7 +96,7 @@ def _across(database: Database) -> Selection:
     """Return the selection of all rows, where a model of simulated rows meets measured ones or the other way round."""
     kinds = ("simulated", "measured") if database.manifest.is_measured else ("measured", "simulated")
     text = "across: trained on {} rows, and tested on all {} rows of {}".format(*kinds, database.store)
-    return Selection(split="S6" if database.manifest.is_measured else "S5", text=text)
+    return Selection(split="S6" if database.manifest.is_measured else "S5", text=text, across=True)
 
 
 def _of_split(model: Model, database: Database, rows: pd.DataFrame) -> tuple[pd.DataFrame, Selection]:

@@ -8,8 +8,10 @@ import pandas as pd
 
 from sigdb.core import NotApplicableError, Note, OnStep, SigdbError, ignore, plain
 from sigdb.database import Database, default_split
+from sigdb.recognition.across import across_notes
 from sigdb.recognition.criteria import CriterionResult, assess_criteria
 from sigdb.recognition.decision import with_prevalence
+from sigdb.recognition.estimators.registry import DETECTION
 from sigdb.recognition.estimators.user_estimator import user_estimator
 from sigdb.recognition.evaluated_rows import select_rows
 from sigdb.recognition.evaluation_tables import efficiency_table, evaluation_tables
@@ -22,6 +24,7 @@ from sigdb.recognition.model import Model
 from sigdb.recognition.rows.streams import sensor_in
 from sigdb.recognition.settings import CriteriaSettings, RecognitionSettings
 from sigdb.recognition.splits.confounds import measured_notes
+from sigdb.recognition.splits.healthy_only import HEALTHY_ONLY, healthy_only_answers, healthy_only_notes
 from sigdb.recognition.targets.all_targets import target_named
 from sigdb.recognition.targets.best_answers import best_answers
 from sigdb.recognition.training import train
@@ -128,6 +131,7 @@ def evaluate(
     target: str = "location",
     split: str = "",
     columns: Sequence[str] = (),
+    where: str | None = None,
     settings: RecognitionSettings | None = None,
     on_step: OnStep = ignore,
 ) -> Evaluation:
@@ -155,6 +159,8 @@ def evaluate(
     target, split, columns
         Question, split (S1 if left out, of recordings ``recording``) and input columns of an estimator of one's own;
         see :meth:`sigdb.database.Database.xy`.
+    where
+        A condition on the rows to evaluate on, in SQL.
     settings
         Folds, and settings of the baselines, where an estimator of one's own is trained.
     on_step
@@ -168,19 +174,23 @@ def evaluate(
     Raises
     ------
     InputError
-        If no rows are left, the database holds another sensor, or was extended so that the model's split has changed.
+        If no rows are left, the database holds another sensor, unit or tooth count, or was extended so that the model's
+        split has changed.
     """
     if not isinstance(model, Model):
         estimator = user_estimator(model, target_named(target).name, database, columns)
         name = split or default_split(database)
         model = train(database, target, settings, split=name, user_estimator=estimator, on_step=on_step)
     question = target_named(model.target)
-    rows, selection = select_rows(model, database)
-    prevalence = float((rows["tooth"] > 0).mean())
+    rows, selection = select_rows(model, database, where)
+    measured, prevalence = database.manifest.is_measured, float((rows["tooth"] > 0).mean())
     answers = {
         name: with_prevalence(each, model.estimators[name].trained_prevalence, prevalence)
         for name, each in model.answers(database, rows).items()
     }
+    floor = healthy_only_answers(database, rows, model.false_alarm_rate) if measured else None
+    if floor is not None and question.name == DETECTION:
+        answers[HEALTHY_ONLY] = floor
     evaluated = Evaluated.of_each(answers, rows)
     values = {name: question.values(each) for name, each in evaluated.items()}
     metrics = {
@@ -189,7 +199,7 @@ def evaluate(
     }
     ours, notes, best = evaluated[model.learner], [], None
     try:
-        if bound and database.manifest.is_measured:
+        if bound and measured:
             raise NotApplicableError(f"{database.store}: the law of measured rows is not known")
         if bound:
             rate = model.false_alarm_rate
@@ -221,7 +231,9 @@ def evaluate(
         notes=(
             *notes,
             *limitations(model, rows, selection, index_error),
-            *(measured_notes(database, rows) if database.manifest.is_measured else ()),
+            *(across_notes(model, database, rows) if selection.across else ()),
+            *(measured_notes(database, rows) if measured else ()),
+            *(() if floor is None or HEALTHY_ONLY in answers else healthy_only_notes(floor, rows)),
         ),
         criteria=assess_criteria(
             criteria or CriteriaSettings(),

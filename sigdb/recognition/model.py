@@ -247,7 +247,7 @@ class Model:
             )
         if X is None:
             unit = None if self.trained_range is None else self.trained_range.unit
-            X = plain_rows(row, reads=self.estimator.columns_read, teeth=self._teeth, unit=unit, sensor=self.sensor)
+            X = plain_rows(row, reads=self.estimator.columns_read, teeth=self.teeth, unit=unit, sensor=self.sensor)
         elif row:
             raise InputError(f"rows are given together with {', '.join(row)}; give rows, or arrays by name")
         if isinstance(X, Batch):
@@ -256,7 +256,7 @@ class Model:
         return Batch.from_rows(X, self.estimator.columns_read - (self.estimator.optional - columns) | (columns & {TSA}))
 
     @property
-    def _teeth(self) -> tuple[int, ...]:
+    def teeth(self) -> tuple[int, ...]:
         """Tooth counts of the templates; none where there are no templates."""
         banks = (estimator.template_bank for estimator in self.estimators.values())
         return next((bank.teeth for bank in banks if bank is not None), ())

@@ -66,8 +66,8 @@ class RecognitionSettings(Section):
     )
     columns: Annotated[tuple[str, ...], Strict(False)] = Field(
         default=(),
-        description="Further columns of features that boosting and lda read: indicators, added features, or the "
-        "MODULE:FUNCTION that added them.",
+        description="Further columns of features that boosting and lda read: indicators, added features, the "
+        "MODULE:FUNCTION that added them, or 'added' for all that were added.",
     )
     coverage_by: Literal["cell", "all"] = Field(
         default="cell",

@@ -108,6 +108,10 @@ class TrainedRange:
                 reasons[i] = reasons[i] or text(int(i))
         return reasons
 
+    def row_reasons(self, database: Database, rows: pd.DataFrame) -> list[str]:
+        """Return the reason why each row of a database, by id, is outside the range; empty for a row inside it."""
+        return self.reasons(Batch(table=_with_rms(database, rows)))
+
     def _checks(self, batch: Batch) -> Iterator[Check]:
         yield from self._point_checks(batch)
         if batch.tsa is not None:

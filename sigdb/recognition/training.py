@@ -135,8 +135,14 @@ def train(
     rows = rows[parts.folds(rows) == TRAINING]
     _check_labels(database, question, rows, "training ")
     bank = _bank(database, rows, needs_bank, on_step)
-    learner = wanted or default_learner(bank)
+    learner = wanted or default_learner(None if columns else bank)
     unfitted = question.estimators(settings, bank)
+    if columns and user_estimator is None and learner in unfitted and not unfitted[learner].columns:
+        able = ", ".join(name for name, each in unfitted.items() if each.columns)
+        raise InputError(
+            f"columns = {', '.join(columns)}: the learner {learner} compares averages with templates, which have none "
+            f"of them; choose one of {able}, or leave the columns out"
+        )
     if user_estimator is not None:
         others = {name: each for name, each in unfitted.items() if name != user_estimator.name}
         unfitted = {user_estimator.name: user_estimator} | others

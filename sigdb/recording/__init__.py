@@ -17,6 +17,7 @@ __all__ = [
     "RecordingBlocks",
     "RecordingSettings",
     "Repeatability",
+    "SharedChannels",
     "Surroundings",
     "read_in_blocks",
     "read_recording",

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     multiple=True,
     help="Input column of an estimator of yours, such as tsa; may be repeated. By default all of features.",
 )
+@click.option("--where", help="Evaluate only on rows that meet this condition, in SQL, such as \"sensor = 'a1'\".")
 @format_option("table", "json")
 def evaluate(
     model: str,
@@ -50,6 +51,7 @@ def evaluate(
     target: str | None,
     split: str | None,
     columns: tuple[str, ...],
+    where: str | None,
     form: str,
 ) -> int:
     """Evaluate a model on the rows of a database that it has not seen: a folder, or an estimator of one's own.
@@ -59,7 +61,8 @@ def evaluate(
 
     On the database of its training these are the cases that its split held out, on another database all rows of other
     specimens. The result has the baselines that were trained on the same rows, the best possible answer, and the
-    criteria of the database's recipe. The exit code is 1 if the model is better than the best possible answer, which no
+    criteria of the database's recipe. A model of simulated rows is tested on measured ones as they are: one sensor, in
+    its unit, with its tooth counts. The exit code is 1 if the model is better than the best possible answer, which no
     honest model is.
 
     \b
@@ -76,13 +79,13 @@ def evaluate(
     options = {name: value for name, value in options.items() if value}
     if is_user_model(model):
         step = partial(_report_step, model)
-        evaluation = evaluate_model(load_user_model(model), opened, **options, on_step=step)
+        evaluation = evaluate_model(load_user_model(model), opened, **options, where=where, on_step=step)
     elif options:
         raise InputError(
             f"--{next(iter(options)).removesuffix('s')} is for an estimator of one's own; {model} has its own"
         )
     else:
-        evaluation = evaluate_model(load_model(model), opened)
+        evaluation = evaluate_model(load_model(model), opened, where=where)
     if form == "json":
         echo_json(list(_rows(evaluation)))
     else:

@@ -49,8 +49,8 @@ if TYPE_CHECKING:
     "columns",
     multiple=True,
     metavar="NAME",
-    help="Further column that lda and boosting read: an indicator, an added feature, or the MODULE:FUNCTION that added "
-    "features; may be given several times.",
+    help="Further column that lda and boosting read: an indicator, an added feature, the MODULE:FUNCTION that added "
+    "features, or 'added' for all that were added; may be given several times.",
 )
 def train(
     database: str,

@@ -8,16 +8,19 @@ import pyarrow as pa
 from sigdb.core import InputError, suggestion
 from sigdb.database import Database, suffixed
 
+_ADDED = "added"
+"""Name that stands for the features of all functions."""
+
 
 def further_columns(database: Database, names: Sequence[str]) -> tuple[str, ...]:
-    """Return columns of numbers by name; the name of a function stands for all of its numbers.
+    """Return columns of numbers by name; a function stands for all of its numbers, ``added`` for all functions.
 
     Parameters
     ----------
     database
         The database.
     names
-        Names of columns, or ``MODULE:FUNCTION`` of added features.
+        Names of columns, ``MODULE:FUNCTION`` of added features, or ``added``.
 
     Raises
     ------
@@ -26,11 +29,14 @@ def further_columns(database: Database, names: Sequence[str]) -> tuple[str, ...]
     """
     added = {each.title: each for each in database.added}
     results, columns = _results(database), list[str]()
-    for name in names:
+    every = tuple(added) or (_ADDED,)
+    for name in [each for stated in names for each in (every if stated == _ADDED else (stated,))]:
         if name in added:
             columns += [column.name for column in added[name].columns if column.name in results]
         elif name in results:
             columns.append(name)
+        elif name == _ADDED:
+            raise InputError(f"columns: {database.store} has no added features; add some with sigdb add-features")
         elif ":" in name:
             command = f"sigdb add-features {database.store} {name}"
             raise InputError(f"columns: {database.store} has no features of {name}; add them with: {command}")

@@ -1,4 +1,4 @@
-"""Confounds of measured rows: what else than damage a model could learn, and a detector that knows no damage."""
+"""Confounds of measured rows: what else than damage a model could learn."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -70,7 +70,7 @@ def confounds(database: Database) -> tuple[Confound, ...]:
     database
         A database of recordings.
     """
-    rows = _indicator_rows(database, "tooth = 0")
+    rows = indicator_rows(database, "tooth = 0")
     each = (_confound(rows, column) for column in _COLUMNS)
     return tuple(confound for confound in each if confound is not None)
 
@@ -94,7 +94,7 @@ def _confound(rows: pd.DataFrame, column: str) -> Confound | None:
         return None
     folds = StratifiedGroupKFold(min(_FOLDS, int(recordings[recordings >= _LEAST].min())))
     model = make_pipeline(StandardScaler(), LogisticRegression(max_iter=1000, class_weight="balanced"))
-    answers = cross_val_predict(model, _numbers(rows), labels, groups=rows["recording"], cv=folds)
+    answers = cross_val_predict(model, logarithms(rows), labels, groups=rows["recording"], cv=folds)
     accuracy = float(balanced_accuracy_score(labels, answers))
     return Confound(
         column=column, values=rows["label"].nunique(), recordings=rows["recording"].nunique(), accuracy=accuracy
@@ -102,7 +102,7 @@ def _confound(rows: pd.DataFrame, column: str) -> Confound | None:
 
 
 def measured_notes(database: Database, evaluated: pd.DataFrame) -> Iterator[Note]:
-    """Yield notes on an evaluation on measured rows: confounds, labels, and a detector that knows healthy rows only.
+    """Yield notes on an evaluation on measured rows: confounds and labels.
 
     Parameters
     ----------
@@ -113,13 +113,6 @@ def measured_notes(database: Database, evaluated: pd.DataFrame) -> Iterator[Note
     """
     yield from (each.note for each in confounds(database) if each.accuracy > each.chance + _CLEAR)
     yield from _label_notes(evaluated)
-    area = _healthy_only(database, evaluated)
-    if area is not None:
-        text = (
-            f"A detector that knows healthy rows only, by the distance of the indicators from those of other healthy "
-            f"recordings, separates the damaged from the healthy rows with an area under the curve of {area:.3f}."
-        )
-        yield Note(code="healthy-only", text=text, values={"area": area})
 
 
 def _label_notes(evaluated: pd.DataFrame) -> Iterator[Note]:
@@ -136,34 +129,15 @@ def _label_notes(evaluated: pd.DataFrame) -> Iterator[Note]:
             yield Note(code="label-is-column", text=text, values={"column": column})
 
 
-def _healthy_only(database: Database, evaluated: pd.DataFrame) -> float | None:
-    """Return the area under the curve of the detector; None without healthy and damaged rows, or healthy others."""
-    from sklearn.metrics import roc_auc_score
-
-    rows = _indicator_rows(database, "tooth is not null")
-    tested = rows[rows.index.isin(evaluated.index)]
-    reference_rows = rows[(rows["tooth"] == 0) & ~rows["recording"].isin(tested["recording"])]
-    if reference_rows.empty:  # all rows are evaluated: every other healthy recording is the reference
-        healthy = rows.loc[rows["tooth"] == 0, "recording"].drop_duplicates()
-        reference_rows = rows[rows["recording"].isin(healthy[::2])]
-        tested = tested[~tested["recording"].isin(reference_rows["recording"])]
-    damaged = tested["tooth"] > 0
-    if len(reference_rows) < 2 * len(INDICATORS) // 3 or damaged.nunique() < 2:
-        return None
-    reference = _numbers(reference_rows)
-    deviation = np.maximum(reference.std(axis=0), 1e-12)
-    score = np.mean(((_numbers(tested) - reference.mean(axis=0)) / deviation) ** 2, axis=1)
-    return float(roc_auc_score(damaged, score))
-
-
-def _indicator_rows(database: Database, where: str) -> pd.DataFrame:
+def indicator_rows(database: Database, where: str) -> pd.DataFrame:
+    """Return recording, tooth, the columns that healthy rows may show, and the indicators of rows with a result."""
     stored = database.dataset("features").schema.names
     names = [name for name in INDICATORS if name in stored]
     columns = ", ".join(f'"{name}"' for name in ("id", "recording", "tooth", *_COLUMNS, *names))
     return database.sql(f"select {columns} from features where status = 'ok' and {where} order by id").set_index("id")
 
 
-def _numbers(rows: pd.DataFrame) -> FloatArray:
+def logarithms(rows: pd.DataFrame) -> FloatArray:
     """Return the logarithms of the indicators, (rows, k); those with a value that is none are left out."""
     values = rows[[name for name in INDICATORS if name in rows]].to_numpy(float)
     return np.log(np.maximum(np.nan_to_num(values), 1e-12))

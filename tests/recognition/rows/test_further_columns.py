@@ -46,6 +46,7 @@ def test_names_of_columns_and_of_functions(place, shapes):
     add_features(place, f"{shapes}:own", jobs=1)
     database = sigdb.open(place)
     assert further_columns(database, ["fm4", f"{shapes}:own", "own_rms"]) == ("fm4", "own_peak", "own_rms")
+    assert further_columns(database, ["added"]) == ("own_peak", "own_rms")
     for name, says in {
         "tooth": "tooth is no number that is computed from the average",
         "stiffness_loss": "is no number that is computed",

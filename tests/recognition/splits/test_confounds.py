@@ -6,7 +6,8 @@ import pytest
 import sigdb
 from sigdb.ingest import IngestSettings, ingest
 from sigdb.recognition import RecognitionSettings, evaluate, train
-from sigdb.recognition.splits.confounds import confounds
+from sigdb.recognition.splits.confounds import confounds, indicator_rows, logarithms
+from sigdb.recognition.splits.healthy_only import healthy_only_answers
 
 TEETH, SAMPLES = 12, 32
 N = TEETH * SAMPLES
@@ -56,3 +57,26 @@ def test_a_model_of_recordings_is_evaluated_on_others_with_the_confound_in_its_n
     assert notes["confound"].values["column"] == "machine"
     assert notes["healthy-only"].values["area"] > 0.9
     assert result.specimens == pytest.approx(24 / 3, abs=1)
+
+
+def test_the_healthy_only_detector_is_a_row_of_an_evaluation_of_detection(measured, few_trees):
+    settings = RecognitionSettings(learner="lda", folds=3, false_alarm_rate=0.3)
+    result = evaluate(train(measured, "detection", settings, split="recording"), measured)
+    row = result.metrics["healthy_only"]
+    assert row["p_detected"].value > 0.9
+    assert "healthy_only" in result.differences
+    assert "healthy-only" not in {note.code for note in result.notes}
+
+
+def test_it_compares_each_row_with_healthy_rows_of_other_recordings(measured):
+    rows = indicator_rows(measured, "tooth is not null")
+    values, healthy = logarithms(rows), (rows["tooth"] == 0).to_numpy()
+    expected = []
+    for number in range(len(rows)):
+        others = values[healthy & (rows["recording"] != rows["recording"].iloc[number]).to_numpy()]
+        expected.append((((values[number] - others.mean(axis=0)) / others.std(axis=0, ddof=1)) ** 2).mean())
+    answers = healthy_only_answers(measured, rows, 0.25)
+    shift = answers.scores - np.log(expected)
+    assert shift == pytest.approx(np.full(len(rows), shift[0]), abs=1e-9)
+    assert 0.25 - 2 / healthy.sum() < answers.predicted[healthy].mean() <= 0.25
+    assert healthy_only_answers(measured, rows[rows["tooth"] > 0].head(1), 0.25).predicted.shape == (1,)
