@@ -6,9 +6,9 @@ import pandas as pd
 
 from sigdb.core import InputError
 from sigdb.database import MEASURED_SENSOR, TEST, Database, changed_parts, make_split
-from sigdb.recognition.across import check_across
 from sigdb.recognition.model import Model
 from sigdb.recognition.rows.further_columns import check_columns_of
+from sigdb.recognition.splits.across import check_across
 from sigdb.recognition.targets.all_targets import TARGETS
 from sigdb.recognition.training import usable_rows
 

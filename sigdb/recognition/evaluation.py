@@ -8,7 +8,6 @@ import pandas as pd
 
 from sigdb.core import NotApplicableError, Note, OnStep, SigdbError, ignore, plain
 from sigdb.database import Database, default_split
-from sigdb.recognition.across import across_notes
 from sigdb.recognition.criteria import CriterionResult, assess_criteria
 from sigdb.recognition.decision import with_prevalence
 from sigdb.recognition.estimators.registry import DETECTION
@@ -23,6 +22,7 @@ from sigdb.recognition.metrics.metric import differences, estimates
 from sigdb.recognition.model import Model
 from sigdb.recognition.rows.streams import sensor_in
 from sigdb.recognition.settings import CriteriaSettings, RecognitionSettings
+from sigdb.recognition.splits.across import across_notes
 from sigdb.recognition.splits.confounds import measured_notes
 from sigdb.recognition.splits.healthy_only import HEALTHY_ONLY, healthy_only_answers, healthy_only_notes
 from sigdb.recognition.targets.all_targets import target_named
