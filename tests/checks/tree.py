@@ -31,6 +31,7 @@ SMALL = {
     "cli/options/workers.py": "the options of all commands that start workers",
     "core/compiled.py": "importing it imports numba",
     "sweep/work/life_rows.py": "the rows of lives, which the design knows nothing of",
+    "recognition/fusion/teeth_apart.py": "another hypothesis than that of fused averages: two damages",
     "recognition/idle_cores.py": "training and evaluation use it",
     "transmission/system/small_matrices.py": "transmission and dynamics use it",
     "transmission/system/sensitivity.py": "derivatives of a rig, which dynamics and identification use",

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from sigdb.core import FloatArray, NotApplicableError, blocks
 from sigdb.database import QUANTITIES, Database
 from sigdb.measurement import noise_deviation
+from sigdb.recognition.bound.untied_hypotheses import UntiedHypotheses, hypotheses_at
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.posterior import Posterior, log_prior, posterior
 from sigdb.recognition.templates.severity_grid import severity_grids, severity_interpolation
-from sigdb.recognition.templates.untied_hypotheses import UntiedHypotheses, hypotheses_at
 
 _POINT = ["speed_rpm", "torque", "teeth"]
 _COLUMNS = ("id", "template", "tooth", "specimen", "averages", "snr_db", "index_error", "contact_loss")

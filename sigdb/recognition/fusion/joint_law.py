@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError, blocks
 from sigdb.database import QUANTITIES
+from sigdb.recognition.bound.untied_hypotheses import UntiedHypotheses
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.turned_laws import TurnedProducts
-from sigdb.recognition.templates.untied_hypotheses import UntiedHypotheses
 
 DamageKey: TypeAlias = tuple[object, ...]
 """A template by its damage, whatever its operating point."""

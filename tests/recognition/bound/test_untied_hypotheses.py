@@ -9,7 +9,7 @@ from sigdb.core.errors import NotApplicableError
 from sigdb.database import Template
 from sigdb.measurement import index_error_covariance
 from sigdb.recognition import Hypotheses, TemplateBank, bayes_bound, fuse
-from sigdb.recognition.templates.untied_hypotheses import UntiedHypotheses
+from sigdb.recognition.bound.untied_hypotheses import UntiedHypotheses
 from sigdb.transmission import Transmission
 
 TEETH, STEP, MATE = 4, 6, 10
