@@ -83,7 +83,7 @@ class Mate:
         (mate,) = mates
         ratio = signatures[0].teeth / rig.gears[mate].teeth
         if ratio == 1:
-            raise InputError(f"{gear} and {mate} turn equally fast, so that no average tells their teeth apart")
+            raise InputError(f"{gear} and {mate} turn equally fast, so that their averages are alike")
         averaged = []
         for recording, signature in zip(recordings, signatures, strict=True):
             facts = settings.model_dump(exclude={"teeth", "speed_range_rpm", "revolutions", "envelope_band"})
