@@ -31,7 +31,7 @@ class State(Section):
     """Labels that a word in a file's name stands for."""
 
     health: Literal["healthy", "damaged", "unknown"] = Field(description="Health of the gear by the source.")
-    kind: str = Field(description="Kind of gear damage by ISO 10825, none, other or unknown.")
+    kind: str = Field(description="Kind of gear damage by ISO 10825:1995, none, other or unknown.")
     tooth: int | None = Field(default=None, ge=0, description="Damaged tooth, where the source states it.")
     severity: str | None = Field(default=None, description="Severity in the words of the source.")
     state: str | None = Field(default=None, description="State in plain words; the word itself if left out.")

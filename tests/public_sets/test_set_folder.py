@@ -55,11 +55,39 @@ def test_states_and_severities(check):
     crack = facts(checked, "teeth_crack_M_speed_circulation_10Nm-2000rpm.csv")
     assert (crack["kind"], crack["severity"], crack["load"]) == ("crack", "M", 10)
     assert facts(checked, "health_torque_circulation_1000rpm_20Nm.csv")["kind"] == "none"
-    assert checked.missing == ()
+    assert [text.split(" files")[0] for text in checked.missing] == ["1 of 120", "1 of 120"]
+
+
+@pytest.mark.parametrize(
+    ("word", "kind", "degrees"),
+    [
+        ("health", "none", False),
+        ("gear_pitting", "pitting", True),
+        ("gear_wear", "wear", True),
+        ("teeth_crack", "crack", True),
+        ("teeth_break", "breakage", True),
+        ("miss_teeth", "breakage", False),
+        ("teeth_break_and_bearing_inner", "breakage", True),
+        ("teeth_break_and_bearing_outer", "breakage", True),
+    ],
+)
+def test_the_states_of_mcc5_thu(word, kind, degrees, check):
+    names = [f"{word}_{degree}" for degree in "LMH"] if degrees else [word]
+    checked = check("mcc5-thu", *(f"{name}_torque_circulation_2000rpm_10Nm.csv" for name in names))
+    for name in names:
+        found = facts(checked, f"{name}_torque_circulation_2000rpm_10Nm.csv")
+        assert (found["kind"], found["state"]) == (kind, name)
+        assert found.get("severity") == (name[-1] if degrees else None)
+        assert load_public_set("mcc5-thu").expected_of(name) == ("none" if kind == "none" else "damage")
+
+
+def test_the_states_and_working_conditions_of_mcc5_thu_make_all_its_files():
+    described = load_public_set("mcc5-thu")
+    assert len(described.states) * 12 == sum(files.least for files in described.files) == 240
 
 
 def test_a_state_that_no_page_lists_is_refused(check):
-    with pytest.raises(InputError, match=r"'odd' is no state of MCC5-THU .*; known: health, teeth_crack_L"):
+    with pytest.raises(InputError, match=r"'odd' is no state of MCC5-THU .*; known: health, gear_pitting_L"):
         check("mcc5-thu", "odd_speed_circulation_10Nm-2000rpm.csv")
 
 

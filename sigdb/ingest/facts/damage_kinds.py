@@ -1,13 +1,17 @@
-"""Kinds of gear damage by the names of ISO 10825, and the words that files and tables use for them.
+"""Kinds of gear damage by the names of ISO 10825:1995, and the words that files and tables use for them.
 
-The names are headings of the contents of ISO 10825:1995 [1]_, in the singular. ISO 10825-1:2022 [2]_ replaces it; of
-that edition the scope is published, and its headings were not compared.
+The names are headings of the contents of ISO 10825:1995 [1]_ [2]_, in the singular. They were not checked against its
+text. ISO 10825-1:2022 [3]_ has replaced it; only the scope of that edition could be read, and its names were not
+compared.
 
 References
 ----------
 .. [1] ISO 10825:1995, Gears - Wear and damage to gear teeth - Terminology, contents in the sample at
    https://standards.iteh.ai/catalog/standards/iso/0dd1f686-d997-4424-8385-f02185b8eb7b/iso-10825-1995.
-.. [2] ISO 10825-1:2022, Gears - Wear and damage to gear teeth - Part 1: Nomenclature and characteristics.
+.. [2] Failure mode classification for gears (ISO 10825), a list of the headings at
+   http://werktuigbouw.nl/abc/ISO10825-1.htm.
+.. [3] ISO 10825-1:2022, Gears - Wear and damage to gear teeth - Part 1: Nomenclature and characteristics, scope at
+   https://standards.iteh.ai/catalog/standards/iso/183dbb21-7022-442c-aaad-ab240de89aaa/iso-10825-1-2022.
 """
 
 import re
@@ -23,10 +27,10 @@ KINDS = (
     *("case crushing", "crack", "hardening crack", "grinding crack", "fatigue crack", "breakage"),
     *("overload breakage", "fatigue breakage", "tooth end breakage", "tooth shear"),
 )
-"""Names of ISO 10825-1; ``crack`` and ``breakage`` where it is not stated how they came about."""
+"""Names of ISO 10825:1995; ``crack`` and ``breakage`` where it is not stated how they came about."""
 
 KIND_NAMES = (NONE, *KINDS, OTHER, UNKNOWN)
-"""Values of the column ``kind``: no damage, a kind, something that ISO 10825-1 has no name for, or unknown."""
+"""Values of the column ``kind``: no damage, a kind, something that ISO 10825:1995 has no name for, or unknown."""
 
 _HEALTHY = (
     "healthy",
@@ -94,5 +98,5 @@ def checked_kind(text: str) -> str:
     """
     kind = kind_of(text)
     if kind == UNKNOWN and text.strip().lower() != UNKNOWN:
-        raise InputError(f"kind = {text!r} is no kind of damage of ISO 10825-1{suggestion(text, KIND_NAMES)}")
+        raise InputError(f"kind = {text!r} is no kind of damage of ISO 10825:1995{suggestion(text, KIND_NAMES)}")
     return kind

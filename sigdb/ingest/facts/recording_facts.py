@@ -36,7 +36,7 @@ class RecordingFacts(Section):
         "-", "First damaged tooth; 0 for an undamaged gear, unknown if left out.", ge=0, default=None
     )
     damaged_teeth: int | None = quantity("-", "Number of damaged teeth.", ge=0, default=None)
-    kind: str | None = Field(default=None, description="Kind of damage by ISO 10825-1, none, other or unknown.")
+    kind: str | None = Field(default=None, description="Kind of damage by ISO 10825:1995, none, other or unknown.")
     severity: str | None = Field(default=None, description="Severity in the words or numbers of the source.")
     stiffness_loss: float | None = quantity(
         "-", "Fraction of the tooth's mesh stiffness that is lost, where it is known.", ge=0, le=1, default=None

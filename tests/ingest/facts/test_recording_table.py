@@ -30,7 +30,7 @@ def test_numbers_units_and_unknowns_of_a_table(tmp_path, separator):
         ("file,tooth\na.csv,-1\n", "line 2: tooth"),
         ("file,tooth\na.csv,four\n", "line 2: tooth"),
         ("file,date\na.csv,01.03.2026\n", "is no date by ISO 8601"),
-        ("file,kind\na.csv,piting\n", r"no kind of damage of ISO 10825-1.*pitting"),
+        ("file,kind\na.csv,piting\n", r"no kind of damage of ISO 10825:1995.*pitting"),
         ("file,state,tooth\na.csv,healthy,4\n", "contradict each other"),
         ("file,label_trust\na.csv,sure\n", "label_trust"),
         ('file\n"a.csv\n', "is no table with a header"),
@@ -88,5 +88,5 @@ def test_a_wrong_value_in_a_name_names_the_file():
         ("b", "unknown"),
     ],
 )
-def test_words_for_states_have_the_names_of_iso_10825(word, kind):
+def test_words_for_states_have_the_names_of_iso_10825_1995(word, kind):
     assert kind_of(word) == kind
