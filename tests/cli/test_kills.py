@@ -251,7 +251,7 @@ def quick(folder, evaluation):
 
     model = load_model(folder / "location")
     put("sigdb.pipeline.models", train=lambda *_, **__: model, evaluate=lambda *_, **__: evaluation)
-    put("sigdb.pipeline", evaluate_model=lambda *_: evaluation)
+    put("sigdb.pipeline", evaluate_model=lambda *_, **__: evaluation)
     for name in ("rig_figure", "campbell_figure", "signature_figure", "coverage_figure", "among_figure"):
         put("sigdb.pipeline.pictures", **{name: lambda *_, **__: Figure()})
     put("sigdb.report", comparison_figure=lambda *_, **__: Figure())

@@ -128,6 +128,7 @@ NOT_RUN = {
     'sigdb query data/quick/signatures "select tooth, avg(pass_crest)': "the columns are of the example on the page",
     "sigdb train data/quick/signatures --target detection --learner lda --column": "trains for seconds",
     "sigdb add-features signatures series:tsfresh_features": "needs tsfresh",
+    "sigdb evaluate model bench.db ": "other tests evaluate a model on a database of recordings",
     "sigdb diagnose run.csv ": "the example in Python on the same page makes this diagnosis",
 }
 """Beginnings of commands of pages that are parsed only, each with the reason."""

@@ -110,7 +110,7 @@ def gear_probabilities(log_odds: Mapping[str, float]) -> dict[str, float]:
     Examples
     --------
     >>> {gear: round(share, 3) for gear, share in gear_probabilities({"pinion": 4.0, "wheel": -2.0}).items()}
-    {'none': 0.035, 'pinion': 0.963, 'wheel': 0.002}
+    {'none': 0.035, 'pinion': 0.962, 'wheel': 0.002}
     """
     if not log_odds:
         raise InputError("log_odds has no gear; give the log odds of at least one")
