@@ -1,5 +1,7 @@
 """History of a gear by one sensor: its indicators over time, the answer at the newest look, and what has changed."""
 
+import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -184,8 +186,15 @@ def gear_history(
     table = look_table(some, results, good, limit, reference=reference, settings=settings)
     days = None if any(look.day is None for look in some) else np.array([look.day for look in some], float)
     tooth_map, doubted = np.array([each.tooth_map for each in results]), table["doubt"].to_numpy() != ""
-    growth = tooth_growth(tooth_map, good, days, doubted=doubted, limit_db=settings.severity_limit_db)
     most = growth_limit(false_alarms_a_year=allowed, looks_a_year=rate)
+    from_what = [look.key for look in some], good.tolist(), doubted.tolist(), None if days is None else days.tolist()
+    of = hashlib.sha256(json.dumps([*from_what, most, settings.severity_limit_db]).encode()).hexdigest()
+    if kept.growth is None or kept.growth_of != of:
+        kept.growth = tooth_growth(
+            tooth_map, good, days, doubted=doubted, alarm=most, limit_db=settings.severity_limit_db
+        )
+        kept.growth_of = of
+    growth = kept.growth
     table["growth_statistic"] = growth.statistic
     table["alarm"] |= (growth.statistic > most) & ~doubted & ~good
     signal = table["tooth_indicator"] if table["tooth_indicator"].iloc[-1] > limit else table["health_indicator"]
@@ -196,7 +205,7 @@ def gear_history(
         kept.level, kept.level_of = _level(reference, some[-1]), some[-1].key
         kept.absolute = reference.healthy.absolute
     level = kept.level
-    grown = growth.tooth if growth.statistic[-1] > most else None
+    grown = growth.tooth if growth.stands_out else None
     answer, more = _answer(table, results[-1], limit, level, seen, grown=grown, absolute=kept.absolute)
     return GearHistory(
         place=place,

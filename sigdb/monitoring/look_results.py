@@ -22,6 +22,7 @@ from sigdb.diagnosis import (
     without_pulse,
 )
 from sigdb.monitoring.looks import Look
+from sigdb.monitoring.tooth_growth import ToothGrowth
 from sigdb.recording import RecordedSignature
 from sigdb.signature import na4_star, nb4_star, residual_signal
 
@@ -90,6 +91,8 @@ class KeptResults:
         Change of the levels of a look, and the key of that look.
     absolute
         Whether the healthy averages begin at a mark of the tacho; None where it is not known yet.
+    growth, growth_of
+        Growth of a tooth, and what it was computed from.
     """
 
     looks: dict[str, LookResult] = field(default_factory=dict)
@@ -98,6 +101,8 @@ class KeptResults:
     level: LevelChange | None = None
     level_of: str = ""
     absolute: bool | None = None
+    growth: ToothGrowth | None = None
+    growth_of: str = ""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

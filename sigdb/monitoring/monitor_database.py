@@ -20,6 +20,8 @@ from sigdb.monitoring.history import GearHistory, gear_history, healthy_looks
 from sigdb.monitoring.look_results import KeptResults, LookResult
 from sigdb.monitoring.looks import Look, recorded_looks
 from sigdb.monitoring.settings import MonitorSettings
+from sigdb.monitoring.tooth_growth import ToothGrowth
+from sigdb.prognosis import RemainingLife
 
 _TABLES = ("exceptions", "table")
 _ARRAYS = ("harmonics", "mesh_db", "sidebands_db", "band_db")
@@ -65,9 +67,9 @@ def monitor(
     for place, looks in recorded_looks(opened, where):
         file = _file(place, looks, settings)
         kept = _read(file)
-        before = (len(kept.looks), kept.power_limit, kept.level_of)
+        before = (len(kept.looks), kept.power_limit, kept.level_of, kept.growth_of)
         histories.append(gear_history(looks, settings, place=place, kept=kept))
-        if (len(kept.looks), kept.power_limit, kept.level_of) != before:
+        if (len(kept.looks), kept.power_limit, kept.level_of, kept.growth_of) != before:
             _write(file, kept)
     return histories
 
@@ -87,6 +89,7 @@ def _read(file: Path) -> KeptResults:
             keys, numbers, maps = (arrays[name] for name in ("keys", "numbers", "tooth_maps"))
             facts: dict[str, Any] = json.loads(str(arrays["power"]))
             level: dict[str, Any] = json.loads(str(arrays["level"]))
+            growth: dict[str, Any] = json.loads(str(arrays["growth"]))
         results = {}
         for key, row, tooth_map in zip(keys.tolist(), numbers.tolist(), maps, strict=True):
             values: dict[str, Any] = dict(zip(_NUMBERS, row, strict=True))
@@ -96,6 +99,8 @@ def _read(file: Path) -> KeptResults:
         facts |= {name: pd.DataFrame(facts[name]) for name in _TABLES}
         of, absolute = str(level.pop("of")), bool(level.pop("absolute"))
         level |= {name: np.array(level[name]) for name in _ARRAYS}
+        growth_of, life = str(growth.pop("of")), growth.pop("life")
+        growth |= {"statistic": np.array(growth["statistic"]), "life": None if life is None else RemainingLife(**life)}
         return KeptResults(
             looks=results,
             power=Power(**facts),
@@ -103,6 +108,8 @@ def _read(file: Path) -> KeptResults:
             level=LevelChange(**level | {"limit": float(level["limit"])}),
             level_of=of,
             absolute=absolute,
+            growth=ToothGrowth(**growth),
+            growth_of=growth_of,
         )
     except (OSError, ValueError, KeyError, TypeError, EOFError):
         return KeptResults()
@@ -110,8 +117,10 @@ def _read(file: Path) -> KeptResults:
 
 def _write(file: Path, kept: KeptResults) -> None:
     """Write results; a cache that cannot be written costs time only."""
-    if kept.power is None or kept.level is None:
+    if kept.power is None or kept.level is None or kept.growth is None:
         return
+    life = None if kept.growth.life is None else vars(kept.growth.life)
+    growth = vars(kept.growth) | {"statistic": kept.growth.statistic.tolist(), "life": life, "of": kept.growth_of}
     results, target = kept.looks, io.BytesIO()
     tables = {name: getattr(kept.power, name).to_dict("list") for name in _TABLES}
     arrays = {name: getattr(kept.level, name).tolist() for name in _ARRAYS}
@@ -121,6 +130,7 @@ def _write(file: Path, kept: KeptResults) -> None:
         numbers=np.array([[getattr(each, name) for name in _NUMBERS] for each in results.values()], float),
         tooth_maps=np.array([each.tooth_map for each in results.values()]),
         power=np.array(json.dumps(vars(kept.power) | tables | {"limit": kept.power_limit})),
+        growth=np.array(json.dumps(growth)),
         level=np.array(json.dumps(vars(kept.level) | arrays | {"of": kept.level_of, "absolute": kept.absolute})),
     )
     with suppress(OSError):

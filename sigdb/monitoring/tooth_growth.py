@@ -41,7 +41,10 @@ class ToothGrowth:
     Attributes
     ----------
     statistic
-        (L,) statistic of each look; without damage it exceeds A once in A looks or more seldom.
+        (L,) statistic of each look; without damage it exceeds A once in A looks or more seldom. After a look above the
+        limit it begins anew, so that each alarm is one of its own.
+    stands_out
+        Whether the newest look is an alarm, or an earlier one was and damage is likelier than none.
     probability
         Probability of damage after the newest look.
     tooth, tooth_probability
@@ -56,6 +59,7 @@ class ToothGrowth:
     """
 
     statistic: FloatArray
+    stands_out: bool
     probability: float
     tooth: int
     tooth_probability: float
@@ -72,6 +76,7 @@ def tooth_growth(
     days: FloatArray | None,
     *,
     doubted: BoolArray,
+    alarm: float = np.inf,
     limit_db: float | None = None,
 ) -> ToothGrowth:
     """Return the growth of a tooth's difference over looks.
@@ -86,22 +91,31 @@ def tooth_growth(
         (L,) times of the looks, rising; None where they have no dates.
     doubted
         (L,) whether something else may explain the difference of a look, which then says nothing.
+    alarm
+        Limit of the statistic.
     limit_db
         Difference over that of the other teeth, dB, at which a life ends.
     """
     ratios = np.where(doubted[:, None, None], 0.0, log_ratios(tooth_map, healthy))
     elapsed = np.ones(len(ratios)) if days is None else np.diff(days, prepend=days[0])
     first = max(len(ratios) - _MOST_LOOKS, 0)
-    chain = SeverityFilter(_law(), teeth=tooth_map.shape[1], initiation=_INITIATION)
+    law, teeth = _law(), tooth_map.shape[1]
+    chain = since_alarm = SeverityFilter(law, teeth=teeth, initiation=_INITIATION)
     statistic = np.zeros(len(ratios))
     for number in range(first, len(ratios)):
         # Two digits of a time suffice, and looks in even steps then share one transition.
-        after = chain.look(ratios[number], elapsed=float(f"{max(elapsed[number], 0.0):.2g}"))
-        statistic[number] = after.change_statistic
+        time = float(f"{max(elapsed[number], 0.0):.2g}")
+        after = chain.look(ratios[number], elapsed=time)
+        of_alarm = after if since_alarm is chain else since_alarm.look(ratios[number], elapsed=time)
+        statistic[number] = of_alarm.change_statistic
+        if statistic[number] > alarm:
+            since_alarm = SeverityFilter(law, teeth=teeth, initiation=_INITIATION)
     low, median, high = (20 * np.log10(after.quantile(p)) for p in (0.05, 0.5, 0.95))
     life = None if limit_db is None else remaining_life(after, limit=10 ** (limit_db / 20))
+    alarms = statistic > alarm
     return ToothGrowth(
         statistic=statistic,
+        stands_out=bool(alarms[-1] or (alarms.any() and after.none < 0.5)),
         probability=1 - after.none,
         tooth=1 + int(after.teeth.argmax()),
         tooth_probability=float(after.teeth.max()),

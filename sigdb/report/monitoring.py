@@ -134,7 +134,7 @@ def _evidence(history: GearHistory) -> list[str]:
 def _growth_sentences(history: GearHistory) -> list[str]:
     """Return sentences on the growth of a tooth's difference, where there is damage, and on its life."""
     growth = history.growth
-    if growth is None or growth.statistic[-1] <= history.growth_limit:
+    if growth is None or not growth.stands_out:
         return []
     sentences = [
         f"Growth: the difference is {growth.severity_db:.3g} dB over that of the other teeth (90 %: "

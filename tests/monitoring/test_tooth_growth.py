@@ -50,6 +50,19 @@ def test_without_damage_alarms_are_as_seldom_as_allowed():
     assert alarms <= 25 * 60 / 200 + 3 * np.sqrt(25 * 60 / 200)
 
 
+def test_after_an_alarm_the_statistic_begins_anew():
+    """A look that says nothing has a ratio of 1, and adds 1 to the statistic; the posterior goes on."""
+    maps = tooth_maps(np.random.default_rng(2), [*np.full(2, 2.0), *np.zeros(6)])
+    healthy, doubted = np.arange(len(maps)) < HEALTHY, np.arange(len(maps)) >= HEALTHY + 2
+    growth, without = (tooth_growth(maps, healthy, None, doubted=doubted, alarm=alarm) for alarm in (200.0, np.inf))
+    assert growth.statistic[HEALTHY + 1] > 200
+    np.testing.assert_allclose(np.diff(growth.statistic[HEALTHY + 2 :]), 1, rtol=1e-3)
+    assert without.statistic[-1] > growth.statistic[-1]
+    assert (growth.probability, growth.tooth) == (without.probability, without.tooth)
+    assert growth.stands_out == (growth.probability > 0.5)
+    assert not without.stands_out
+
+
 def test_the_ratio_is_that_of_students_law():
     maps = tooth_maps(np.random.default_rng(1), [2.0])
     healthy = np.arange(len(maps)) < HEALTHY
