@@ -1,7 +1,8 @@
-"""For all tests: one thread for linear algebra, so that rounding is the same everywhere; a cache; an oscillator."""
+"""For all tests: one thread for linear algebra, so that rounding is the same everywhere, and shared fixtures."""
 
 import gc
 import os
+import urllib.request
 from pathlib import Path
 
 import numpy as np
@@ -185,3 +186,26 @@ def explored(tmp_path_factory):
     recipe = load_recipe(folder / "recipe.toml")
     run(recipe.plan(), folder / "db", recipe=recipe.text, jobs=1)
     return folder / "db"
+
+
+@pytest.fixture(scope="session")
+def object_store():
+    """The address of a local server that speaks S3."""
+    from moto.server import ThreadedMotoServer
+
+    keys = {"ACCESS_KEY_ID": "test", "SECRET_ACCESS_KEY": "test", "EC2_METADATA_DISABLED": "true"}
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in keys.items():
+            patch.setenv(f"AWS_{name}", value)
+        server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
+        server.start()
+        yield "{}:{}".format(*server.get_host_and_port())
+        server.stop()
+
+
+@pytest.fixture
+def place_in_bucket(object_store, request):
+    """A place in a new bucket."""
+    bucket = f"bucket{abs(hash(request.node.nodeid))}"
+    urllib.request.urlopen(urllib.request.Request(f"http://{object_store}/{bucket}", method="PUT"))
+    return f"s3://{bucket}/some/prefix?scheme=http&endpoint_override={object_store}&region=us-east-1"

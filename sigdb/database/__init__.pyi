@@ -56,7 +56,7 @@ from .store.integrity import PartKey as PartKey
 from .store.integrity import damaged_part as damaged_part
 from .store.integrity import foreign_files as foreign_files
 from .store.integrity import read_all_receipts as read_all_receipts
-from .store.integrity import read_file as read_file
+from .store.integrity import read_part as read_part
 from .store.integrity import unsealed_or_why as unsealed_or_why
 from .store.manifest import FORMAT as FORMAT
 from .store.manifest import MANIFEST_FILE as MANIFEST_FILE

@@ -1,6 +1,7 @@
 """Verification of a database of recordings, and repair: damaged parts are made again from the recordings."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import partial
 from os import PathLike
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from sigdb.database import (
     TABLES_OF,
     AddedCheck,
     IntegrityFinding,
+    Manifest,
     PartKey,
     Receipt,
     Schema,
@@ -25,8 +27,8 @@ from sigdb.database import (
     foreign_files,
     has_own_files,
     read_all_receipts,
-    read_file,
     read_manifest,
+    read_part,
     read_schema,
     receipt_name,
     write_schema,
@@ -37,9 +39,9 @@ from sigdb.ingest.plan import PART_ROWS, IngestPlan, stored_plans
 from sigdb.ingest.recorded_rows import sha256_of
 from sigdb.ingest.row_parts import part_pieces
 from sigdb.ingest.schema import measured_schema
-from sigdb.sweep import Processes, Repair, check_version, finish_all_added, ownership_of
+from sigdb.sweep import Processes, Repair, repair_by
 
-_Files = Mapping[str, pq.ParquetFile]
+_Files = dict[str, pq.ParquetFile]
 
 
 def verify(
@@ -91,7 +93,7 @@ def verify(
     whole: dict[PartKey, _Files] = {}
     mine = {key: receipt for key, receipt in receipts.items() if key in owners and _fits(receipt, owners[key])}
     for number, (key, receipt) in enumerate(mine.items(), start=1):
-        files, wrong = _read_part(store, receipt, schema)
+        files, wrong = read_part(store, receipt, schema)
         if deep and not wrong:
             wrong = list(_wrong_contents(receipt, files))
         findings += [damaged_part(key, file, what) for file, what in wrong]
@@ -141,23 +143,19 @@ def repair(
     DatabaseError
         If another process works on the database, or it cannot be written.
     """
-    store = Store.at(location)
-    before = verify(location, deep=deep, sample=sample, on_progress=on_progress)
-    if not before or any(finding.file == MANIFEST_FILE for finding in before):
-        return Repair(before=before, left=before)
-    with ownership_of(store):
-        store.clear_temporary()
-        manifest = read_manifest(store)
-        check_version(store, manifest.sigdb_version)
-        if any(finding.file == SCHEMA_FILE for finding in before):
+    store, engine = Store.at(location), Processes(jobs)
+
+    def make_again(manifest: Manifest, damaged: Collection[PartKey], schema_is_damaged: bool) -> None:
+        if schema_is_damaged:
             write_schema(measured_schema(), store)
         plans = stored_plans(manifest.plans, store)
-        for key in {finding.key for finding in before if finding.key}:
-            if key[0] != "rows" or _can_be_read(plans, key[1]):
-                store.delete(receipt_name(*key))
-        run_plans(plans, store, Processes(jobs), on_progress)
-        finish_all_added(store, Processes(jobs), on_progress)
-    return Repair(before=before, left=verify(location, deep=deep, sample=sample, on_progress=on_progress))
+        for stage, part in damaged:
+            if stage != "rows" or _can_be_read(plans, part):
+                store.delete(receipt_name(stage, part))
+        run_plans(plans, store, engine, on_progress)
+
+    check = partial(verify, location, deep=deep, sample=sample, on_progress=on_progress)
+    return repair_by(make_again, check, store, engine, on_progress)
 
 
 def _can_be_read(plans: Sequence[IngestPlan], part: int) -> bool:
@@ -191,17 +189,6 @@ def _unfinished(owners: Mapping[PartKey, IngestPlan], begun: set[PartKey | None]
             what=f"{len(missing)} of {len(owners)} parts of rows are not made yet, the first is {missing[0]}",
             remedy="go on with the command that began it, or make them with --repair",
         )
-
-
-def _read_part(store: Store, receipt: Receipt, schema: Schema | None) -> tuple[_Files, list[tuple[str, str]]]:
-    files, wrong = {}, []
-    for table, record in zip(TABLES_OF[receipt.name], receipt.files, strict=True):
-        file, what = read_file(store, record, receipt.rows, schema.arrow(table) if schema else None)
-        if file is None:
-            wrong.append((record.path, what))
-        else:
-            files[table] = file
-    return files, wrong
 
 
 def _wrong_contents(receipt: Receipt, files: _Files) -> Iterator[tuple[str, str]]:

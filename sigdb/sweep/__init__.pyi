@@ -1,5 +1,6 @@
-from .check.verify import Repair as Repair
-from .check.verify import repair as repair
+from .check.repair import Repair as Repair
+from .check.repair import repair as repair
+from .check.repair import repair_by as repair_by
 from .check.verify import verify as verify
 from .density.coverage import Coverage as Coverage
 from .density.coverage import coverage as coverage

@@ -21,7 +21,7 @@ from sigdb.database.store.receipts import (
     receipt_name,
     tables_of,
 )
-from sigdb.database.store.schema import SCHEMA_FILE
+from sigdb.database.store.schema import SCHEMA_FILE, Schema
 from sigdb.database.store.seal import unsealed
 from sigdb.database.store.store import FileError, Store
 
@@ -93,6 +93,20 @@ def unsealed_or_why(store: Store, name: str) -> tuple[dict[str, Any] | None, str
         return unsealed(store.get(name), name=name), ""
     except FileError as error:
         return None, error.problem
+
+
+def read_part(
+    store: Store, receipt: Receipt, schema: Schema | None
+) -> tuple[dict[str, pq.ParquetFile], list[tuple[str, str]]]:
+    """Return the undamaged files of a part, by table, and what is wrong with its other files, by name."""
+    files, wrong = {}, []
+    for table, record in zip(tables_of(receipt.name), receipt.files, strict=True):
+        file, what = read_file(store, record, receipt.rows, schema.arrow(table) if schema else None)
+        if file is None:
+            wrong.append((record.path, what))
+        else:
+            files[table] = file
+    return files, wrong
 
 
 def read_file(

@@ -1,23 +1,17 @@
-"""Verification of a database, and repair: damaged parts are made again from the recipe in it."""
+"""Verification of a database: its files are compared with their receipts and with the recipe in it."""
 
 from bisect import bisect_left
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import groupby
 from os import PathLike
-
-import pyarrow.parquet as pq
 
 from sigdb.core import OnProgress, Progress, ignore
 from sigdb.database import (
     KINDS,
-    MANIFEST_FILE,
-    SCHEMA_FILE,
     AddedCheck,
     IntegrityFinding,
     PartKey,
     Receipt,
-    Schema,
     Store,
     check_added,
     damaged_part,
@@ -25,23 +19,12 @@ from sigdb.database import (
     has_own_files,
     part_name,
     read_all_receipts,
-    read_file,
-    read_manifest,
-    read_schema,
-    receipt_name,
-    tables_of,
+    read_part,
 )
 from sigdb.sweep.check.contents import check_row_contents, check_template_contents, doubtful_rows
 from sigdb.sweep.check.descriptions import Owners, check_descriptions
 from sigdb.sweep.check.remake import remake_sample
-from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.plan.plan import Plan
-from sigdb.sweep.work.add_features import finish_all_added
-from sigdb.sweep.work.describe_database import check_version
-from sigdb.sweep.work.engines import Processes
-from sigdb.sweep.work.ownership import ownership_of
-from sigdb.sweep.work.run import run_parts
-from sigdb.sweep.work.stored_schema import check_equations, keep_schema
 
 
 def verify(
@@ -91,88 +74,7 @@ def verify(
     ...
     sigdb.core.errors.InputError: nowhere is not a sigdb database (it has no sigdb.toml); make one with: ...
     """
-    return _verify(Store.at(location), deep, sample, on_progress)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Repair:
-    """Findings in a database before and after a repair.
-
-    Attributes
-    ----------
-    before : tuple of IntegrityFinding
-        Findings before the repair.
-    left : tuple of IntegrityFinding
-        Findings after it.
-    """
-
-    before: tuple[IntegrityFinding, ...]
-    left: tuple[IntegrityFinding, ...]
-
-
-def repair(
-    location: str | PathLike[str],
-    *,
-    deep: bool = False,
-    sample: int = 8,
-    jobs: int = -1,
-    on_progress: OnProgress = ignore,
-) -> Repair:
-    """Make again from the recipe everything that :func:`verify` finds damaged or missing.
-
-    Damaged parts lose their receipts and are made again, bit for bit as they were, templates before rows. A damaged
-    ``schema.json`` is written again from the parts. No foreign file is deleted, except temporary files of stopped
-    sweeps. The recipe itself stands in ``sigdb.toml``: if that is damaged, sweep with the original recipe to write it
-    again, then repair.
-
-    Parameters
-    ----------
-    location : str or path-like
-        Directory of the database, or its place in an object store.
-    deep : bool
-        As in :func:`verify`.
-    sample : int
-        As in :func:`verify`.
-    jobs : int
-        Number of worker processes; -1 for one on each core.
-    on_progress : callable
-        Called with a :class:`sigdb.core.Progress` as files are checked and parts are made.
-
-    Returns
-    -------
-    Repair
-        The findings before and after.
-
-    Raises
-    ------
-    InputError
-        If there is no database, or another version of sigdb made it.
-    DatabaseError
-        If a sweep is running on it, it cannot be written, or templates of an earlier version with other equations are
-        damaged.
-    """
     store = Store.at(location)
-    before = _verify(store, deep, sample, on_progress)
-    if not before or any(finding.file == MANIFEST_FILE for finding in before):
-        return Repair(before=before, left=before)
-    with ownership_of(store):
-        store.clear_temporary()
-        manifest = read_manifest(store)
-        check_version(store, manifest.sigdb_version)
-        plans = [plan_from(record.resolved) for record in manifest.plans]
-        if any(finding.file == SCHEMA_FILE for finding in before):
-            keep_schema(plans[0], store)  # from the parts, before damaged ones lose their receipts
-        damaged = {finding.key for finding in before if finding.key}
-        if any(stage == "templates" for stage, _ in damaged):
-            check_equations(read_schema(store), store)
-        for key in damaged:
-            store.delete(receipt_name(*key))
-        run_parts(plans, store, Processes(jobs), on_progress)
-        finish_all_added(store, Processes(jobs), on_progress)
-    return Repair(before=before, left=_verify(store, deep, sample, on_progress))
-
-
-def _verify(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> tuple[IntegrityFinding, ...]:
     descriptions, added = check_descriptions(store), AddedCheck.of(store)
     receipts, findings = _check_receipts(store, descriptions.owners, added)
     findings = [*descriptions.findings, *findings]
@@ -181,7 +83,7 @@ def _verify(store: Store, deep: bool, sample: int, on_progress: OnProgress) -> t
     total, done = sum(len(receipt.files) for receipt in receipts.values()), 0
     for key, receipt in receipts.items():
         plan = descriptions.owners.get(key)
-        files, wrong = _read_part(store, receipt, descriptions.schema)
+        files, wrong = read_part(store, receipt, descriptions.schema)
         if deep and plan and not wrong:
             wrong = [(part_name(table, key[1]), what) for table, what in _CHECK_CONTENTS[key[0]](plan, receipt, files)]
             if "features" in files:
@@ -222,20 +124,6 @@ def _check_receipts(
 
 
 _CHECK_CONTENTS = {"templates": check_template_contents, "rows": check_row_contents}
-
-
-def _read_part(
-    store: Store, receipt: Receipt, schema: Schema | None
-) -> tuple[dict[str, pq.ParquetFile], list[tuple[str, str]]]:
-    """Return the undamaged files of a part, by table, and the errors in its other files, by name."""
-    files, wrong = {}, []
-    for table, record in zip(tables_of(receipt.name), receipt.files, strict=True):
-        file, what = read_file(store, record, receipt.rows, schema.arrow(table) if schema else None)
-        if file is None:
-            wrong.append((record.path, what))
-        else:
-            files[table] = file
-    return files, wrong
 
 
 def _fits(receipt: Receipt, plan: Plan) -> bool:

@@ -1,16 +1,13 @@
 """Unit: a database in an object store, a local server that speaks S3, is the same as one in a directory."""
 
 import json
-import os
 import pickle
 import time
-import urllib.request
 
 import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from moto.server import ThreadedMotoServer
 
 import sigdb
 from sigdb.cli.main import cli
@@ -19,40 +16,23 @@ from sigdb.database.store.store import Store
 from sigdb.sweep import add_features, remove_features, run, verify
 
 
-@pytest.fixture(scope="module")
-def endpoint():
-    os.environ |= {"AWS_ACCESS_KEY_ID": "test", "AWS_SECRET_ACCESS_KEY": "test", "AWS_EC2_METADATA_DISABLED": "true"}
-    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
-    server.start()
-    yield "{}:{}".format(*server.get_host_and_port())
-    server.stop()
-
-
-@pytest.fixture
-def place(endpoint, request):
-    """A place in a new bucket."""
-    bucket = f"bucket{abs(hash(request.node.name))}"
-    urllib.request.urlopen(urllib.request.Request(f"http://{endpoint}/{bucket}", method="PUT"))
-    return f"s3://{bucket}/some/prefix?scheme=http&endpoint_override={endpoint}&region=us-east-1"
-
-
 def parquet(store):
     return {name: store.get(name) for name in store.sizes() if name.endswith(".parquet")}
 
 
 @pytest.fixture
-def made(place, small_run):
+def made(place_in_bucket, small_run):
     """A database in the object store: the files of one in a directory."""
-    here, there = Store.at(small_run[0]), Store.at(place)
+    here, there = Store.at(small_run[0]), Store.at(place_in_bucket)
     for name in here.sizes():
         if not name.startswith("."):
             there.put(name, here.get(name))
-    return place
+    return place_in_bucket
 
 
-def test_the_same_files_as_in_a_directory(place, small_plan, small_run):
-    run(small_plan, place, recipe="# a recipe", jobs=1)
-    here, there = Store.at(small_run[0]), pickle.loads(pickle.dumps(Store.at(place)))  # as workers get it
+def test_the_same_files_as_in_a_directory(place_in_bucket, small_plan, small_run):
+    run(small_plan, place_in_bucket, recipe="# a recipe", jobs=1)
+    here, there = Store.at(small_run[0]), pickle.loads(pickle.dumps(Store.at(place_in_bucket)))  # as workers get it
     assert parquet(there) == parquet(here)
     assert set(there.sizes()) == set(here.sizes()) - {".lock"}
 
@@ -105,10 +85,10 @@ def test_the_command_line_takes_it(made):
     assert json.loads(result.stdout) == [{"rows": len(sigdb.open(made))}]
 
 
-def test_places_that_do_not_exist(endpoint, place, small_plan):
+def test_places_that_do_not_exist(place_in_bucket, small_plan):
     with pytest.raises(InputError, match=r"is not a sigdb database"):
-        sigdb.open(place)
-    nowhere = place.replace("s3://bucket", "s3://other")
+        sigdb.open(place_in_bucket)
+    nowhere = place_in_bucket.replace("s3://bucket", "s3://other")
     with pytest.raises(DatabaseError, match=r"s3://other.*: cannot be written \(.*NO_SUCH_BUCKET"):
         run(small_plan, nowhere, jobs=1)
     with pytest.raises(InputError, match=r"ftp://x/y: not a place for a database .*; give a directory or s3://"):
