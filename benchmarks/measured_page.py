@@ -33,7 +33,7 @@ def _failures(document: Mapping[str, Row]) -> str:
                 rows.append((OUTCOMES.index(row["outcome"]), cells))
     rows.sort(key=lambda each: each[0])
     head = ("machine", "counts as", "kind", "angle", "given", "damage", "because")
-    text = _table(head, [cells for _, cells in rows]) if rows else "All answers are right.\n"
+    text = markdown_table(head, [cells for _, cells in rows]) if rows else "All answers are right.\n"
     worse = "".join(f"- {line}\n" for line in _worse(document))
     return text + (f"\n{worse}" if worse else "")
 
@@ -72,14 +72,14 @@ def _counts(name: str, section: Row) -> str:
         for case, some in cases.items()
     ]
     text = f"## On {TITLES[name]}\n\nEach cell has right / wrong / missed / abstaining answers.\n\n"
-    text += _table(("pairs", "questions", *methods), table) + "\n"
+    text += markdown_table(("pairs", "questions", *methods), table) + "\n"
     cells = [
         (angle, GIVEN[facts], what, str(len(some)), _shown(_count(some, _outcome)))
         for angle, of_angle in _by(rows, "angle").items()
         for facts, of_facts in sorted(_by(of_angle, "given").items())
         for what, some in _damage(of_facts)
     ]
-    text += _table(("angle", "given", "pairs", "questions", "sigdb"), cells)
+    text += markdown_table(("angle", "given", "pairs", "questions", "sigdb"), cells)
     empty = [row for row in section["questions"] if row["empty"]]
     if empty:
         unchanged = sum(row["answer"] in ("no change", "level changed") for row in empty)
@@ -110,7 +110,7 @@ def _power(document: Mapping[str, Row]) -> str:
         for quantity, counts in section["power"].items()
         if isinstance(counts, dict)
     ]
-    return _table(("machine", "stated as", "seen", "95 % interval"), rows)
+    return markdown_table(("machine", "stated as", "seen", "95 % interval"), rows)
 
 
 def _which_gear(document: Mapping[str, Row]) -> str:
@@ -121,7 +121,7 @@ def _which_gear(document: Mapping[str, Row]) -> str:
         for gear, of_gear in _by([row for row in section["questions"] if "gear" in row], "gear").items()
         for loss, some in _by(of_gear, "loss").items()
     ]
-    return _table(("machine", "damaged gear", "loss", "questions", "sigdb"), rows)
+    return markdown_table(("machine", "damaged gear", "loss", "questions", "sigdb"), rows)
 
 
 def visible(section: Row) -> list[Row]:
@@ -179,6 +179,7 @@ def _by(rows: Sequence[Row], key: str) -> dict[Any, list[Row]]:
     return {value: [row for row in rows if row[key] == value] for value in dict.fromkeys(row[key] for row in rows)}
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table as Markdown."""
     lines = [head, ["---"] * len(head), *rows]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines).replace("| --- ", "|---").replace("|--- |", "|---|")

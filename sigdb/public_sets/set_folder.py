@@ -85,7 +85,7 @@ def check_folder(name: str, described: PublicSet, folder: str | Path) -> FolderC
         fitting = [each for each in names if each not in taken and _match(files, each) is not None]
         taken |= set(fitting)
         if len(fitting) < files.least:
-            missing.append(f"{len(fitting)} of {files.least} files {files.pattern}")
+            missing.append(f"{files.least - len(fitting)} of {files.least} files {files.pattern}")
         if not files.recording:
             others += fitting
             continue

@@ -152,7 +152,7 @@ def test_results(ingested, monkeypatch):
     assert found.verdicts == {"wrong": 1, "right": 1, "abstained": 1}
     content = json.loads(json.dumps(found.as_json()))
     assert content["described"]["sources"]["pmx"]["url"].startswith("https://")
-    assert content["folder"]["missing"] == ["3 of 20 files {state}30hz{load}.csv*"]
+    assert content["folder"]["missing"] == ["17 of 20 files {state}30hz{load}.csv*"]
     assert {row["state"]: row["rows"] for row in content["rows"]} == {"healthy": 2, "broken tooth": 1}
     (kurtosis,) = [each for each in content["indicators"] if each["indicator"] == "kurtosis"]
     assert (kurtosis["healthy"], kurtosis["damaged"]) == (2, 1)

@@ -23,7 +23,7 @@ def test_a_folder_is_checked(leave, tmp_path):
     (tmp_path / "h30hz0.csv").write_text("a1\n0", encoding="utf-8")
     code, out, err = leave("public-sets", "spectraquest", "--folder", tmp_path)
     assert code == 1
-    assert "missing: 1 of 20 files" in out
+    assert "missing: 19 of 20 files" in out
     assert "changed: h30hz0.csv is not the published file" in out
     assert err == ""
     code, out, err = leave("public-sets", "cwru", "--folder", tmp_path, "--format", "json")
