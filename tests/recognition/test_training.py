@@ -22,10 +22,11 @@ def test_a_wrong_sensor_of_the_bank_is_an_error(database, without_boosting, monk
     assert not isinstance(caught.value, NotApplicableError)
 
 
-def test_templates_refuse_further_columns_with_the_reason(database):
+@pytest.mark.parametrize("target", ["location", "severity", "detection"])
+def test_templates_refuse_further_columns_with_the_reason(database, target):
     settings = RecognitionSettings(folds=3, learner="templates", columns=("fm4", "kurtosis"))
     with pytest.raises(InputError) as caught:
-        train(database, "location", settings)
+        train(database, target, settings)
     assert str(caught.value) == (
         "columns = fm4, kurtosis: the learner templates compares averages with templates, which have none of them; "
         "choose one of lda, boosting, or leave the columns out"
