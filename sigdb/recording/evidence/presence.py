@@ -17,11 +17,11 @@ _RIVAL = 1.25, 15.0
 """Evidence of another comb of orders, as a multiple of that of the mesh and a sum, above which it is another gear."""
 _PART = 1.0, 10.0
 """The same for the orders of a half or a third of the teeth, as where a tacho has two or three pulses, not one."""
-_LEAST_OF_OTHERS, _MOST_OF_A_PART, _LEAST_PAIRS = 0.01, 0.1, 3
+_LEAST_OF_OTHERS, _MOST_OF_A_PART, _OVER_ALL, _LEAST_LINES_OF_A_COMB = 0.01, 0.1, 10.0, 3
 """Power of the harmonics that are no multiples of d, over that of the multiples, below which the gear has d times as
-many teeth. Power of the orders of a part of the teeth, over that of the mesh, above which it has that part of them. The
-least number of those orders. Assumed: in simulated gears of 32 teeth the odd harmonics have 0.027 times the power of
-the even ones or more, and the odd multiples of order 16 have at most 0.014 times that of the mesh."""
+many teeth. Mean power of the orders of a part of the teeth, over that of the mesh and over that of all other orders,
+above which it has that part of them. The least number of those orders. Assumed: in simulated gears of 32 teeth the odd
+harmonics have 0.027 times the power of the even ones or more. A damaged tooth raises all orders alike."""
 _LINE = 1e-6
 """Probability below which a single order is a line."""
 _OTHERS = 0.01
@@ -125,15 +125,15 @@ def mesh_presence(
     The gear is present where ``p_value`` is at most 0.001 and all of these hold: ``p_neighbours`` is at most 0.5, no
     comb ``h Z + s``, ``|s| > 2``, and no mesh of another tooth count has 1.25 E + 15 of evidence, where E, a sum of
     -ln p like p_neighbours', is the evidence of this one. Orders of a half or a third of the teeth have at most
-    E + 10, and at most a tenth of the mesh's power. The lines have no common spacing of another gear, or the sidebands
-    between them stand out, with a p of at most 0.01 for all of them together or the strongest of them. Spaced by 2,
-    they are an oval gear's where none is farther than that from a mesh harmonic. Harmonics that are no multiples of 2,
-    or 3, stand out as well, with a combined p of at most 0.01; else the gear has twice or three times as many teeth. It
-    has d times as many where the multiples of harmonic d are higher than the orders about them, with a p of at most
-    0.001, and the other harmonics are not, with one above 0.01, or have less than a hundredth of their power. A single
-    line is a gear's only where no line between the whole orders is stronger. By the phase of the mesh, fewer than half
-    of the multiples of Z / n that are no whole orders are lines, for n of 3 to 12 that are no mate's: a bearing's
-    impacts are no mesh.
+    E + 10, and no more than a tenth of the mesh's power or ten times that of all others. The lines have no common
+    spacing of another gear, or the sidebands between them stand out, with a p of at most 0.01 for all of them together
+    or the strongest of them. Spaced by 2, they are an oval gear's where none is farther than that from a mesh harmonic.
+    Harmonics that are no multiples of 2, or 3, stand out as well, with a combined p of at most 0.01; else the gear has
+    twice or three times as many teeth. It has d times as many where the multiples of harmonic d are higher than the
+    orders about them, with a p of at most 0.001, and the other harmonics are not, with one above 0.01, or have less
+    than a hundredth of their power. A single line is a gear's only where no line between the whole orders is stronger.
+    By the phase of the mesh, fewer than half of the multiples of Z / n that are no whole orders are lines, for n of 3
+    to 12 that are no mate's: a bearing's impacts are no mesh.
 
     Parameters
     ----------
@@ -369,18 +369,25 @@ class _Combs:
         for d, part in ((d, Z // d) for d in (2, 3) if Z % d == 0 and Z // d > 2):
             comb = orders[(orders % part == 0) & np.all([orders % z > 0 for z in (Z, *others)], axis=0)]
             comb = comb[: (d - 1) * _HARMONICS]
-            strong = len(comb) >= _LEAST_PAIRS and _combined(self.log_p(comb)) <= ALARM
-            strong = strong and self._power[comb].sum() > _MOST_OF_A_PART * self._power[mesh].sum()
-            if strong or self.evidence(comb) > _PART[0] * self.evidence(mesh) + _PART[1]:
+            if self._is_strong(comb, mesh, orders[orders % part > 0]) or (
+                self.evidence(comb) > _PART[0] * self.evidence(mesh) + _PART[1]
+            ):
                 return f"mesh orders of {part} teeth"
         return ""
+
+    def _is_strong(self, comb: IntArray, mesh: IntArray, others: IntArray) -> bool:
+        """Return whether orders are nearly as high as the mesh, and far higher than other orders."""
+        if len(comb) < _LEAST_LINES_OF_A_COMB or not mesh.size or not others.size:
+            return False
+        power = float(self._power[comb].mean())
+        return power > max(_MOST_OF_A_PART * self._power[mesh].mean(), _OVER_ALL * self._power[others].mean())
 
     def multiple(self, mesh: IntArray) -> int:
         """Return the mesh harmonic, from 2 on, only whose multiples are higher than the orders about them; else 1."""
         h = mesh // self._teeth
         for d in range(2, int(h.max(initial=0)) + 1):
             others, multiples = mesh[h % d > 0], mesh[h % d == 0]
-            weak = len(others) >= _LEAST_PAIRS
+            weak = len(others) >= _LEAST_LINES_OF_A_COMB
             weak = weak and self._power[others].sum() < _LEAST_OF_OTHERS * self._power[multiples].sum()
             if (weak or _combined(self.log_p(others)) > _OTHERS) and _combined(self.log_p(multiples)) <= ALARM:
                 return d

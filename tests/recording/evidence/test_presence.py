@@ -30,6 +30,14 @@ def every_second(theta, teeth, share):
     return (1 + 0.3 * np.cos(theta)) * mesh
 
 
+def damaged(theta, seed, size):
+    """A gear whose first tooth makes an event in each revolution, behind a path of many resonances."""
+    stream = np.random.default_rng(seed)
+    gains = np.exp(stream.standard_normal(N // 2 - 6) + 2j * np.pi * stream.uniform(size=N // 2 - 6))
+    event = np.fft.irfft(np.concatenate([np.zeros(6), gains, [0.0]]), N)
+    return gear(theta) + size * np.tile(event / event.std(), M)
+
+
 def presence(x, teeth=TEETH, **options):
     return mesh_presence(x, samples_per_rev=N, teeth=teeth, highest=N / 2, **options)
 
@@ -55,6 +63,14 @@ def test_a_gear_is_present_down_to_its_noise(amplitude, present):
     assert found.present == present
     assert found.kept_by_noise == pytest.approx(1 / np.sqrt(M))
     assert ("stands out: noise alone" in found.reason) == present
+
+
+@pytest.mark.parametrize("size", [0.5, 1.0, 2.0])
+def test_a_gear_with_a_badly_damaged_tooth_is_present(size):
+    """The event has up to six times the power of the mesh, also at the orders of half as many teeth."""
+    noise = 0.1 * np.random.default_rng(3).standard_normal(M * N)
+    found = [presence(damaged(THETA, seed, size) + noise) for seed in range(30)]
+    assert [one.reason for one in found if "teeth stand out more" in one.reason] == []
 
 
 @pytest.mark.parametrize("phase", [False, True])
