@@ -11,7 +11,8 @@ import numpy as np
 from sigdb.core import FloatArray, NotApplicableError, Note
 from sigdb.recording.blocks.averaged_record import AveragedRecord, averaged_record
 from sigdb.recording.blocks.shared_channels import SharedChannels
-from sigdb.recording.evidence.presence import ALARM, MeshPresence, mesh_presence
+from sigdb.recording.evidence.order_combs import ALARM
+from sigdb.recording.evidence.presence import MeshPresence, mesh_presence
 from sigdb.recording.lines import fast_revolutions, hann_power
 from sigdb.recording.orders import AveragedGear
 from sigdb.recording.shaft_angle import ShaftAngle, mesh_angle_at

@@ -7,37 +7,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from sigdb.core import FloatArray, IntArray, NotApplicableError
+from sigdb.recording.evidence.order_combs import ALARM, HARMONICS, OTHERS, ROUNDING, OrderCombs, combined
 from sigdb.recording.lines import hann_power
 
-ALARM = 1e-3
-"""Probability at which noise alone passes for a gear."""
 _LIKE_NEIGHBOURS = 0.5
 """Probability above which the mesh orders are no higher than the orders about them."""
 _RIVAL = 1.25, 15.0
 """Evidence of another comb of orders, as a multiple of that of the mesh and a sum, above which it is another gear."""
-_PART = 1.0, 10.0
-"""The same for the orders of a half or a third of the teeth, as where a tacho has two or three pulses, not one."""
-_LEAST_OF_OTHERS, _MOST_OF_A_PART, _OVER_ALL, _LEAST_LINES_OF_A_COMB = 0.01, 0.1, 10.0, 3
-"""Power of the harmonics that are no multiples of d, over that of the multiples, below which the gear has d times as
-many teeth. Mean power of the orders of a part of the teeth, over that of the mesh and over that of all other orders,
-above which it has that part of them. The least number of those orders. Assumed: in simulated gears of 32 teeth the odd
-harmonics have 0.027 times the power of the even ones or more. A damaged tooth raises all orders alike."""
 _LINE = 1e-6
 """Probability below which a single order is a line."""
-_OTHERS = 0.01
-"""Probability above which the mesh harmonics that are no multiples of 2 or 3 are noise."""
 _MOST_PARTS, _LEAST_LINES = 12, 4
 """Parts of a mesh order, and multiples of one, that are tested for another part's lines."""
-_HARMONICS = 8
-"""Mesh harmonics that are tested."""
 _SIDEBANDS = 3
 """Pairs of sidebands about each harmonic, and shaft orders, that are tested."""
 _ABOUT, _LEAST_BINS, _GUARD = 0.15, 6, 2
 """Reach of a line's surroundings: in orders, at least these bins, without those of the line's own lobe."""
 _HANN = 1.94
 """Bins of a Hann window in one independent bin: 1 + 2 (2/3)^4 + 2 (1/6)^4, squared correlations of neighbours."""
-_MEDIAN = 0.48
-"""Efficiency of a median of exponential variables as an estimate of their mean: (ln 2)^2."""
 _USED = 0.9
 """Share of the highest order below which the record is flat."""
 _MOST = 2048
@@ -45,8 +31,6 @@ _MOST = 2048
 _PRIMES = (2, 3, 5, 7)
 _LEAST_P = 1e-99
 """Probability below which only the bound is printed."""
-_ROUNDING = 1e-28
-"""Power of rounding errors, relative to the strongest line."""
 
 
 class NoMeshError(NotApplicableError):
@@ -175,39 +159,39 @@ def mesh_presence(
     """
     n, Z = samples_per_rev, teeth
     M = min(len(x) // n, _MOST)
-    top = int(min(_USED * highest, n // 2 - 1, (_HARMONICS + 0.5) * Z))
+    top = int(min(_USED * highest, n // 2 - 1, (HARMONICS + 0.5) * Z))
     orders: IntArray = np.arange(1, max(top, 0) + 1)
     spectrum = _Spectrum(hann_power(x[: M * n]) if power is None else power, M)
     line = np.concatenate([[0.0], spectrum.log_p(orders)])
     mesh = orders[orders % Z == 0]
     about = np.minimum(orders % Z, -orders % Z)
     side = orders[(about > 0) & (about <= _SIDEBANDS)]
-    combs = _Combs(np.abs(np.fft.rfft(x[: M * n].reshape(M, n).mean(axis=0))[: top + 1]) ** 2, Z)
+    combs = OrderCombs(np.abs(np.fft.rfft(x[: M * n].reshape(M, n).mean(axis=0))[: top + 1]) ** 2, Z)
     lines = np.flatnonzero(line < math.log(_LINE))
     spacing = int(np.gcd.reduce(lines, initial=0))
     oval = spacing == 2 and Z % 2 == 0 and np.all(np.minimum(lines % Z, -lines % Z) <= 2)
-    if oval or (spacing > 1 and _any_lines(line[side[side % spacing > 0]]) <= _OTHERS):
+    if oval or (spacing > 1 and _any_lines(line[side[side % spacing > 0]]) <= OTHERS):
         spacing = 1  # Pitch errors of a low order are strong; the other orders are weak.
-    p_mesh, p_revolution = _combined(line[mesh]), _p_revolution(line, side, mesh)
+    p_mesh, p_revolution = combined(line[mesh]), _p_revolution(line, side, mesh)
     sums = [order for m in mates for order in (m, *(mesh - m), *(mesh + m))]
     between = np.array([order for order in sums if order < top and abs(order * M - round(order) * M) > _GUARD + 1])
     if len(between) >= 2:
         log_p = spectrum.log_p(between)
-        by_mate = max(_combined(log_p), _combined(np.sort(np.concatenate([log_p, line[mesh]]))[2:]))
+        by_mate = max(combined(log_p), combined(np.sort(np.concatenate([log_p, line[mesh]]))[2:]))
         p_revolution = min(1.0, 2 * min(p_revolution, by_mate))
     rival, evidence = combs.rival(others)
     values = {
         "p_value": p_revolution if mesh_phase else p_mesh,
         "p_mesh": p_mesh,
         "p_revolution": p_revolution,
-        "p_neighbours": _combined(combs.log_p(mesh)),
+        "p_neighbours": combined(combs.log_p(mesh)),
         "spacing": spacing,
         "mesh_lines": float(np.count_nonzero(lines % Z == 0)),
         "multiple": max(_multiple(line, mesh, Z), combs.multiple(mesh)),
     }
     rival = rival if evidence > _RIVAL[0] * combs.evidence(mesh) + _RIVAL[1] else ""
     strongest = int(mesh[np.argmin(line[mesh])]) if mesh.size else 0
-    if _combined(np.sort(line[np.concatenate([side, mesh])])[1:]) > ALARM and spectrum.stronger_between(strongest, top):
+    if combined(np.sort(line[np.concatenate([side, mesh])])[1:]) > ALARM and spectrum.stronger_between(strongest, top):
         rival = rival or "tones between the orders of the shaft"
     if mesh_phase and not rival:
         rival = _part_of_mesh(spectrum, Z, top, mates)
@@ -215,7 +199,7 @@ def mesh_presence(
     if not doubt and (part := combs.part_of_teeth(mesh, others)):
         doubt = _doubt(values, Z, part, any_mesh=True, mesh_phase=mesh_phase)
     others_fit = not rival and values["multiple"] == 1 and values["spacing"] == Z
-    unverified = bool(doubt) and mesh_phase and others_fit and _combined(np.sort(line[mesh])[1:]) <= ALARM
+    unverified = bool(doubt) and mesh_phase and others_fit and combined(np.sort(line[mesh])[1:]) <= ALARM
     kept = {name: values[name] for name in ("p_value", "p_mesh", "p_revolution", "p_neighbours")}
     return MeshPresence(
         present=not doubt,
@@ -243,7 +227,7 @@ def _any_lines(log_p: FloatArray) -> float:
     """Return the probability that noise alone gives such lines: together, or the strongest one, whichever is rarer."""
     if not log_p.size:
         return 1.0
-    return min(1.0, 2 * min(_combined(log_p), len(log_p) * math.exp(float(log_p.min()))))
+    return min(1.0, 2 * min(combined(log_p), len(log_p) * math.exp(float(log_p.min()))))
 
 
 def _p(p: float) -> str:
@@ -289,7 +273,7 @@ class _Spectrum:
     def log_p(self, orders: IntArray | FloatArray) -> FloatArray:
         """Return the logarithm of p(k) for each order, at its nearest bin."""
         P, M = self._P, self._M
-        floor = max(float(P.max()) * _ROUNDING, np.finfo(float).tiny)
+        floor = max(float(P.max()) * ROUNDING, np.finfo(float).tiny)
         reach = max(round(_ABOUT * M), _LEAST_BINS)
         distance = np.arange(-reach, reach + 1)
         centres = np.round(orders * M).astype(int)
@@ -314,93 +298,13 @@ class _Spectrum:
         return bool(P[between].max() > max(float(P[order * M]), noise))
 
 
-def _combined(log_p: FloatArray) -> float:
-    """Return Fisher's combination of probabilities; 1 without any."""
-    from scipy.special import gammaincc
-
-    # The survival function of chi-square with 2K degrees of freedom.
-    return float(gammaincc(len(log_p), -np.sum(log_p))) if len(log_p) else 1.0
-
-
 def _p_revolution(line: FloatArray, side: IntArray, mesh: IntArray) -> float:
     """Return p of what repeats once a revolution, and no more often."""
-    alone = [_combined(line[side[side % d > 0]]) for d in _PRIMES]
-    return max(_combined(line[side]), *alone, _combined(np.sort(line[np.concatenate([side, mesh])])[2:]))
+    alone = [combined(line[side[side % d > 0]]) for d in _PRIMES]
+    return max(combined(line[side]), *alone, combined(np.sort(line[np.concatenate([side, mesh])])[2:]))
 
 
 def _multiple(line: FloatArray, mesh: IntArray, Z: int) -> int:
     """Return 2 or 3 where no other mesh harmonics stand out than its multiples; else 1."""
     h = mesh // Z
-    return next((d for d in (3, 2) if _combined(line[mesh[h % d > 0]]) > _OTHERS), 1)
-
-
-class _Combs:
-    """Evidence of combs of orders in the power (top + 1,) of an average."""
-
-    def __init__(self, power: FloatArray, teeth: int) -> None:
-        self._power = np.maximum(power, power.max(initial=0.0) * _ROUNDING + np.finfo(float).tiny)
-        self._teeth = teeth
-        self._orders = np.arange(len(power))
-        self._log_p = self._log_p_of_all()
-
-    def log_p(self, orders: IntArray) -> FloatArray:
-        """Return the logarithm of the probability of each order among the orders about it."""
-        return np.asarray(self._log_p[orders])
-
-    def evidence(self, orders: IntArray) -> float:
-        """Return the sum of -ln p over orders."""
-        return -float(self.log_p(orders).sum())
-
-    def rival(self, others: Collection[int]) -> tuple[str, float]:
-        """Return the orders with most evidence of something else than this gear, in words, and the evidence."""
-        Z, orders = self._teeth, self._orders
-        foreign = orders[(orders > 0) & np.all([orders % z > 0 for z in (Z, *others)], axis=0)]
-        shifts = {s: foreign[(foreign - s) % Z == 0] for s in range(-((Z - 1) // 2), Z // 2 + 1) if abs(s) > 2}
-        counts = {z: foreign[foreign % z == 0] for z in range(max(Z // 2 + 1, 3), 2 * Z) if z not in (Z, *others)}
-        combs = {f"orders {s:+d} from its mesh": comb for s, comb in shifts.items()} | {
-            f"mesh orders of {z} teeth": comb for z, comb in counts.items()
-        }
-        evidence = {name: self.evidence(comb[:_HARMONICS]) for name, comb in combs.items()}
-        return max(evidence.items(), key=lambda item: item[1], default=("", 0.0))
-
-    def part_of_teeth(self, mesh: IntArray, others: Collection[int]) -> str:
-        """Return the half or third of the teeth whose orders have more evidence than the mesh, in words; "" if none."""
-        Z, orders = self._teeth, self._orders
-        for d, part in ((d, Z // d) for d in (2, 3) if Z % d == 0 and Z // d > 2):
-            comb = orders[(orders % part == 0) & np.all([orders % z > 0 for z in (Z, *others)], axis=0)]
-            comb = comb[: (d - 1) * _HARMONICS]
-            if self._is_strong(comb, mesh, orders[orders % part > 0]) or (
-                self.evidence(comb) > _PART[0] * self.evidence(mesh) + _PART[1]
-            ):
-                return f"mesh orders of {part} teeth"
-        return ""
-
-    def _is_strong(self, comb: IntArray, mesh: IntArray, others: IntArray) -> bool:
-        """Return whether orders are nearly as high as the mesh, and far higher than other orders."""
-        if len(comb) < _LEAST_LINES_OF_A_COMB or not mesh.size or not others.size:
-            return False
-        power = float(self._power[comb].mean())
-        return power > max(_MOST_OF_A_PART * self._power[mesh].mean(), _OVER_ALL * self._power[others].mean())
-
-    def multiple(self, mesh: IntArray) -> int:
-        """Return the mesh harmonic, from 2 on, only whose multiples are higher than the orders about them; else 1."""
-        h = mesh // self._teeth
-        for d in range(2, int(h.max(initial=0)) + 1):
-            others, multiples = mesh[h % d > 0], mesh[h % d == 0]
-            weak = len(others) >= _LEAST_LINES_OF_A_COMB
-            weak = weak and self._power[others].sum() < _LEAST_OF_OTHERS * self._power[multiples].sum()
-            if (weak or _combined(self.log_p(others)) > _OTHERS) and _combined(self.log_p(multiples)) <= ALARM:
-                return d
-        return 1
-
-    def _log_p_of_all(self) -> FloatArray:
-        """Return the logarithm of the probability of each order among those about it that are no mesh harmonics."""
-        reach, orders = max(self._teeth, 8), self._orders
-        about = orders[:, None] + np.arange(-reach, reach + 1)
-        used = (about > 0) & (about < len(orders)) & (about % self._teeth > 0)
-        power = np.sort(np.where(used, self._power[np.where(used, about, 0)], np.inf), axis=1)
-        count = used.sum(axis=1)
-        middle = np.maximum([(count - 1) // 2, count // 2], 0)
-        level = np.where(count > 0, power[orders, middle].mean(axis=0), 1.0) / math.log(2)
-        N = np.maximum(_MEDIAN * count, np.finfo(float).tiny)
-        return np.where(count > 0, -N * np.log1p(self._power / level / N), 0.0)
+    return next((d for d in (3, 2) if combined(line[mesh[h % d > 0]]) > OTHERS), 1)
