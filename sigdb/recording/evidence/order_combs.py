@@ -17,8 +17,8 @@ ROUNDING = 1e-28
 """Power of rounding errors, relative to the strongest line."""
 
 _PART = 1.0, 10.0
-"""Evidence of the orders of a half or a third of the teeth, as a multiple of that of the mesh and a sum, above which the
-gear has that part of them, as where a tacho has two or three pulses, not one."""
+"""Evidence of the orders of a half or a third of the teeth, as a multiple of that of the mesh and a sum, above which
+the gear has that part of them, as where a tacho has two or three pulses, not one."""
 _LEAST_OF_OTHERS, _MOST_OF_A_PART, _OVER_ALL, _LEAST_LINES_OF_A_COMB = 0.01, 0.1, 10.0, 3
 """Power of the harmonics that are no multiples of d, over that of the multiples, below which the gear has d times as
 many teeth. Mean power of the orders of a part of the teeth, over that of the mesh and over that of all other orders,
