@@ -17,6 +17,9 @@ _HEAD = ("recording", "health", "tooth", "at tooth", "level, dB", "NA4*", "NB4*"
 _SHOWN = 12
 """Newest looks in a table."""
 
+_WHOLE = 10
+"""Most histories that a terminal shows whole."""
+
 
 def write_monitor_report(histories: Sequence[GearHistory], folder: str | Path, *, command: str | None = None) -> Path:
     """Write the page of histories, ``index.html``, and their numbers, ``monitor.json``.
@@ -58,6 +61,8 @@ def write_monitor_report(histories: Sequence[GearHistory], folder: str | Path, *
 def monitor_text(histories: Sequence[GearHistory], *, terminal: Terminal = PLAIN) -> str:
     """Return the answers and the newest looks as text for a terminal.
 
+    Where there are more than ten histories, those without an alarm are shown by their answer alone.
+
     Parameters
     ----------
     histories : sequence of GearHistory
@@ -70,14 +75,19 @@ def monitor_text(histories: Sequence[GearHistory], *, terminal: Terminal = PLAIN
     str
         Several lines.
     """
-    blocks = []
+    blocks, short = [], 0
     for history in histories:
         lines = [_title(history), f"  {history.answer.sentence}"]
-        lines += [f"  {sentence}" for sentence in _evidence(history)]
-        if rows := _rows(history):
-            lines += [TextTable(_HEAD, rows).text(terminal, indent=2)]
+        if len(histories) > _WHOLE and not history.answer.exit_code:
+            short += 1
+        else:
+            lines += [f"  {sentence}" for sentence in _evidence(history)]
+            if rows := _rows(history):
+                lines += [TextTable(_HEAD, rows).text(terminal, indent=2)]
         lines += [f"  {note.text}" for note in history.notes]
         blocks.append("\n".join(lines))
+    if short:
+        blocks.append(f"The looks of {short} gears without an alarm are not shown; --out and --format json have them.")
     return "\n\n".join(blocks) + "\n"
 
 

@@ -45,6 +45,12 @@ def test_what_has_changed_is_named_with_its_instant(look, healthy, kept, name):
         text = monitor_text([found])
         assert f"at tooth {found.growth.tooth} with a probability of" in text
         assert "No remaining life is given: the damage was not yet seen to grow" in text
+        assert monitor_text([found] * 11).count("NB4*") == 11
+    if not code:
+        assert monitor_text([found] * 10).count("NB4*") == 10
+        many = monitor_text([found] * 11)
+        assert (many.count("NB4*"), many.count(found.answer.sentence)) == (0, 11)
+        assert "The looks of 11 gears without an alarm are not shown; --out and --format json have them." in many
     if name == "sensor":
         assert found.looks["level_db"].iloc[-1] == pytest.approx(20 * np.log10(2), abs=0.2)
     facts = json.loads(json.dumps(found.as_json()))
