@@ -22,7 +22,7 @@ from sigdb.transmission import Transmission
 
 _ALONE = 2.0
 """Least pulse of a tooth of the mate relative to the greatest of its other teeth. Errors of the teeth that change with
-the load make teeth differ; of 80 independent energies the greatest is twice the next one in 2 % of cases."""
+the load make teeth differ; of 80 independent energies of noise the greatest is twice the next one in 2.5 % of cases."""
 
 OTHER_GEAR = "other-gear"
 """Code of the note that the damaged tooth is one of the mate."""
@@ -175,7 +175,10 @@ def _about(recording: Recording | RecordingBlocks, ratio: float) -> Recording | 
     whole = recording.whole if isinstance(recording, RecordingBlocks) else recording
     speed = None if whole.speed_rpm is None else ratio * whole.speed_rpm
     whole = replace(whole, ratio=ratio * whole.ratio, speed_rpm=speed, teeth=None)
-    return replace(recording, whole=whole) if isinstance(recording, RecordingBlocks) else whole
+    if not isinstance(recording, RecordingBlocks):
+        return whole
+    settings = recording.settings.model_copy(update={"ratio": whole.ratio, "speed_rpm": speed, "teeth": None})
+    return replace(recording, whole=whole, settings=settings)
 
 
 def _without_shaft(diagnosis: Diagnosis, signature: RecordedSignature) -> tuple[Note, ...]:

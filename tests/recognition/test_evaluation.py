@@ -176,7 +176,7 @@ def test_a_model_at_or_below_the_bound_passes(location_model, database, monkeypa
 
 
 def test_the_bound_is_stated_with_known_cells_and_with_the_whole_grid(location_model, database, monkeypatch):
-    """Of rows of one kind of damage: the rule of the first bound knows the kind, that of the second does not."""
+    """The rule of the first bound knows that all rows have one kind of damage; that of the second does not."""
     rows = usable_rows(database, "location")
     one_kind = (rows["stiffness_loss"] == 0.2) & (rows["phase_shift_deg"] == 0) & (rows["damaged_teeth"] == 1)
     some = rows[one_kind & ~rows["specimen"].isin(location_model.trained_on)]

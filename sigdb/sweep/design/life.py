@@ -1,7 +1,7 @@
 """Lives: severities that grow by a law, as joint points of a grid, and the time of each."""
 
-from collections.abc import Mapping
-from typing import Literal
+from collections.abc import Iterable, Mapping
+from typing import Literal, cast
 
 import numpy as np
 import pandas as pd
@@ -113,7 +113,7 @@ def with_life(keys: Mapping[str, object]) -> dict[str, object]:
         return dict(keys)
     section = life if isinstance(life, Life) else Life.model_validate(life)
     table = section.table()
-    stated = keys.get("table")
-    if stated is not None and {name: list(values) for name, values in dict(stated).items()} != table:  # type: ignore[call-overload]
+    stated = cast(Mapping[str, Iterable[float]], keys.get("table") or table)
+    if {name: list(values) for name, values in stated.items()} != table:
         raise ValueError("life and table are given together; a life is a table by itself")
     return {**keys, "life": section, "table": table}

@@ -101,7 +101,7 @@ def test_severities_without_a_full_grid_are_those_of_the_templates_alone():
 
 @pytest.mark.parametrize("levels", [(0.0, 0.5, 1.0), (0.0, 0.2, 0.5, 1.0), tuple(np.linspace(0, 1, 6))])
 def test_the_stated_error_is_that_of_a_smooth_signal_or_a_little_more(levels):
-    """Of exp(1.5 a) and a sine: the greatest error between the levels, found by trying 400 severities."""
+    """The error stated for exp(1.5 a) and a sine is the greatest that 400 severities between the levels show."""
     shape = np.random.default_rng(1).standard_normal((2, 16))
 
     def signal(a):
