@@ -23,7 +23,8 @@ def labelled_rows(database: Database, condition: str = "", further: Iterable[str
     """Return the rows that have a result and a known tooth, by id, without arrays.
 
     The specimen of a measured row is its recording: averages of one recording are of the same teeth, mounting and day.
-    A torque that is not known counts as 0, and a damaged row of an unknown number of damaged teeth as one of one.
+    A load that is not stated is the torque. A torque that is not known counts as 0, and a damaged row of an unknown
+    number of damaged teeth as one of one.
 
     Parameters
     ----------
@@ -56,6 +57,7 @@ def _with_specimens(database: Database, rows: pd.DataFrame) -> pd.DataFrame:
     if rows.empty:
         raise InputError(f"{database.store}: no row has a result and a known tooth; enter labels with sigdb label")
     rows["specimen"] = pd.factorize(rows["recording"])[0]
+    rows["load"] = rows["load"].fillna(rows["torque"])
     rows["torque"] = rows["torque"].fillna(0.0)
     rows["tooth"] = rows["tooth"].astype(int)
     rows["damaged_teeth"] = rows["damaged_teeth"].fillna((rows["tooth"] > 0).astype(float)).astype(int)

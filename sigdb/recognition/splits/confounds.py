@@ -52,8 +52,8 @@ class Confound:
         """The confound as a note."""
         text = (
             f"Healthy rows alone show the {self.column} with a balanced accuracy of {self.accuracy:.2f} (chance "
-            f"{self.chance:.2f}) on recordings that were not learnt from: a model may answer by the {self.column} in "
-            "place of damage, so split by it."
+            f"{self.chance:.2f}) on recordings that were not learnt from: unless the split is by {self.column}, a "
+            f"model may answer by the {self.column} in place of damage."
         )
         values: dict[str, float | int | str] = {"column": self.column, "accuracy": self.accuracy, "chance": self.chance}
         return Note(code="confound", text=text, values=values)
@@ -130,11 +130,15 @@ def _label_notes(evaluated: pd.DataFrame) -> Iterator[Note]:
 
 
 def indicator_rows(database: Database, where: str) -> pd.DataFrame:
-    """Return recording, tooth, the columns that healthy rows may show, and the indicators of rows with a result."""
+    """Return recording, tooth, the columns that healthy rows may show, and the indicators of rows with a result.
+
+    A load that is not stated is the torque.
+    """
     stored = database.dataset("features").schema.names
     names = [name for name in INDICATORS if name in stored]
-    columns = ", ".join(f'"{name}"' for name in ("id", "recording", "tooth", *_COLUMNS, *names))
-    return database.sql(f"select {columns} from features where status = 'ok' and {where} order by id").set_index("id")
+    columns = ", ".join(f'"{name}"' for name in ("id", "recording", "tooth", "torque", *_COLUMNS, *names))
+    rows = database.sql(f"select {columns} from features where status = 'ok' and {where} order by id").set_index("id")
+    return rows.assign(load=rows["load"].fillna(rows["torque"]))
 
 
 def logarithms(rows: pd.DataFrame) -> FloatArray:

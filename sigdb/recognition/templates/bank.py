@@ -95,8 +95,9 @@ class TemplateBank:
         Raises
         ------
         NotApplicableError
-            If the rig does not turn exactly, or an operating point has no healthy or no damaged template. Also if rows
-            are of a single revolution, since there is no scatter between revolutions to take the noise from.
+            If there are no templates, as in a database of recordings, if the rig does not turn exactly, or if an
+            operating point has no healthy or no damaged template. Also if rows are of a single revolution, since there
+            is no scatter between revolutions to take the noise from.
         InputError
             If the database has no such sensor.
         """
@@ -125,6 +126,8 @@ class TemplateBank:
             "select distinct speed_rpm, torque, teeth from templates where status = 'ok' and not contact_loss "
             "order by all"
         )
+        if points.empty:
+            raise NotApplicableError(f"{database.store} has no templates: recordings have none, only simulations")
         if cases is not None:
             cases = cases[[*_CASE, *({MEMBER} & {*cases.columns})]].drop_duplicates()
             points = points[points["teeth"].isin(cases["teeth"])]

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 import sigdb
+from sigdb.core import NotApplicableError
+from sigdb.database import labelled_rows
 from sigdb.ingest import IngestSettings, ingest
-from sigdb.recognition import RecognitionSettings, evaluate, train
+from sigdb.recognition import RecognitionSettings, TemplateBank, evaluate, train
 from sigdb.recognition.splits.confounds import confounds, indicator_rows, logarithms
 from sigdb.recognition.splits.healthy_only import healthy_only_answers
 
@@ -30,9 +32,10 @@ def measured(tmp_path_factory):
     for machine in range(2):
         for number in range(12):
             tooth = 0 if number < 6 else 1 + (5 * number + machine) % TEETH
-            facts = {"tooth": tooth, "machine": f"m{machine}", "load": 10.0 * (number % 2), "torque": 20.0}
+            facts = {"tooth": tooth, "machine": f"m{machine}", "torque": 20.0} | ({"load": 10.0} if number % 2 else {})
             tsa = averages(stream, tooth, machine)
-            np.savez(folder / f"m{machine}-{number:02d}.npz", tsa=tsa, speed_rpm=1500.0, averages=40, **facts)
+            numbers = {"speed_rpm": 1500.0, "averages": 40, "scatter": 0.12}
+            np.savez(folder / f"m{machine}-{number:02d}.npz", tsa=tsa, **numbers, **facts)
     settings = IngestSettings(averages_of="tsa", teeth=str(TEETH), samples_per_tooth=SAMPLES)
     ingest(folder, folder / "db", settings=settings, jobs=1)
     return sigdb.open(folder / "db")
@@ -44,6 +47,18 @@ def test_a_mounting_is_told_from_healthy_rows_and_a_load_that_does_nothing_is_no
     assert told["machine"].accuracy == 1.0
     assert told["machine"].chance == 0.5
     assert abs(told["load"].accuracy - 0.5) < 0.3
+
+
+def test_recordings_have_no_bank_of_templates(measured):
+    with pytest.raises(NotApplicableError, match="db has no templates: recordings have none"):
+        TemplateBank.of(measured)
+
+
+def test_a_torque_stands_for_a_load_that_is_not_stated(measured):
+    rows = labelled_rows(measured)
+    stated = measured.sql("select id, load, torque from features").set_index("id")
+    assert (rows["load"] == stated["load"].fillna(stated["torque"])).all()
+    assert set(rows["load"]) == {10.0, 20.0}
 
 
 def test_a_model_of_recordings_is_evaluated_on_others_with_the_confound_in_its_notes(measured, few_trees):
