@@ -63,9 +63,9 @@ ANSWERS: Mapping[Kind, AnswerForm] = MappingProxyType(
             meaning="teeth more than 2.5 tooth passes apart stand out",
         ),
         "damage": AnswerForm(
-            sentence="The gear is damaged at a tooth that is not known.",
+            sentence="The gear is damaged at a tooth that is not known{named}.",
             exit_code=1,
-            meaning="a detector finds damage; it does not locate",
+            meaning="a detector finds damage, or a model of kinds, which names those that it may be; neither locates",
         ),
         "gear changed": AnswerForm(
             sentence="The gear has changed at no single tooth: {reason}.",
@@ -122,8 +122,9 @@ class Answer:
 
     @classmethod
     def of(cls, kind: Kind, **values: str | int) -> Self:
-        """Return the answer of a kind with the values of its sentence; ``counted`` and ``power`` may be left out."""
-        return cls(kind=kind, sentence=ANSWERS[kind].sentence.format_map({"counted": "", "power": ""} | values))
+        """Return the answer of a kind with its values; ``counted``, ``power`` and ``named`` may be left out."""
+        clauses = {"counted": "", "power": "", "named": ""}
+        return cls(kind=kind, sentence=ANSWERS[kind].sentence.format_map(clauses | values))
 
     @classmethod
     def of_teeth(cls, candidates: Sequence[int]) -> Self:
@@ -152,6 +153,32 @@ class Answer:
             return cls.of("cannot be judged", reason=f"no damage and damage at tooth {teeth} are both likely")
         return cls.of("one tooth", teeth=teeth)
 
+    @classmethod
+    def of_kinds(cls, candidates: Sequence[str]) -> Self:
+        """Return the answer of a set of kinds that the damage may be of, with ``none`` for no damage.
+
+        Parameters
+        ----------
+        candidates
+            Kinds that cannot be ruled out.
+
+        Examples
+        --------
+        >>> for candidates in (("none",), ("crack", "pit"), ("none", "pit")):
+        ...     print(Answer.of_kinds(candidates))
+        Nothing stands out of what healthy gears show.
+        The gear is damaged at a tooth that is not known; the kind is crack or pit.
+        Cannot be judged: no damage and damage of the kind pit are both likely.
+        """
+        kinds = _alternatives([kind for kind in candidates if kind != "none"])
+        if not candidates:
+            return cls.of("cannot be judged", reason="neither a kind of damage nor its absence is likely")
+        if not kinds:
+            return cls.of("nothing stands out")
+        if "none" in candidates:
+            return cls.of("cannot be judged", reason=f"no damage and damage of the kind {kinds} are both likely")
+        return cls.of("damage", named=f"; the kind is {kinds}")
+
     @property
     def exit_code(self) -> int:
         """Exit code of a command with this answer."""
@@ -161,8 +188,8 @@ class Answer:
         return self.sentence
 
 
-def _alternatives(teeth: Sequence[int]) -> str:
-    *first, last = (str(tooth) for tooth in teeth) if teeth else ("",)
+def _alternatives(some: Sequence[int | str]) -> str:
+    *first, last = (str(each) for each in some) if some else ("",)
     return f"{', '.join(first)} or {last}" if first else last
 
 

@@ -54,7 +54,7 @@ class Database(QueriedTables):
 
         Parameters
         ----------
-        target : {"location", "detection", "severity"}
+        target : {"location", "detection", "kind", "severity"}
             Question to answer.
         split : str, optional
             Name of the split; see :func:`sigdb.database.make_split`. S1 if left out, of recordings ``recording``.

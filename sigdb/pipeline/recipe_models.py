@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from sigdb.core import TEMPORARY, InputError, OnStep
-from sigdb.database import QUANTITIES, Database
+from sigdb.database import KIND, NO_DAMAGE, QUANTITIES, Database, damage_kinds
 from sigdb.pipeline.models import train_model
 from sigdb.pipeline.recipe import Recipe
 from sigdb.pipeline.robustness.robustness import with_robustness
@@ -90,12 +91,25 @@ def check_models(recipe: Recipe, plan: Plan, others: Mapping[str, Plan]) -> None
             f"{recipe.path}: recognition.targets: severity cannot be learnt, since {', '.join(QUANTITIES)} do not vary "
             "over the damages of [sweep]; give several values of one of them"
         )
+    if KIND in settings.targets and len({*damage_kinds(_damages(plan))} - {NO_DAMAGE}) < 2:
+        raise InputError(
+            f"{recipe.path}: recognition.targets: kind cannot be learnt, since all damage of [sweep] is of one kind; "
+            "give grids of several, such as stiffness_loss and phase_shift_deg"
+        )
     for name, other in others.items():
         if other.sensors[0] != plan.sensors[0]:
             raise InputError(
                 f"{recipe.path}: recognition.evaluate_on: the models read {plan.sensors[0]!r}, {name} stores "
                 f"{other.sensors[0]!r} first; put that sensor first in its [signature]"
             )
+
+
+def _damages(plan: Plan) -> pd.DataFrame:
+    """Return the damages of a plan as cases that kinds follow from."""
+    damages = plan.damages
+    columns = pd.DataFrame({name: damages.column(name) for name in damages.fields})
+    pattern = np.where(damages.pattern > 0, "pattern", "")
+    return columns.assign(tooth=damages.is_damage.astype(int), pattern=pattern)
 
 
 def _varies(plan: Plan, name: str) -> bool:

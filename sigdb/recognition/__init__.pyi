@@ -39,13 +39,13 @@ from .evaluated_rows import requested_rows as requested_rows
 from .evaluation import Evaluation as Evaluation
 from .evaluation import EvaluationError as EvaluationError
 from .evaluation import evaluate as evaluate
-from .fusion.damage_kinds import gear_probabilities as gear_probabilities
 from .fusion.fused_models import fuse_models as fuse_models
 from .fusion.fused_rule import FUSED as FUSED
 from .fusion.fused_rule import Fusion as Fusion
 from .fusion.fused_rule import fuse as fuse
 from .fusion.joint_law import AverageLaw as AverageLaw
 from .fusion.joint_law import JointLaw as JointLaw
+from .fusion.kind_posterior import gear_probabilities as gear_probabilities
 from .fusion.teeth_apart import damaged_tooth_probabilities as damaged_tooth_probabilities
 from .metrics.coverage import ENOUGH as ENOUGH
 from .metrics.estimate import Estimate as Estimate

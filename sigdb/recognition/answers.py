@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
 from sigdb.core import Answer, BoolArray, FloatArray, IntArray
@@ -18,14 +19,17 @@ class Answers:
     Attributes
     ----------
     predicted
-        Location: first damaged tooth (rows,), 0 for none. Detection: 1 for damage, 0 for none, (rows,). Severity: a
-        frame, see :meth:`SeverityRegressor.predict`.
+        Location: first damaged tooth (rows,), 0 for none. Detection: 1 for damage, 0 for none, (rows,). Kind: place
+        among ``classes``, (rows,). Severity: a frame, see :meth:`SeverityRegressor.predict`.
     scores
-        (rows, 1 + teeth) unbounded scores of 'none' and of each tooth; or (rows,) of damage at any tooth.
+        (rows, 1 + teeth) unbounded scores of 'none' and of each tooth, or of each kind; or (rows,) of damage at any
+        tooth.
     probabilities
-        (rows, 1 + teeth) of 'none' and of each tooth.
+        (rows, 1 + teeth) of 'none' and of each tooth, or of each kind.
     sets
         (rows, 1 + teeth) whether each class is in the conformal set.
+    classes
+        Kinds of damage that the answers are of, ``none`` first; empty where they are of teeth.
     outside
         (rows,) whether a row is outside what the model was trained for; None where it does not say.
     """
@@ -35,10 +39,11 @@ class Answers:
     probabilities: FloatArray | None = None
     sets: BoolArray | None = None
     outside: BoolArray | None = None
+    classes: tuple[str, ...] = ()
 
     @classmethod
-    def of_scores(cls, scores: FloatArray, *, sets: BoolArray | None = None) -> Self:
-        """Return the answers of a location classifier: the greatest score, and a softmax for the probabilities.
+    def of_scores(cls, scores: FloatArray, *, sets: BoolArray | None = None, classes: tuple[str, ...] = ()) -> Self:
+        """Return the answers of a classifier: the greatest score, and a softmax for the probabilities.
 
         Parameters
         ----------
@@ -46,8 +51,13 @@ class Answers:
             (rows, 1 + teeth) unbounded scores of 'none' and of each tooth.
         sets
             (rows, 1 + teeth) whether each class is in the conformal set.
+        classes
+            Kinds of damage, where the scores are of these.
         """
-        return cls(predicted=scores.argmax(axis=1), scores=scores, probabilities=softmax(scores, axis=1), sets=sets)
+        probabilities = softmax(scores, axis=1)
+        return cls(
+            predicted=scores.argmax(axis=1), scores=scores, probabilities=probabilities, sets=sets, classes=classes
+        )
 
     @classmethod
     def concatenate(cls, parts: Sequence[Self]) -> Self:
@@ -68,7 +78,25 @@ class Answers:
             probabilities=stack(lambda part: part.probabilities, 0.0),
             sets=stack(lambda part: part.sets, False),
             outside=stack(lambda part: part.outside, False),
+            classes=parts[0].classes,
         )
+
+    @property
+    def named(self) -> "IntArray | NDArray[np.str_] | pd.DataFrame":
+        """The predictions as a model returns them: kinds of damage by their names."""
+        return np.array(self.classes)[self.predicted] if self.classes else self.predicted
+
+    @property
+    def candidates(self) -> list[tuple[int, ...]] | list[tuple[str, ...]]:
+        """The answers of the set of each row: teeth, 0 for none, or kinds of damage; none without sets."""
+        places = [tuple(np.flatnonzero(members).tolist()) for members in ([] if self.sets is None else self.sets)]
+        return [tuple(self.classes[i] for i in some) for some in places] if self.classes else places
+
+    @property
+    def verdicts(self) -> list[Answer]:
+        """The answer of the set of each row."""
+        of_set: Callable[[Any], Answer] = Answer.of_kinds if self.classes else Answer.of_teeth
+        return [of_set(members) for members in self.candidates]
 
     @property
     def damage_only(self) -> bool:

@@ -52,7 +52,7 @@ class CriterionResult:
 
 
 _TITLES = {
-    "loss_db": "location, loss against the bound, dB",
+    "loss_db": "loss against the bound, dB",
     "a90_ratio": f"a90 over the bound's, at a false-alarm rate of {RATE:g}",
     "mae_ratio": "MAE over the posterior median's",
     "ece": "calibration error (ECE)",

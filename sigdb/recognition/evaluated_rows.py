@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from sigdb.core import InputError
-from sigdb.database import MEASURED_SENSOR, TEST, Database, changed_parts, make_split
+from sigdb.database import KIND, MEASURED_SENSOR, TEST, Database, changed_parts, make_split
 from sigdb.recognition.model import Model
 from sigdb.recognition.rows.further_columns import check_columns_of
 from sigdb.recognition.splits.across import check_across
@@ -84,6 +84,13 @@ def select_rows(model: Model, database: Database, where: str | None = None) -> t
     if rows.empty:
         raise InputError(
             f"every specimen of {database.store} was used in training; evaluate on a database with another seed"
+        )
+    classes = model.estimator.kinds
+    if unknown := sorted({*rows[KIND]} - {*classes}) if classes else []:
+        listed = ", ".join(unknown)
+        raise InputError(
+            f"{database.store} has rows of the kinds {listed}, and the model was trained on {', '.join(classes)}; "
+            "train it on all kinds, or evaluate on other rows"
         )
     if target.damaged_only:
         rows = rows[rows["tooth"] > 0]

@@ -31,6 +31,8 @@ def evaluation_tables(
         Metrics of each estimator against the axis, in bands where it has many values; and of the ``bound``.
     ``confusion``
         Location: number of rows by ``teeth``, true ``tooth`` and ``predicted`` tooth, of the model.
+    ``kinds``
+        Kind: number of rows by true ``kind`` and ``predicted`` kind, of the model.
     ``roc``, ``pod`` and ``pod_curve``, ``reliability``
         Location and detection: each estimator that has scores or probabilities.
     ``levels``

@@ -3,10 +3,11 @@
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from sigdb.core import Answer, BoolArray, FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.database import QUANTITIES, Database
@@ -32,7 +33,7 @@ class Model:
     Attributes
     ----------
     target
-        ``location``, ``severity`` or ``detection``.
+        ``location``, ``severity``, ``detection`` or ``kind``.
     learner
         Name of the estimator that is the model; the others are for comparison.
     estimators
@@ -99,7 +100,7 @@ class Model:
         prevalence: float | None = None,
         costs: Costs | None = None,
         **row: Unpack[PlainRow],
-    ) -> IntArray | pd.DataFrame:
+    ) -> "IntArray | NDArray[np.str_] | pd.DataFrame":
         """Return the predictions of the model for rows that are like those that it was trained on.
 
         Parameters
@@ -123,8 +124,8 @@ class Model:
         Returns
         -------
         ndarray or DataFrame
-            Location: first damaged tooth, 0 for none, (rows,). Detection: 1 for damage, 0 for none, (rows,). Severity:
-            a frame, see :meth:`SeverityRegressor.predict`.
+            Location: first damaged tooth, 0 for none, (rows,). Detection: 1 for damage, 0 for none, (rows,). Kind: the
+            kind of damage, ``none`` for none, (rows,). Severity: a frame, see :meth:`SeverityRegressor.predict`.
 
         Raises
         ------
@@ -151,7 +152,7 @@ class Model:
             )
         if prevalence is None and costs is None:
             return self.estimator.predict(batch)
-        return decided_answers(self.estimator, batch, prevalence, costs).predicted
+        return decided_answers(self.estimator, batch, prevalence, costs).named
 
     def predict_proba(
         self, X: Rows | None = None, *, prevalence: float | None = None, **row: Unpack[PlainRow]
@@ -166,7 +167,8 @@ class Model:
         Returns
         -------
         ndarray
-            Location: of 'none' and of each tooth, (rows, teeth + 1). Detection: of no damage and of damage, if both
+            Location: of 'none' and of each tooth, (rows, teeth + 1). Kind: of each of
+            ``estimator.classes_``. Detection: of no damage and of damage, if both
             are as likely beforehand or by the prevalence, (rows, 2).
 
         Raises
@@ -201,16 +203,17 @@ class Model:
             With the columns:
 
             - ``kind``: a key of :data:`sigdb.core.ANSWERS`. Location: ``one tooth``, ``nothing stands out``, or
-              ``cannot be judged`` where the set of answers holds no damage and a tooth; detection: ``damage`` or
-              ``nothing stands out``; severity, which does not say whether there is damage: None. For all targets
+              ``cannot be judged`` where the set of answers holds no damage and a tooth; detection and kind of damage:
+              ``damage`` or ``nothing stands out``, of the kind also ``cannot be judged`` as of location;
+              severity, which does not say whether there is damage: None. For all targets
               ``cannot be judged`` where the row is outside;
             - ``answer``: the same as a sentence;
             - ``outside``: whether the row is outside the range of the training, or fits no template;
             - ``reason``: the reason why it is outside, empty for others;
-            - ``probability``: probability of the decision, location and detection;
-            - ``decision``: the answer of :meth:`predict`, location and detection: the most probable one, that of least
+            - ``probability``: probability of the decision, all but severity;
+            - ``decision``: the answer of :meth:`predict`, all but severity: the most probable one, that of least
               expected cost, or that at the rate of false alarms;
-            - ``candidates``: answers of the set, 0 for none, location;
+            - ``candidates``: answers of the set, location (0 for none) and kind;
             - the columns of :meth:`predict`, severity.
 
             Numbers of rows outside are nan, and their candidates are empty.
@@ -315,13 +318,12 @@ class Model:
             sentences = [f"If a tooth is damaged, its stiffness loss is {loss:.2g}." for loss in losses]
             return predicted.assign(kind=None, answer=sentences)[["kind", "answer", *predicted.columns]]
         probability = np.nan if probabilities is None else probabilities[np.arange(len(batch)), predicted]
-        numbers = {"probability": probability, "decision": predicted}
+        numbers: dict[str, Any] = {"probability": probability, "decision": answers.named}
         if answers.sets is None:
             table = answer_table([Answer.of("damage" if damaged else "nothing stands out") for damaged in predicted])
             return table.assign(**numbers)
-        candidates = [tuple(np.flatnonzero(members).tolist()) for members in answers.sets]
-        table = answer_table([Answer.of_teeth(members) for members in candidates])
-        return table.assign(**numbers, candidates=pd.Series(candidates, dtype=object))
+        table = answer_table(answers.verdicts)
+        return table.assign(**numbers, candidates=pd.Series(answers.candidates, dtype=object))
 
     def answers(self, database: Database, rows: pd.DataFrame) -> dict[str, Answers]:
         """Return the answers of each estimator, read and computed batch by batch.

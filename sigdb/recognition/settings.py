@@ -23,7 +23,10 @@ class CriteriaSettings(Section):
     """Limits that a model must keep, each named after the metric that it limits. None is set by default."""
 
     loss_db: float | None = quantity(
-        "dB", "Location: greatest loss against the best possible answer, in every band of noise.", gt=0, default=None
+        "dB",
+        "Location and kind: greatest loss against the best possible answer, in every band of noise.",
+        gt=0,
+        default=None,
     )
     a90_ratio: float | None = quantity(
         "-", "Location and detection: greatest a90 over that of the best possible answer.", gt=0, default=None
@@ -31,11 +34,11 @@ class CriteriaSettings(Section):
     mae_ratio: float | None = quantity(
         "-", "Severity: greatest mean absolute error over that of the posterior median.", gt=0, default=None
     )
-    ece: float | None = quantity("-", "Location: greatest expected calibration error.", gt=0, default=None)
+    ece: float | None = quantity("-", "Location and kind: greatest expected calibration error.", gt=0, default=None)
     undercovered_cells: float | None = quantity(
         "-",
-        "Location and severity: greatest share of cells of severity, noise and operating point whose 90 % sets or "
-        "intervals cover too little.",
+        "Location, kind and severity: greatest share of cells of severity, noise and operating point whose 90 % sets "
+        "or intervals cover too little.",
         ge=0,
         le=1,
         default=None,

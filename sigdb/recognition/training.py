@@ -16,7 +16,7 @@ from sigdb.recognition.rows.batch import CELLS, Batch
 from sigdb.recognition.rows.further_columns import functions_of, further_columns, missing_numbers
 from sigdb.recognition.rows.streams import read_averages, read_features, reduce_averages
 from sigdb.recognition.settings import RecognitionSettings
-from sigdb.recognition.targets.all_targets import TARGETS, target_named
+from sigdb.recognition.targets.all_targets import target_named
 from sigdb.recognition.targets.target import Target
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.trained_range import TrainedRange
@@ -96,7 +96,7 @@ def train(
     database
         A finished database with healthy rows.
     target
-        ``location``, ``severity`` or ``detection``.
+        ``location``, ``severity``, ``detection`` or ``kind``.
     settings
         Learner, folds, seed and false-alarm rate.
     split
@@ -260,4 +260,5 @@ def usable_rows(database: Database, target: str, further: Collection[str] = ()) 
     DatabaseError
         If the sweep is not finished.
     """
-    return labelled_rows(database, TARGETS[target].row_condition, (*sorted(columns_read()), *further))
+    question = target_named(target)
+    return labelled_rows(database, question.row_condition, (*question.columns, *sorted(columns_read()), *further))

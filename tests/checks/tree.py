@@ -55,7 +55,6 @@ SMALL = {
     "recording/evidence/least_event.py": "the power of a decision, apart from the decision",
     "recognition/bound/noise_bands.py": "the bands of noise, used by tables and pages",
     "recognition/calibration/cells.py": "the cells that both kinds of intervals are calibrated in",
-    "database/splits/labelled_rows.py": "the rows that splits, training and evaluation share",
     "database/splits/names.py": "names that must not import what uses them",
     "database/store/roles.py": "one table, apart from the schema",
     "recognition/targets/all_targets.py": "the dictionary of targets, above each of them",

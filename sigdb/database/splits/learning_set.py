@@ -1,7 +1,7 @@
 """Inputs, labels, groups and folds of a database, as estimators of scikit-learn take them."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -11,9 +11,12 @@ from sigdb.core import FloatArray, InputError, IntArray, suggestion
 from sigdb.database.database import Database
 from sigdb.database.splits.kinds import make_split
 from sigdb.database.splits.labelled_rows import labelled_rows
-from sigdb.database.splits.names import MEASURED_SPLITS, QUANTITIES
+from sigdb.database.splits.names import KIND, MEASURED_SPLITS, QUANTITIES
 from sigdb.database.splits.split import TEST, TRAINING
 from sigdb.database.store.roles import Role, role_of
+
+Labels: TypeAlias = "pd.Series[int] | pd.Series[str] | pd.DataFrame"
+"""Labels of rows, by id."""
 
 
 class LearningSet(NamedTuple):
@@ -25,8 +28,8 @@ class LearningSet(NamedTuple):
         (rows, inputs) columns whose role is input, by id; nan where a row has no number. An element i of a column of
         lists is the column ``NAME[i]``.
     y : pandas.Series or pandas.DataFrame
-        Labels by id. Location: first damaged tooth, 0 for none. Detection: 1 for damage, 0 for none. Severity: a column
-        for each quantity, of damaged rows only.
+        Labels by id. Location: first damaged tooth, 0 for none. Detection: 1 for damage, 0 for none. Kind: name of the
+        kind of damage, ``none`` for a healthy gear. Severity: a column for each quantity, of damaged rows only.
     groups : pandas.Series
         Specimen of each row, by id; of a measured row its recording. Rows of a group resemble each other.
     cv : list of (ndarray, ndarray)
@@ -35,14 +38,15 @@ class LearningSet(NamedTuple):
     """
 
     X: pd.DataFrame
-    y: "pd.Series[int] | pd.DataFrame"
+    y: Labels
     groups: "pd.Series[int]"
     cv: list[tuple[IntArray, IntArray]]
 
 
-_LABELS: Mapping[str, tuple[str, Callable[[pd.DataFrame], "pd.Series[int] | pd.DataFrame"]]] = {
+_LABELS: Mapping[str, tuple[str, Callable[[pd.DataFrame], Labels]]] = {
     "location": ("", lambda rows: rows["tooth"].astype(int)),
     "detection": ("", lambda rows: (rows["tooth"] > 0).astype(int).rename("damage")),
+    KIND: ("", lambda rows: rows[KIND]),
     "severity": (
         " and ".join(f"{name} is not null" for name in ("pattern", *QUANTITIES)) + " and pattern = ''",
         lambda rows: rows[list(QUANTITIES)].astype(float),
@@ -61,9 +65,8 @@ def learning_set(
     allow_leak: bool = False,
 ) -> LearningSet:
     """Return inputs, labels, groups and folds; see :meth:`sigdb.database.Database.xy`."""
-    if target not in _LABELS:
-        raise InputError(f"target = {target!r} does not exist; choose one of {', '.join(_LABELS)}")
-    rows = labelled_rows(database, _LABELS[target][0])
+    check_target(target, _LABELS)
+    rows = labelled_rows(database, _LABELS[target][0], [KIND] if target == KIND else ())
     name = split or default_split(database)
     cv = list[tuple[IntArray, IntArray]]()
     for held_out in range(folds):
@@ -91,7 +94,25 @@ def default_split(database: Database) -> str:
     return MEASURED_SPLITS[0] if database.manifest.is_measured else "S1"
 
 
-def labels_of(target: str, rows: pd.DataFrame) -> "pd.Series[int] | pd.DataFrame":
+def check_target(target: str, names: Iterable[str]) -> None:
+    """Refuse a target that does not exist.
+
+    Raises
+    ------
+    InputError
+        Names those that do; for ``gear`` it says why no rows teach it, and how the gear is found.
+    """
+    if target == "gear":
+        raise InputError(
+            "target = 'gear' cannot be learnt: each row is the average over the turns of one gear, in which damage of "
+            "another gear cancels, so that the row names the gear itself; make a database and a model of detection for "
+            "each gear, and compare their log odds with sigdb.recognition.gear_probabilities"
+        )
+    if target not in {*names}:
+        raise InputError(f"target = {target!r} does not exist; choose one of {', '.join(names)}")
+
+
+def labels_of(target: str, rows: pd.DataFrame) -> Labels:
     """Return the labels of rows for a target, as :class:`LearningSet` has them."""
     return _LABELS[target][1](rows)
 

@@ -6,6 +6,12 @@ QUANTITIES = ("stiffness_loss", "phase_shift_deg", "damaged_teeth")
 MEMBER = "rig_member"
 """Column with the member of an ensemble that a row's rig is, where there is one."""
 
+KIND = "kind"
+"""Column with the kind of damage of a row."""
+
+NO_DAMAGE, PATTERN = "none", "pattern"
+"""Kind of healthy gears, and of damaged teeth that differ."""
+
 MEASURED_SPLITS = ("recording", "machine", "load", "set", "random")
 """Names of the splits of measured rows."""
 

@@ -9,6 +9,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, InputError, IntArray
+from sigdb.database.splits.names import KIND
 
 TRAINING, TEST, ASIDE = "training", "test", "aside"
 """Folds of a case. Cases that are put aside are neither trained on nor tested."""
@@ -85,7 +86,7 @@ class Split:
         return folds.to_numpy(str)
 
     def check_classes(self, rows: pd.DataFrame) -> None:
-        """Refuse a split whose training or test lacks a tooth (or 'none') that gears of its tooth counts have.
+        """Refuse a split whose training or test lacks a tooth, a kind of damage or 'none' that its rows have.
 
         Raises
         ------
@@ -98,6 +99,8 @@ class Split:
             alike = rows["teeth"].isin(rows["teeth"][inside].unique()).to_numpy()
             labels = rows["tooth"].clip(upper=1) if self.by_health else rows["tooth"]
             check_classes(labels[alike], inside[alike], what)
+            if KIND in rows and (fold == TRAINING or not self.by_health):
+                check_classes(rows.loc[alike, KIND], inside[alike], what)
 
 
 def specimen_folds(seed: int, specimens: ArrayLike, folds: int, labels: ArrayLike | None = None) -> dict[int, int]:

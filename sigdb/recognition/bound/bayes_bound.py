@@ -13,15 +13,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from sigdb.core import FloatArray, InputError
+from sigdb.core import InputError
 from sigdb.database import Database
-from sigdb.recognition.bound.bayes_rule import LOCATION_RULE, RULES, apply_rule
+from sigdb.recognition.bound.bayes_rule import LOCATION_RULE, RULES, ClassRule, apply_rule
 from sigdb.recognition.bound.expected_losses import expected_losses, requested_shares
 from sigdb.recognition.bound.operating_points import OperatingPoint, operating_points
 from sigdb.recognition.metrics.calibration import CALIBRATION_METRICS
 from sigdb.recognition.metrics.estimate import Estimate, Specimens
-from sigdb.recognition.metrics.location_and_severity import LOCATION_METRICS, SEVERITY_METRICS
+from sigdb.recognition.metrics.location_and_severity import KIND_METRICS, LOCATION_METRICS, SEVERITY_METRICS
 from sigdb.recognition.metrics.metric import estimates
+from sigdb.recognition.templates.posterior import entropy_of
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,25 +32,26 @@ class Bound:
     Attributes
     ----------
     target
-        ``location`` or ``severity``.
+        ``location``, ``kind`` or ``severity``.
     rows
-        By id: ``tooth``, ``teeth``, ``specimen``, and the answer of the rule. Location: ``predicted`` (the most
-        probable tooth, 0 for none), ``log_odds`` (logarithm of P(damage) / P(none)), ``risk`` (probability that the
-        answer is wrong), ``entropy`` (of the tooth, nats). Severity: ``median_QUANTITY`` and ``mean_QUANTITY`` of the
+        By id: ``tooth``, ``teeth``, ``specimen``, and the answer of the rule. Location and kind: ``true`` and
+        ``predicted`` (the most probable tooth, 0 for none, or kind of damage, ``none`` for none), ``log_odds``
+        (logarithm of P(damage) / P(none)), ``risk`` (probability that the answer is wrong), ``entropy`` (of the tooth
+        or the kind, nats). Severity: ``median_QUANTITY`` and ``mean_QUANTITY`` of the
         posterior, and ``low_QUANTITY`` and ``high_QUANTITY``, which enclose 0.9 of it.
     losses
         By id, the losses that the rule minimises on average: ``error`` (0 or 1, healthy rows too), ``log_loss``
         (nats); ``absolute_QUANTITY`` (of the posterior median), ``square_QUANTITY`` (of the mean), ``crps_QUANTITY``.
     scores
-        By id, columns 0, 1, 2, ...: logarithm of the posterior probability of 'none' and of each tooth, -inf where a
-        gear has no such tooth. None for severity.
+        By id, columns 0, 1, 2, ..., or the kinds: logarithm of the posterior probability of 'none' and of each tooth or
+        kind, -inf where a gear has no such tooth. None for severity.
     outside
         Number of rows outside the law, by reason. They are not in ``rows``.
     expected
         The same losses on rows drawn anew from the law, specimens and noise: mean and standard error. None if they were
         not requested.
     entropy
-        Mean entropy of the location before an average is seen, nats: H of :func:`eta_info`.
+        Mean entropy of the location, or of the kind, before an average is seen, nats: H of :func:`eta_info`.
     points
         Operating points of the rows.
     """
@@ -68,7 +70,8 @@ class Bound:
         """By id, the value of each row by metric, NaN where a row does not count.
 
         Location: ``accuracy`` (healthy rows too), ``p_exact``, ``p_within_one``, ``p_detected``, ``circular_bias``,
-        ``none_on_healthy``, ``log_loss``. Only accuracy and log loss are bounds: a rule that calls damage more often
+        ``none_on_healthy``, ``log_loss``. Kind: ``p_kind`` in the place of those of teeth.
+        Only accuracy and log loss are bounds: a rule that calls damage more often
         detects more of it. Severity: ``mae_QUANTITY`` and ``crps_QUANTITY``, and ``rmse_QUANTITY``, errors whose root
         mean square is the metric.
         """
@@ -78,23 +81,20 @@ class Bound:
     def metrics(self) -> dict[str, Estimate]:
         """Metrics by name, with 95 % intervals over specimens."""
         values = {str(name): value.to_numpy() for name, value in self.values.items()}
-        metrics = (*LOCATION_METRICS, *CALIBRATION_METRICS, *SEVERITY_METRICS)
+        metrics = (*LOCATION_METRICS, *KIND_METRICS[1:2], *CALIBRATION_METRICS, *SEVERITY_METRICS)
         return estimates(metrics, values, Specimens(self.rows["specimen"].to_numpy()))
 
     @cached_property
     def prior_log_loss(self) -> "pd.Series[float]":
-        """By id, the log loss of the prior of location; its mean is the entropy H."""
-        return pd.concat([pd.Series(_prior_log_loss(point), point.requested.rows.index) for point in self.points])
+        """By id, the log loss of the prior of location or kind; its mean is the entropy H."""
+        rule = RULES[self.target]
+        return pd.concat([rule.prior_log_loss(point) for point in self.points if isinstance(rule, ClassRule)])
 
     @cached_property
     def index_error(self) -> float:
         """Root mean square of the sizes of the index errors, m."""
         squares = [point.requested.rows["index_error"] ** 2 for point in self.points]
         return float(np.sqrt(np.concatenate(squares).mean()))
-
-
-def _prior_log_loss(point: OperatingPoint) -> FloatArray:
-    return -point.prior.location[0, point.requested.rows["tooth"].to_numpy()]
 
 
 def bayes_bound(
@@ -122,7 +122,7 @@ def bayes_bound(
         Rows whose shares are the prior; all if left out. For rows that are chosen by their case, as a split does, give
         these rows: then no rule is better on them.
     target
-        ``location`` or ``severity`` (of damaged rows).
+        ``location``, ``kind`` or ``severity`` (of damaged rows).
     sensor
         A stored sensor; the first one if left out.
     known_cells
@@ -161,8 +161,14 @@ def bayes_bound(
     applied = (apply_rule(rule, point, point.stored(database, sensor), known_cells=known_cells) for point in points)
     answers = pd.concat(applied).sort_index()
     losses, scores = list(rule.losses), [str(name) for name in answers if str(name).startswith("score_")]
-    posterior = answers[scores].fillna(-np.inf).set_axis(np.arange(len(scores)), axis=1)
-    entropy = [point.prior.entropy[0] for point in points]
+    classes = [name.removeprefix("score_") for name in scores]
+    columns = [int(name) if name.isdigit() else name for name in classes]
+    posterior = answers[scores].fillna(-np.inf).set_axis(columns, axis=1)
+    prior = [
+        rule.log_probabilities(point, point.prior) if isinstance(rule, ClassRule) else point.prior.location
+        for point in points
+    ]
+    entropy = [entropy_of(each)[0] for each in prior]
     return Bound(
         target=target,
         rows=answers.drop(columns=[*losses, *scores]),

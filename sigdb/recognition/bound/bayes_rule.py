@@ -1,18 +1,19 @@
-"""The Bayes rules of location and of severity: their answers to averages, and the losses of these answers."""
+"""The Bayes rules of location, kind and severity: their answers to averages, and the losses of these answers."""
 
-from collections.abc import Callable, Iterable, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
 import pandas as pd
 
-from sigdb.core import FloatArray
-from sigdb.database import QUANTITIES
+from sigdb.core import FloatArray, IntArray
+from sigdb.database import KIND, NO_DAMAGE, QUANTITIES, kind_classes, places_of_kinds
 from sigdb.recognition.bound.operating_points import OperatingPoint
 from sigdb.recognition.calibration.conformal import COVERAGE
-from sigdb.recognition.metrics.location_and_severity import location_values
+from sigdb.recognition.metrics.location_and_severity import kind_values, location_values
 from sigdb.recognition.templates.continuous_severity import SeverityMarginals
-from sigdb.recognition.templates.posterior import Posterior
+from sigdb.recognition.templates.posterior import Posterior, entropy_of, risk_of
 
 _ROW = ["tooth", "teeth", "specimen"]
 
@@ -43,30 +44,104 @@ class BayesRule(Protocol):
         ...
 
 
-class LocationRule:
-    """The rule that names the most probable tooth, or none."""
+class ClassRule(ABC):
+    """A rule that names the most probable class, such as a tooth, or none.
 
-    name = "location"
+    Attributes
+    ----------
+    name
+        Name by which functions select the rule.
+    """
+
+    name: str
     losses: tuple[str, ...] = ("error", "log_loss")
     damaged_only = False
 
+    @abstractmethod
+    def classes(self, point: OperatingPoint) -> Sequence[int | str]:
+        """Return the classes of an operating point, none first."""
+
+    @abstractmethod
+    def true(self, point: OperatingPoint, rows: pd.DataFrame) -> IntArray:
+        """Return the places (rows,) of the true classes of rows."""
+
+    @abstractmethod
+    def log_probabilities(self, point: OperatingPoint, posterior: Posterior) -> FloatArray:
+        """Return the logarithm of the probability of each class, (rows, classes)."""
+
+    @abstractmethod
+    def values(self, answers: pd.DataFrame, losses: pd.DataFrame) -> dict[str, FloatArray]:
+        """Return the value of each row by metric."""
+
     def answer(self, point: OperatingPoint, rows: pd.DataFrame, posterior: Posterior) -> pd.DataFrame:
-        """Return predicted tooth, log odds of damage, risk, entropy, losses and the scores of all teeth."""
-        true, predicted = rows["tooth"].to_numpy(), posterior.tooth
-        scores = {f"score_{tooth}": score for tooth, score in enumerate(posterior.location.T)}
+        """Return ``true`` and predicted class, log odds of damage, risk, entropy, losses and the scores of classes."""
+        classes, true = np.array(self.classes(point)), self.true(point, rows)
+        log_p = self.log_probabilities(point, posterior)
+        predicted = log_p.argmax(axis=1)
         return rows[_ROW].assign(
-            predicted=predicted,
+            true=classes[true],
+            predicted=classes[predicted],
             log_odds=posterior.log_odds,
-            risk=posterior.risk,
-            entropy=posterior.entropy,
+            risk=risk_of(log_p),
+            entropy=entropy_of(log_p),
             error=(predicted != true).astype(float),
-            log_loss=-posterior.location[np.arange(len(rows)), true],
-            **scores,
+            log_loss=-log_p[np.arange(len(rows)), true],
+            **{f"score_{name}": score for name, score in zip(classes.tolist(), log_p.T, strict=True)},
         )
+
+    def prior_log_loss(self, point: OperatingPoint) -> "pd.Series[float]":
+        """Return the log loss of the prior for the requested rows of an operating point, by id."""
+        rows = point.requested.rows
+        return pd.Series(-self.log_probabilities(point, point.prior)[0, self.true(point, rows)], rows.index)
+
+
+class LocationRule(ClassRule):
+    """The rule that names the most probable tooth, or none."""
+
+    name = "location"
+
+    def classes(self, point: OperatingPoint) -> Sequence[int]:
+        """Return 0 for none, and the teeth."""
+        return range(point.hypotheses.teeth + 1)
+
+    def true(self, point: OperatingPoint, rows: pd.DataFrame) -> IntArray:
+        """Return the first damaged teeth of rows."""
+        return rows["tooth"].to_numpy(int)
+
+    def log_probabilities(self, point: OperatingPoint, posterior: Posterior) -> FloatArray:
+        """Return the logarithm of the probability of none and of each tooth."""
+        return posterior.location
 
     def values(self, answers: pd.DataFrame, losses: pd.DataFrame) -> dict[str, FloatArray]:
         """Return the values of location, and the log loss."""
         values = location_values(answers["predicted"].to_numpy(int), answers)
+        return values | {"log_loss": losses["log_loss"].to_numpy()}
+
+
+class KindRule(ClassRule):
+    """The rule that names the most probable kind of damage, or none, whatever the tooth."""
+
+    name = KIND
+
+    def classes(self, point: OperatingPoint) -> tuple[str, ...]:
+        """Return ``none`` and the kinds of the hypotheses."""
+        return kind_classes(point.kinds)
+
+    def true(self, point: OperatingPoint, rows: pd.DataFrame) -> IntArray:
+        """Return the places of the kinds of the rows' templates."""
+        return self._of_templates(point)[rows["place"].to_numpy()]
+
+    def log_probabilities(self, point: OperatingPoint, posterior: Posterior) -> FloatArray:
+        """Return the logarithm of the probability of none and of each kind."""
+        return posterior.log_classes(self._of_templates(point))
+
+    def _of_templates(self, point: OperatingPoint) -> IntArray:
+        return places_of_kinds(point.kinds, self.classes(point))
+
+    def values(self, answers: pd.DataFrame, losses: pd.DataFrame) -> dict[str, FloatArray]:
+        """Return the values of kinds, and the log loss."""
+        true, predicted = (answers[name].to_numpy(str) for name in ("true", "predicted"))
+        values = kind_values(predicted == true, true != NO_DAMAGE, predicted != NO_DAMAGE)
         return values | {"log_loss": losses["log_loss"].to_numpy()}
 
 
@@ -127,8 +202,8 @@ class SeverityRule:
         return means | errors
 
 
-LOCATION_RULE, SEVERITY_RULE = LocationRule(), SeverityRule()
-RULES: Mapping[str, BayesRule] = {rule.name: rule for rule in (LOCATION_RULE, SEVERITY_RULE)}
+LOCATION_RULE, SEVERITY_RULE, KIND_RULE = LocationRule(), SeverityRule(), KindRule()
+RULES: Mapping[str, BayesRule] = {rule.name: rule for rule in (LOCATION_RULE, SEVERITY_RULE, KIND_RULE)}
 """Bayes rules by name."""
 
 

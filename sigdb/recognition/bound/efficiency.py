@@ -8,6 +8,7 @@ import pandas as pd
 from sigdb.core import FloatArray
 from sigdb.database import QUANTITIES
 from sigdb.recognition.bound.bayes_bound import Bound
+from sigdb.recognition.bound.bayes_rule import RULES, ClassRule
 from sigdb.recognition.bound.error_curve import INFORMATION_RANGE
 from sigdb.recognition.bound.expected_losses import error_curve_around
 from sigdb.recognition.bound.operating_points import OperatingPoint
@@ -53,8 +54,8 @@ def _smallest_loss_ratio(model: Pod, bound: Pod, specimens: Specimens) -> Estima
     return specimens.interval(model.resampled / bound.resampled, within=(0, np.inf))
 
 
-def location_efficiency(evaluated: Evaluated, bound: Bound, *, draws: int = DRAWS) -> dict[str, float]:
-    """Compare the errors of location of model and Bayes rule.
+def class_efficiency(evaluated: Evaluated, bound: Bound, *, draws: int = DRAWS) -> dict[str, float]:
+    """Compare the errors of model and Bayes rule of location, or of kind.
 
     Parameters
     ----------
@@ -78,10 +79,14 @@ def location_efficiency(evaluated: Evaluated, bound: Bound, *, draws: int = DRAW
         - ``loss_db``: :meth:`ErrorCurve.excess_db` of the excess.
     """
     rows, specimens = evaluated.rows, evaluated.specimens
-    wrong = (evaluated.labels != rows["tooth"].to_numpy()).astype(float)
+    wrong = (evaluated.labels != evaluated.true).astype(float)
     best_wrong = bound.losses.loc[rows.index, "error"].to_numpy()
     excess = specimens.mean(wrong - best_wrong, may_be_share=False)
-    curve = error_curve_around(_requested(bound.points, rows), (excess.low, excess.high), draws=draws)
+    rule = RULES[bound.target]
+    if not isinstance(rule, ClassRule):
+        raise TypeError(f"the rule of {bound.target} names no classes")
+    points = _requested(bound.points, rows)
+    curve = error_curve_around(points, (excess.low, excess.high), draws=draws, rule=rule)
     value, low, high = curve.excess_db([excess.value, excess.low, excess.high]).tolist()
     return {"chance": curve.chance, "expected_error": curve.origin} | columns_of(
         error=specimens.mean(wrong),
@@ -104,7 +109,7 @@ def _eta_info(evaluated: Evaluated, bound: Bound) -> Estimate:
     rows = evaluated.rows
     prior = bound.prior_log_loss.loc[rows.index].to_numpy()
     bayes = bound.losses.loc[rows.index, "log_loss"].to_numpy()
-    model = calibration_values(evaluated.answers.probabilities, rows)["log_loss"]
+    model = calibration_values(evaluated.answers.probabilities, evaluated.true)["log_loss"]
     low, high = INFORMATION_RANGE
     if not low * prior.mean() <= bayes.mean() <= high * prior.mean():
         return UNKNOWN
@@ -116,13 +121,13 @@ def calibration_efficiency(evaluated: Evaluated) -> dict[str, float]:
 
     That share is ``error_of_answers``. Without probabilities there is ``ece`` only, as unknown.
     """
-    probabilities, rows = evaluated.answers.probabilities, evaluated.rows
+    probabilities, true = evaluated.answers.probabilities, evaluated.true
     if probabilities is None:
         return columns_of(ece=UNKNOWN)
     return {
         "confidence": float(probabilities.max(axis=1).mean()),
-        "error_of_answers": float((probabilities.argmax(axis=1) != rows["tooth"].to_numpy()).mean()),
-    } | columns_of(ece=calibration_error(probabilities, rows, evaluated.specimens))
+        "error_of_answers": float((probabilities.argmax(axis=1) != true).mean()),
+    } | columns_of(ece=calibration_error(probabilities, true, evaluated.specimens))
 
 
 def severity_efficiency(evaluated: Evaluated, bound: Bound) -> list[Columns]:

@@ -7,7 +7,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, plain_array
-from sigdb.recognition.bound.bayes_rule import RULES, apply_rule
+from sigdb.recognition.bound.bayes_rule import LOCATION_RULE, RULES, ClassRule, apply_rule
 from sigdb.recognition.bound.error_curve import ErrorCurve, in_range
 from sigdb.recognition.bound.operating_points import OperatingPoint
 from sigdb.recognition.templates.posterior import Posterior
@@ -36,7 +36,7 @@ def expected_losses(
         Operating points from :func:`operating_points`, for severity with ``damaged``. Each is drawn in proportion to
         its requested rows, with the cases of all its rows.
     target
-        ``location`` or ``severity``.
+        ``location``, ``kind`` or ``severity``.
     draws
         Number of rows.
     seed
@@ -63,7 +63,12 @@ def expected_losses(
 
 
 def error_curve(
-    points: Iterable[OperatingPoint], decibels: ArrayLike = DECIBELS, *, draws: int = 2000, seed: int = 0
+    points: Iterable[OperatingPoint],
+    decibels: ArrayLike = DECIBELS,
+    *,
+    draws: int = 2000,
+    seed: int = 0,
+    rule: ClassRule = LOCATION_RULE,
 ) -> ErrorCurve:
     """Compute the error of the Bayes rule of location against the level of the noise, with the specimens unchanged.
 
@@ -79,6 +84,8 @@ def error_curve(
     draws, seed
         Rows drawn at each level. Specimens and noise are the same at all levels, so that the differences between levels
         are far more exact than the levels.
+    rule
+        Another rule that names classes.
 
     Returns
     -------
@@ -86,29 +93,35 @@ def error_curve(
         Error and standard error at each level.
     """
     points, levels = list(points), plain_array("expected_losses", "decibels", decibels, float)
-    errors = [expected_error(points, draws=draws, seed=seed, decibels=level) for level in levels]
+    errors = [expected_error(points, draws=draws, seed=seed, decibels=level, rule=rule) for level in levels]
     error, standard_error = np.array(errors).T
-    return ErrorCurve(decibels=levels, error=error, standard_error=standard_error, chance=chance_error(points))
+    chance = chance_error(points, rule)
+    return ErrorCurve(decibels=levels, error=error, standard_error=standard_error, chance=chance)
 
 
 def error_curve_around(
-    points: Sequence[OperatingPoint], excess: Sequence[float], *, draws: int = 2000, seed: int = 0
+    points: Sequence[OperatingPoint],
+    excess: Sequence[float],
+    *,
+    draws: int = 2000,
+    seed: int = 0,
+    rule: ClassRule = LOCATION_RULE,
 ) -> ErrorCurve:
     """Compute an :func:`error_curve` that reaches from the noise of the rows as far as excesses of its error.
 
     Parameters
     ----------
-    points, draws, seed
+    points, draws, seed, rule
         As in :func:`error_curve`.
     excess
         Shares of errors beyond those of the Bayes rule, as for :meth:`ErrorCurve.excess_db`.
     """
-    errors = {0.0: expected_error(points, draws=draws, seed=seed)}
-    origin, chance = errors[0.0][0], chance_error(points)
+    errors = {0.0: expected_error(points, draws=draws, seed=seed, rule=rule)}
+    origin, chance = errors[0.0][0], chance_error(points, rule)
     if in_range(origin, chance):
         for sign, last in ((1, max(excess)), (-1, min(excess))):
             for level in sorted(sign * DECIBELS[sign * DECIBELS > 0]):
-                errors[sign * level] = expected_error(points, draws=draws, seed=seed, decibels=sign * level)
+                errors[sign * level] = expected_error(points, draws=draws, seed=seed, decibels=sign * level, rule=rule)
                 if sign * (errors[sign * level][0] - origin - last) > 0:
                     break
     levels = np.array(sorted(errors))
@@ -117,34 +130,44 @@ def error_curve_around(
 
 
 def expected_error(
-    points: Sequence[OperatingPoint], *, draws: int, seed: int = 0, decibels: float = 0.0
+    points: Sequence[OperatingPoint],
+    *,
+    draws: int,
+    seed: int = 0,
+    decibels: float = 0.0,
+    rule: ClassRule = LOCATION_RULE,
 ) -> tuple[float, float]:
-    """Return the error of the Bayes rule of location at one level of an :func:`error_curve`, and its standard error."""
+    """Return the error of a Bayes rule at one level of an :func:`error_curve`, and its standard error."""
     stream = np.random.default_rng(seed)
     counts = stream.multinomial(draws, requested_shares(points))
     wrong = np.concatenate(
-        [_wrong(point, count, stream, decibels) for point, count in zip(points, counts.tolist(), strict=True)]
+        [_wrong(point, count, stream, decibels, rule) for point, count in zip(points, counts.tolist(), strict=True)]
     )
     return float(wrong.mean()), float(wrong.std() / np.sqrt(draws))
 
 
-def chance_error(points: Sequence[OperatingPoint]) -> float:
+def chance_error(points: Sequence[OperatingPoint], rule: ClassRule = LOCATION_RULE) -> float:
     """Return the error of the answer that is most probable before an average is seen, on the requested rows."""
-    return float(requested_shares(points) @ [_risk(point.requested.prior, point.prior)[0] for point in points])
+    risks = [_risk(rule, point, point.requested.prior, point.prior)[0] for point in points]
+    return float(requested_shares(points) @ risks)
 
 
-def _wrong(point: OperatingPoint, draws: int, stream: np.random.Generator, decibels: float) -> FloatArray:
+def _wrong(
+    point: OperatingPoint, draws: int, stream: np.random.Generator, decibels: float, rule: ClassRule
+) -> FloatArray:
     """Return the probability (draws,) that the rule's answer is wrong."""
     wrong: list[FloatArray] = [np.empty(0)]
     for rows, x in point.requested.redrawn(stream, draws, decibels=decibels):
         likelihood = point.log_likelihood(x, rows)
-        wrong.append(_risk(point.requested.posterior_of(likelihood), point.posterior_of(likelihood)))
+        requested, every = point.requested.posterior_of(likelihood), point.posterior_of(likelihood)
+        wrong.append(_risk(rule, point, requested, every))
     return np.concatenate(wrong)
 
 
-def _risk(posterior: Posterior, rule: Posterior) -> FloatArray:
-    """Return the probability (rows,), by a posterior, that a rule's answer is wrong."""
-    return -np.expm1(np.minimum(posterior.location[np.arange(len(rule.tooth)), rule.tooth], 0.0))
+def _risk(rule: ClassRule, point: OperatingPoint, requested: Posterior, every: Posterior) -> FloatArray:
+    """Return the probability (rows,), by the posterior of requested rows, that the answer by that of all is wrong."""
+    answers = rule.log_probabilities(point, every).argmax(axis=1)
+    return -np.expm1(np.minimum(rule.log_probabilities(point, requested)[np.arange(len(answers)), answers], 0.0))
 
 
 def requested_shares(points: Sequence[OperatingPoint]) -> FloatArray:

@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, NotApplicableError, blocks
-from sigdb.database import QUANTITIES, Database
+from sigdb.database import QUANTITIES, Database, damage_kinds
 from sigdb.measurement import noise_deviation
 from sigdb.recognition.bound.untied_hypotheses import UntiedHypotheses, hypotheses_at
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity
@@ -129,6 +129,11 @@ class OperatingPoint:
             return None
         share = np.exp(self.log_prior).sum(axis=1)
         return ContinuousSeverity(laws.turned, severity_grids(severity, laws.healthy), share)
+
+    @cached_property
+    def kinds(self) -> list[str]:
+        """(templates,) kind of the damage of each template, see :func:`sigdb.database.damage_kinds`."""
+        return damage_kinds(self.hypotheses.cases)
 
     @cached_property
     def prior(self) -> Posterior:

@@ -15,7 +15,7 @@ from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.templates.bank import TemplateBank
 
 Labels: TypeAlias = ArrayLike | pd.DataFrame
-"""First damaged tooth of each row, 0 for none; or a frame of it, ``tooth``, and of the severities."""
+"""First damaged tooth of each row, 0 for none; or a frame of it, ``tooth``, of the severities, and of ``kind``."""
 
 
 class Estimator(BaseEstimator, ABC):
@@ -74,6 +74,12 @@ class Estimator(BaseEstimator, ABC):
     def trained_prevalence(self) -> float | None:
         """Share of damaged rows that its probabilities were calibrated with; None where there is none."""
         return getattr(self, "prevalence_", None)
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of damage among which a trained one chooses, ``none`` first; empty for another question."""
+        classes = np.asarray(getattr(self, "classes_", ()))
+        return tuple(classes.tolist()) if classes.dtype.kind == "U" else ()
 
     @classmethod
     def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 DETECTION = "detection"
 
-TARGET_NAMES = ("location", "severity", DETECTION)
+TARGET_NAMES = ("location", "severity", DETECTION, "kind")
 """Names of the targets."""
 
 
@@ -54,6 +54,7 @@ _POOLED = {
     "location": "pooled_location.LocationClassifier",
     "severity": "pooled_severity.SeverityRegressor",
     "detection": "pooled_location.LocationClassifier",
+    "kind": "pooled_kind.KindClassifier",
 }
 
 
@@ -89,6 +90,7 @@ REGISTRY: tuple[Entry, ...] = (
             "location": "template_location.TemplateLocation",
             "severity": "template_severity.TemplateSeverity",
             "detection": "template_location.TemplateLocation",
+            "kind": "template_kind.TemplateKind",
         },
     ),
     Entry(
@@ -118,6 +120,7 @@ REGISTRY: tuple[Entry, ...] = (
         classes={
             "location": "baselines.threshold.MajorityLocation",
             "severity": "baselines.threshold.MajoritySeverity",
+            "kind": "pooled_kind.MajorityKind",
         },
     ),
 )
@@ -165,7 +168,7 @@ def make_estimators(target: str, settings: RecognitionSettings, bank: TemplateBa
     Parameters
     ----------
     target
-        ``location``, ``severity`` or ``detection``.
+        ``location``, ``severity``, ``detection`` or ``kind``.
     settings
         Seed, and false-alarm rate of detectors and thresholds.
     bank

@@ -181,14 +181,13 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         """
         check_is_fitted(self)
         batch = self._batch(X)
-        ratio, reduced_chi2 = self._ratio_and_reduced_chi2(batch)
-        sets = self._sets(with_none(ratio, self.slope_, self.none_), self.bank.noise_db(batch))
-        candidates = [tuple(np.flatnonzero(members).tolist()) for members in sets]
-        answers = [
-            Answer.of("cannot be judged", reason=NO_TEMPLATE_FITS) if strange else Answer.of_teeth(members)
-            for members, strange in zip(candidates, reduced_chi2 > self.reduced_chi2_threshold_, strict=True)
+        reduced_chi2, answers = self._ratio_and_reduced_chi2(batch)[1], self.answer(batch)
+        verdicts = [
+            Answer.of("cannot be judged", reason=NO_TEMPLATE_FITS) if strange else verdict
+            for verdict, strange in zip(answers.verdicts, reduced_chi2 > self.reduced_chi2_threshold_, strict=True)
         ]
-        table = answer_table(answers).assign(candidates=pd.Series(candidates, dtype=object), reduced_chi2=reduced_chi2)
+        candidates = pd.Series(answers.candidates, dtype=object)
+        table = answer_table(verdicts).assign(candidates=candidates, reduced_chi2=reduced_chi2)
         return table.set_axis(batch.index)
 
 

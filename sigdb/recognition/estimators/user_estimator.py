@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from sklearn.base import clone
 
 from sigdb.core import FloatArray, InputError, IntArray, shown
-from sigdb.database import QUANTITIES, Database, inputs, labels_of
+from sigdb.database import KIND, QUANTITIES, Database, inputs, kind_classes, labels_of, places_of_kinds
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.estimators.contract import Estimator, Labels
 from sigdb.recognition.rows.batch import Batch, Rows
@@ -27,7 +27,7 @@ class UserEstimator(Estimator):
         Anything with ``fit(X, y)`` and ``predict(X)``; for probabilities ``predict_proba(X)`` and ``classes_``. A copy
         is trained where scikit-learn can copy it.
     target
-        ``location``, ``severity`` or ``detection``.
+        ``location``, ``severity``, ``detection`` or ``kind``.
     database
         Database of all rows that it will see.
     columns_of_x
@@ -61,7 +61,9 @@ class UserEstimator(Estimator):
         rows = self._batch(X).table
         rows = rows[rows["tooth"] > 0] if self.target == "severity" else rows
         self.estimator_ = clone(self.estimator, safe=False)
-        self._called("fit", self._inputs(rows.index), labels_of(self.target, rows).to_numpy())
+        labels = labels_of(self.target, rows)
+        self.kinds_ = kind_classes(map(str, np.ravel(labels))) if self.target == KIND else ()
+        self._called("fit", self._inputs(rows.index), labels.to_numpy())
         return self
 
     def predict(self, X: Rows) -> IntArray | pd.DataFrame:
@@ -87,14 +89,19 @@ class UserEstimator(Estimator):
             raise InputError(f"{self.name}: predict returned the shape {predicted.shape}; return {expected}")
         if self.target == "severity":
             return Answers(predicted=pd.DataFrame(predicted.astype(float), columns=list(QUANTITIES), index=batch.index))
-        predicted = predicted.astype(int)
+        predicted = self._places(predicted)
         if not hasattr(self.estimator_, "predict_proba"):
-            return Answers(predicted=predicted)
+            return Answers(predicted=predicted, classes=self.kinds_)
         probabilities = self._probabilities(x, batch)
         scores = np.log(np.maximum(probabilities, _LEAST_PROBABILITY))
         if self.target == "detection":
             return Answers(predicted=predicted, scores=scores[:, 1] - scores[:, 0])
-        return Answers(predicted=predicted, scores=scores, probabilities=probabilities)
+        return Answers(predicted=predicted, scores=scores, probabilities=probabilities, classes=self.kinds_)
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of damage of the training rows, where it answers which."""
+        return getattr(self, "kinds_", ())
 
     @property
     def name(self) -> str:
@@ -107,16 +114,27 @@ class UserEstimator(Estimator):
     def _probabilities(self, x: pd.DataFrame, batch: Batch) -> FloatArray:
         """Return the probabilities of 'none' and of each tooth, (rows, teeth + 1); of detection of no and of damage."""
         values = np.asarray(self._called("predict_proba", x), float)
-        classes = np.asarray(getattr(self.estimator_, "classes_", np.arange(values.shape[-1]))).astype(int)
+        classes = self._places(getattr(self.estimator_, "classes_", self.kinds_ or np.arange(values.shape[-1])))
         if values.shape != (len(batch), len(classes)) or not np.allclose(values.sum(axis=1), 1, atol=1e-3):
             raise InputError(
                 f"{self.name}: predict_proba returned the shape {values.shape} for {len(batch)} rows and "
                 f"{len(classes)} classes; return a row of probabilities, whose sum is 1, for each"
             )
-        most = 1 if self.target == "detection" else int(max(classes.max(), batch.table["teeth"].max()))
+        most = {"detection": 1, KIND: len(self.kinds_) - 1}.get(self.target)
+        most = int(max(classes.max(), batch.table["teeth"].max())) if most is None else most
         whole = np.zeros((len(batch), most + 1))
         whole[:, classes] = values
         return whole
+
+    def _places(self, labels: ArrayLike) -> IntArray:
+        """Return labels as numbers; kinds of damage by their places among those of the training."""
+        if self.target != KIND:
+            return np.asarray(labels).astype(int)
+        places = places_of_kinds(np.asarray(labels).astype(str).tolist(), self.kinds_)
+        if (places < 0).any():
+            wrong = np.asarray(labels)[int((places < 0).argmax())]
+            raise InputError(f"{self.name} answered {wrong!r}, which is no kind of the training: {self.kinds_}")
+        return places
 
     def _called(self, method: str, *arguments: Any) -> Any:
         try:

@@ -9,10 +9,10 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, InputError, IntArray, blocks
-from sigdb.database import QUANTITIES, Database
+from sigdb.database import QUANTITIES, Database, damage_kinds
 from sigdb.recognition.bound.operating_points import OperatingPoint, operating_points
-from sigdb.recognition.fusion.damage_kinds import damage_kinds, kind_posterior, size_posterior, stored_sizes
 from sigdb.recognition.fusion.joint_law import AverageLaw, DamageKey, JointLaw
+from sigdb.recognition.fusion.kind_posterior import kind_posterior, size_posterior, stored_sizes
 from sigdb.recognition.metrics.estimate import Estimate, Specimens
 from sigdb.recognition.templates.posterior import log_prior, posterior
 

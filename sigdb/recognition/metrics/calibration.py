@@ -22,7 +22,7 @@ CALIBRATION_METRICS = (
 """Metrics of probabilities."""
 
 
-def calibration_values(probabilities: FloatArray, rows: pd.DataFrame) -> dict[str, FloatArray]:
+def calibration_values(probabilities: FloatArray, true: IntArray) -> dict[str, FloatArray]:
     """Return log loss (nats) and Brier score of each row.
 
     The Brier score is the sum over classes of the squares of probability minus outcome.
@@ -30,11 +30,10 @@ def calibration_values(probabilities: FloatArray, rows: pd.DataFrame) -> dict[st
     Parameters
     ----------
     probabilities
-        (rows, 1 + teeth) of 'none' and of each tooth.
-    rows
-        ``tooth`` of each row.
+        (rows, classes) of each class, such as 'none' and the teeth.
+    true
+        (rows,) place of the true class among these.
     """
-    true = rows["tooth"].to_numpy(int)
     of_truth = probabilities[np.arange(len(true)), true]
     return {
         "log_loss": -np.log(np.maximum(of_truth, np.finfo(float).tiny)),
@@ -42,7 +41,7 @@ def calibration_values(probabilities: FloatArray, rows: pd.DataFrame) -> dict[st
     }
 
 
-def calibration_error(probabilities: FloatArray, rows: pd.DataFrame, specimens: Specimens) -> Estimate:
+def calibration_error(probabilities: FloatArray, true: IntArray, specimens: Specimens) -> Estimate:
     """Estimate the expected calibration error: the mean over rows of |share correct - mean probability| of bins.
 
     Unknown with fewer than :data:`ENOUGH` rows.
@@ -51,16 +50,16 @@ def calibration_error(probabilities: FloatArray, rows: pd.DataFrame, specimens: 
     ----------
     Guo et al., On calibration of modern neural networks, ICML 2017, eq. 3, arXiv:1706.04599.
     """
-    if len(rows) < ENOUGH:
+    if len(true) < ENOUGH:
         return UNKNOWN
-    confidence, correct, bins = _answers(probabilities, rows)
+    confidence, correct, bins = _answers(probabilities, true)
     gaps = np.eye(BINS)[bins] * (correct - confidence)[:, None]
-    return specimens.estimate(lambda gap, n: np.abs(gap).sum(axis=1) / n, gaps, np.ones(len(rows)))
+    return specimens.estimate(lambda gap, n: np.abs(gap).sum(axis=1) / n, gaps, np.ones(len(true)))
 
 
-def reliability(probabilities: FloatArray, rows: pd.DataFrame, specimens: Specimens) -> pd.DataFrame:
+def reliability(probabilities: FloatArray, true: IntArray, specimens: Specimens) -> pd.DataFrame:
     """Return the mean probability of the answer and the share correct, bin by bin, without empty bins."""
-    confidence, correct, bins = _answers(probabilities, rows)
+    confidence, correct, bins = _answers(probabilities, true)
     table = []
     for place in np.unique(bins):
         inside = bins == place
@@ -77,8 +76,8 @@ def reliability(probabilities: FloatArray, rows: pd.DataFrame, specimens: Specim
     return pd.DataFrame(table)
 
 
-def _answers(probabilities: FloatArray, rows: pd.DataFrame) -> tuple[FloatArray, FloatArray, IntArray]:
+def _answers(probabilities: FloatArray, true: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
     """Return the probability of the most probable class, whether it is correct, and the bin of the probability."""
     confidence = probabilities.max(axis=1)
-    correct = (probabilities.argmax(axis=1) == rows["tooth"].to_numpy(int)).astype(float)
+    correct = (probabilities.argmax(axis=1) == true).astype(float)
     return confidence, correct, np.minimum((confidence * BINS).astype(int), BINS - 1)

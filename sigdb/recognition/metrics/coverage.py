@@ -111,17 +111,16 @@ SET_METRICS = (
 """Metrics of conformal sets."""
 
 
-def set_values(sets: BoolArray, rows: pd.DataFrame) -> dict[str, FloatArray]:
+def set_values(sets: BoolArray, true: IntArray) -> dict[str, FloatArray]:
     """Return the size of each row's conformal set and whether the truth is in it, also by label.
 
     Parameters
     ----------
     sets
-        (rows, 1 + teeth) whether 'none' and each tooth is in the set.
-    rows
-        ``tooth`` of each row.
+        (rows, 1 + classes) whether 'none' and each tooth, or each kind of damage, is in the set.
+    true
+        (rows,) place of the true class, 0 for 'none'.
     """
-    true = rows["tooth"].to_numpy(int)
     inside = sets[np.arange(len(true)), true].astype(float)
     return {
         "set_size": sets.sum(axis=1).astype(float),

@@ -7,6 +7,7 @@ from typing import Self, cast
 import pandas as pd
 
 from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.database import KIND, places_of_kinds
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.metrics.estimate import Specimens
 from sigdb.recognition.metrics.metric import Metric
@@ -53,8 +54,15 @@ class Evaluated:
         )
 
     @property
+    def true(self) -> IntArray:
+        """(rows,) place of the true answer: the tooth, 0 for none; or the place of the kind of damage among classes."""
+        if not self.answers.classes:
+            return self.rows["tooth"].to_numpy(int)
+        return places_of_kinds(self.rows[KIND], self.answers.classes)
+
+    @property
     def labels(self) -> IntArray:
-        """(rows,) predicted tooth, 0 for none, or of a detector 1 for damage."""
+        """(rows,) predicted tooth, 0 for none; of a detector 1 for damage; or the place of the predicted class."""
         return cast(IntArray, self.answers.predicted)
 
     @property

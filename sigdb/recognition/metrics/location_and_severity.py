@@ -1,10 +1,10 @@
-"""Metrics of location and of severity."""
+"""Metrics of location, of kinds of damage and of severity."""
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from sigdb.core import FloatArray, IntArray
+from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.database import QUANTITIES
 from sigdb.recognition.calibration.conformal import COVERAGE
 from sigdb.recognition.metrics.metric import Kind, Metric
@@ -124,6 +124,33 @@ def location_values(predicted: IntArray, rows: pd.DataFrame) -> dict[str, FloatA
         "p_detected": np.where(damaged, called, np.nan),
         "none_on_healthy": np.where(damaged, np.nan, ~called),
         "circular_bias": np.where(damaged & called, distance, np.nan),
+    }
+
+
+KIND_METRICS = (
+    Metric(name="accuracy", title="P(correct), healthy too", better=1, bounded=True),
+    Metric(name="p_kind", title="P(correct kind)", better=1),
+    Metric(name="p_detected", title="P(detected)", better=1),
+    Metric(name="none_on_healthy", title="'none' on healthy", better=1),
+)
+"""Metrics of predicted kinds of damage."""
+
+
+def kind_values(correct: BoolArray, damaged: BoolArray, called: BoolArray) -> dict[str, FloatArray]:
+    """Return the value of each row by metric of the kind; NaN where a row does not count.
+
+    Parameters
+    ----------
+    correct
+        (rows,) whether the predicted kind is the true one.
+    damaged, called
+        (rows,) whether the true and the predicted kind are damage.
+    """
+    return {
+        "accuracy": correct.astype(float),
+        "p_kind": np.where(damaged, correct, np.nan),
+        "p_detected": np.where(damaged, called, np.nan),
+        "none_on_healthy": np.where(damaged, np.nan, ~called),
     }
 
 

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping
 
-from sigdb.core import InputError
+from sigdb.database import check_target
 from sigdb.recognition.targets.detection import Detection
+from sigdb.recognition.targets.kind import Kind
 from sigdb.recognition.targets.location import Location
 from sigdb.recognition.targets.severity import Severity
 from sigdb.recognition.targets.target import Target
 
-_ALL: tuple[Target, ...] = (Location(), Severity(), Detection())
+_ALL: tuple[Target, ...] = (Location(), Severity(), Detection(), Kind())
 
 TARGETS: Mapping[str, Target] = {target.name: target for target in _ALL}
 """Targets by name."""
@@ -23,8 +24,7 @@ def target_named(name: str) -> Target:
     Raises
     ------
     InputError
-        If there is no such target.
+        If there is no such target, or it cannot be learnt.
     """
-    if name not in TARGETS:
-        raise InputError(f"target = {name!r} does not exist; choose one of {', '.join(TARGETS)}")
+    check_target(name, TARGETS)
     return TARGETS[name]

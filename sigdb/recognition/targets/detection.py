@@ -34,6 +34,7 @@ class Detection:
     criteria: tuple[str, ...] = ("a90_ratio",)
     rule: BayesRule = LOCATION_RULE
     row_condition = ""
+    columns: tuple[str, ...] = ()
     varying: tuple[str, ...] = ()
     damaged_only = False
     text = TargetText(

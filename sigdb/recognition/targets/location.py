@@ -11,8 +11,8 @@ from sigdb.recognition.bound.bayes_rule import LOCATION_RULE, BayesRule
 from sigdb.recognition.bound.efficiency import (
     Columns,
     calibration_efficiency,
+    class_efficiency,
     detection_efficiency,
-    location_efficiency,
 )
 from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.estimators.registry import make_estimators
@@ -55,6 +55,7 @@ class Location:
     criteria: tuple[str, ...] = ("loss_db", "a90_ratio", "ece", "undercovered_cells")
     rule: BayesRule = LOCATION_RULE
     row_condition = ""
+    columns: tuple[str, ...] = ()
     varying: tuple[str, ...] = ("tooth",)
     damaged_only = False
     text = TargetText(
@@ -85,15 +86,15 @@ increase of the noise at which the best rule has as many errors.""",
         answers, rows = evaluated.answers, evaluated.rows
         values = location_values(evaluated.labels, rows) | evaluated.outside_values
         if answers.probabilities is not None:
-            values |= calibration_values(answers.probabilities, rows)
+            values |= calibration_values(answers.probabilities, evaluated.true)
         if answers.sets is not None:
-            values |= set_values(answers.sets, rows)
+            values |= set_values(answers.sets, evaluated.true)
         return values
 
     def quotients(self, evaluated: Evaluated) -> dict[str, Estimate]:
         """Return detection at set rates, a90 and the calibration error."""
         probabilities, rows, specimens = evaluated.answers.probabilities, evaluated.rows, evaluated.specimens
-        error = {} if probabilities is None else {"ece": calibration_error(probabilities, rows, specimens)}
+        error = {} if probabilities is None else {"ece": calibration_error(probabilities, evaluated.true, specimens)}
         return score_metrics(evaluated.score, rows, specimens) | error
 
     def bound_values(self, bound: Bound, rows: pd.DataFrame) -> dict[str, FloatArray]:
@@ -112,13 +113,13 @@ increase of the noise at which the best rule has as many errors.""",
         tables = {"confusion": confusion(model)} | detection_tables(evaluated, bound)
         tables["reliability"] = by_estimator(
             {
-                name: reliability(each.answers.probabilities, each.rows, each.specimens)
+                name: reliability(each.answers.probabilities, each.true, each.specimens)
                 for name, each in evaluated.items()
                 if each.answers.probabilities is not None
             }
         )
         if model.answers.sets is not None:
-            inside = set_values(model.answers.sets, model.rows)["set_coverage"]
+            inside = set_values(model.answers.sets, model.true)["set_coverage"]
             tables["coverage"] = coverage_cells(inside, model.rows).assign(target="tooth")
         return tables
 
@@ -126,7 +127,7 @@ increase of the noise at which the best rule has as many errors.""",
         """Return errors, information, loss in decibels, a90 and calibration error."""
         columns: dict[str, float | str] = {} if bound is None else {**detection_efficiency(evaluated, bound)}
         columns |= calibration_efficiency(evaluated)
-        return [columns if bound is None else columns | location_efficiency(evaluated, bound)]
+        return [columns if bound is None else columns | class_efficiency(evaluated, bound)]
 
 
 def confusion(evaluated: Evaluated) -> pd.DataFrame:

@@ -44,6 +44,7 @@ class Severity:
     criteria: tuple[str, ...] = ("mae_ratio", "undercovered_cells")
     rule: BayesRule = SEVERITY_RULE
     row_condition = "pattern = ''"
+    columns: tuple[str, ...] = ()
     varying: tuple[str, ...] = QUANTITIES
     damaged_only = True
     text = TargetText(

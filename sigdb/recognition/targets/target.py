@@ -63,6 +63,8 @@ class Target(Protocol):
         The Bayes rule of the target.
     row_condition
         SQL condition on the rows that serve; empty for all.
+    columns
+        Columns of the rows that labels are made of besides tooth and severities.
     varying
         Labels of which at least one must vary over the damaged rows to learn from.
     damaged_only
@@ -80,6 +82,7 @@ class Target(Protocol):
     criteria: tuple[str, ...]
     rule: BayesRule
     row_condition: str
+    columns: tuple[str, ...]
     varying: tuple[str, ...]
     damaged_only: bool
     text: TargetText

@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, IntArray, NotApplicableError
-from sigdb.database import MEMBER, QUANTITIES, Database, suffixed
+from sigdb.database import MEMBER, QUANTITIES, Database, kind_classes, suffixed
 from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.local_templates import LocalTemplates, SpeedRanges
@@ -218,6 +218,11 @@ class TemplateBank:
         """Tooth counts that it has."""
         return tuple(sorted({point.teeth for point in self.points}))
 
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of damage of its templates, ``none`` first; ``none`` alone in a bank of an earlier version."""
+        return kind_classes(kind for point in self.points for kind in point.kinds)
+
     def has_continuous_severity(self, teeth: int) -> bool:
         """Return whether its templates of a tooth count hold between their severities."""
         return any(between.teeth == teeth for between in self.severities)
@@ -316,6 +321,7 @@ class TemplateBank:
             share=np.array(share),
             severity=np.array([point.severity[i] for point, i in first]),
             phases=np.array([point.phases[i] for point, i in first]),
+            kinds=[point.kinds[i] for point, i in first if point.kinds],
             nuisances=nearest_nuisances(points, keys).at,
         )
 

@@ -36,6 +36,8 @@ class LocalTemplates:
     outward
         (templates, 2, n) change of the signal beyond the greatest stiffness loss and phase shift, of any size, see
         :func:`~sigdb.recognition.templates.outward.outward_changes`.
+    kinds
+        (templates,) kinds of damage, see :class:`PointTemplates`.
     """
 
     laws: TurnedLaws
@@ -45,6 +47,7 @@ class LocalTemplates:
     half_width: float = 0.0
     powers: Sequence[Powers] = ()
     outward: FloatArray
+    kinds: tuple[str, ...] = ()
 
     @property
     def teeth(self) -> int:
@@ -115,7 +118,7 @@ class SpeedRanges:
         A usual torque, N m.
     teeth, index_error
         Tooth count, and size of the index errors that the responses are for, m.
-    healthy, share, severity, phases
+    healthy, share, severity, phases, kinds
         As of :class:`PointTemplates`, for the curve's templates.
     nuisances
         Returns the modes of nuisances at a speed and a torque, (templates, n, modes), or None without any.
@@ -135,12 +138,13 @@ class SpeedRanges:
         share: FloatArray,
         severity: FloatArray,
         phases: FloatArray,
+        kinds: Sequence[str],
         nuisances: Callable[[float, float], FloatArray | None],
     ) -> None:
         self._curve, self._basis, self._reach, self._teeth = curve, basis, reach, teeth
         self._index_error, self._healthy, self._share = index_error, healthy, share
         self._severity, self._phases, self._count, self._torque = severity, phases, count, torque
-        self._nuisances = nuisances
+        self._nuisances, self._kinds = nuisances, kinds
         self._kept: dict[int, LocalTemplates] = {}
 
     def place(self, speed_rpm: FloatArray) -> IntArray:
@@ -207,4 +211,5 @@ class SpeedRanges:
             half_width=half,
             powers=[self._curve.column_powers[column] for column in columns],
             outward=outward_changes(self._severity[existing], healthy, signals @ self._basis),
+            kinds=tuple(self._kinds[i] for i in existing.tolist()) if self._kinds else (),
         )

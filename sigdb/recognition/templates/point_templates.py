@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import BoolArray, FloatArray
-from sigdb.database import QUANTITIES
+from sigdb.database import QUANTITIES, damage_kinds
 from sigdb.recognition.templates.compact_signals import CompactSignals
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.local_templates import LocalTemplates
@@ -44,6 +44,8 @@ class PointTemplates:
         (templates, 3) stiffness loss, phase shift (deg) and number of damaged teeth; nan for a pattern.
     nuisance
         (templates, modes) modes of the nuisances of each template; None without any.
+    kinds
+        (templates,) kind of damage of each, see :func:`sigdb.database.damage_kinds`; empty in older banks.
     """
 
     speed_rpm: float
@@ -57,6 +59,7 @@ class PointTemplates:
     share: FloatArray
     severity: FloatArray
     nuisance: CompactSignals | None = None
+    kinds: tuple[str, ...] = ()
 
     @classmethod
     def of(
@@ -101,6 +104,7 @@ class PointTemplates:
                 share=share,
                 severity=law.cases[list(QUANTITIES)].to_numpy(float),
                 nuisance=nuisance,
+                kinds=tuple(damage_kinds(law.cases)),
             )
             for (speed_rpm, torque), law, share, signals, nuisance in zip(
                 points, laws, shares, stored, nuisances, strict=True
@@ -145,7 +149,7 @@ class PointTemplates:
         """The templates at this point alone."""
         outward = outward_changes(self.severity, self.healthy, self.hypotheses.signal)
         laws = self.hypotheses.turned_at(self.index_error)
-        return LocalTemplates(laws=laws, share=self.share, severity=self.severity, outward=outward)
+        return LocalTemplates(laws=laws, share=self.share, severity=self.severity, outward=outward, kinds=self.kinds)
 
     @property
     def log_prior(self) -> FloatArray:

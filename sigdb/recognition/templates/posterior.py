@@ -34,21 +34,32 @@ class Posterior:
     @property
     def risk(self) -> FloatArray:
         """(rows,) probability that the most probable answer is wrong."""
-        top = self.location.argmax(axis=1)[:, None]
-        others = np.where(np.arange(self.location.shape[1]) == top, -np.inf, self.location)
-        # The sum of the others, since 1 - max would be rounded.
-        return np.exp(logsumexp(others, axis=1))
+        return risk_of(self.location)
 
     @property
     def entropy(self) -> FloatArray:
         """(rows,) entropy of the location, nats: the log loss that the rule expects."""
-        share = np.exp(self.location)
-        return -(share * np.where(share > 0, self.location, 0.0)).sum(axis=1)
+        return entropy_of(self.location)
 
     @property
     def log_odds(self) -> FloatArray:
         """(rows,) logarithm of P(damage) / P(none)."""
         return logsumexp(self.location[:, 1:], axis=1) - self.location[:, 0]
+
+    def log_classes(self, classes: IntArray) -> FloatArray:
+        """Return the logarithm of the probability of no damage and of each class of damage, (rows, 1 + classes).
+
+        Parameters
+        ----------
+        classes
+            (templates,) class of the damage of each template, from 1; 0 for damage that changes nothing.
+        """
+        damage = self.damage - logsumexp(self.damage, axis=1, keepdims=True)
+        some = logsumexp(self.location[:, 1:], axis=1)
+        with np.errstate(divide="ignore"):
+            parts = [logsumexp(damage[:, classes == k], axis=1) + some for k in range(int(classes.max()) + 1)]
+        parts[0] = np.logaddexp(parts[0], self.location[:, 0])
+        return np.column_stack(parts)
 
     @cached_property
     def severity(self) -> FloatArray:
@@ -77,6 +88,20 @@ class Posterior:
         return crps_sample(np.broadcast_to(level, self.severity.shape), true, self.severity)
 
 
+def risk_of(log_probabilities: FloatArray) -> FloatArray:
+    """Return the probability (rows,) that the most probable class is wrong, from logarithms (rows, classes)."""
+    top = log_probabilities.argmax(axis=1)[:, None]
+    others = np.where(np.arange(log_probabilities.shape[1]) == top, -np.inf, log_probabilities)
+    # The sum of the others, since 1 - max would be rounded.
+    return np.exp(logsumexp(others, axis=1))
+
+
+def entropy_of(log_probabilities: FloatArray) -> FloatArray:
+    """Return the entropy (rows,) of classes, nats, from the logarithms (rows, classes) of their probabilities."""
+    share = np.exp(log_probabilities)
+    return -(share * np.where(share > 0, log_probabilities, 0.0)).sum(axis=1)
+
+
 def posterior(log_likelihood: FloatArray, log_prior: FloatArray, healthy: BoolArray) -> Posterior:
     """The posterior of averages.
 
@@ -97,6 +122,9 @@ def posterior(log_likelihood: FloatArray, log_prior: FloatArray, healthy: BoolAr
     with np.errstate(divide="ignore", invalid="ignore"):
         scale = np.exp(np.where(np.isfinite(highest)[:, None], top - highest[:, None], -np.inf))
         damage = np.log((shares @ scale[:, :, None])[:, :, 0]) + highest[:, None]
+    lost = np.isneginf(damage) & ~healthy
+    if lost.any():  # less than the least float of the most likely: the likeliest tooth stands for all
+        damage[lost] = joint[lost].max(axis=1)
     return Posterior(location=log_softmax(np.column_stack([none, of_teeth]), axis=1), damage=damage)
 
 

@@ -75,6 +75,11 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     def _most_teeth(self) -> int:
         return max(self.bank.teeth)
 
+    @property
+    def _ratios(self) -> int:
+        """Number of the log-likelihood ratios: one for each tooth."""
+        return self._most_teeth
+
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[np.object_]:
         """Return the names of the scores."""
         teeth = [f"tooth_{t}" for t in range(1, self._most_teeth + 1)]
@@ -112,14 +117,14 @@ class TemplateScores(TransformerMixin, BaseEstimator):
             delayed(self._scores)(local, at, x, noise[at], coefficients)
             for local, at, x, coefficients in self._pieces(batch)
         )
-        scores = np.empty((len(batch), self._most_teeth + 1 + len(self._further)))
+        scores = np.empty((len(batch), self._ratios + 1 + len(self._further)))
         for at, some in parts:
             scores[at] = some
         return scores
 
     def reduced_chi2(self, batch: Batch) -> FloatArray:
         """Return the reduced chi-square of the most likely template, (rows,)."""
-        return batch.reduce(self)[:, self._most_teeth]
+        return batch.reduce(self)[:, self._ratios]
 
     def beyond(self, batch: Batch) -> FloatArray:
         """Return by how many standard deviations averages ask for more than the most severe templates, (rows,)."""
@@ -157,13 +162,17 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         greatest = likelihood.reshape(len(x), -1)[np.arange(len(x)), best]
         chi2 = local.laws.chi2_of(place[:, 0], greatest, noise=noise, index_error=self.bank.index_error)
         after = posterior(likelihood, local.log_prior, local.healthy)
-        ratio = np.full((len(x), self._most_teeth), -np.inf)
-        ratio[:, : local.teeth] = after.location[:, 1:] - after.location[:, :1]
-        columns = [ratio, chi2[:, None] / local.samples]
+        columns = [self._log_ratio(local, after), chi2[:, None] / local.samples]
         if self.severity:
             further = beyond(local.laws, local.outward, x, place, **law)
             columns += [self._severity(local, likelihood, after, law), further[:, None]]
         return at, np.hstack(columns)
+
+    def _log_ratio(self, local: LocalTemplates, after: Posterior) -> FloatArray:
+        """Return the logarithm of the odds of each tooth against none, (rows, most teeth)."""
+        ratio = np.full((len(after.location), self._most_teeth), -np.inf)
+        ratio[:, : local.teeth] = after.location[:, 1:] - after.location[:, :1]
+        return ratio
 
     def _severity(self, local: LocalTemplates, likelihood: FloatArray, after: Posterior, law: "Law") -> FloatArray:
         """Return mean, median and spread of each severity, (rows, 9)."""

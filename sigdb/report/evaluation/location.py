@@ -1,4 +1,4 @@
-"""Pictures of location and detection: confusion around the gear, detection, calibration."""
+"""Pictures of location, kind and detection: confusion of teeth and of kinds, detection, calibration."""
 
 from collections.abc import Callable, Iterator
 from typing import cast
@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 
+from sigdb.database import kind_classes
 from sigdb.recognition import Evaluation
 from sigdb.report.evaluation.style import BOUND_STYLE, Styles, by_estimator, drawing, lay_grid
 from sigdb.report.page import CaptionedFigure
@@ -53,6 +54,22 @@ def _write_shares(axes: Axes, share: np.ndarray) -> None:
             colour = "white" if value > 0.3 else INK
             text = "1" if value > 0.995 else f"{value:.2f}"[1:]
             axes.text(column, row, text, ha="center", va="center", fontsize=6, color=colour)
+
+
+def kinds_figure(evaluation: Evaluation, styles: Styles) -> Figure:
+    """Draw true against predicted kinds of damage, 'none' first, with the share of the rows of each true kind."""
+    table = evaluation.tables["kinds"]
+    kinds = kind_classes([*table["kind"], *table["predicted"]])
+    counts = table.pivot(index="kind", columns="predicted", values="rows").reindex(index=kinds, columns=kinds).fillna(0)
+    share = counts.to_numpy(float) / np.maximum(counts.sum(axis=1).to_numpy()[:, None], 1)
+    with drawing(width=4.8, height=1.6 + 0.4 * len(kinds)) as figure:
+        axes = figure.subplots()
+        axes.imshow(np.where(share > 0, np.sqrt(share), np.nan), cmap="Blues", vmin=0, vmax=1, aspect="auto")
+        axes.set_xticks(range(len(kinds)), kinds, rotation=30, ha="right")
+        axes.set_yticks(range(len(kinds)), kinds)
+        axes.set(xlabel="predicted kind", ylabel="true kind", title=evaluation.learner)
+        _write_shares(axes, share)
+    return figure
 
 
 def around_figure(evaluation: Evaluation, styles: Styles) -> Figure:
@@ -184,6 +201,12 @@ _FIGURES: tuple[tuple[str, str, str, Callable[[Evaluation, Styles], Figure]], ..
         "Damaged rows by the distance from the true to the predicted tooth, the true one at the top; the scale is "
         "logarithmic, its lowest ring less than one row.",
         around_figure,
+    ),
+    (
+        "kinds",
+        "Confusion of kinds",
+        "Each row of the picture is a true kind of damage, its cells the shares of the answers.",
+        kinds_figure,
     ),
     (
         "roc",

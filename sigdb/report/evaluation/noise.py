@@ -20,13 +20,14 @@ _AXES = {
 _METRICS = {
     "accuracy": ("share of correct answers", "Accuracy, healthy rows too,"),
     "p_exact": ("P(exact tooth)", "Exact tooth of damaged rows"),
+    "p_kind": ("P(correct kind)", "Kind of damaged rows"),
     "p_detected": ("share of damaged rows detected", "Damaged rows detected"),
     "false_alarm_rate": ("false-alarm rate", "False alarms"),
     "mae_stiffness_loss": ("MAE of the stiffness loss", "Error of the stiffness loss"),
     "mae_phase_shift_deg": ("MAE of the phase shift, deg", "Error of the phase shift"),
     "mae_damaged_teeth": ("MAE of the damaged teeth", "Error of the number of damaged teeth"),
 }
-_SHARES = ("accuracy", "p_exact", "p_detected")
+_SHARES = ("accuracy", "p_exact", "p_kind", "p_detected")
 
 
 def noise_figures(evaluation: Evaluation, styles: Styles) -> Iterator[CaptionedFigure]:

@@ -63,7 +63,7 @@ def test_averages_are_inputs_too(database):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"target": "place"}, "target = 'place' does not exist; choose one of location, detection, severity"),
+        ({"target": "place"}, "target = 'place' does not exist; choose one of location, detection, kind, severity"),
         ({"columns": ["snr_db"]}, "snr_db has the role truth, not input"),
         ({"columns": ["tooth"]}, "tooth has the role label, not input"),
         ({"columns": ["fm5"]}, "there is no column 'fm5'; did you mean"),

@@ -21,7 +21,7 @@ from sigdb.recognition.metrics.metric import estimates
 
 
 def error_of(p, rows):
-    return calibration_error(p, rows, Specimens(rows["specimen"]))
+    return calibration_error(p, rows["tooth"].to_numpy(), Specimens(rows["specimen"]))
 
 
 def drawn(rows, *, seed=0, sharper=1.0):
@@ -35,7 +35,9 @@ def drawn(rows, *, seed=0, sharper=1.0):
 
 def test_log_loss_and_brier_score():
     p, rows = drawn(500)
-    metrics = estimates(CALIBRATION_METRICS, calibration_values(p, rows), Specimens(rows["specimen"]))
+    metrics = estimates(
+        CALIBRATION_METRICS, calibration_values(p, rows["tooth"].to_numpy()), Specimens(rows["specimen"])
+    )
     assert metrics["log_loss"].value == pytest.approx(log_loss(rows["tooth"], p), rel=1e-12)
     expected = ((p - np.eye(3)[rows["tooth"]]) ** 2).sum(axis=1).mean()
     assert metrics["brier"].value == pytest.approx(expected, rel=1e-12)
@@ -49,7 +51,7 @@ def test_calibration_error_by_hand(monkeypatch):
     # Bin 0.6: one of two right, 0.64 said. Bin 0.9, 1 included: two of three right, 0.95 said.
     expected = (2 * abs(0.5 - 0.64) + 3 * abs(2 / 3 - 0.95)) / 5
     assert error_of(p, rows).value == pytest.approx(expected, rel=1e-12)
-    table = reliability(p, rows, Specimens(rows["specimen"]))
+    table = reliability(p, rows["tooth"].to_numpy(), Specimens(rows["specimen"]))
     np.testing.assert_allclose(table[["probability", "right", "rows"]], [[0.64, 0.5, 2], [0.95, 2 / 3, 3]], rtol=1e-12)
 
 
@@ -146,7 +148,7 @@ def test_many_values_are_taken_in_bands_of_like_size():
 def test_sets_by_hand():
     sets = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 1], [0, 0, 0]], bool)
     rows = pd.DataFrame({"tooth": [0, 2, 1, 0], "specimen": range(4)})
-    metrics = estimates(SET_METRICS, set_values(sets, rows), Specimens(rows["specimen"]))
+    metrics = estimates(SET_METRICS, set_values(sets, rows["tooth"].to_numpy()), Specimens(rows["specimen"]))
     values = {name: metric.value for name, metric in metrics.items()}
     assert values == pytest.approx(
         {"set_size": 5 / 4, "set_coverage": 2 / 4, "set_coverage_damaged": 1 / 2, "set_coverage_healthy": 1 / 2}

@@ -235,7 +235,7 @@ def test_the_loss_is_drawn_by_noise_band(compared):
 def test_the_text_has_them_compactly(compared):
     said = evaluation_text(compared)
     assert re.search(r"^-10 to -6 dB +500 +0\.410 +0\.400 +0\.310 \[0\.100, 0\.500\]$", said, re.MULTILINE)
-    assert re.search(r"^location, loss against the bound, dB +0\.25 +beyond +-6 to -2 dB +no$", said, re.MULTILINE)
+    assert re.search(r"^loss against the bound, dB +0\.25 +beyond +-6 to -2 dB +no$", said, re.MULTILINE)
     assert "Because a < b." in " ".join(said.split())
     assert max(map(len, said.splitlines())) <= 120
 

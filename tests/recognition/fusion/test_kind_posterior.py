@@ -8,9 +8,10 @@ from scipy.special import softmax
 
 import sigdb
 from sigdb.core.errors import InputError
+from sigdb.database import damage_kinds
 from sigdb.pipeline import load_recipe
 from sigdb.recognition import Hypotheses, fuse, gear_probabilities
-from sigdb.recognition.fusion.damage_kinds import damage_kinds, stored_sizes
+from sigdb.recognition.fusion.kind_posterior import stored_sizes
 from sigdb.sweep import run
 
 RECIPE = """

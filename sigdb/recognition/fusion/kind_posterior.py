@@ -1,4 +1,4 @@
-"""The kind of damage of templates, and the posterior of kinds and of sizes."""
+"""The posterior of kinds of damage, of sizes, and of the damaged gear."""
 
 from collections.abc import Iterable, Mapping
 
@@ -7,40 +7,12 @@ import pandas as pd
 from scipy.special import softmax
 
 from sigdb.core import FloatArray, InputError
-from sigdb.database import QUANTITIES
+from sigdb.database import NO_DAMAGE, QUANTITIES, kind_classes, places_of_kinds
 from sigdb.recognition.templates.posterior import Posterior
-from sigdb.transmission import ACTING, KINDS
-
-NONE, PATTERN = "none", "pattern"
-"""Kind of healthy gears, and of damaged teeth that differ."""
+from sigdb.transmission import KINDS
 
 _INTERVAL = 0.9
 """Probability of the intervals of sizes."""
-
-
-def damage_kinds(cases: pd.DataFrame) -> list[str]:
-    """Return the kind of damage of cases: the names of all kinds that a tooth has, or ``none`` or ``pattern``.
-
-    Parameters
-    ----------
-    cases
-        Cases of a database, with ``tooth``, ``pattern`` where there are any, and the sizes that it stores.
-
-    Examples
-    --------
-    >>> cases = pd.DataFrame({"tooth": [0, 3, 3], "stiffness_loss": [0.0, 0.2, 0.2], "crack_depth": [0.0, 0.0, 1e-3]})
-    >>> damage_kinds(cases)
-    ['none', 'loss', 'loss + crack']
-    """
-    acting = {
-        kind: np.all([cases[name].fillna(0).to_numpy(float) != 0 for name in ACTING[size] if name in cases], axis=0)
-        for size, kind in KINDS.items()
-        if size in cases
-    }
-    patterned = cases["pattern"].fillna("").to_numpy() != "" if "pattern" in cases else np.zeros(len(cases), bool)
-    names = [" + ".join(kind for kind, acts in acting.items() if acts[i]) or NONE for i in range(len(cases))]
-    tooth = cases["tooth"].to_numpy()
-    return [NONE if tooth[i] == 0 else PATTERN if patterned[i] else name for i, name in enumerate(names)]
 
 
 def stored_sizes(cases: pd.DataFrame) -> list[str]:
@@ -58,12 +30,9 @@ def kind_posterior(after: Posterior, kinds: Iterable[str]) -> pd.DataFrame:
     kinds
         (templates,) kind of each template.
     """
-    none = np.exp(after.location[:, 0])
-    names = np.array(list(kinds))
-    shares = {
-        name: after.severity[:, names == name].sum(axis=1) * (1 - none) for name in sorted({*names.tolist()} - {NONE})
-    }
-    return pd.DataFrame({NONE: none, **shares})
+    names = list(kinds)
+    classes = kind_classes(names)
+    return pd.DataFrame(np.exp(after.log_classes(places_of_kinds(names, classes))), columns=list(classes))
 
 
 def size_posterior(after: Posterior, sizes: pd.DataFrame) -> dict[str, FloatArray]:
@@ -118,4 +87,4 @@ def gear_probabilities(log_odds: Mapping[str, float]) -> dict[str, float]:
         if np.isnan(value):
             raise InputError(f"log_odds of gear {gear!r} is nan; leave out gears that cannot be judged")
     terms = np.array([0.0, *log_odds.values()]) - np.log([1.0, *[len(log_odds)] * len(log_odds)])
-    return dict(zip((NONE, *log_odds), softmax(terms).tolist(), strict=True))
+    return dict(zip((NO_DAMAGE, *log_odds), softmax(terms).tolist(), strict=True))
