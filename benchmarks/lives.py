@@ -1,17 +1,21 @@
 """Lives of simulated gears: the loss at the first alarm, and the coverage of the remaining life, also off the prior.
 
 A sweep makes gears whose loss of stiffness grows by a law, each look with noise of its own. The mean of twenty healthy
-looks of the same gear is taken off, so that its index errors cancel. The filter has the law of Paris with rates of 0.02
-to 0.4 at the limit and exponents of 2.5 to 3.5. The alarm of a single look is the mean likelihood ratio over teeth and
-levels, at a rate of 1e-3 counted on drawn healthy looks; that of the filter is its statistic above 1000 looks. A life
-is asked for after each alarm, at each look: the time until the loss is 0.4.
+looks of the same gear is taken off, so that its index errors cancel. The filter has each of three priors: a crack with
+rates of 0.02 to 0.4 at the limit and exponents of 2.5 to 3.5; wear with speeds of 0.002 to 0.05; and a crack or wear,
+with rates of 0.01 to 1 and exponents of 2 to 4, or speeds of 0.005 to 0.2. The alarm of a single look is the mean
+likelihood ratio over teeth and levels, at a rate of 1e-3 counted on drawn healthy looks; that of the filter is its
+statistic above 1000 looks. A life is asked for after each alarm, at each look: the time until the loss is 0.4. It is
+counted with the check against growth beyond the prior, and without.
 
-    python benchmarks/lives.py [--lives 6] [--json benchmarks/lives.json]
+    python benchmarks/lives.py [--lives 12] [--seed 0] [--json benchmarks/lives.json]
 """
 
 import argparse
 import json
 import tempfile
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +29,16 @@ from sigdb.core import FloatArray
 from sigdb.pipeline import load_recipe
 from sigdb.planning import PlanSettings
 from sigdb.planning.candidate_averages import CandidateAverages
-from sigdb.prognosis import SeverityFilter, paris_crack, remaining_life, severity_after
+from sigdb.prognosis import (
+    GrowthLaw,
+    SeverityFilter,
+    SeverityPosterior,
+    archard_wear,
+    joined_laws,
+    paris_crack,
+    remaining_life,
+    severity_after,
+)
 from sigdb.recognition import Hypotheses
 from sigdb.sweep import life_rows, run
 from sigdb.transmission import load_transmission
@@ -33,50 +46,84 @@ from sigdb.transmission import load_transmission
 RIG, GEAR, SENSOR, TOOTH = "nasa-spiral-bevel", "pinion", "pinion-vertical", 5
 AVERAGES, SNR_DB, START, LIMIT = 102, -10.0, 0.02, 0.4
 BASELINE, FALSE_ALARM_RATE = 20, 1e-3
-LEVEL = 0.9
-RATES, EXPONENTS = np.geomspace(0.02, 0.4, 12), [2.5, 3.0, 3.5]
+LEVEL, INITIATION = 0.9, 1e-5
 
 SCENARIOS = {
-    "in the prior": 'law = "paris", rate.min = 0.04, rate.max = 0.2, exponent.min = 2.5, exponent.max = 3.5',
+    "exponent of 2.5 to 3.5": 'law = "paris", rate.min = 0.04, rate.max = 0.2, exponent.min = 2.5, exponent.max = 3.5',
     "five times as fast": 'law = "paris", rate.min = 1.0, rate.max = 2.0, exponent.min = 2.5, exponent.max = 3.5',
     "a third as fast": 'law = "paris", rate.min = 0.006, rate.max = 0.01, exponent.min = 2.5, exponent.max = 3.5',
+    "exponent of 1": 'law = "paris", rate.min = 0.02, rate.max = 0.1, exponent.min = 1.0, exponent.max = 1.0',
+    "exponent of 4": 'law = "paris", rate.min = 0.1, rate.max = 0.5, exponent.min = 4.0, exponent.max = 4.0',
     "exponent of 5": 'law = "paris", rate.min = 0.2, rate.max = 1.0, exponent.min = 5.0, exponent.max = 5.0',
+    "exponent of 6": 'law = "paris", rate.min = 0.5, rate.max = 2.0, exponent.min = 6.0, exponent.max = 6.0',
     "constant speed": 'law = "archard", rate.min = 0.005, rate.max = 0.02',
 }
+INSIDE = {
+    "crack": ("exponent of 2.5 to 3.5",),
+    "wear": ("constant speed",),
+    "crack or wear": ("exponent of 2.5 to 3.5", "exponent of 4", "constant speed"),
+}
+"""Scenarios whose growth lies in a prior."""
 
 
 def main() -> None:
     """Print the tables, or write a JSON document with the same numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--lives", type=int, default=6, help="lives of each of two specimens; 6 by default")
+    parser.add_argument("--lives", type=int, default=12, help="lives of each of two specimens; 12 by default")
+    parser.add_argument("--seed", type=int, default=0, help="seed of lives and noise; 0 by default")
     parser.add_argument("--json", type=Path, help="file for the numbers")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        looks, differences, noise = simulated(Path(folder), options.lives)
+        looks, differences, noise = simulated(Path(folder), options.lives, options.seed)
     laws = CandidateAverages.of(load_transmission(RIG), GEAR, PlanSettings(largest=0.5))
     kept = np.flatnonzero((laws.sizes >= START) & (laws.sizes <= 0.5))
     levels, hypotheses = laws.sizes[kept], laws.by_sensor[SENSOR].only(np.concatenate([[0], 1 + kept]))
-    threshold, false_alarms = healthy_looks(hypotheses, levels, noise)
-    rows = []
+    laws_of_growth = priors(levels)
+    threshold, false_alarms = healthy_looks(hypotheses, laws_of_growth["crack"], noise)
+    rows, alarms = [], []
     for number, scenario in enumerate(SCENARIOS):
-        one = looks["grid"] == number
-        rows.append(outcome(scenario, looks[one], differences[one], hypotheses, levels, noise, threshold))
-    print_table("Lives", rows)
+        lives = looks[looks["grid"] == number]
+        ratios = [
+            log_ratios(hypotheses, differences[life.index.to_numpy()], noise)
+            for _, life in lives.groupby(["life", "specimen"])
+        ]
+        alarms.append(first_alarms(scenario, lives, ratios, laws_of_growth["crack"], threshold))
+        rows += [outcome(scenario, name, lives, ratios, law) for name, law in laws_of_growth.items()]
+    print_table("First alarms", alarms)
+    print_table("Lives", [{name: value for name, value in row.items() if name != "reasons"} for row in rows])
     print_table("Healthy looks", [false_alarms])
     if options.json is not None:
-        document = {"machine": environment("numpy", "scipy"), "lives": rows, "healthy looks": false_alarms}
+        document = {
+            "machine": environment("numpy", "scipy"),
+            "seed": options.seed,
+            "tables": {"first alarms": alarms, "lives": rows, "healthy looks": [false_alarms]},
+        }
         options.json.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
-def simulated(folder: Path, lives: int) -> tuple[pd.DataFrame, FloatArray, float]:
+def priors(levels: FloatArray) -> dict[str, GrowthLaw]:
+    """Priors of the growth."""
+    both = [
+        archard_wear(levels, rates=np.geomspace(0.005, 0.2, 7)),
+        paris_crack(levels, rates=np.geomspace(0.01, 1.0, 7), exponents=[2.0, 3.0, 4.0], reference=LIMIT),
+    ]
+    return {
+        "crack": paris_crack(levels, rates=np.geomspace(0.02, 0.4, 12), exponents=[2.5, 3.0, 3.5], reference=LIMIT),
+        "wear": archard_wear(levels, rates=np.geomspace(0.002, 0.05, 12)),
+        "crack or wear": joined_laws(both),
+    }
+
+
+def simulated(folder: Path, lives: int, seed: int) -> tuple[pd.DataFrame, FloatArray, float]:
     """Looks of all lives, the difference of each average from the healthy looks of its gear, and the noise."""
     grids = "\n".join(
         f"[[sweep.grid]]\ntooth = [{TOOTH}]\n"
-        f"life = {{ start = {START}, limit = {LIMIT}, lives = {lives}, looks = 150, seed = {seed}, {text} }}"
-        for seed, text in enumerate(SCENARIOS.values())
+        f"life = {{ start = {START}, limit = {LIMIT}, lives = {lives}, looks = 150, "
+        f"seed = {1000 * seed + number}, {text} }}"
+        for number, text in enumerate(SCENARIOS.values())
     )
     (folder / "recipe.toml").write_text(
-        f'[sweep]\nrig = "{RIG}"\nseed = 1\nspecimens = 2\nhealthy = {BASELINE}\n{grids}\n'
+        f'[sweep]\nrig = "{RIG}"\nseed = {seed}\nspecimens = 2\nhealthy = {BASELINE}\n{grids}\n'
         f"[measurement]\naverages = {AVERAGES}\nsnr_db = {SNR_DB}\n"
         f'[signature]\nsensors = ["{SENSOR}"]\nsamples_per_tooth = 32\n',
         encoding="utf-8",
@@ -100,7 +147,7 @@ def log_ratios(hypotheses: Hypotheses, difference: FloatArray, noise: float) -> 
     return (likelihood[:, 1:] - likelihood[:, :1]).transpose(0, 2, 1)
 
 
-def healthy_looks(hypotheses: Hypotheses, levels: FloatArray, noise: float) -> tuple[float, dict[str, Any]]:
+def healthy_looks(hypotheses: Hypotheses, law: GrowthLaw, noise: float) -> tuple[float, dict[str, Any]]:
     """Threshold of a single look at the rate, and the false alarms of the filter in sequences of 100 looks."""
     stream = np.random.default_rng(0)
     drawn = noise * stream.standard_normal((20_000, hypotheses.signal.shape[1]))
@@ -108,7 +155,7 @@ def healthy_looks(hypotheses: Hypotheses, levels: FloatArray, noise: float) -> t
     threshold = float(np.quantile(logsumexp(ratios, axis=(1, 2)), 1 - FALSE_ALARM_RATE))
     alarms = 0
     for sequence in ratios.reshape(-1, 100, *ratios.shape[1:]):
-        chain = the_filter(levels, hypotheses.teeth)
+        chain = SeverityFilter(law, teeth=hypotheses.teeth, initiation=INITIATION)
         alarms += any(chain.look(each, elapsed=1.0).change_statistic > 1 / FALSE_ALARM_RATE for each in sequence)
     sequences = len(ratios) // 100
     allowed = 100 * FALSE_ALARM_RATE
@@ -120,64 +167,69 @@ def healthy_looks(hypotheses: Hypotheses, levels: FloatArray, noise: float) -> t
     }
 
 
-def the_filter(levels: FloatArray, teeth: int) -> SeverityFilter:
-    """The filter with its prior."""
-    law = paris_crack(levels, rates=RATES, exponents=EXPONENTS, reference=LIMIT)
-    return SeverityFilter(law, teeth=teeth, initiation=1e-5)
-
-
-def outcome(
-    scenario: str,
-    looks: pd.DataFrame,
-    differences: FloatArray,
-    hypotheses: Hypotheses,
-    levels: FloatArray,
-    noise: float,
-    threshold: float,
+def first_alarms(
+    scenario: str, looks: pd.DataFrame, ratios: list[FloatArray], law: GrowthLaw, threshold: float
 ) -> dict[str, Any]:
-    """Losses at the first alarms, and the coverage of the remaining life."""
+    """Losses at the first alarms."""
     first: dict[str, list[float]] = {"single": [], "filter": []}
-    asked = given = covered = 0
-    reasons: dict[str, int] = {}
-    widths = []
-    for _, life in looks.groupby(["life", "specimen"]):
-        ratios = log_ratios(hypotheses, differences[life.index.to_numpy() - looks.index[0]], noise)
-        losses, times = life["severity"].to_numpy(), life["time"].to_numpy()
-        single = logsumexp(ratios, axis=(1, 2)) > threshold
+    for (_, life), each in zip(looks.groupby(["life", "specimen"]), ratios, strict=True):
+        losses = life["severity"].to_numpy()
+        single = logsumexp(each, axis=(1, 2)) > threshold
         first["single"].append(losses[single.argmax()] if single.any() else np.nan)
-        end = end_of(life)
-        chain, alarm = the_filter(levels, hypotheses.teeth), np.nan
-        for number, ratio in enumerate(ratios):
-            after = chain.look(ratio, elapsed=1.0 if number else 0.0)
-            if np.isnan(alarm) and after.change_statistic > 1 / FALSE_ALARM_RATE:
-                alarm = losses[number]
-            if not np.isnan(alarm):
-                asked += 1
-                remaining = remaining_life(after, limit=LIMIT, level=LEVEL)
-                if remaining.reason:
-                    reasons[remaining.reason] = reasons.get(remaining.reason, 0) + 1
-                else:
-                    given += 1
-                    covered += remaining.low <= end - times[number] <= remaining.high
-                    widths.append((remaining.high - remaining.low) / (end - times[number] + 1))
-        first["filter"].append(alarm)
+        alarms = np.array([after.change_statistic > 1 / FALSE_ALARM_RATE for after in posteriors(law, each)])
+        first["filter"].append(losses[alarms.argmax()] if alarms.any() else np.nan)
     return {
-        "scenario": scenario,
-        "lives": len(first["filter"]),
-        "loss at the first alarm, single look": float(np.nanmedian(first["single"])),
-        "loss at the first alarm, filter": float(np.nanmedian(first["filter"])),
+        "growth": scenario,
+        "lives": len(ratios),
+        "single look": float(np.nanmedian(first["single"])),
+        "filter": float(np.nanmedian(first["filter"])),
+    }
+
+
+def outcome(scenario: str, prior: str, looks: pd.DataFrame, ratios: list[FloatArray], law: GrowthLaw) -> dict[str, Any]:
+    """Lives after the first alarms, with the check against growth beyond the prior and without."""
+    asked, reasons, widths = 0, dict[str, int](), []
+    given, covered = dict.fromkeys(("checked", "unchecked"), 0), dict.fromkeys(("checked", "unchecked"), 0)
+    for (_, life), each in zip(looks.groupby(["life", "specimen"]), ratios, strict=True):
+        end, alarmed = end_of(life), False
+        for after, time in zip(posteriors(law, each), life["time"], strict=True):
+            alarmed = alarmed or after.change_statistic > 1 / FALSE_ALARM_RATE
+            if not alarmed:
+                continue
+            asked += 1
+            for name, posterior in (("checked", after), ("unchecked", replace(after, beyond=None))):
+                remaining = remaining_life(posterior, limit=LIMIT, level=LEVEL)
+                given[name] += not remaining.reason
+                covered[name] += remaining.low <= end - time <= remaining.high
+                if name == "checked" and remaining.reason:
+                    reasons[remaining.reason] = reasons.get(remaining.reason, 0) + 1
+                elif name == "checked":
+                    widths.append((remaining.high - remaining.low) / (end - time + 1))
+    return {
+        "growth": scenario,
+        "prior": prior,
+        "inside": scenario in INSIDE[prior],
         "looks": asked,
-        "life given": given / max(asked, 1),
-        "covered of these": covered / given if given else None,
+        "life given": given["checked"] / max(asked, 1),
+        "covered of these": covered["checked"] / given["checked"] if given["checked"] else None,
+        "given without the check": given["unchecked"] / max(asked, 1),
+        "covered without it": covered["unchecked"] / given["unchecked"] if given["unchecked"] else None,
         "median width over life": float(np.median(widths)) if widths else None,
         "reasons": reasons,
     }
 
 
+def posteriors(law: GrowthLaw, ratios: FloatArray) -> Iterator[SeverityPosterior]:
+    """Posteriors after each look, one unit of time apart."""
+    chain = SeverityFilter(law, teeth=ratios.shape[1], initiation=INITIATION)
+    for number, ratio in enumerate(ratios):
+        yield chain.look(ratio, elapsed=1.0 if number else 0.0)
+
+
 def end_of(life: pd.DataFrame) -> float:
     """Time at which the loss is at the limit."""
     rate, exponent = life["rate"].iloc[0], life["exponent"].iloc[0]
-    times = np.linspace(0, 5000, 500_001)
+    times = np.linspace(0, 20_000, 2_000_001)
     severity = severity_after(START, times, rate=rate, exponent=exponent, reference=LIMIT)
     return float(times[np.argmax(severity >= LIMIT)])
 

@@ -222,7 +222,7 @@ def gear_history(
         power=seen,
         growth=growth,
         growth_limit=most,
-        notes=(*notes, *more),
+        notes=(*notes, *more, *growth.notes),
     )
 
 

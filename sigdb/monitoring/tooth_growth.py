@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sigdb.core import BoolArray, FloatArray
+from sigdb.core import BoolArray, FloatArray, Note
 from sigdb.prognosis import (
     GrowthLaw,
     RemainingLife,
@@ -68,6 +68,28 @@ class ToothGrowth:
     high_db: float
     life: RemainingLife | None
     per: str
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """A note on the amplitude and the assumed prior behind the growth, where it stands out."""
+        if not self.stands_out:
+            return ()
+        fastest, slowest = _REFERENCE / _RATES[-1], _REFERENCE / _RATES[0]
+        text = (
+            "The growth is that of an amplitude: the difference of a tooth over that of the other teeth. How it goes "
+            "with the size of the damage is unknown. The prior of its growth is assumed: that of wear, or of a crack "
+            f"with exponents of {_EXPONENTS[0]:g} to {_EXPONENTS[-1]:g}, with {_REFERENCE:g} times the amplitude in "
+            f"{fastest:g} to {slowest:g} {self.per}s. A life is as doubtful as they are."
+        )
+        values: dict[str, float | int | str] = {
+            "rate_min": float(_RATES[0]),
+            "rate_max": float(_RATES[-1]),
+            "reference": _REFERENCE,
+            "exponent_min": _EXPONENTS[0],
+            "exponent_max": _EXPONENTS[-1],
+            "per": self.per,
+        }
+        return (Note(code="growth-of-amplitude", text=text, values=values),)
 
 
 def tooth_growth(

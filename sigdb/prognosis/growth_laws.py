@@ -6,7 +6,7 @@ of the levels, so that the mean growth is that of the law, and the scatter is th
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,8 +14,11 @@ from scipy.linalg import expm
 
 from sigdb.core import BoolArray, FloatArray, InputError, plain_array
 
-_FACTORS, _POWERS = np.geomspace(0.02, 50.0, 7), (-1.5, 0.0, 1.5)
-"""Speeds over the mean one of a law, and powers of the severity by which they differ, of growth beyond its prior."""
+_FURTHER, _STEEPER = 10.0, 1.5
+"""Growth beyond a prior: how many times less or greater than its ends speeds are, and how far beyond powers are."""
+
+_SPEEDS, _POWERS = 9, 5
+"""Numbers of speeds and powers of growth beyond a prior."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,20 +49,26 @@ class GrowthLaw:
         """Return the probabilities (P, L, L) of the level after a time, by the level before it; the last one stays."""
         return _transition(self, float(f"{elapsed:.4g}"))
 
+    @cached_property
     def wider(self) -> "GrowthLaw":
-        """Return the law of speeds up to fifty times greater or less, which also rise or fall more with the severity.
+        """Growth beyond the prior: speeds in powers of the severity, ten times below to ten times above its ends.
 
-        Looks that it explains much better than the law itself contradict the law or its prior.
+        The powers go from 1.5 below the least one of the prior to 1.5 above the greatest. Each set is equally likely.
         """
-        factor, power = (grid.ravel() for grid in np.meshgrid(_FACTORS, _POWERS, indexing="ij"))
-        middle = np.exp(self.weights @ np.log(self.step_rates))
-        relative = self.levels[:-1] / np.sqrt(self.levels[0] * self.levels[-1])
+        distance = np.diff(self.levels)
+        logarithm = np.log(self.levels[:-1]) - np.log(self.levels[:-1]).mean()
+        speeds = np.log(self.step_rates * distance)
+        power = speeds @ logarithm / max(float(logarithm @ logarithm), np.finfo(float).tiny)
+        middle = np.exp(speeds.mean(axis=1))
+        factors = np.geomspace(middle.min() / _FURTHER, middle.max() * _FURTHER, _SPEEDS)
+        powers = np.linspace(power.min() - _STEEPER, power.max() + _STEEPER, _POWERS)
+        speed, m = (grid.ravel()[:, None] for grid in np.meshgrid(factors, powers, indexing="ij"))
         return GrowthLaw(
             name=f"growth beyond the prior of {self.name}",
             levels=self.levels,
-            step_rates=factor[:, None] * middle * relative ** power[:, None],
-            weights=np.full(len(factor), 1 / len(factor)),
-            speed=factor,
+            step_rates=speed * np.exp(m * logarithm) / distance,
+            weights=np.full(len(speed), 1 / len(speed)),
+            speed=speed[:, 0],
         )
 
     @property

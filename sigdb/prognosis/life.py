@@ -46,6 +46,10 @@ def remaining_life(posterior: SeverityPosterior, *, limit: float, level: float =
     of 5. None is given where the speed lies at an end of its prior, which would decide then. Nor is one given before
     the damage has grown by as great a ratio as the limit is away: a law seen over so little does not say the rest.
 
+    The looks may also be too few to contradict a wrong law, and then the prior decides. So growth beyond it, with its
+    posterior, gives a life too. None is given where that ends before the interval with a probability above ``1 -
+    level``, twice that of the law itself.
+
     Parameters
     ----------
     posterior
@@ -70,31 +74,34 @@ def remaining_life(posterior: SeverityPosterior, *, limit: float, level: float =
             f"limit = {limit:g} is beyond the levels of {law.name}, which go from {law.levels[0]:.4g} to "
             f"{law.levels[-1]:.4g}"
         )
-    if reason := _reason(posterior, limit):
+    times, reached = _reached(posterior, limit)
+    low, median, high = (_first(times, reached, p) for p in ((1 - level) / 2, 0.5, (1 + level) / 2))
+    if reason := _reason(posterior, limit, low=low, level=level):
         return RemainingLife(low=np.nan, median=np.nan, high=np.nan, level=level, reason=reason)
-    times, reached = _reached(posterior, int(np.searchsorted(law.levels, limit)))
-    ends = ((1 - level) / 2, 0.5, (1 + level) / 2)
-    low, median, high = (_first(times, reached, p) for p in ends)
     return RemainingLife(low=low, median=median, high=high, level=level)
 
 
-def _reason(posterior: SeverityPosterior, limit: float) -> str:
+def _reason(posterior: SeverityPosterior, limit: float, *, low: float, level: float) -> str:
     """Return why no life is given."""
     if not posterior.is_sure:
         return "damage is not sure enough"
-    if posterior.log_evidence_beyond - posterior.log_evidence > _AGAINST:
-        return f"the looks contradict the growth law or its prior, {posterior.law.name}"
-    if posterior.parameters[posterior.law.at_the_ends].sum() > _MOST_AT_ENDS:
-        return f"the speed of growth lies at an end of the prior of {posterior.law.name}"
+    law, beyond = posterior.law, posterior.beyond
+    if beyond is not None and beyond.log_evidence - posterior.log_evidence > _AGAINST:
+        return f"the looks contradict the growth law or its prior, {law.name}"
+    if posterior.parameters[law.at_the_ends].sum() > _MOST_AT_ENDS:
+        return f"the speed of growth lies at an end of the prior of {law.name}"
     severity = posterior.quantile(0.5)
     if severity / posterior.first_severity < limit / severity:
         return "the damage was not yet seen to grow as far as the limit is away"
+    if beyond is not None and low > 0 and np.interp(low, *_reached(beyond, limit)) > 1 - level:
+        return f"growth beyond the prior of {law.name} explains the looks as well, and ends before"
     return ""
 
 
-def _reached(posterior: SeverityPosterior, limit: int) -> tuple[FloatArray, FloatArray]:
-    """Return times, and the probability that the level with this number is reached by then, given damage."""
+def _reached(posterior: SeverityPosterior, severity: float) -> tuple[FloatArray, FloatArray]:
+    """Return times, and the probability that a severity is reached by then, given damage."""
     law = posterior.law
+    limit = int(np.searchsorted(law.levels, severity))
     now = posterior.damaged.sum(axis=1)
     now /= now.sum()
     step = _SHORTEST * float(np.max((1 / law.step_rates[:, :limit]).sum(axis=1)))

@@ -33,10 +33,10 @@ class SeverityPosterior:
         Probability that damage begins before a look.
     log_evidence
         Logarithm of the density of all looks under the law, over that without damage.
-    log_evidence_beyond
-        The same with speeds beyond the prior of the law; see :meth:`GrowthLaw.wider`.
     first_severity
         Median of the severity when damage was first sure, with a probability of 0.9; nan before.
+    beyond
+        The posterior of the same looks under growth beyond the prior of the law, :attr:`GrowthLaw.wider`.
     """
 
     law: GrowthLaw
@@ -45,8 +45,8 @@ class SeverityPosterior:
     looks: int
     initiation: float
     log_evidence: float
-    log_evidence_beyond: float
     first_severity: float = np.nan
+    beyond: "SeverityPosterior | None" = None
 
     @property
     def is_sure(self) -> bool:
@@ -110,12 +110,9 @@ class SeverityFilter:
     def __init__(self, law: GrowthLaw, *, teeth: int, initiation: float) -> None:
         if not 0 < initiation < 1:
             raise InputError(f"initiation = {initiation:g} must be between 0 and 1")
-        self._law, self._teeth, self._initiation = law, teeth, initiation
-        self._chain = _Chain(law.weights, teeth, len(law.levels))
-        self._wider = law.wider()
-        self._beyond = _Chain(self._wider.weights, teeth, len(law.levels))
+        self._law, self._teeth = law, teeth
+        self._chain, self._beyond = _Chain(law, teeth, initiation), _Chain(law.wider, teeth, initiation)
         self._first: float | None = None
-        self._looks = 0
 
     def look(self, log_ratio: FloatArray, *, elapsed: float) -> SeverityPosterior:
         """Return the posterior after one more look.
@@ -137,19 +134,8 @@ class SeverityFilter:
             raise InputError(f"log_ratio has the shape {log_ratio.shape}; give one of {shape}: teeth and levels")
         if elapsed < 0:
             raise InputError(f"elapsed = {elapsed:g} must be 0 or more; give the looks in the order of time")
-        transition = self._law.transition(elapsed)
-        self._chain.step(transition, log_ratio, self._initiation)
-        self._beyond.step(self._wider.transition(elapsed), log_ratio, self._initiation)
-        self._looks += 1
-        after = SeverityPosterior(
-            law=self._law,
-            none=self._chain.none,
-            damaged=self._chain.damaged,
-            looks=self._looks,
-            initiation=self._initiation,
-            log_evidence=self._chain.log_evidence,
-            log_evidence_beyond=self._beyond.log_evidence,
-        )
+        after = self._chain.step(log_ratio, elapsed)
+        after = replace(after, beyond=self._beyond.step(log_ratio, elapsed))
         if not after.is_sure:
             self._first = None
         elif self._first is None:
@@ -158,21 +144,30 @@ class SeverityFilter:
 
 
 class _Chain:
-    """The state of a forward recursion."""
+    """A forward recursion under one law."""
 
-    def __init__(self, weights: FloatArray, teeth: int, levels: int) -> None:
-        self._weights = weights
-        self.none, self.damaged = 1.0, np.zeros((len(weights), teeth, levels))
-        self.log_evidence = 0.0
+    def __init__(self, law: GrowthLaw, teeth: int, initiation: float) -> None:
+        self._law, self._initiation = law, initiation
+        self._none, self._damaged = 1.0, np.zeros((len(law.weights), teeth, len(law.levels)))
+        self._log_evidence, self._looks = 0.0, 0
 
-    def step(self, transition: FloatArray, log_ratio: FloatArray, initiation: float) -> None:
-        """Predict by the transition (P, L, L), and update by the look (Z, L)."""
-        damaged = self.damaged @ transition
-        damaged += self.none * initiation * self._weights[:, None, None] / damaged[0].size
-        none = self.none * (1 - initiation)
+    def step(self, log_ratio: FloatArray, elapsed: float) -> SeverityPosterior:
+        """Predict by the time since the look before, and update by the look (Z, L)."""
+        damaged = self._damaged @ self._law.transition(elapsed)
+        damaged += self._none * self._initiation * self._law.weights[:, None, None] / damaged[0].size
+        none = self._none * (1 - self._initiation)
         greatest = max(float(log_ratio.max()), 0.0)
         damaged = damaged * np.exp(log_ratio - greatest)
         none *= float(np.exp(-greatest))
         total = none + float(damaged.sum())
-        self.none, self.damaged = none / total, damaged / total
-        self.log_evidence += greatest + float(np.log(total))
+        self._none, self._damaged = none / total, damaged / total
+        self._log_evidence += greatest + float(np.log(total))
+        self._looks += 1
+        return SeverityPosterior(
+            law=self._law,
+            none=self._none,
+            damaged=self._damaged,
+            looks=self._looks,
+            initiation=self._initiation,
+            log_evidence=self._log_evidence,
+        )

@@ -19,6 +19,7 @@ from .calibration.location_sets import LocationSets as LocationSets
 from .calibration.severity_intervals import SeverityIntervals as SeverityIntervals
 from .criteria import CriterionResult as CriterionResult
 from .decision import Costs as Costs
+from .decision import OutsideWarning as OutsideWarning
 from .estimators.baselines.nearest_template import NearestTemplateLocation as NearestTemplateLocation
 from .estimators.baselines.threshold import EnvelopeLocation as EnvelopeLocation
 from .estimators.baselines.threshold import Fm4Location as Fm4Location
@@ -55,7 +56,6 @@ from .metrics.signal_response import signal_response as signal_response
 from .metrics.significance import Excess as Excess
 from .metrics.significance import above_bound as above_bound
 from .model import Model as Model
-from .model import OutsideWarning as OutsideWarning
 from .rows.batch import TSA as TSA
 from .rows.batch import Batch as Batch
 from .rows.signature_transformer import SignatureTransformer as SignatureTransformer

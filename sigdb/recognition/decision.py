@@ -1,8 +1,10 @@
-"""Prevalence of damage and costs of errors, stated when a model answers, and the answer of least expected cost."""
+"""Decisions: by prevalence and costs of errors, stated when a model answers; and none for rows outside."""
 
+import warnings
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+import pandas as pd
 from scipy.special import expit, logit, softmax
 
 from sigdb.core import FloatArray, InputError, IntArray
@@ -10,6 +12,13 @@ from sigdb.recognition.answers import Answers
 from sigdb.recognition.estimators.contract import Estimator, Scorer
 from sigdb.recognition.estimators.detector import Detector
 from sigdb.recognition.rows.batch import Batch
+
+NO_TOOTH, NO_KIND = -1, "outside"
+"""Predictions of a model for a row that it was not trained for: of location or detection, and of kinds of damage."""
+
+
+class OutsideWarning(UserWarning):
+    """A model has no answer to some rows: they are outside the range of its training, or fit none of its templates."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,3 +135,19 @@ def with_prevalence(answers: Answers, trained: float | None, prevalence: float) 
     scores = answers.scores.copy()
     scores[:, 0] += logit(trained) - logit(prevalence)
     return replace(answers, predicted=scores.argmax(axis=1), scores=scores, probabilities=softmax(scores, axis=1))
+
+
+def warn_of_outside(verdict: pd.DataFrame) -> None:
+    """Warn of the rows of a verdict that are outside, at the call of the function that calls this one."""
+    outside = verdict["outside"]
+    if not outside.any():
+        return
+    reason = verdict["reason"][outside.to_numpy()]
+    rows = "the row is" if len(verdict) == 1 else f"{outside.sum()} of {len(verdict)} rows are"
+    which = "" if len(verdict) == 1 else f", such as row {reason.index[0]}"
+    warnings.warn(
+        f"{rows} outside the range of the model's training{which}: {reason.iloc[0]}; there is no answer to them, and "
+        "assess() gives the reason for each",
+        OutsideWarning,
+        stacklevel=3,
+    )

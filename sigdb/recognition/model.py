@@ -1,6 +1,5 @@
 """A trained model with its baselines: what it reads, and how it answers."""
 
-import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Unpack
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from sigdb.core import Answer, BoolArray, FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.database import QUANTITIES, Database
 from sigdb.recognition.answers import Answers, answer_table
-from sigdb.recognition.decision import Costs, check_decision, decided_answers
+from sigdb.recognition.decision import NO_KIND, NO_TOOTH, Costs, check_decision, decided_answers, warn_of_outside
 from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Reducer, Rows
 from sigdb.recognition.rows.plain_rows import PlainRow, plain_rows
@@ -20,10 +19,6 @@ from sigdb.recognition.rows.streams import read_averages, read_features, reduce_
 from sigdb.recognition.trained_range import TrainedRange
 
 _PROBE = 8
-
-
-class OutsideWarning(UserWarning):
-    """None of a model's templates fits a row: its answer to the row has no meaning."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +96,10 @@ class Model:
         costs: Costs | None = None,
         **row: Unpack[PlainRow],
     ) -> "IntArray | NDArray[np.str_] | pd.DataFrame":
-        """Return the predictions of the model for rows that are like those that it was trained on.
+        """Return the decisions of :meth:`assess`: the predictions for rows like those that the model was trained on.
+
+        A row outside the range of the training, or that fits no template, has none: -1, ``outside`` for kinds, nan for
+        severities. ``estimator.predict`` forces an answer to every row.
 
         Parameters
         ----------
@@ -124,14 +122,12 @@ class Model:
         Returns
         -------
         ndarray or DataFrame
-            Location: first damaged tooth, 0 for none, (rows,). Detection: 1 for damage, 0 for none, (rows,). Kind: the
-            kind of damage, ``none`` for none, (rows,). Severity: a frame, see :meth:`SeverityRegressor.predict`.
+            (rows,) first damaged tooth, or 1 for damage; 0 for none and -1 for a row outside. Kind: the kind of damage,
+            ``none`` for none, ``outside`` for a row outside. Severity: a frame, see :meth:`SeverityRegressor.predict`;
+            nan for a row outside.
 
         Raises
         ------
-        NotApplicableError
-            If a row is outside the range of the training: speed, torque, revolutions, noise, level or samples.
-            :meth:`assess` answers for all rows and marks these.
         InputError
             If a column or an argument is missing or is no array of numbers, or a value is masked. Also if the
             prevalence or the costs do not fit the model.
@@ -139,25 +135,20 @@ class Model:
         Warns
         -----
         OutsideWarning
-            If none of the templates fits a row. About 1 in 100 rows of the training fits none either.
+            If a row is outside. About 1 in 100 rows of the training fits no template either.
         """
-        batch = self._inside(X, row)
-        strange = self.estimator.fits_none(batch)
-        if strange is not None and strange.any():
-            warnings.warn(
-                f"{strange.sum()} of {len(batch)} rows fit no template of the model, so that their answers have no "
-                "meaning; assess() marks them",
-                OutsideWarning,
-                stacklevel=2,
-            )
-        if prevalence is None and costs is None:
-            return self.estimator.predict(batch)
-        return decided_answers(self.estimator, batch, prevalence, costs).named
+        verdict = self.assess(X, prevalence=prevalence, costs=costs, **row)
+        warn_of_outside(verdict)
+        if "decision" not in verdict:
+            return verdict.drop(columns=["kind", "answer", "outside", "reason"])
+        if self.target == "kind":
+            return np.where(verdict["outside"], NO_KIND, verdict["decision"]).astype(str)
+        return np.where(verdict["outside"], NO_TOOTH, verdict["decision"]).astype(int)
 
     def predict_proba(
         self, X: Rows | None = None, *, prevalence: float | None = None, **row: Unpack[PlainRow]
     ) -> FloatArray:
-        """Return the probabilities of the answers, for rows that are like those that the model was trained on.
+        """Return the probabilities of the answers; nan for a row that :meth:`predict` has no answer to.
 
         Parameters
         ----------
@@ -167,19 +158,30 @@ class Model:
         Returns
         -------
         ndarray
-            Location: of 'none' and of each tooth, (rows, teeth + 1). Kind: of each of
-            ``estimator.classes_``. Detection: of no damage and of damage, if both
+            Location: of 'none' and of each tooth, (rows, teeth + 1). Detection: of no damage and of damage, if both
             are as likely beforehand or by the prevalence, (rows, 2).
 
         Raises
         ------
         NotApplicableError
-            As in :meth:`predict`; for a model of severity, which has intervals instead.
+            For a model of severity, which has intervals instead.
+
+        Warns
+        -----
+        OutsideWarning
+            As in :meth:`predict`.
         """
-        batch = self._inside(X, row)
-        probabilities = decided_answers(self.estimator, batch, prevalence, None).probabilities
-        if probabilities is None:
-            raise NotApplicableError(f"a model of {self.target} has no probabilities; predict() gives intervals")
+        batch = self._batch(X, row)
+        reasons, usual, inside = self._usual(batch)
+        warn_of_outside(
+            pd.DataFrame({"outside": [bool(reason) for reason in reasons], "reason": reasons}, index=batch.index)
+        )
+        probabilities: FloatArray = np.full((len(batch), len(getattr(self.estimator, "classes_", ()))), np.nan)
+        if len(usual):
+            answers = decided_answers(self.estimator, usual, prevalence, None)
+            if answers.probabilities is None:
+                raise NotApplicableError(f"a model of {self.target} has no probabilities; predict() gives intervals")
+            probabilities[inside] = answers.probabilities
         return probabilities
 
     def assess(
@@ -218,18 +220,10 @@ class Model:
 
             Numbers of rows outside are nan, and their candidates are empty.
         """
-        batch = self._batch(X, row)
-        reasons = self._reasons(batch)
-        inside = np.flatnonzero([not reason for reason in reasons])
-        usual = batch.take(inside)
-        if len(usual):
-            unfit = self._unfit_reasons(usual)
-            for i, reason in zip(inside, unfit, strict=True):
-                reasons[i] = reason
-            fits = np.array([not reason for reason in unfit])
-            usual, inside = usual.take(fits), inside[fits]
         check_decision(self.estimator, prevalence, costs)
-        verdict = self._verdict(usual, prevalence, costs) if len(usual) else pd.DataFrame({"kind": [], "answer": []})
+        batch = self._batch(X, row)
+        reasons, usual, inside = self._usual(batch)
+        verdict = self._verdict(usual, prevalence, costs) if len(usual) else self._no_verdict()
         table = verdict.set_axis(batch.index[inside]).reindex(batch.index)
         outside = np.array([bool(reason) for reason in reasons])
         unjudged = answer_table([Answer.of("cannot be judged", reason=reason) for reason in reasons])
@@ -274,20 +268,19 @@ class Model:
             reasons = [reason or another for reason, another in zip(reasons, beyond, strict=True)]
         return reasons
 
-    def _inside(self, X: Rows | None, row: PlainRow) -> Batch:
-        """Return rows that are all inside the range of the training, with their averages reduced once."""
-        batch = self._batch(X, row)
+    def _usual(self, batch: Batch) -> tuple[list[str], Batch, IntArray]:
+        """Return why each row is outside, empty where it is not; the rows inside, reduced once; and their places."""
         reasons = self._reasons(batch)
-        outside = np.flatnonzero([bool(reason) for reason in reasons])
-        if outside.size:
-            first = outside[0]
-            rows = "the row is" if len(batch) == 1 else f"{outside.size} of {len(batch)} rows are"
-            which = "" if len(batch) == 1 else f", such as row {batch.index[first]}"
-            raise NotApplicableError(
-                f"{rows} outside the range that the model was trained in{which}: {reasons[first]}; assess() answers "
-                "for all rows and marks those outside"
-            )
-        return self._reduced(batch)
+        inside = np.flatnonzero([not reason for reason in reasons])
+        usual = batch.take(inside)
+        if len(usual):
+            usual = self._reduced(usual)
+            unfit = self._unfit_reasons(usual)
+            for i, reason in zip(inside, unfit, strict=True):
+                reasons[i] = reason
+            fits = np.array([not reason for reason in unfit])
+            usual, inside = usual.take(fits), inside[fits]
+        return reasons, usual, inside
 
     def _reduced(self, batch: Batch) -> Batch:
         reducer = self.estimator.reducer
@@ -311,7 +304,7 @@ class Model:
 
     def _verdict(self, batch: Batch, prevalence: float | None, costs: Costs | None) -> pd.DataFrame:
         """Return the answers to rows that are inside."""
-        answers = decided_answers(self.estimator, self._reduced(batch), prevalence, costs)
+        answers = decided_answers(self.estimator, batch, prevalence, costs)
         predicted, probabilities = answers.predicted, answers.probabilities
         if isinstance(predicted, pd.DataFrame):
             losses = predicted[QUANTITIES[0]]
@@ -324,6 +317,12 @@ class Model:
             return table.assign(**numbers)
         table = answer_table(answers.verdicts)
         return table.assign(**numbers, candidates=pd.Series(answers.candidates, dtype=object))
+
+    def _no_verdict(self) -> pd.DataFrame:
+        """Return the columns of a verdict without a row."""
+        sets = ("candidates",) if self.target in ("location", "kind") else ()
+        numbers = QUANTITIES if self.target == "severity" else ("probability", "decision", *sets)
+        return pd.DataFrame(columns=["kind", "answer", *numbers])
 
     def answers(self, database: Database, rows: pd.DataFrame) -> dict[str, Answers]:
         """Return the answers of each estimator, read and computed batch by batch.

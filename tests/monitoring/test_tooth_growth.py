@@ -76,13 +76,22 @@ def test_the_ratio_is_that_of_students_law():
 
 def test_a_life_is_given_where_the_growth_was_seen():
     # From 0.8 by 3 % a look: 30 dB, an amplitude of 31.6, is reached 125 looks after the beginning.
-    amplitude = 0.8 * 1.03 ** np.arange(100)
+    amplitude = 0.8 * 1.03 ** np.arange(110)
     growth = grown(tooth_maps(np.random.default_rng(3), amplitude), limit_db=30.0)
     assert not growth.life.reason
-    assert growth.life.low <= 25 <= growth.life.high
+    assert growth.life.low <= 15 <= growth.life.high
     assert growth.per == "look"
     assert growth.low_db <= 20 * np.log10(amplitude[-1]) + 1.5
     assert growth.high_db >= 20 * np.log10(amplitude[-1]) - 1.5
+
+
+def test_a_growth_that_stands_out_notes_its_assumed_prior():
+    maps = tooth_maps(np.random.default_rng(3), np.full(5, 3.0))
+    (note,) = grown(maps, alarm=200.0).notes
+    assert note.code == "growth-of-amplitude"
+    assert "assumed" in note.text
+    assert "in 1 to 1000 looks" in note.text  # rates of 10 to 0.01 a look, to an amplitude of 10
+    assert grown(maps).notes == ()
 
 
 def test_no_life_is_given_without_damage():

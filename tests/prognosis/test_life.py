@@ -1,11 +1,13 @@
 """The remaining life against the gamma law of equal steps, and where none is given."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import gamma
 
 from sigdb.core import InputError
-from sigdb.prognosis import SeverityFilter, archard_wear, remaining_life
+from sigdb.prognosis import SeverityFilter, archard_wear, remaining_life, severity_after
 
 LEVELS = np.arange(1.0, 13.0)
 
@@ -20,8 +22,14 @@ def seen(law, levels, *, elapsed=1.0, sure=60.0):
     return after
 
 
+def unchecked(after):
+    """The posterior without that of growth beyond the prior."""
+    return replace(after, beyond=None)
+
+
 def test_equal_steps_have_the_gamma_law():
-    life = remaining_life(seen(archard_wear(LEVELS, rates=[0.5]), [0, 1, 2, 3]), limit=9.0, level=0.8)
+    after = unchecked(seen(archard_wear(LEVELS, rates=[0.5]), [0, 1, 2, 3]))
+    life = remaining_life(after, limit=9.0, level=0.8)
     low, median, high = gamma(5, scale=2.0).ppf([0.1, 0.5, 0.9])
     assert life.low == pytest.approx(low, rel=0.02)
     assert life.median == pytest.approx(median, rel=0.02)
@@ -52,7 +60,17 @@ def test_no_life_is_given_before_the_damage_was_seen_to_grow():
     # From 1 to 2, where 9 is a ratio of 4.5 away; from 1 to 3 it is a ratio of 3.
     law = archard_wear(LEVELS, rates=[0.5])
     assert "not yet seen to grow" in remaining_life(seen(law, [0, 1]), limit=9.0).reason
-    assert not remaining_life(seen(law, [0, 1, 2]), limit=9.0).reason
+    assert not remaining_life(unchecked(seen(law, [0, 1, 2])), limit=9.0).reason
+
+
+def test_no_life_is_given_where_the_looks_leave_a_faster_end_open():
+    # A crack 1 / (1 - t / 1000) is 4 at 750 and 9 at 889; by constant speeds 9 comes after 1250 more.
+    law = archard_wear(np.geomspace(1.0, 12.0, 24), rates=np.geomspace(1e-4, 0.05, 12))
+    crack = severity_after(1.0, np.arange(0.0, 751.0, 50.0), rate=1e-3, exponent=4.0)
+    looks = np.abs(np.log(law.levels / crack[:, None])).argmin(axis=1)
+    after = seen(law, looks, elapsed=50.0, sure=20.0)
+    assert remaining_life(unchecked(after), limit=9.0).low > 139
+    assert "ends before" in remaining_life(after, limit=9.0).reason
 
 
 def test_no_life_is_given_at_an_end_of_the_prior():

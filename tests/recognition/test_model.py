@@ -89,10 +89,11 @@ OUTSIDE = {
 @pytest.mark.parametrize("kind", OUTSIDE)
 @pytest.mark.parametrize("target", ["location", "severity"])
 @pytest.mark.parametrize("learner", ["lda", "templates"])
-def test_rows_outside_the_training_are_refused_and_marked(request, kind, target, learner, inside):
+def test_rows_outside_the_training_have_no_answer_and_are_marked(request, kind, target, learner, inside):
     model, rows = with_learner(request.getfixturevalue(f"{target}_model"), learner), OUTSIDE[kind](inside[:4])
-    with pytest.raises(NotApplicableError, match=r"4 of 4 rows are outside the range that the model was trained in"):
-        model.predict(rows)
+    with pytest.warns(OutsideWarning, match=r"4 of 4 rows are outside the range of the model's training, such as row"):
+        predicted = model.predict(rows)
+    assert predicted.isna().all(axis=None) if target == "severity" else predicted.tolist() == [-1] * 4
     verdict = model.assess(rows)
     assert verdict["outside"].all()
     assert set(verdict["kind"]) == {"cannot be judged"}
@@ -101,6 +102,15 @@ def test_rows_outside_the_training_are_refused_and_marked(request, kind, target,
     if kind != "samples":  # averages of one tooth count have one length
         mixed = pd.concat([inside[:3], rows[3:]])
         assert model.assess(mixed)["outside"].tolist() == [False, False, False, True]
+        with pytest.warns(OutsideWarning, match=f"1 of 4 rows .* such as row {rows.index[3]}: "):
+            answered = np.asarray(model.predict(mixed), float)
+        np.testing.assert_array_equal(answered[:3], np.asarray(model.predict(inside[:3]), float))
+        assert np.all(answered[3] == -1) if target == "location" else np.isnan(answered[3]).all()
+        if target == "location":
+            with pytest.warns(OutsideWarning):
+                probabilities = model.predict_proba(mixed)
+            np.testing.assert_array_equal(probabilities[:3], model.predict_proba(inside[:3]))
+            assert np.isnan(probabilities[3]).all()
 
 
 def test_the_verdict_names_the_answer(location, inside):
@@ -130,8 +140,9 @@ def other_sensor(rows):
 
 def test_averages_that_fit_no_template_are_marked_and_warned_of(location_model, inside):
     model, strange = with_learner(location_model, "templates"), other_sensor(inside[:4])
-    with pytest.warns(OutsideWarning, match="4 of 4 rows fit no template of the model"):
-        model.predict(strange)
+    with pytest.warns(OutsideWarning, match="4 of 4 rows .* none of the templates fits the average"):
+        assert model.predict(strange).tolist() == [-1] * 4
+    assert (model.estimator.predict(strange) >= 0).all()
     for learner in ("templates", "lda"):
         verdict = with_learner(location_model, learner).assess(strange)
         assert set(verdict["reason"]) == {"none of the templates fits the average"}
