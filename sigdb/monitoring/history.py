@@ -20,7 +20,8 @@ from sigdb.monitoring.alarms import (
     growth_limit,
     trend,
 )
-from sigdb.monitoring.look_results import KeptResults, LookResult, Reference
+from sigdb.monitoring.kept_results import KeptResults
+from sigdb.monitoring.look_results import LookResults, Reference
 from sigdb.monitoring.look_table import UNSTATED, look_table
 from sigdb.monitoring.looks import Look
 from sigdb.monitoring.settings import MonitorSettings
@@ -32,8 +33,8 @@ _FIRST = 10
 _ALL_TEETH = 0.1
 """Energy of the rest of the turn, relative to the greatest of a tooth, that all teeth have together; assumed."""
 
-_SAME_LIMIT = 0.1
-"""Difference of limits, in healthy deviations, up to which the power that was kept holds."""
+_POWER_STEP = 0.1
+"""Step of the limit, in healthy deviations, to which it is rounded up for the power: it changes with each look."""
 
 _LEAST_LOOKS, _DAILY = 2, 365.0
 """Least dated looks from which their rate is taken, and the rate without."""
@@ -156,66 +157,58 @@ def gear_history(
     notes += rate_notes
     reference = Reference.of([look for look, good in zip(looks, healthy, strict=True) if good])
     allowed = settings.false_alarms_a_year
-    if int(healthy.sum()) < LEAST_HEALTHY:
-        few = f"{int(healthy.sum())} looks are healthy, fewer than {LEAST_HEALTHY}"
-        reason = f"{few}; record more of the undamaged gear"
+    enough = healthy.sum() >= LEAST_HEALTHY
+    used, results, errors = kept.of(looks if enough else [], reference.result)
+    for number, error in errors.items():
+        name = looks[number].name
+        notes.append(Note(code="look-left-out", text=f"{name} was left out: {error}", values={"look": name}))
+    some, good = [looks[number] for number in used], healthy[used]
+    count = int(good.sum()) if errors else int(healthy.sum())
+    if not enough or results is None or count < LEAST_HEALTHY:
         return GearHistory(
             place=place,
-            answer=Answer.of("cannot be judged", reason=reason),
+            answer=Answer.of("cannot be judged", reason=_few_healthy(count, errors)),
             looks=pd.DataFrame(),
             tooth_map=np.zeros((0, 0)),
             limit=np.nan,
             false_alarms_a_year=allowed,
             looks_a_year=rate,
-            healthy_looks=int(healthy.sum()),
+            healthy_looks=count,
             notes=tuple(notes),
         )
-    used, results = [], []
-    for number, look in enumerate(looks):
-        try:
-            result = kept.looks.get(look.key) or reference.result(look)
-        except InputError as error:
-            text = f"{look.name} was left out: {error}"
-            notes.append(Note(code="look-left-out", text=text, values={"look": look.name}))
-            continue
-        kept.looks[look.key] = result
-        used.append(number)
-        results.append(result)
-    some, good = [looks[number] for number in used], healthy[used]
-    limit = alarm_limit(false_alarms_a_year=allowed, looks_a_year=rate, healthy=int(good.sum()))
+    limit = alarm_limit(false_alarms_a_year=allowed, looks_a_year=rate, healthy=count)
     table = look_table(some, results, good, limit, reference=reference, settings=settings)
     days = None if any(look.day is None for look in some) else np.array([look.day for look in some], float)
-    tooth_map, doubted = np.array([each.tooth_map for each in results]), table["doubt"].to_numpy() != ""
+    doubted = table["doubt"].to_numpy() != ""
     most = growth_limit(false_alarms_a_year=allowed, looks_a_year=rate)
     from_what = [look.key for look in some], good.tolist(), doubted.tolist(), None if days is None else days.tolist()
     of = hashlib.sha256(json.dumps([*from_what, most, settings.severity_limit_db]).encode()).hexdigest()
-    if kept.growth is None or kept.growth_of != of:
-        kept.growth = tooth_growth(
-            tooth_map, good, days, doubted=doubted, alarm=most, limit_db=settings.severity_limit_db
-        )
-        kept.growth_of = of
-    growth = kept.growth
+    growth = kept.once(
+        "growth",
+        of,
+        lambda: tooth_growth(
+            results.tooth_map, good, days, doubted=doubted, alarm=most, limit_db=settings.severity_limit_db
+        ),
+    )
     table["growth_statistic"] = growth.statistic
     table["alarm"] |= (growth.statistic > most) & ~doubted & ~good
     signal = table["tooth_indicator"] if table["tooth_indicator"].iloc[-1] > limit else table["health_indicator"]
     step = change_point(signal.to_numpy())
     since = int(good.nonzero()[0][-1]) if step is None else step.look
     seen = _power(reference, results, good, limit, kept)
-    if kept.level is None or kept.level_of != some[-1].key or kept.absolute is None:
-        kept.level, kept.level_of = _level(reference, some[-1]), some[-1].key
-        kept.absolute = reference.healthy.absolute
-    level = kept.level
+    level = kept.once("level", some[-1].key, lambda: _level(reference, some[-1]))
+    absolute = kept.once("absolute", "", lambda: reference.healthy.absolute)
     grown = growth.tooth if growth.stands_out else None
-    answer, more = _answer(table, results[-1], limit, level, seen, grown=grown, absolute=kept.absolute)
+    answer, more = _answer(table, results.take([-1]), limit, level, seen, grown=grown, absolute=absolute)
     return GearHistory(
         place=place,
         answer=answer,
         looks=table,
-        tooth_map=tooth_map,
+        tooth_map=results.tooth_map,
         limit=limit,
         false_alarms_a_year=allowed,
         looks_a_year=rate,
-        healthy_looks=int(good.sum()),
+        healthy_looks=count,
         change=step,
         trend=trend(None if days is None else days[since:], signal.to_numpy()[since:]),
         level=level,
@@ -224,6 +217,12 @@ def gear_history(
         growth_limit=most,
         notes=(*notes, *more, *growth.notes),
     )
+
+
+def _few_healthy(count: int, errors: Mapping[int, InputError]) -> str:
+    """Return why a history with so few healthy looks that can be compared has no answer."""
+    left = f" that can be compared, {len(errors)} are left out" if errors else ""
+    return f"{count} looks are healthy{left}, fewer than {LEAST_HEALTHY}; record more of the undamaged gear"
 
 
 def healthy_looks(looks: Sequence[Look], settings: MonitorSettings) -> tuple[np.ndarray, list[Note]]:
@@ -248,15 +247,12 @@ def _looks_a_year(looks: Sequence[Look], settings: MonitorSettings) -> tuple[flo
     return _DAILY, [Note(code="looks-assumed", text=text)]
 
 
-def _power(
-    reference: Reference, results: Sequence[LookResult], healthy: np.ndarray, limit: float, kept: KeptResults
-) -> Power:
-    """Return the pulse that would have been seen in a healthy look; that which was kept for nearly the same limit."""
-    if kept.power is None or abs(kept.power_limit - limit) > _SAME_LIMIT:
-        pulses = np.array([each.pulse for each in results])[healthy]
-        kept.power = reference.power(float(pulses.mean() + limit * max(pulses.std(ddof=1), 0.05)))
-        kept.power_limit = limit
-    return kept.power
+def _power(reference: Reference, results: LookResults, healthy: np.ndarray, limit: float, kept: KeptResults) -> Power:
+    """Return the pulse that would have been seen in a healthy look, at the limit rounded up."""
+    steps = np.ceil(limit / _POWER_STEP)
+    pulses = results.pulse[healthy]
+    least = float(pulses.mean() + steps * _POWER_STEP * max(pulses.std(ddof=1), 0.05))
+    return kept.once("power", f"{steps:.0f}", lambda: reference.power(least))
 
 
 def _level(reference: Reference, look: Look) -> LevelChange:
@@ -276,7 +272,7 @@ def _level(reference: Reference, look: Look) -> LevelChange:
 
 def _answer(
     table: pd.DataFrame,
-    result: LookResult,
+    result: LookResults,
     limit: float,
     level: LevelChange,
     seen: Power,
@@ -290,7 +286,7 @@ def _answer(
     exceeds = max(newest["health_indicator"], newest["tooth_indicator"]) > limit or grown is not None
     if exceeds and newest["doubt"] == UNSTATED:
         reason = (
-            f"load or sensor may have changed: all mesh harmonics have by {abs(result.common_db):.1f} dB or more, "
+            f"load or sensor may have changed: all mesh harmonics have by {abs(result.common_db[0]):.1f} dB or more, "
             "which may explain the difference; state the loads, or label recordings since then as healthy"
         )
         return Answer.of("cannot be judged", reason=reason), notes
@@ -300,7 +296,7 @@ def _answer(
             f"recordings at this {newest['doubt']} as healthy"
         )
         return Answer.of("cannot be judged", reason=reason), notes
-    share = float(np.exp(result.rest) / result.tooth_map.max())
+    share = float(np.exp(result.rest[0]) / result.tooth_map.max())
     if newest["rest_indicator"] > limit and share > _ALL_TEETH:
         text = (
             f"The errors of the teeth have a correlation of {newest['likeness']:.2f} with those of the healthy looks, "

@@ -1,18 +1,17 @@
 """Results of a look: its difference from the reference of healthy looks, in numbers that are kept."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from sigdb.core import FloatArray, InputError
+from sigdb.core import FloatArray, InputError, IntArray
 from sigdb.diagnosis import (
     USUAL_LAG,
     AverageSpectrum,
     Change,
     HealthySet,
-    LevelChange,
     Power,
     change_from,
     common_change_db,
@@ -22,7 +21,6 @@ from sigdb.diagnosis import (
     without_pulse,
 )
 from sigdb.monitoring.looks import Look
-from sigdb.monitoring.tooth_growth import ToothGrowth
 from sigdb.recording import RecordedSignature
 from sigdb.signature import na4_star, nb4_star, residual_signal
 
@@ -35,8 +33,8 @@ _APART = 3.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LookResult:
-    """Numbers of a look.
+class LookResults:
+    """Numbers of looks, (L,) each.
 
     Attributes
     ----------
@@ -60,49 +58,33 @@ class LookResult:
     na4_star, nb4_star
         NA4* of the residual, and NB4* of the envelope about the strongest mesh harmonic, against the healthy looks.
     tooth_map
-        (Z,) mean energy of the difference in each tooth pass, relative to that of noise.
+        (L, Z) mean energy of the difference in each tooth pass, relative to that of noise.
     """
 
-    misfit: float
-    rest: float
-    pulse: float
-    tooth: int
-    likeness: float
-    rms: float
-    record_rms: float
-    speed_rpm: float
-    common_db: float
-    na4_star: float
-    nb4_star: float
+    misfit: FloatArray
+    rest: FloatArray
+    pulse: FloatArray
+    tooth: IntArray
+    likeness: FloatArray
+    rms: FloatArray
+    record_rms: FloatArray
+    speed_rpm: FloatArray
+    common_db: FloatArray
+    na4_star: FloatArray
+    nb4_star: FloatArray
     tooth_map: FloatArray
 
+    def __len__(self) -> int:
+        return len(self.misfit)
 
-@dataclass(kw_only=True, eq=False)
-class KeptResults:
-    """Results that hold as long as the same looks are healthy.
+    def take(self, numbers: Sequence[int]) -> "LookResults":
+        """Return those of some looks."""
+        return LookResults(**{name: values[numbers] for name, values in vars(self).items()})
 
-    Attributes
-    ----------
-    looks
-        Results of looks by their keys.
-    power, power_limit
-        Pulse that would have been seen at a limit in healthy deviations.
-    level, level_of
-        Change of the levels of a look, and the key of that look.
-    absolute
-        Whether the healthy averages begin at a mark of the tacho; None where it is not known yet.
-    growth, growth_of
-        Growth of a tooth, and what it was computed from.
-    """
-
-    looks: dict[str, LookResult] = field(default_factory=dict)
-    power: Power | None = None
-    power_limit: float = np.inf
-    level: LevelChange | None = None
-    level_of: str = ""
-    absolute: bool | None = None
-    growth: ToothGrowth | None = None
-    growth_of: str = ""
+    @classmethod
+    def joined(cls, some: Sequence["LookResults"]) -> "LookResults":
+        """Return those of several sets of looks."""
+        return cls(**{name: np.concatenate([getattr(each, name) for each in some]) for name in vars(some[0])})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -161,8 +143,8 @@ class Reference:
             turn = turn_between(run, reference, absolute=healthy.absolute)
         return change_from(run, reference, turn=turn), run, reference
 
-    def result(self, look: Look) -> LookResult:
-        """Return the numbers of a look.
+    def result(self, look: Look) -> LookResults:
+        """Return the numbers of one look.
 
         Raises
         ------
@@ -177,20 +159,21 @@ class Reference:
         averages = np.array([*(each.tsa for each in self.signatures), signature.tsa])
         count, teeth = len(self.signatures), signature.teeth
         rms = float(signature.tsa.std())
-        return LookResult(
-            misfit=float(np.log(max(change.misfit, 1e-12))),
-            rest=float(np.log(max(_rest(change, statistic.place), 1e-12))),
-            pulse=float(np.log(max(statistic.greatest, 1e-12))),
-            tooth=int(np.floor(statistic.place - USUAL_LAG + 0.5)) % teeth + 1,
-            likeness=change.likeness,
-            rms=rms,
-            record_rms=rms / look.kept if look.kept > 0 else np.nan,
-            speed_rpm=float(signature.speed_rpm),
-            common_db=common_change_db(run, reference),
-            na4_star=float(na4_star(residual_signal(averages, teeth=teeth), baseline=count)[-1]),
-            nb4_star=float(nb4_star(averages, teeth=teeth, baseline=count)[-1]),
-            tooth_map=change.tooth_map * change.middle,
-        )
+        numbers = {
+            "misfit": np.log(max(change.misfit, 1e-12)),
+            "rest": np.log(max(_rest(change, statistic.place), 1e-12)),
+            "pulse": np.log(max(statistic.greatest, 1e-12)),
+            "tooth": int(np.floor(statistic.place - USUAL_LAG + 0.5)) % teeth + 1,
+            "likeness": change.likeness,
+            "rms": rms,
+            "record_rms": rms / look.kept if look.kept > 0 else np.nan,
+            "speed_rpm": signature.speed_rpm,
+            "common_db": common_change_db(run, reference),
+            "na4_star": na4_star(residual_signal(averages, teeth=teeth), baseline=count)[-1],
+            "nb4_star": nb4_star(averages, teeth=teeth, baseline=count)[-1],
+        }
+        tooth_map = np.asarray(change.tooth_map * change.middle)[None]
+        return LookResults(**{name: np.array([value]) for name, value in numbers.items()}, tooth_map=tooth_map)
 
     def power(self, limit: float) -> Power:
         """Return the pulses that the newest healthy look would have shown.

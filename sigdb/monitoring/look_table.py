@@ -8,7 +8,7 @@ import pandas as pd
 from sigdb.core import BoolArray, FloatArray
 from sigdb.diagnosis import OTHER_LOAD, OTHER_SPEED
 from sigdb.monitoring.alarms import standardised
-from sigdb.monitoring.look_results import LookResult, Reference
+from sigdb.monitoring.look_results import LookResults, Reference
 from sigdb.monitoring.looks import Look
 from sigdb.monitoring.settings import MonitorSettings
 
@@ -24,7 +24,7 @@ _LEVEL_DEVIATION = 0.2
 
 def look_table(
     looks: Sequence[Look],
-    results: Sequence[LookResult],
+    results: LookResults,
     healthy: BoolArray,
     limit: float,
     *,
@@ -44,24 +44,24 @@ def look_table(
     settings
         Zones.
     """
-    levels = 20 * np.log10(np.maximum([each.rms for each in results], np.finfo(float).tiny))
+    levels = 20 * np.log10(np.maximum(results.rms, np.finfo(float).tiny))
     logarithms = {"health_indicator": "misfit", "tooth_indicator": "pulse", "rest_indicator": "rest"}
     indicators = {
-        name: standardised(_values(results, of), healthy, least=_INDICATOR_DEVIATION) for name, of in logarithms.items()
+        name: standardised(getattr(results, of), healthy, least=_INDICATOR_DEVIATION) for name, of in logarithms.items()
     }
     table = pd.DataFrame(
         {
             "recording": [look.name for look in looks],
-            "day": [look.day for look in looks],
+            "day": np.array([np.nan if look.day is None else look.day for look in looks]),
             "healthy": healthy,
             **indicators,
-            "tooth": [each.tooth for each in results],
+            "tooth": results.tooth,
             "level": standardised(levels, healthy, least=_LEVEL_DEVIATION),
             "level_db": levels - levels[healthy].mean(),
-            **{name: _values(results, name) for name in ("likeness", "na4_star", "nb4_star", "rms", "record_rms")},
+            **{name: getattr(results, name) for name in ("likeness", "na4_star", "nb4_star", "rms", "record_rms")},
         }
     )
-    table["zone"] = "" if settings.zones is None else [_zone(each.record_rms, settings.zones) for each in results]
+    table["zone"] = "" if settings.zones is None else [_zone(rms, settings.zones) for rms in results.record_rms]
     table["doubt"] = _doubts(looks, results, healthy, limit, reference)
     exceeds = (table["health_indicator"] > limit) | (table["tooth_indicator"] > limit)
     table["alarm"] = exceeds & (table["doubt"] == "")
@@ -69,12 +69,12 @@ def look_table(
 
 
 def _doubts(
-    looks: Sequence[Look], results: Sequence[LookResult], healthy: BoolArray, limit: float, reference: Reference
+    looks: Sequence[Look], results: LookResults, healthy: BoolArray, limit: float, reference: Reference
 ) -> FloatArray:
     """Return what may explain a difference of each look, (L,) texts; empty where nothing but the gear may."""
     load = np.array([np.nan if (each := reference.load_of(look)) is None else each for look in looks])
-    speed, common = (_values(results, name) for name in ("speed_rpm", "common_db"))
-    together = np.abs(standardised(common, healthy, least=_LEVEL_DEVIATION)) > limit
+    speed = results.speed_rpm
+    together = np.abs(standardised(results.common_db, healthy, least=_LEVEL_DEVIATION)) > limit
     stated = np.isfinite(load) & np.isfinite(load[healthy]).all()
     return np.select(
         [
@@ -91,10 +91,6 @@ def _is_outside(values: FloatArray, healthy: FloatArray, share: float) -> BoolAr
     """Return whether values lie outside the range of the healthy ones by more than a share of its nearer end."""
     nearest = np.clip(values, healthy.min(), healthy.max())
     return np.asarray(np.abs(values - nearest) > share * np.abs(nearest))
-
-
-def _values(results: Sequence[LookResult], name: str) -> FloatArray:
-    return np.array([getattr(each, name) for each in results], float)
 
 
 def _zone(rms: float, ends: tuple[float, float, float]) -> str:

@@ -1,16 +1,20 @@
 """Looks at a gear: one recording each, with its date, its load and what is known of its health."""
 
+import hashlib
+import json
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
+from typing import cast
 
+import numpy as np
 import pandas as pd
 
-from sigdb.core import InputError
-from sigdb.database import Database
+from sigdb.core import InputError, IntArray
+from sigdb.database import Database, Receipt
 from sigdb.diagnosis import row_signature
-from sigdb.monitoring.row_facts import PLAN, row_facts
+from sigdb.monitoring.row_facts import row_facts
 from sigdb.recording import RecordedSignature
 
 _FACTS = (
@@ -35,7 +39,7 @@ _PLACE = ["machine", "gear", "teeth", "sensor", "channel"]
 """Columns that make a history."""
 
 _NUMBERS = ("day", "torque", "load")
-_OF_A_LOOK = ("recording", "sha256", PLAN, "health", "kept", *_NUMBERS)
+_OF_A_LOOK = ("recording", "sha256", "health", "kept", *_NUMBERS)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,8 +74,77 @@ class Look:
     read: Callable[[], RecordedSignature]
 
 
-def recorded_looks(database: Database, where: str | None = None) -> Iterator[tuple[dict[str, str], list[Look]]]:
-    """Yield the looks at each gear by each sensor of a database, the oldest first, with the names of the place.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordedGear:
+    """The recordings of a gear by a sensor in a database.
+
+    Attributes
+    ----------
+    database
+        The database.
+    place
+        Names of the machine, the gear and the sensor, as text.
+    rows, numbers
+        Facts of all rows in the order of their ids, and the numbers of its own among them.
+    parts
+        Receipts of the parts of the database by their numbers.
+    """
+
+    database: Database
+    place: dict[str, str]
+    rows: pd.DataFrame
+    numbers: IntArray
+    parts: dict[int, Receipt]
+
+    @cached_property
+    def content(self) -> str:
+        """SHA-256 of what its looks depend on: its rows, and the plans and files of their parts."""
+        ids = self.rows["id"].to_numpy()[self.numbers]
+        parts = [self.parts[part] for part in np.unique(ids // self.database.manifest.part_rows)]
+        files = [[receipt.plan, *(file.sha256 for file in receipt.files)] for receipt in parts]
+        text = json.dumps([self.database.manifest.hash, self.place, ids.tolist(), files], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def looks(self) -> list[Look]:
+        """Return a look for each recording, the oldest first; in the order of their ids where one has no date."""
+        looks = list(self._looks())
+        if all(look.day is not None for look in looks):
+            looks.sort(key=lambda look: (look.day or 0.0, look.name))
+        return looks
+
+    def _looks(self) -> Iterator[Look]:
+        # Lists of plain values: a Series for each of ten thousand recordings takes a second.
+        rows = self.rows.take(self.numbers)
+        rows = rows.assign(day=_days(rows["date"]))
+        ids, columns = rows["id"].tolist(), {name: rows[name].tolist() for name in _OF_A_LOOK}
+        numbers = {name: [None if math.isnan(value) else value for value in columns[name]] for name in _NUMBERS}
+        by_recording: dict[str, list[int]] = {}
+        for number, name in enumerate(columns["recording"]):
+            by_recording.setdefault(name, []).append(number)
+        for name, of_recording in by_recording.items():
+            first = of_recording[0]
+            plan = self.parts[ids[first] // self.database.manifest.part_rows].plan
+            yield Look(
+                name=name,
+                key=f"{name} {ids[first]} {len(of_recording)} {columns['sha256'][first]} {plan}",
+                day=numbers["day"][first],
+                torque=numbers["torque"][first],
+                load=numbers["load"][first],
+                health=columns["health"][first],
+                kept=columns["kept"][first],
+                read=partial(self._read, of_recording),
+            )
+
+    def _read(self, of_recording: list[int]) -> RecordedSignature:
+        """Return the signature of the rows of a recording."""
+        some = self.rows.iloc[self.numbers[of_recording]]
+        facts = some.iloc[0].to_dict()
+        samples = int(facts["teeth"]) * int(self.database.manifest.resolved["signature"]["samples_per_tooth"])
+        return row_signature(self.database, some["id"].tolist(), facts | {"samples": samples})
+
+
+def recorded_gears(database: Database, where: str | None = None) -> Iterator[RecordedGear]:
+    """Yield each gear of each machine of a database by each sensor, in the order of their names.
 
     Parameters
     ----------
@@ -94,44 +167,18 @@ def recorded_looks(database: Database, where: str | None = None) -> Iterator[tup
     rows = rows[rows["status_code"] == "ok"].astype({"teeth": int}).reset_index(drop=True)
     if rows.empty:
         raise InputError(f"{database.store} has no usable row{'' if where is None else f' where {where}'}")
-    rows["samples"] = rows["teeth"] * int(database.manifest.resolved["signature"]["samples_per_tooth"])
-    rows["day"] = _days(rows["date"])
-    for place, some in rows.groupby(_PLACE, sort=True):
-        looks = list(_looks(database, some.reset_index(drop=True)))
-        if all(look.day is not None for look in looks):
-            looks.sort(key=lambda look: (look.day or 0.0, look.name))
-        yield dict(zip(_PLACE, map(str, place), strict=True)), looks
+    parts = {receipt.part: receipt for receipt in database.receipts("rows")}
+    for place, numbers in sorted(rows.groupby(_PLACE).indices.items()):
+        yield RecordedGear(
+            database=database,
+            place=dict(zip(_PLACE, map(str, cast(tuple[object, ...], place)), strict=True)),
+            rows=rows,
+            numbers=np.asarray(numbers),
+            parts=parts,
+        )
 
 
 def _days(dates: pd.Series) -> pd.Series:
     """Return dates as days since 1970; nan where there is none."""
     times = pd.to_datetime(dates, errors="coerce", format="mixed", utc=True)
     return (times - pd.Timestamp("1970-01-01", tz="UTC")).dt.total_seconds() / 86400
-
-
-def _looks(database: Database, rows: pd.DataFrame) -> Iterator[Look]:
-    """Yield the looks of the rows of a history, one for each recording."""
-    # Lists of plain values: a Series for each of ten thousand recordings takes a second.
-    ids, columns = rows["id"].to_numpy(), {name: rows[name].tolist() for name in _OF_A_LOOK}
-    numbers = {name: [None if math.isnan(value) else value for value in columns[name]] for name in _NUMBERS}
-    by_recording: dict[str, list[int]] = {}
-    for number, name in enumerate(columns["recording"]):
-        by_recording.setdefault(name, []).append(number)
-    for name, of_recording in by_recording.items():
-        first = of_recording[0]
-        yield Look(
-            name=name,
-            key=f"{name} {ids[first]} {len(of_recording)} {columns['sha256'][first]} {columns[PLAN][first]}",
-            day=numbers["day"][first],
-            torque=numbers["torque"][first],
-            load=numbers["load"][first],
-            health=columns["health"][first],
-            kept=columns["kept"][first],
-            read=partial(_read, database, rows, of_recording),
-        )
-
-
-def _read(database: Database, rows: pd.DataFrame, of_recording: list[int]) -> RecordedSignature:
-    """Return the signature of the rows of a recording."""
-    some = rows.iloc[of_recording]
-    return row_signature(database, some["id"].tolist(), some.iloc[0].to_dict())

@@ -118,17 +118,19 @@ def tooth_growth(
     limit_db
         Difference over that of the other teeth, dB, at which a life ends.
     """
-    ratios = np.where(doubted[:, None, None], 0.0, log_ratios(tooth_map, healthy))
-    elapsed = np.ones(len(ratios)) if days is None else np.diff(days, prepend=days[0])
-    first = max(len(ratios) - _MOST_LOOKS, 0)
+    looks = len(tooth_map)
+    newest = range(max(looks - _MOST_LOOKS, 0), looks)
+    ratios = log_ratios(tooth_map[newest.start :], tooth_map[healthy])
+    elapsed = np.ones(looks) if days is None else np.diff(days, prepend=days[0])
     law, teeth = _law(), tooth_map.shape[1]
     chain = since_alarm = SeverityFilter(law, teeth=teeth, initiation=_INITIATION)
-    statistic = np.zeros(len(ratios))
-    for number in range(first, len(ratios)):
+    statistic = np.zeros(looks)
+    for number, ratio in zip(newest, ratios, strict=True):
         # Two digits of a time suffice, and looks in even steps then share one transition.
         time = float(f"{max(elapsed[number], 0.0):.2g}")
-        after = chain.look(ratios[number], elapsed=time)
-        of_alarm = after if since_alarm is chain else since_alarm.look(ratios[number], elapsed=time)
+        ratio = np.zeros_like(ratio) if doubted[number] else ratio
+        after = chain.look(ratio, elapsed=time)
+        of_alarm = after if since_alarm is chain else since_alarm.look(ratio, elapsed=time)
         statistic[number] = of_alarm.change_statistic
         if statistic[number] > alarm:
             since_alarm = SeverityFilter(law, teeth=teeth, initiation=_INITIATION)
@@ -149,21 +151,26 @@ def tooth_growth(
     )
 
 
-def log_ratios(tooth_map: FloatArray, healthy: BoolArray) -> FloatArray:
+def log_ratios(tooth_map: FloatArray, healthy_map: FloatArray) -> FloatArray:
     """Return the logarithm of the density of each look with damage (L, Z, levels), over that without.
 
     The logarithm of a tooth's energy, less the median of the other teeth, has Student's law about its healthy mean. Its
-    deviation is that of the healthy looks, for all teeth together. A severity a raises it by ``log(1 + a^2)``.
+    deviation is that of the healthy looks (B, Z), for all teeth together. A severity a raises it by ``log(1 + a^2)``.
     """
-    y = np.log(np.maximum(tooth_map, np.finfo(float).tiny))
-    looks, teeth = int(healthy.sum()), y.shape[1]
-    y = y - np.stack([np.median(np.delete(y, tooth, axis=1), axis=1) for tooth in range(teeth)], axis=1)
-    mean = y[healthy].mean(axis=0)
-    deviation = max(float(np.sqrt(y[healthy].var(axis=0, ddof=1).mean())), _LEAST_DEVIATION)
-    residual = ((y - mean) / (deviation * np.sqrt(1 + 1 / looks)))[:, :, None]
+    y, healthy = _over_others(tooth_map), _over_others(healthy_map)
+    looks = len(healthy)
+    deviation = max(float(np.sqrt(healthy.var(axis=0, ddof=1).mean())), _LEAST_DEVIATION)
+    residual = ((y - healthy.mean(axis=0)) / (deviation * np.sqrt(1 + 1 / looks)))[:, :, None]
     raised = residual - np.log1p(LEVELS**2) / (deviation * np.sqrt(1 + 1 / looks))
     freedom = looks - 1
     return np.asarray(0.5 * (freedom + 1) * (np.log1p(residual**2 / freedom) - np.log1p(raised**2 / freedom)))
+
+
+def _over_others(tooth_map: FloatArray) -> FloatArray:
+    """Return the logarithm of the energy of each tooth (L, Z), less the median of the other teeth."""
+    y = np.log(np.maximum(tooth_map, np.finfo(float).tiny))
+    others = [np.median(np.delete(y, tooth, axis=1), axis=1) for tooth in range(y.shape[1])]
+    return np.asarray(y - np.stack(others, axis=1))
 
 
 def _law() -> GrowthLaw:

@@ -8,7 +8,7 @@ import pytest
 
 from sigdb.core import InputError
 from sigdb.monitoring import MonitorSettings, gear_history
-from sigdb.monitoring.look_results import KeptResults
+from sigdb.monitoring.kept_results import KeptResults
 from sigdb.report import monitor_text
 
 CHANGES = {

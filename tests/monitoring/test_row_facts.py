@@ -60,9 +60,7 @@ def parts_read(monkeypatch):
 def check(folder, where=None):
     database = sigdb.open(folder / "db")
     facts = row_facts(database, COLUMNS, where)
-    pd.testing.assert_frame_equal(
-        facts[list(COLUMNS)].reset_index(drop=True), database.cases(where)[list(COLUMNS)], check_dtype=False
-    )
+    pd.testing.assert_frame_equal(facts.reset_index(drop=True), database.cases(where)[list(COLUMNS)], check_dtype=False)
     return facts
 
 
@@ -73,9 +71,8 @@ def test_only_new_parts_are_read(folder, parts_read):
     more.mkdir()
     write(more, "ccc.npz")
     ingest(more, folder / "db", settings=SETTINGS, jobs=1)
-    facts = check(folder)
+    check(folder)
     assert parts_read == [[0, 1], [], [2]]
-    assert facts["plan"].nunique() == 2  # each ingest has its plan
 
 
 def test_a_part_whose_labels_have_changed_is_read_again(folder, parts_read, tmp_path):
