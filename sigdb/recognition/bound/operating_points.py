@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from sigdb.core import FloatArray, NotApplicableError, blocks
 from sigdb.database import QUANTITIES, Database, damage_kinds
 from sigdb.measurement import noise_deviation
-from sigdb.recognition.bound.untied_hypotheses import UntiedHypotheses, hypotheses_at
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.posterior import Posterior, log_prior, posterior
@@ -120,7 +119,7 @@ class OperatingPoint:
     @cached_property
     def continuous_severity(self) -> ContinuousSeverity | None:
         """Posteriors over severities between the templates; None where these show too little of what lies there."""
-        if isinstance(self.hypotheses, UntiedHypotheses):
+        if self.hypotheses.untied:
             return None
         laws, severity = self.hypotheses, self.hypotheses.cases[list(QUANTITIES)].to_numpy(float)
         noise = float(self.rows["noise"].min())
@@ -210,8 +209,8 @@ def _point(
     database: Database, rows: pd.DataFrame, sensor: str | None, laws: Mapping[Place, Hypotheses]
 ) -> OperatingPoint:
     speed_rpm, torque, teeth = place = _place(rows)
-    hypotheses = laws.get(place) or hypotheses_at(
-        database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor
+    hypotheses = laws.get(place) or Hypotheses.of(
+        database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor, untied=True
     )
     template = pd.Index(hypotheses.cases["template"]).get_indexer(pd.Index(rows["template"]))
     deviation = noise_deviation(hypotheses.reference_variance[template], rows["snr_db"].to_numpy())

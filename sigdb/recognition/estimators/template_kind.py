@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigdb.core import FloatArray, NotApplicableError
+from sigdb.core import FloatArray, IntArray, NotApplicableError
 from sigdb.database import places_of_kinds
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.estimators.contract import Labels
@@ -97,6 +97,10 @@ class TemplateKind(TemplateLocation):
         super().fit(X, kind_labels(y, self.bank.kinds), groups)
         self.classes_ = np.array(self.bank.kinds)
         return self
+
+    def _classes(self, batch: Batch) -> IntArray:
+        """Return the number of kinds of damage, (rows,)."""
+        return np.full(len(batch), len(self.bank.kinds) - 1)
 
     def _ratio_and_reduced_chi2(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
         scores = batch.reduce(self.reducer)

@@ -10,7 +10,7 @@ from scipy.special import softmax
 from sklearn.base import ClassifierMixin
 from sklearn.utils.validation import check_is_fitted
 
-from sigdb.core import Answer, BoolArray, FloatArray
+from sigdb.core import Answer, BoolArray, FloatArray, IntArray
 from sigdb.recognition.answers import NO_TEMPLATE_FITS, Answers, answer_table
 from sigdb.recognition.calibration.conformal import BY_CELL, COVERAGE, COVERED, row_quantile
 from sigdb.recognition.calibration.location_sets import LocationSets, strangeness
@@ -35,7 +35,8 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
       bands of the noise relative to the bank's healthy signal;
     - a threshold of the reduced chi-square.
 
-    Turning the average by j teeth turns the answer by j teeth exactly. Gears of any tooth count of the bank have an
+    Turning the average by j teeth turns the answer by j teeth exactly, in a rig with one mesh; in a train the answer is
+    a tooth that the database has damage of. Gears of any tooth count of the bank have an
     answer; others are refused.
 
     Parameters
@@ -112,7 +113,7 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         batch = self._batch(X)
         ratio, reduced_chi2 = self._ratio_and_reduced_chi2(batch)
         tooth, severity = tooth_and_severity(y)
-        check_labels(np.isfinite(ratio).sum(axis=1), tooth)
+        check_labels(self._classes(batch), tooth)
         groups = specimens_of(groups, len(tooth))
         self.classes_ = np.arange(ratio.shape[1] + 1)
         self.slope_, self.none_ = calibrate(ratio, tooth)
@@ -122,6 +123,10 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         self._fit_sets(strange, tooth, severity, point=point, noise=noise, groups=groups)
         self.reduced_chi2_threshold_ = row_quantile(reduced_chi2, COVERED)
         return self
+
+    def _classes(self, batch: Batch) -> IntArray:
+        """Return the number of classes of damage of each row, (rows,): its tooth count."""
+        return batch.column("teeth").astype(int)
 
     def _ratio_and_reduced_chi2(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
         teeth = max(self.bank.teeth)

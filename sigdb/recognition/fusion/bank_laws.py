@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sigdb.core import FloatArray, NotApplicableError
-from sigdb.recognition.fusion.joint_law import NOT_FUSED, AverageLaw, DamageKey
+from sigdb.recognition.fusion.joint_law import NOT_FUSED, NOT_TURNED, AverageLaw, DamageKey
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.templates.point_templates import PointTemplates, TemplateKey, stored_signals, template_keys
 from sigdb.recognition.templates.speed_curve import Interpolation, SpeedCurve
@@ -31,10 +31,12 @@ class BankLaws:
         Raises
         ------
         NotApplicableError
-            If the bank has no such tooth count, or has nuisances.
+            If the bank has no such tooth count, has nuisances, or templates that are not turned.
         """
         if any(stored.nuisance is not None for stored in self._bank.points):
             raise NotApplicableError(NOT_FUSED)
+        if any(stored.tooth is not None for stored in self._bank.points):
+            raise NotApplicableError(NOT_TURNED)
         point = speed_rpm, torque, teeth
         if point not in self._laws_at:
             between = [each for each in self._bank.interpolations if each.teeth == teeth]

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError, blocks
 from sigdb.database import QUANTITIES
-from sigdb.recognition.bound.untied_hypotheses import UntiedHypotheses
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.turned_laws import TurnedProducts
 
@@ -40,6 +39,11 @@ def damage_keys(cases: pd.DataFrame, apart: Sequence[str] = ()) -> list[DamageKe
         for row in kept.itertuples(index=False, name=None)
     ]
 
+
+NOT_TURNED = (
+    "the rig has several meshes, so that templates are not to be turned; averages are fused for rigs with one mesh"
+)
+"""Why averages of a train are not fused."""
 
 NOT_FUSED = (
     "averages whose law has nuisances are not fused, since it is not known which of these they share; leave [nuisance] "
@@ -83,11 +87,8 @@ class AverageLaw:
         NotApplicableError
             If they do not say how index errors act, or have nuisances.
         """
-        if isinstance(law, UntiedHypotheses):
-            raise NotApplicableError(
-                "the rig has several meshes, so that templates are not to be turned; averages are fused for rigs with "
-                "one mesh"
-            )
+        if law.untied:
+            raise NotApplicableError(NOT_TURNED)
         if law.nuisance is not None:
             raise NotApplicableError(NOT_FUSED)
         if law.response is None:

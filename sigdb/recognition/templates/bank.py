@@ -81,7 +81,7 @@ class TemplateBank:
         Parameters
         ----------
         database
-            A database with rows, of a rig with one mesh.
+            A database with rows. The templates of a rig with several meshes are not turned: each is of its tooth.
         sensor
             A stored sensor; the first one if left out.
         index_error
@@ -95,9 +95,9 @@ class TemplateBank:
         Raises
         ------
         NotApplicableError
-            If there are no templates, as in a database of recordings, if the rig does not turn exactly, or if an
-            operating point has no healthy or no damaged template. Also if rows are of a single revolution, since there
-            is no scatter between revolutions to take the noise from.
+            If there are no templates, as in a database of recordings, or if an operating point has no healthy or no
+            damaged template. Also if rows are of a single revolution, since there is no scatter between revolutions to
+            take the noise from.
         InputError
             If the database has no such sensor.
         """
@@ -163,7 +163,8 @@ class TemplateBank:
     ) -> Self:
         """The bank of the laws of one tooth count at some operating points.
 
-        It keeps as many points as the interpolation between them takes, and all where it does not hold.
+        It keeps as many points as the interpolation between them takes, and all where it does not hold. Templates that
+        are not turned hold at their own points and severities alone.
 
         Parameters
         ----------
@@ -192,6 +193,8 @@ class TemplateBank:
             )
 
         kept = stored(range(len(points)))
+        if laws[0].untied:
+            return cls(sensor=sensor, index_error=index_error, points=tuple(kept))
         between: tuple[Interpolation, ...] = ()
         if (signals := stored_signals(kept)) is not None:
             estimated, places = interpolation(signals[0], teeth=laws[0].teeth, noise=noise)
@@ -359,7 +362,7 @@ def _distance(
 def _laws(
     database: Database, sensor: str, speed_rpm: float, torque: float, *, teeth: int, cases: pd.DataFrame | None
 ) -> Hypotheses:
-    laws = Hypotheses.of(database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor)
+    laws = Hypotheses.of(database, speed_rpm=speed_rpm, torque=torque, teeth=teeth, sensor=sensor, untied=True)
     if cases is not None:
         keys = list(cases.columns)
         kept = laws.cases[keys].merge(cases.assign(kept=True), how="left", on=keys)["kept"]

@@ -10,9 +10,9 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, FloatArray, IntArray, plain_array
-from sigdb.database import Database, Template, mate_teeth, stored_templates
+from sigdb.database import Database, Template, mate_teeth, rig_of, stored_templates
 from sigdb.measurement import independent_responses, index_error_covariance
-from sigdb.recognition.templates.turned_laws import TurnedLaws, joint_modes
+from sigdb.recognition.templates.turned_laws import TurnedLaws, UntiedLaws, joint_modes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,6 +54,9 @@ class Hypotheses:
         it is not known.
     nuisance
         (templates, n, q) W_k, the change of the average per standard deviation of each nuisance; None without any.
+    untied
+        Whether each template is of damage at the tooth of its case and of no other, as in a rig with several meshes,
+        where damage at another tooth is not a turn of it. The likelihood at other teeth is then -inf.
     """
 
     teeth: int
@@ -67,6 +70,7 @@ class Hypotheses:
     turn_invariant: bool = False
     response: FloatArray | None = None
     nuisance: FloatArray | None = None
+    untied: bool = False
 
     @classmethod
     def of(
@@ -97,7 +101,7 @@ class Hypotheses:
         where
             Only these templates: one SQL expression on their columns.
         untied
-            Whether those of a rig that does not turn exactly serve too; they are not to be turned.
+            Whether those of a rig that does not turn exactly serve too; they are not turned.
 
         Raises
         ------
@@ -109,7 +113,9 @@ class Hypotheses:
         )
         mates = [mate_teeth(database, template) for template in templates]
         runout = float(database.manifest.resolved["sweep"].get("runout", 0.0))
-        return cls.from_templates(templates, teeth=teeth, mate_teeth=mates, runout=runout)
+        laws = cls.from_templates(templates, teeth=teeth, mate_teeth=mates, runout=runout)
+        rig, gear = rig_of(database)
+        return replace(laws, untied=not rig.turns_exactly(gear))
 
     @classmethod
     def from_templates(
@@ -246,10 +252,11 @@ class Hypotheses:
     @cached_property
     def turned(self) -> TurnedLaws:
         """The same laws without nuisances, for likelihoods."""
+        turns = 1 if self.untied else self.teeth
         carriers = np.concatenate([self.signal[:, :, None], self.harmonic], axis=2).transpose(0, 2, 1)
-        first = np.ones((len(self.signal), 1, self.teeth if self.harmonic.shape[2] else 1))
-        return TurnedLaws(
-            teeth=self.teeth,
+        first = np.ones((len(self.signal), 1, turns if self.harmonic.shape[2] else 1))
+        laws = TurnedLaws(
+            teeth=turns,
             healthy=self.healthy,
             modes=self.modes,
             gains=self.gains,
@@ -257,6 +264,9 @@ class Hypotheses:
             phases=np.concatenate([first, self.phases[:, :, : first.shape[2]]], axis=1),
             turn_invariant=self.turn_invariant,
         )
+        if not self.untied:
+            return laws
+        return UntiedLaws(**vars(laws), tooth=self.cases["tooth"].to_numpy(int), of_teeth=self.teeth)
 
     @cached_property
     def _means(self) -> FloatArray:
@@ -281,7 +291,7 @@ class Hypotheses:
         template
             (rows,) places in ``cases``.
         tooth
-            (rows,) first damaged tooth; it does not matter where the template is of a healthy gear.
+            (rows,) first damaged tooth; it does not matter where the template is of a healthy gear, or untied.
         noise, index_error
             As in :meth:`log_likelihood`.
 
@@ -289,6 +299,7 @@ class Hypotheses:
         -------
         ndarray, (rows, n)
         """
+        tooth = np.ones(len(template), int) if self.untied else tooth
         noise, index_error = (
             np.broadcast_to(np.asarray(value, float), len(template)) for value in (noise, index_error)
         )

@@ -52,7 +52,7 @@ class LocalTemplates:
     @property
     def teeth(self) -> int:
         """Tooth count of the damaged gear."""
-        return self.laws.teeth
+        return self.laws.gear_teeth
 
     @property
     def samples(self) -> int:
@@ -68,7 +68,7 @@ class LocalTemplates:
     def log_prior(self) -> FloatArray:
         """(templates, teeth) logarithm of the prior: even odds of damage and none, all teeth equally likely."""
         with np.errstate(divide="ignore"):
-            each = np.log(self.share / (2 * self.teeth))
+            each = np.log(self.share / (2 * np.where(self.healthy, self.teeth, self.laws.teeth)))
         return np.repeat(each[:, None], self.teeth, axis=1)
 
     @cached_property

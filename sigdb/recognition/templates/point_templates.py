@@ -10,7 +10,7 @@ from typing import Any, Self, TypeAlias
 import numpy as np
 import pandas as pd
 
-from sigdb.core import BoolArray, FloatArray
+from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.database import QUANTITIES, damage_kinds
 from sigdb.recognition.templates.compact_signals import CompactSignals
 from sigdb.recognition.templates.hypotheses import Hypotheses
@@ -44,6 +44,8 @@ class PointTemplates:
         (templates, 3) stiffness loss, phase shift (deg) and number of damaged teeth; nan for a pattern.
     nuisance
         (templates, modes) modes of the nuisances of each template; None without any.
+    tooth
+        (templates,) first damaged tooth of templates that are not to be turned, as in a train; None where they are.
     kinds
         (templates,) kind of damage of each, see :func:`sigdb.database.damage_kinds`; empty in older banks.
     """
@@ -59,6 +61,7 @@ class PointTemplates:
     share: FloatArray
     severity: FloatArray
     nuisance: CompactSignals | None = None
+    tooth: IntArray | None = None
     kinds: tuple[str, ...] = ()
 
     @classmethod
@@ -104,6 +107,7 @@ class PointTemplates:
                 share=share,
                 severity=law.cases[list(QUANTITIES)].to_numpy(float),
                 nuisance=nuisance,
+                tooth=law.cases["tooth"].to_numpy(int) if law.untied else None,
                 kinds=tuple(damage_kinds(law.cases)),
             )
             for (speed_rpm, torque), law, share, signals, nuisance in zip(
@@ -113,7 +117,7 @@ class PointTemplates:
 
     def __getstate__(self) -> dict[str, Any]:
         state = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: value for name, value in state.items() if name != "nuisance" or value is not None}
+        return {name: value for name, value in state.items() if value is not None}
 
     @property
     def samples(self) -> int:
@@ -128,7 +132,7 @@ class PointTemplates:
         modes, spread, _ = np.linalg.svd(response.transpose(0, 2, 1), full_matrices=False)
         return Hypotheses(
             teeth=self.teeth,
-            cases=pd.DataFrame({"tooth": np.where(self.healthy, 0, 1)}),
+            cases=pd.DataFrame({"tooth": np.where(self.healthy, 0, 1) if self.tooth is None else self.tooth}),
             signal=signal[:, 0],
             modes=modes,
             gains=spread / self.index_error if self.index_error else spread,
@@ -137,6 +141,7 @@ class PointTemplates:
             reference_variance=self.reference_variance,
             turn_invariant=True,
             nuisance=self.nuisance_modes,
+            untied=self.tooth is not None,
         )
 
     @property
@@ -147,7 +152,10 @@ class PointTemplates:
     @cached_property
     def local(self) -> LocalTemplates:
         """The templates at this point alone."""
-        outward = outward_changes(self.severity, self.healthy, self.hypotheses.signal)
+        outward = np.zeros((len(self.healthy), 2, self.samples))
+        for tooth in np.unique(self.hypotheses.cases["tooth"])[1:]:
+            at = np.flatnonzero(self.healthy | (self.hypotheses.cases["tooth"] == tooth))
+            outward[at] = outward_changes(self.severity[at], self.healthy[at], self.hypotheses.signal[at])
         laws = self.hypotheses.turned_at(self.index_error)
         return LocalTemplates(laws=laws, share=self.share, severity=self.severity, outward=outward, kinds=self.kinds)
 

@@ -101,6 +101,11 @@ class TurnedLaws:
     with_nuisances: bool = False
 
     @property
+    def gear_teeth(self) -> int:
+        """Tooth count of the damaged gear, for each tooth of which there are likelihoods."""
+        return self.teeth
+
+    @property
     def samples(self) -> int:
         """Samples of an average, n."""
         return self.carriers.shape[-1]
@@ -272,6 +277,47 @@ class TurnedLaws:
     def _energy(self, weights: FloatArray) -> FloatArray:
         """Return the squared norms of s_kt, (teeth or 1, rows or 1, templates)."""
         return np.asarray((self._times(weights, self._gram) * weights).sum(axis=-1))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class UntiedLaws(TurnedLaws):
+    """Normal laws of an average in a train: each template is of damage at the tooth of its case, and is not turned.
+
+    As :class:`TurnedLaws` of a gear of one tooth, as far as turns go.
+
+    Attributes
+    ----------
+    tooth
+        (templates,) first damaged tooth of each, from the tacho mark; 0 for a healthy gear.
+    of_teeth
+        Tooth count of the damaged gear.
+    """
+
+    tooth: IntArray
+    of_teeth: int
+
+    @property
+    def gear_teeth(self) -> int:
+        """Tooth count of the damaged gear."""
+        return self.of_teeth
+
+    def log_likelihood(
+        self, x: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike, coefficients: FloatArray | None = None
+    ) -> FloatArray:
+        """Return the same (rows, templates, teeth): -inf at teeth that a template is not of."""
+        likelihood = super().log_likelihood(x, noise=noise, index_error=index_error, coefficients=coefficients)
+        return self._at_its_tooth(likelihood, -np.inf)
+
+    def squared_distance(self, x: FloatArray, coefficients: FloatArray | None = None) -> FloatArray:
+        """Return the same (rows, templates, teeth): infinite at teeth that a template is not of."""
+        return self._at_its_tooth(super().squared_distance(x, coefficients), np.inf)
+
+    def _at_its_tooth(self, single: FloatArray, elsewhere: float) -> FloatArray:
+        values = np.full((*single.shape[:2], self.of_teeth), elsewhere)
+        values[:, self.healthy] = single[:, self.healthy]
+        damaged = np.flatnonzero(~self.healthy)
+        values[:, damaged, self.tooth[damaged] - 1] = single[:, damaged, 0]
+        return values
 
 
 def joint_modes(responses: FloatArray, nuisances: FloatArray) -> tuple[FloatArray, FloatArray]:
