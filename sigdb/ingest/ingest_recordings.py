@@ -18,6 +18,7 @@ from sigdb.database import (
 )
 from sigdb.ingest.facts.recording_files import find_files, planned_recordings
 from sigdb.ingest.findings import apply_findings
+from sigdb.ingest.moves import find_moves, follow_moves
 from sigdb.ingest.plan import PART_ROWS, IngestPlan, PlannedRecording, stored_plans
 from sigdb.ingest.recorded_rows import named_rigs
 from sigdb.ingest.row_parts import make_recording_part
@@ -43,6 +44,8 @@ class IngestSummary:
         Size of all parts.
     left_out : tuple of str
         Names of files that table or pattern leave out.
+    moved : int
+        Number of ingested files that were recognised at another place by their SHA-256.
     """
 
     new_recordings: int
@@ -51,6 +54,7 @@ class IngestSummary:
     failed: int
     bytes: int
     left_out: tuple[str, ...]
+    moved: int = 0
 
 
 def ingest(
@@ -68,7 +72,7 @@ def ingest(
 
     Each average of a gear by a channel is a row with the columns of simulated rows and those of a measurement. A file
     that cannot be read, or whose reading is in doubt, is a row without result whose status says why. Recordings stay
-    where they are.
+    where they are. Those that have been moved since are recognised by their SHA-256.
 
     Parameters
     ----------
@@ -111,6 +115,8 @@ def ingest(
         store.clear_temporary()
         if _description(store) != before:
             plans = _begun(store)
+        moves = find_moves(store, plans, files)
+        plans = follow_moves(store, plans, moves)
         earlier = [recording for plan in plans for recording in plan.recordings]
         new = planned_recordings(files, earlier)
         if plans:
@@ -125,9 +131,8 @@ def ingest(
             _describe(plan, store)
             plans.append(plan)
         apply_findings(store)
-        return run_plans(
-            plans, store, Cluster(scheduler) if scheduler else Processes(jobs), on_progress, files.left_out
-        )
+        engine = Cluster(scheduler) if scheduler else Processes(jobs)
+        return replace(run_plans(plans, store, engine, on_progress, files.left_out), moved=len(moves))
 
 
 def run_plans(

@@ -2,8 +2,8 @@
 
 import hashlib
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal, Self
 
@@ -15,6 +15,9 @@ from sigdb.transmission import Transmission
 
 PART_ROWS = 65536
 """Ids of a part: part k holds ids from ``PART_ROWS k`` on, as many as its recordings give."""
+
+MOVES_FILE = "recordings/moves.json"
+"""File of a database with the paths of recordings that have moved, by those of their ingest."""
 
 _MOST_RECORDINGS, _PARTS_WANTED = 64, 64
 
@@ -55,6 +58,10 @@ class PlannedRecording:
         """Return the recording as a list of recordings holds it."""
         place = {"path": self.path, "name": self.name, "bytes": self.bytes}
         return place | {"facts": list(self.stated), "specimens": list(self.specimens)}
+
+    def at(self, moves: Mapping[str, str]) -> "PlannedRecording":
+        """Return the recording at its new path, where it has moved."""
+        return self if self.path not in moves else replace(self, path=moves[self.path])
 
     @classmethod
     def from_json(cls, content: dict[str, Any]) -> Self:
@@ -184,5 +191,22 @@ def stored_plan(record: PlanRecord, store: Store) -> IngestPlan:
 
 
 def stored_plans(records: Sequence[PlanRecord], store: Store) -> list[IngestPlan]:
-    """Return the plans of a database."""
-    return [stored_plan(record, store) for record in records]
+    """Return the plans of a database, with the paths that its recordings have now."""
+    plans, moves = [stored_plan(record, store) for record in records], read_moves(store)
+    if not moves:
+        return plans
+    return [replace(plan, recordings=tuple(each.at(moves) for each in plan.recordings)) for plan in plans]
+
+
+def read_moves(store: Store) -> dict[str, str]:
+    """Return the paths that recordings have now by those of their ingest; empty where none has moved.
+
+    Raises
+    ------
+    DatabaseError
+        If the file is damaged.
+    """
+    if store.size(MOVES_FILE) is None:
+        return {}
+    moves: dict[str, str] = unsealed(store.get(MOVES_FILE), name=store.name_of(MOVES_FILE))["moves"]
+    return moves

@@ -58,7 +58,7 @@ def recording_rows(plan: IngestPlan, recording: PlannedRecording) -> list[Row]:
     rows: list[Row] = []
     for facts, specimen in zip(recording.facts, recording.specimens, strict=True):
         common = _common(plan, recording, facts, specimen) | {"sha256": digest}
-        rows += [common | row for row in _rows_of(plan, recording, facts)]
+        rows += [common | _without_path(row, recording) for row in _rows_of(plan, recording, facts)]
     if len(rows) > plan.most_rows:
         count = f"{recording.name} gives {len(rows)} averages, more than {plan.most_rows}"
         why = f"{count}; average more revolutions, or split it"
@@ -292,6 +292,11 @@ def _whole(read: Recording | RecordingBlocks) -> Recording:
 
 def _failed(code: str, why: str) -> Row:
     return {"status": why, "status_code": str(code)}
+
+
+def _without_path(row: Row, recording: PlannedRecording) -> Row:
+    """Return a row whose status names the recording by its name: its place may change."""
+    return row | {"status": row["status"].replace(recording.path, recording.name)}
 
 
 def _notes_text(notes: Sequence[Note]) -> str:

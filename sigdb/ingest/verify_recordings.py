@@ -35,7 +35,7 @@ from sigdb.database import (
 )
 from sigdb.ingest.findings import finding_files, read_findings
 from sigdb.ingest.ingest_recordings import run_plans
-from sigdb.ingest.plan import PART_ROWS, IngestPlan, stored_plans
+from sigdb.ingest.plan import MOVES_FILE, PART_ROWS, IngestPlan, stored_plans
 from sigdb.ingest.recorded_rows import sha256_of
 from sigdb.ingest.row_parts import part_pieces
 from sigdb.ingest.schema import measured_schema
@@ -86,7 +86,7 @@ def verify(
     begun = {*receipts, *(each.key for each in damaged)}
     findings += _unfinished(owners, begun)
     expected = {file.path for key, receipt in receipts.items() if key in owners for file in receipt.files}
-    expected |= {plan.list_name for plan in plans} | set(finding_files(store))
+    expected |= {plan.list_name for plan in plans} | set(finding_files(store)) | {MOVES_FILE}
     added = AddedCheck.of(store)
     expected |= set(added.files)
     findings += foreign_files(store, [*owners, *added.parts([part for _, part in owners])], expected)

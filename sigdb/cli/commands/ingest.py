@@ -129,6 +129,8 @@ def ingest(
     else:
         click.echo(f"{out}: nothing to do, all {summary.recordings} recordings are there")
     click.echo(f"{out}: {summary.rows} rows of {summary.recordings} recordings, {summary.bytes / 1e6:.1f} MB")
+    if summary.moved:
+        click.echo(f"{summary.moved} recordings have moved, by their SHA-256; their rows are as they were")
     if summary.left_out:
         click.echo(
             f"{len(summary.left_out)} files are left out by the table or the pattern, first {summary.left_out[0]}"
