@@ -6,7 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sigdb.core import FloatArray, InputError, Note
-from sigdb.diagnosis.change.change import USED
+from sigdb.diagnosis.change.average_spectrum import LEAST_GROUPS, AverageSpectrum
+from sigdb.diagnosis.change.change import USED, turn_between
+from sigdb.diagnosis.change.statistics import left_by_damage
 from sigdb.recording import PULSE_SHARE, RecordedSignature, in_unit_of
 
 MARKS_DISAGREE = "marks-disagree"
@@ -23,6 +25,9 @@ _BEYOND_CHANCE = 1.5
 """Ratio of the agreement after a turn to the greatest agreement of random phases."""
 _NO_CHANCE = 3.0
 """Agreement without a turn that shows the marks to agree, in standard deviations of that of random phases."""
+_NEARLY = 2.0
+"""Ratio of what a damaged tooth leaves unexplained by the marks to what it leaves after the best turn, from which on the
+marks disagree; assumed."""
 _MIRRORED = 0.1
 """Difference from one, and from each other, of the shares of two pulses from which on one is the other inverted."""
 _SAME_BAND = 0.02
@@ -68,14 +73,14 @@ def _marks_note(signature: RecordedSignature, healthy: RecordedSignature) -> tup
     phases = _Phases(signature, healthy)
     turn = phases.turn()
     relative = "The tacho's polarity, edge or position differs, so tooth numbers are relative."
-    if turn:
+    if turn and not _damage_explains(signature, healthy):
         teeth = turn * signature.teeth
         text = (
             f"The tacho marks of the two recordings do not agree: they fit best when the healthy average is turned by "
             f"{360 * turn:.1f} deg, {teeth:.1f} teeth. {relative}"
         )
         return (Note(code=MARKS_DISAGREE, text=text, values={"turn_deg": 360 * turn, "teeth": teeth}),)
-    if phases.agree():
+    if turn or phases.agree():
         return ()
     share, other = _pulse_share(signature), _pulse_share(healthy)
     if share is not None and other is not None and abs(share + other - 1) < _MIRRORED < abs(share - other):
@@ -89,6 +94,22 @@ def _marks_note(signature: RecordedSignature, healthy: RecordedSignature) -> tup
         "harmonics stands out of both: the tooth number holds if polarity, edge and position of the tacho are the same."
     )
     return (Note(code=MARKS_UNVERIFIED, text=text),)
+
+
+def _damage_explains(signature: RecordedSignature, healthy: RecordedSignature) -> bool:
+    """Return whether one damaged tooth explains the difference by the marks nearly as well as after a turn.
+
+    Severe damage may turn the phases of all orders: it looks like the greatest error of a healthy tooth at another
+    place.
+    """
+    if min(len(signature.groups), len(healthy.groups)) < LEAST_GROUPS:
+        return False
+    run, reference = AverageSpectrum.of(signature), AverageSpectrum.of(healthy)
+    by_marks, turned = (
+        left_by_damage(run, reference, turn=turn_between(run, reference, absolute=absolute))
+        for absolute in (True, False)
+    )
+    return by_marks <= _NEARLY * max(turned, 1.0)
 
 
 def _pulse_share(signature: RecordedSignature) -> float | None:

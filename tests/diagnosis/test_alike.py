@@ -110,6 +110,27 @@ def test_marks_that_agree_stay_absolute(change):
     assert (codes(pair), pair.signature.absolute) == ([], True)
 
 
+def test_a_damaged_tooth_that_looks_like_an_error_of_another_leaves_the_marks():
+    """The run has its greatest error at tooth 4, the healthy gear at tooth 9; the other teeth are the same."""
+
+    def passes(heights):
+        shape = np.exp(-0.5 * (((np.arange(N) / 64) % 1 - 0.5) / 0.2) ** 2)
+        return 30 * np.repeat(heights, 64) * shape * np.cos(36 * THETA) + average(teeth_errors=False)
+
+    heights = 0.03 * np.random.default_rng(8).standard_normal(TEETH)
+    heights[8] = 0.3
+    damaged = np.where(np.arange(TEETH) == 3, 1.0, heights)
+    noise = np.random.default_rng(2).standard_normal((2, 12, N)) * 0.1
+    run, new = (
+        signature(passes(each) + more.mean(axis=0), groups=passes(each) + more, **names)
+        for each, more, names in ((damaged, noise[0], {}), (heights, noise[1], HEALTHY))
+    )
+    assert codes(make_alike(run, new)) == []
+    assert codes(make_alike(*(replace(each, groups=each.groups[:5]) for each in (run, new)))) == ["marks-disagree"]
+    turned = replace(new, source="turned.csv", tsa=np.roll(new.tsa, 64), groups=np.roll(new.groups, 64, axis=1))
+    assert codes(make_alike(turned, new)) == ["marks-disagree"]
+
+
 @pytest.mark.parametrize("turn", [0, 3, 1.5])
 def test_marks_that_nothing_shows_to_agree_are_a_doubt(turn):
     """Without errors of the teeth all teeth look alike, whichever passes at the mark: the numbers rest on the tacho."""

@@ -6,11 +6,13 @@ from functools import cache, partial
 from math import lgamma, log
 
 import numpy as np
+from scipy.fft import ifft
 from scipy.optimize import brentq
 from scipy.special import gammaincc
 
 from sigdb.core import ComplexArray, FloatArray, IntArray
-from sigdb.diagnosis.change.change import PLACES, Change, envelopes, excess
+from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
+from sigdb.diagnosis.change.change import PLACES, Change, envelopes, excess, highest_common, orders_of_bands
 from sigdb.diagnosis.change.templates import BehindPath
 
 WIDTHS = (0.4, 0.8, 1.6)
@@ -236,3 +238,40 @@ def without_shape(change: Change, shape: Sequence[ComplexArray], place: int) -> 
         fitted = np.sum(np.conj(T) * band.residual) / power * T if power > 0 else 0.0
         bands.append(replace(band, residual=band.residual - fitted))
     return replace(change, bands=tuple(bands))
+
+
+def left_by_damage(run: AverageSpectrum, healthy: AverageSpectrum, *, turn: float) -> float:
+    """Return the mean square of what the healthy average and one short pulse leave of another average; 1 for noise.
+
+    In each band about a mesh harmonic the spectrum X, over its deviation, is fitted by ``g H + a P(u)``, with the
+    healthy spectrum H, turned, and a pulse P at the place u of the turn. Both amplitudes are complex and free in each
+    band. The place and one of three widths are those that leave least in all bands together. So a damaged tooth biases
+    no gain.
+
+    Parameters
+    ----------
+    run, healthy
+        Spectra of two averages of the same length.
+    turn
+        Turn of the healthy average.
+    """
+    Z, healthy = run.teeth, healthy.turned(turn)
+    bands = orders_of_bands(Z, run.samples, highest_common(run, healthy))
+    left = np.zeros((len(WIDTHS), PLACES * Z))
+    for h, k in bands:
+        s = np.sqrt(np.maximum(run.variance[k] + healthy.variance[k], np.finfo(float).tiny))
+        X, H = run.mean[k] / s, healthy.mean[k] / s
+        D = np.exp(-0.5 * ((k - h * Z) * np.pi / Z * np.array(WIDTHS)[:, None]) ** 2) / s
+        power = np.sum(D**2, axis=1, keepdims=True)
+        PX, PH = (_along(D * each, k - h * Z, PLACES * Z) / np.sqrt(power) for each in (X, H))
+        rest = np.sum(np.abs(H) ** 2) - np.abs(PH) ** 2
+        cross = np.vdot(H, X) - np.conj(PH) * PX
+        left += np.sum(np.abs(X) ** 2) - np.abs(PX) ** 2 - np.abs(cross) ** 2 / np.maximum(rest, np.finfo(float).tiny)
+    return float(left.min()) / max(sum(len(k) - 2 for _, k in bands), 1)
+
+
+def _along(values: ComplexArray, orders: IntArray, places: int) -> ComplexArray:
+    """Return ``sum_k values_k exp(2 pi j k u)`` (..., places) over the turn."""
+    line = np.zeros((*values.shape[:-1], places), complex)
+    line[..., orders % places] = values
+    return np.asarray(ifft(line, axis=-1) * places)
