@@ -26,8 +26,8 @@ _BEYOND_CHANCE = 1.5
 _NO_CHANCE = 3.0
 """Agreement without a turn that shows the marks to agree, in standard deviations of that of random phases."""
 _NEARLY = 2.0
-"""Ratio of what a damaged tooth leaves unexplained by the marks to what it leaves after the best turn, from which on the
-marks disagree; assumed."""
+"""Ratio of what a damaged tooth leaves unexplained by the marks to what it leaves after the best turn, from which on
+the marks disagree; assumed."""
 _MIRRORED = 0.1
 """Difference from one, and from each other, of the shares of two pulses from which on one is the other inverted."""
 _SAME_BAND = 0.02

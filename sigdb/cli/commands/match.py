@@ -55,7 +55,7 @@ def match(
     RECORDING is a file of one revolution: text with one number a line, or a NumPy array (.npy). It has as many samples
     a tooth as the database. The residual_distance is the root mean square of the difference of residuals, in standard
     deviations of the average. The match is the normalised overlap of the residuals, 0 for the healthy template. The
-    turn is in teeth.
+    turn is in teeth. The table leaves out the notes and the SHA-256 of recordings; csv and json have them.
 
     A raw recording goes to `sigdb diagnose RECORDING --rig RIG --db DB`, which averages it first.
 
@@ -85,7 +85,9 @@ def match(
     step = opened.manifest.resolved["signature"]["samples_per_tooth"]
     turns = range(len(tsa) // step) if whole_teeth else None
     nearest = opened.match(tsa, k=k, sensor=sensor, where=where, turns=turns, **limits)
-    write_rows(pa.Table.from_pandas(nearest.table, preserve_index=False).to_reader(), form, sys.stdout.buffer)
+    long = ["sha256", "notes"] if form == "table" else []
+    table = nearest.table.drop(columns=long, errors="ignore")
+    write_rows(pa.Table.from_pandas(table, preserve_index=False).to_reader(), form, sys.stdout.buffer)
     click.echo(nearest.verdict, err=form != "table")
 
 
