@@ -25,9 +25,6 @@ _BEYOND_CHANCE = 1.5
 """Ratio of the agreement after a turn to the greatest agreement of random phases."""
 _NO_CHANCE = 3.0
 """Agreement without a turn that shows the marks to agree, in standard deviations of that of random phases."""
-_NEARLY = 2.0
-"""Ratio of what a damaged tooth leaves unexplained by the marks to what it leaves after the best turn, from which on
-the marks disagree; assumed."""
 _MIRRORED = 0.1
 """Difference from one, and from each other, of the shares of two pulses from which on one is the other inverted."""
 _SAME_BAND = 0.02
@@ -73,7 +70,7 @@ def _marks_note(signature: RecordedSignature, healthy: RecordedSignature) -> tup
     phases = _Phases(signature, healthy)
     turn = phases.turn()
     relative = "The tacho's polarity, edge or position differs, so tooth numbers are relative."
-    if turn and not _damage_explains(signature, healthy):
+    if turn and not _damage_explains(signature, healthy, turn):
         teeth = turn * signature.teeth
         text = (
             f"The tacho marks of the two recordings do not agree: they fit best when the healthy average is turned by "
@@ -96,8 +93,8 @@ def _marks_note(signature: RecordedSignature, healthy: RecordedSignature) -> tup
     return (Note(code=MARKS_UNVERIFIED, text=text),)
 
 
-def _damage_explains(signature: RecordedSignature, healthy: RecordedSignature) -> bool:
-    """Return whether one damaged tooth explains the difference by the marks nearly as well as after a turn.
+def _damage_explains(signature: RecordedSignature, healthy: RecordedSignature, turn: float) -> bool:
+    """Return whether one damaged tooth explains the difference by the marks as well as after the turn.
 
     Severe damage may turn the phases of all orders: it looks like the greatest error of a healthy tooth at another
     place.
@@ -105,11 +102,8 @@ def _damage_explains(signature: RecordedSignature, healthy: RecordedSignature) -
     if min(len(signature.groups), len(healthy.groups)) < LEAST_GROUPS:
         return False
     run, reference = AverageSpectrum.of(signature), AverageSpectrum.of(healthy)
-    by_marks, turned = (
-        left_by_damage(run, reference, turn=turn_between(run, reference, absolute=absolute))
-        for absolute in (True, False)
-    )
-    return by_marks <= _NEARLY * max(turned, 1.0)
+    by_marks = turn_between(run, reference, absolute=True)
+    return left_by_damage(run, reference, turn=by_marks) <= left_by_damage(run, reference, turn=-turn)
 
 
 def _pulse_share(signature: RecordedSignature) -> float | None:
