@@ -29,7 +29,8 @@ _ROLES = {
                  "label_trust"),
     Role.ID: ("id", "status", "status_code", "template", "gear", "shaft", "specimen", "draw", "source", "recording",
               "sha256", "set", "machine", "specimen_name", "sensor", "channel", "unit", "date", "begin", "rig", "angle",
-              "absolute", "kept", "highest_order", "presence_p", "notes", MEMBER),
+              "absolute", "life_number",
+              "life_time", "kept", "highest_order", "presence_p", "notes", MEMBER),
     Role.TRUTH: ("snr_db", "index_error", "min_compression", "min_mesh_force", "contact_loss"),
 }  # fmt: skip
 _ROLE_OF = {name: role for role, names in _ROLES.items() for name in names}

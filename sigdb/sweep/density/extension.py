@@ -5,7 +5,7 @@ import numpy as np
 from sigdb.core import ComplexArray, FloatArray, validated
 from sigdb.database import Manifest, root_mean_square, unit_residuals
 from sigdb.sweep.density.study import Study
-from sigdb.sweep.design.axes import MEASUREMENT_AXES
+from sigdb.sweep.design.axes import LIFE_AXES, MEASUREMENT_AXES
 from sigdb.sweep.design.settings import SweepSettings
 from sigdb.sweep.plan.layout import consecutive
 from sigdb.sweep.plan.make_plan import make_plan, plan_from
@@ -23,7 +23,7 @@ def extension(manifest: Manifest, study: Study, match: float) -> Plan:
     grids = [
         {
             "tooth": _teeth(base, int(some["teeth"].iloc[0])),
-            "table": {axis: some[column].tolist() for axis, column in axes.items()},
+            "table": {axis: some[column].tolist() for axis, column in axes.items()} | _no_life(base, len(some)),
         }
         for _, some in rows.groupby("teeth")
     ]
@@ -72,6 +72,11 @@ def _columns_of_axes(base: Plan) -> dict[str, str]:
     }
     rig = {axis: columns.get(base.rig.path(axis), axis) for axis in base.rig_points.swept}
     return {name: name for name in ("damaged_teeth", *base.damage_fields, *MEASUREMENT_AXES)} | rig
+
+
+def _no_life(base: Plan, cases: int) -> dict[str, list[float]]:
+    """Return the columns of lives for cases that are of none, where the database has them."""
+    return {axis: [0.0] * cases for axis in LIFE_AXES if axis in base.measurements}
 
 
 def _teeth(base: Plan, teeth: int) -> list[int] | str:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, Literal
 
 from sigdb.core import InputError, validated
-from sigdb.sweep.design.axes import AXIS_NAMES, DAMAGE_AXES, MEASUREMENT_AXES, WHOLE_AXES, Range
+from sigdb.sweep.design.axes import AXIS_NAMES, DAMAGE_AXES, LIFE_AXES, MEASUREMENT_AXES, WHOLE_AXES, Range
 from sigdb.sweep.design.grid import Grid
 from sigdb.sweep.design.settings import SweepSettings
 from sigdb.sweep.plan.plan import Plan
@@ -62,14 +62,14 @@ def whole_axes(base: Plan, axes: Iterable[str]) -> frozenset[str]:
 
 
 def _axes(base: Plan, grid: Grid) -> dict[str, AxisValues]:
-    """Return the values or the range of each axis of a grid, except teeth and listed measurements."""
+    """Return the values or the range of each axis of a grid, except teeth, lives and listed measurements."""
     swept = {base.rig.path(axis): axis for axis in base.rig_points.swept}
     axes = {axis: getattr(grid, axis) for axis in grid.listed_damage} | grid.rig | grid.ranges | (grid.table or {})
     # One parameter of the rig may be written in several ways: the plan's is that of its columns.
     return {
         axis if axis in AXIS_NAMES else swept[base.rig.path(axis)]: some
         for axis, some in axes.items()
-        if axis != "tooth"
+        if axis not in ("tooth", *LIFE_AXES)
     }
 
 

@@ -112,6 +112,10 @@ DAMAGE_AXES = tuple(axis.name for axis in _DAMAGE)
 MEASUREMENT_AXES = tuple(axis.name for axis in _MEASUREMENT)
 WHOLE_AXES = tuple(name for name, axis in AXES.items() if axis.is_whole)
 """Axes of whole numbers."""
+LIFE_AXES = ("life_number", "life_time")
+"""Columns of the joint points of lives: each look is a row of its own."""
+ROW_AXES = (*MEASUREMENT_AXES, *LIFE_AXES)
+"""Axes in which rows of the same case differ."""
 AXIS_NAMES = ("tooth", *DAMAGE_AXES, "pattern", *MEASUREMENT_AXES)
 """Names of all axes but those over the rig."""
 
@@ -258,7 +262,7 @@ def check_axis_name(name: str) -> None:
     ValueError
         Names the nearest axis.
     """
-    if name not in (*AXIS_NAMES, MEMBER) and "." not in name:
+    if name not in (*AXIS_NAMES, *LIFE_AXES, MEMBER) and "." not in name:
         raise ValueError(
             f"no axis is called {name!r}{suggestion(name, AXIS_NAMES)} (a number of the rig is named by its dotted "
             "path)"

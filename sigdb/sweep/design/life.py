@@ -90,8 +90,13 @@ class Life(Section):
         return pd.concat(lives, ignore_index=True)
 
     def table(self) -> dict[str, list[float]]:
-        """Return the joint points: each severity once."""
-        return {self.size: self.trajectories()[self.size].drop_duplicates().tolist()}
+        """Return the joint points: the severity of each look, the number of its life from 1, and its time."""
+        looks = self.trajectories()
+        return {
+            self.size: looks[self.size].tolist(),
+            "life_number": (looks["life"] + 1).tolist(),
+            "life_time": looks["time"].tolist(),
+        }
 
     def _severity(self, times: np.ndarray, rate: float, exponent: float, stream: np.random.Generator) -> np.ndarray:
         """Return the severity at each time."""

@@ -9,7 +9,7 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
 
 from sigdb.core import FloatArray, check_file
-from sigdb.sweep.design.axes import WHOLE_AXES, axis_name, check_axis_name, check_bounds, flatten
+from sigdb.sweep.design.axes import LIFE_AXES, WHOLE_AXES, axis_name, check_axis_name, check_bounds, flatten
 
 _MOST_BYTES, _MOST_ROWS = 1_000_000_000, 2_000_000
 """Largest size and number of rows of a file: each value becomes a Python object."""
@@ -56,6 +56,8 @@ def check_columns(table: Mapping[str, object], *, owner: str) -> Columns:
             raise ValueError(f"{owner}: column {name} has {length} rows and column {first} has {rows}; give as many")
     if not rows:
         raise ValueError(f"{owner} has no rows; give at least one")
+    if len(lives := [name for name in LIFE_AXES if name in lists]) == 1:
+        raise ValueError(f"{owner} has the column {lives[0]} alone; give {' and '.join(LIFE_AXES)} together")
     columns: Columns = {}
     for name, values in sorted((axis_name(name), values) for name, values in lists.items()):
         if f"rig.{name}" not in table:
@@ -88,6 +90,9 @@ def _numbers(name: str, values: Sequence[object], owner: str) -> tuple[float, ..
     numbers = np.array(values, float) + 0.0
     for at in np.flatnonzero(~np.isfinite(numbers))[:1]:
         raise ValueError(f"{owner}: row {at + 1}: {name} = {numbers[at]} must be a finite number")
+    if name == "life_number":
+        for at in np.flatnonzero((numbers % 1 != 0) | (numbers < 0))[:1]:
+            raise ValueError(f"{owner}: row {at + 1}: {name} = {numbers[at]:g} must be a whole number, 0 or more")
     if name not in WHOLE_AXES:
         _check_rows(name, numbers, owner, (int(numbers.argmin()), int(numbers.argmax())))
         return tuple(numbers.tolist())

@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 
 from sigdb.core import FloatArray, InputError, IntArray
 from sigdb.measurement import MeasurementSettings
-from sigdb.sweep.design.axes import AXIS_NAMES, DAMAGE_AXES, MEASUREMENT_AXES, WHOLE_AXES, Range
+from sigdb.sweep.design.axes import (
+    AXIS_NAMES,
+    DAMAGE_AXES,
+    LIFE_AXES,
+    MEASUREMENT_AXES,
+    ROW_AXES,
+    WHOLE_AXES,
+    Range,
+)
 from sigdb.sweep.design.grid import Grid
 from sigdb.sweep.design.sampling import grid_sample, scale_to_range, scale_to_whole
 from sigdb.sweep.plan.damages import reset_unused_details
@@ -62,7 +70,7 @@ class Crossing:
     def _joint_groups(self) -> tuple[IntArray, IntArray]:
         """Group number of each joint point, by all but its measurement, and the first point of each group."""
         n = len(next(iter(self.joint.values()))) if self.joint else 1
-        return distinct(np.zeros(n), *(self.joint[axis] for axis in self.joint if axis not in MEASUREMENT_AXES))
+        return distinct(np.zeros(n), *(self.joint[axis] for axis in self.joint if axis not in ROW_AXES))
 
     @cached_property
     def _listed_rig(self) -> tuple[dict[str, FloatArray], int]:
@@ -91,7 +99,9 @@ class Crossing:
         first = self._joint_groups[1][self._group]
         repeats = len(self._joint_groups[1])
         return {axis: np.tile(column, repeats) for axis, column in listed.items()} | {
-            axis: np.asarray(column)[first] for axis, column in self.joint.items() if axis not in AXIS_NAMES
+            axis: np.asarray(column)[first]
+            for axis, column in self.joint.items()
+            if axis not in (*AXIS_NAMES, *LIFE_AXES)
         }
 
     def damages(self) -> tuple[dict[str, FloatArray], AxisArray | None, int]:
@@ -164,7 +174,7 @@ class Crossing:
         listed, n = product({axis: getattr(self.grid, axis) for axis in MEASUREMENT_AXES if getattr(self.grid, axis)})
         columns = {axis: np.full(n, float(getattr(default, axis))) for axis in MEASUREMENT_AXES}
         columns |= {axis: column.astype(float) for axis, column in listed.items()}
-        joint = [axis for axis in MEASUREMENT_AXES if axis in self.joint]
+        joint = [axis for axis in ROW_AXES if axis in self.joint]
         if not joint:
             return columns, np.zeros(self.places, np.int64), np.full(self.places, n)
         point, place = self._points_of_places()
@@ -220,7 +230,8 @@ def joint_points(grid: Grid, rig: Transmission, *, owner: str, number: int, seed
     InputError
         If a parameter of the rig that is a whole number, as a tooth count, has a fraction.
     """
-    whole = {axis for axis in grid.joint_axes if axis in WHOLE_AXES or (axis not in AXIS_NAMES and is_whole(rig, axis))}
+    named = (*AXIS_NAMES, *LIFE_AXES)
+    whole = {axis for axis in grid.joint_axes if axis in WHOLE_AXES or (axis not in named and is_whole(rig, axis))}
     if grid.ranges:
         method, points = grid.method or "latin-hypercube", grid.points or 1
         sample = grid_sample(method, points, grid.joint_axes, seed=seed, grid=number)

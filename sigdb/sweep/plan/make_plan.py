@@ -11,7 +11,7 @@ from sigdb.core import BoolArray, DatabaseError, FloatArray, InputError, IntArra
 from sigdb.dynamics import check_in_one_mesh, damaged_gear, solver_named
 from sigdb.measurement import MeasurementSettings, NuisanceSettings
 from sigdb.signature import SignatureSettings
-from sigdb.sweep.design.axes import MEASUREMENT_AXES
+from sigdb.sweep.design.axes import LIFE_AXES, MEASUREMENT_AXES
 from sigdb.sweep.design.settings import WIDEST, SweepLimits, SweepSettings
 from sigdb.sweep.plan.crossing import AxisArray, Crossing, combinations, grid_name, joint_points
 from sigdb.sweep.plan.damages import Damages, Pattern, default_of
@@ -19,7 +19,7 @@ from sigdb.sweep.plan.layout import Blocks, consecutive, distinct, lay_out
 from sigdb.sweep.plan.members import members_of, with_members
 from sigdb.sweep.plan.plan import Plan, rows_of_a_part
 from sigdb.sweep.plan.resolved import same_content, without_sources
-from sigdb.sweep.plan.rig_points import RigPoints, rig_points
+from sigdb.sweep.plan.rig_points import RigPoints, check_whole_cycles, rig_points
 from sigdb.transmission import PRESETS, AnyProfile, ToothDamage, Transmission, damaged_profile, preset_teeth
 
 
@@ -103,12 +103,12 @@ def make_plan(
         problems.raise_any()
     blocks, damages, teeth = gathered.blocks()
     _check_damages(damages, blocks, points, gear, problems)
-    measurements, measured = gathered.measurements()
+    measurements, measured, of_no_life = gathered.measurements()
     with problems.collect():
         _check_specimens(design, signature, measurements["index_error"])
-    rig_measured = _rig_measured(gathered, measured)
+    rig_measured = _rig_measured(gathered, of_no_life)
     with problems.collect():
-        _check_whole_cycles(measurements["averages"].astype(np.int64), rig_measured, points)
+        check_whole_cycles(measurements["averages"].astype(np.int64), rig_measured, points)
     problems.raise_any()
     damaged = float(np.sum(blocks.tooth_count.astype(float) * blocks.measured_count)) * design.draws
     rows = (damaged + float(len(rig_measured[0])) * design.healthy) * design.specimens
@@ -189,6 +189,7 @@ class _GridCases:
         # Each tooth stands at its own number, then come the grids' lists.
         self.teeth: list[IntArray] = [np.arange(points.teeth.max() + 1)]
         self.measured: list[dict[str, FloatArray]] = []
+        self.lives = 0
         self.places: list[tuple[IntArray, IntArray, IntArray]] = []
 
     def add(self, crossing: Crossing, rigs: IntArray) -> None:
@@ -196,6 +197,9 @@ class _GridCases:
         of_gear, cycles = self.points.teeth[rigs], self.points.cycles[rigs]
         measured, start, count = crossing.measurements(self.measurement, cycles)
         start = start + sum(len(columns["averages"]) for columns in self.measured)
+        if "life_number" in measured:
+            measured["life_number"] += self.lives * (measured["life_number"] > 0)
+            self.lives = max(self.lives, int(measured["life_number"].max()))
         self.measured.append(measured)
         self.places.append((rigs, start, count))
         columns, names, n = crossing.damages()
@@ -260,15 +264,21 @@ class _GridCases:
         }
         return Blocks(damage=damage, **whole), damages, np.concatenate(self.teeth)
 
-    def measurements(self) -> tuple[dict[str, FloatArray], IntArray]:
-        """Return the distinct measurements as columns, and the number of each measurement in the list."""
+    def measurements(self) -> tuple[dict[str, FloatArray], IntArray, IntArray]:
+        """Return the distinct measurements as columns, the number of each in the list, and that of it in no life."""
         columns = {
-            name: np.concatenate([columns[name] for columns in self.measured])
-            for name in MeasurementSettings.model_fields
+            name: np.concatenate([columns.get(name, np.zeros(len(columns["averages"]))) for columns in self.measured])
+            for name in (
+                *MeasurementSettings.model_fields,
+                *(LIFE_AXES if any("life_number" in columns for columns in self.measured) else ()),
+            )
         }
-        codes, first = distinct(*columns.values())
-        unique = {name: column[first] for name, column in columns.items()}
-        return unique | {"averages": unique["averages"].astype(np.int64)}, codes
+        n = len(columns["averages"])
+        of_no_life = {name: 0 * column if name in LIFE_AXES else column for name, column in columns.items()}
+        both = {name: np.concatenate([column, of_no_life[name]]) for name, column in columns.items()}
+        codes, first = distinct(*both.values())
+        unique = {name: column[first] for name, column in both.items()}
+        return unique | {"averages": unique["averages"].astype(np.int64)}, codes[:n], codes[n:]
 
 
 def _rig_measured(gathered: _GridCases, measured: IntArray) -> tuple[IntArray, IntArray]:
@@ -279,18 +289,6 @@ def _rig_measured(gathered: _GridCases, measured: IntArray) -> tuple[IntArray, I
     measurement = measured[consecutive(start[once], count[once])]
     _, first = distinct(rig, measurement)
     return rig[first], measurement[first]
-
-
-def _check_whole_cycles(averages: IntArray, rig_measured: tuple[IntArray, IntArray], points: RigPoints) -> None:
-    rig, measured = rig_measured
-    cycles = points.cycles[rig]
-    for at in np.flatnonzero(averages[measured] % cycles)[:1]:
-        value, cycle, point = averages[measured[at]], cycles[at], points[rig[at]]
-        raise InputError(
-            f"measurement.averages = {value} is not a whole number of tooth cycles: the same teeth of "
-            f"{point.teeth} and {point.mate_teeth} meet every {cycle} revolutions; use for example "
-            f"{max(1, round(value / cycle)) * cycle}"
-        )
 
 
 def _check_damages(damages: Damages, blocks: Blocks, points: RigPoints, gear: str, problems: Problems) -> None:

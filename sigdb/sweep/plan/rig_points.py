@@ -234,3 +234,16 @@ def _count_teeth(
                 rig.replace({names[i]: float(extreme)})
     teeth, mates, revolutions = np.array(counts, np.int64)[build].T
     return {"teeth": teeth, "mate_teeth": mates, "revolutions": revolutions, "builds": build}
+
+
+def check_whole_cycles(averages: IntArray, rig_measured: tuple[IntArray, IntArray], points: RigPoints) -> None:
+    """Refuse averages of rigs, both with their numbers, that are no whole tooth cycles."""
+    rig, measured = rig_measured
+    cycles = points.cycles[rig]
+    for at in np.flatnonzero(averages[measured] % cycles)[:1]:
+        value, cycle, point = averages[measured[at]], cycles[at], points[rig[at]]
+        raise InputError(
+            f"measurement.averages = {value} is not a whole number of tooth cycles: the same teeth of "
+            f"{point.teeth} and {point.mate_teeth} meet every {cycle} revolutions; use for example "
+            f"{max(1, round(value / cycle)) * cycle}"
+        )

@@ -12,6 +12,10 @@ from sigdb.sweep.plan.rig_points import field_at
 from sigdb.transmission import Damage, Gear, Operating, ToothDamage, Transmission
 
 _TYPES = {int: pa.int32(), float: pa.float64(), str: pa.string()}
+_LIFE = (
+    Column(name="life_number", type=pa.int32(), help="Number of the life, through all grids from 1; 0 for none."),
+    Column(name="life_time", type=pa.float64(), help="Time since the life began, in the unit of the recipe's rates."),
+)
 
 
 def plan_schema(plan: Plan) -> Schema:
@@ -33,6 +37,7 @@ def plan_schema(plan: Plan) -> Schema:
             Column(name="specimen", type=pa.int32(), help="Number of the pair of gears with its own index errors."),
             Column(name="draw", type=pa.int32(), help="Number of the noise draw."),
             *(_column_of(MeasurementSettings, name) for name in MeasurementSettings.model_fields),
+            *(column for column in _LIFE if column.name in plan.measurements),
         ],
         sensors={name: plan.rig.sensors[name].unit for name in plan.sensors},
         signature=FEATURES.values(),

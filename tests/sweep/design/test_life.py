@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 
 import sigdb
 from sigdb.core import InputError
+from sigdb.database.store.roles import Role, role_of
 from sigdb.pipeline import load_recipe
 from sigdb.sweep import Grid, Life, life_rows, run
 
@@ -50,6 +51,10 @@ healthy = 1
 tooth = [3]
 life = { law = "paris", start = 0.1, limit = 0.4, rate.min = 0.1, rate.max = 0.3, lives = 2, looks = 5 }
 
+[[sweep.grid]]
+tooth = [3]
+life = { law = "archard", start = 0.1, limit = 0.3, rate.min = 0.1, rate.max = 0.1, looks = 2 }
+
 [signature]
 sensors = ["pinion-vertical"]
 samples_per_tooth = 32
@@ -61,14 +66,40 @@ def test_rows_have_their_lives_and_times(tmp_path):
     recipe = load_recipe(tmp_path / "recipe.toml")
     run(recipe.plan(), tmp_path / "db", recipe=recipe.text, jobs=1)
     database = sigdb.open(tmp_path / "db")
-    rows = life_rows(database)
+    lives = life_rows(database)
+    rows = lives[lives["grid"] == 0]
+    assert lives.loc[lives["grid"] == 1, "severity"].tolist() == [0.1, 0.2] * 2  # a life of each specimen
+    assert set(database.cases("life_number = 3")["id"]) == set(lives.loc[lives["grid"] == 1, "id"])
     life = Life.model_validate(database.manifest.resolved["sweep"]["grid"][0]["life"])
     looks = life.trajectories()
-    assert len(rows) == 2 * len(looks)  # each specimen has both lives, which share their first severity
+    assert len(rows) == 2 * len(looks) == rows["id"].nunique()  # each specimen has both lives, and each look is a row
     first = rows[(rows["life"] == 1) & (rows["specimen"] == 0)]
     np.testing.assert_allclose(first["severity"], looks.loc[looks["life"] == 1, "stiffness_loss"])
     assert (first["tooth"] == 3).all()
+    np.testing.assert_allclose(first["time"], looks.loc[looks["life"] == 1, "time"])
+    np.testing.assert_allclose(first["rate"], looks.loc[looks["life"] == 1, "rate"])
+    stored = database.cases("life_number = 2 and specimen = 0").sort_values("life_time")
+    assert stored["id"].tolist() == first["id"].tolist()
+    healthy = database.cases("tooth = 0")
+    assert len(healthy) == 2  # one of each specimen, however many looks there are
+    assert (healthy[["life_number", "life_time"]] == 0).all(axis=None)
+    assert {role_of("life_number"), role_of("life_time")} == {Role.ID}
     assert Grid(**database.manifest.resolved["sweep"]["grid"][0]).life == life
+
+
+@pytest.mark.parametrize(
+    ("columns", "text"),
+    [
+        ({"life_number": [1.5], "life_time": [0.0]}, "life_number = 1.5 must be a whole number"),
+        ({"life_number": [-1], "life_time": [0.0]}, "life_number = -1 must be a whole number, 0 or more"),
+        ({"life_number": [1]}, "give life_number and life_time together"),
+        ({"life_time": [1.0]}, "give life_number and life_time together"),
+    ],
+)
+def test_lives_in_a_table_are_whole_numbers_with_times(columns, text):
+    with pytest.raises((InputError, ValidationError), match=text):
+        Grid(table={"stiffness_loss": [0.1]} | columns)
+    assert Grid(table={"stiffness_loss": [0.1], "life_number": [1], "life_time": [0.0]}).joint_points == 1
 
 
 def test_a_database_without_lives_is_refused(explored):
