@@ -6,7 +6,7 @@ No rule that takes one average at a time, of unseen gears, is better on average.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -126,7 +126,7 @@ def bayes_bound(
     sensor
         A stored sensor; the first one if left out.
     known_cells
-        Whether the rule of severity knows that severities are those of the templates; see :func:`apply_rule`.
+        Whether the rule knows that severities are those of the templates; see :class:`OperatingPoint`.
     like
         Operating points of a bound of this database, whose hypotheses are taken; they are read from it if left out.
     draws
@@ -158,7 +158,8 @@ def bayes_bound(
         raise InputError(f"target = {target!r} does not exist; choose one of {', '.join(RULES)}")
     rule = RULES[target]
     points, outside = operating_points(database, ids, among=among, sensor=sensor, damaged=rule.damaged_only, like=like)
-    applied = (apply_rule(rule, point, point.stored(database, sensor), known_cells=known_cells) for point in points)
+    points = [replace(point, known_cells=known_cells) for point in points]
+    applied = (apply_rule(rule, point, point.stored(database, sensor)) for point in points)
     answers = pd.concat(applied).sort_index()
     losses, scores = list(rule.losses), [str(name) for name in answers if str(name).startswith("score_")]
     classes = [name.removeprefix("score_") for name in scores]

@@ -208,11 +208,7 @@ RULES: Mapping[str, BayesRule] = {rule.name: rule for rule in (LOCATION_RULE, SE
 
 
 def apply_rule(
-    rule: BayesRule,
-    point: OperatingPoint,
-    parts: Iterable[tuple[pd.DataFrame, FloatArray]],
-    *,
-    known_cells: bool = True,
+    rule: BayesRule, point: OperatingPoint, parts: Iterable[tuple[pd.DataFrame, FloatArray]]
 ) -> pd.DataFrame:
     """Apply a rule to averages of one operating point.
 
@@ -224,17 +220,14 @@ def apply_rule(
         Operating point of the averages.
     parts
         Rows with their averages (rows, n).
-    known_cells
-        Whether the rule knows that severities are those of the templates. If not, that of severity takes any between
-        them, where the templates show how signals lie there.
     """
-    between = None if known_cells or not isinstance(rule, SeverityRule) else point.continuous_severity
+    between = point.between
     if between is None or not isinstance(rule, SeverityRule):
         return pd.concat(rule.answer(point, rows, point.posterior(x, rows)) for rows, x in parts)
     answers = []
     for rows, x in parts:
         noise, index_error = (rows[name].to_numpy() for name in ("noise", "index_error"))
         likelihood = point.log_likelihood(x, rows)
-        for at, posterior in between.marginals(likelihood, noise=noise, index_error=index_error):
+        for at, _, posterior in between.marginals(likelihood, noise=noise, index_error=index_error):
             answers.append(rule.answer_between(rows.iloc[at], posterior))
     return pd.concat(answers)

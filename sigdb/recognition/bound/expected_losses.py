@@ -159,8 +159,8 @@ def _wrong(
     wrong: list[FloatArray] = [np.empty(0)]
     for rows, x in point.requested.redrawn(stream, draws, decibels=decibels):
         likelihood = point.log_likelihood(x, rows)
-        requested, every = point.requested.posterior_of(likelihood), point.posterior_of(likelihood)
-        wrong.append(_risk(rule, point, requested, every))
+        requested = point.requested.posterior_of(likelihood, rows)
+        wrong.append(_risk(rule, point, requested, point.posterior_of(likelihood, rows)))
     return np.concatenate(wrong)
 
 

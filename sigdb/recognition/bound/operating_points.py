@@ -8,6 +8,7 @@ from typing import Self, TypeAlias
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
+from scipy.special import log_softmax, logsumexp
 
 from sigdb.core import FloatArray, NotApplicableError, blocks
 from sigdb.database import QUANTITIES, Database, damage_kinds
@@ -38,10 +39,14 @@ class OperatingPoint:
         All rows inside the law, by id: ``place`` (of its template among the hypotheses), ``tooth``, ``teeth``,
         ``specimen``, ``noise`` (standard deviation of the average's noise), ``index_error``, the severities, and
         ``requested`` (whether the row is one of those requested).
+    known_cells
+        Whether severities are those of the templates. If not, they may be any between them, where the templates show
+        how signals lie there.
     """
 
     hypotheses: Hypotheses
     rows: pd.DataFrame
+    known_cells: bool = True
 
     @property
     def place(self) -> Place:
@@ -63,11 +68,27 @@ class OperatingPoint:
 
     def posterior(self, x: FloatArray, rows: pd.DataFrame) -> Posterior:
         """Return the posterior of averages; parameters as in :meth:`log_likelihood`."""
-        return self.posterior_of(self.log_likelihood(x, rows))
+        return self.posterior_of(self.log_likelihood(x, rows), rows)
 
-    def posterior_of(self, log_likelihood: FloatArray) -> Posterior:
-        """Return the posterior of averages with this likelihood (rows, templates, teeth)."""
-        return posterior(log_likelihood, self.log_prior, self.hypotheses.healthy)
+    def posterior_of(self, log_likelihood: FloatArray, rows: pd.DataFrame) -> Posterior:
+        """Return the posterior of averages with this likelihood (rows, templates, teeth).
+
+        It is that of the location alone, without templates, where severities may lie between those of the templates.
+        """
+        healthy = self.hypotheses.healthy
+        if self.between is None:
+            return posterior(log_likelihood, self.log_prior, healthy)
+        noise, index_error = (rows[name].to_numpy() for name in ("noise", "index_error"))
+        evidence = self.between.evidence(log_likelihood, noise=noise, index_error=index_error)
+        none = logsumexp(log_likelihood[:, healthy] + self.log_prior[healthy], axis=(1, 2))
+        of_teeth = evidence + logsumexp(self.log_prior[~healthy], axis=0)
+        location = log_softmax(np.column_stack([none, of_teeth]), axis=1)
+        return Posterior(location=location, damage=np.empty((len(rows), 0)))
+
+    @property
+    def between(self) -> ContinuousSeverity | None:
+        """Posteriors over severities between the templates; None where severities are those of the templates."""
+        return None if self.known_cells else self.continuous_severity
 
     def with_request(self, ids: ArrayLike) -> Self:
         """Return the same operating point with other rows requested."""
@@ -75,8 +96,8 @@ class OperatingPoint:
 
     @cached_property
     def requested(self) -> Self:
-        """The operating point with the requested rows only, so that the prior is that of these rows."""
-        return replace(self, rows=self.rows[self.rows["requested"]])
+        """The operating point with the requested rows only and their severities, so that these are the prior."""
+        return replace(self, rows=self.rows[self.rows["requested"]], known_cells=True)
 
     def stored(self, database: Database, sensor: str | None) -> Iterator[tuple[pd.DataFrame, FloatArray]]:
         """Yield the requested rows with their averages, some at a time."""
@@ -126,8 +147,10 @@ class OperatingPoint:
         between = severity_interpolation(laws.teeth, [severity], [laws.healthy], [laws.signal], noise=noise)
         if between is None or not between.holds:
             return None
-        share = np.exp(self.log_prior).sum(axis=1)
-        return ContinuousSeverity(laws.turned, severity_grids(severity, laws.healthy), share)
+        share, sizes = np.exp(self.log_prior).sum(axis=1), self.rows["index_error"].unique()
+        if laws.nuisance is not None and len(sizes) > 1:
+            return None
+        return ContinuousSeverity(laws.turned_at(float(sizes[0])), severity_grids(severity, laws.healthy), share)
 
     @cached_property
     def kinds(self) -> list[str]:

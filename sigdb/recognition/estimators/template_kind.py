@@ -15,8 +15,8 @@ from sigdb.recognition.estimators.template_location import TemplateLocation
 from sigdb.recognition.rows.batch import Batch, Rows
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.templates.local_templates import LocalTemplates
-from sigdb.recognition.templates.posterior import Posterior
-from sigdb.recognition.templates.scores import TemplateScores
+from sigdb.recognition.templates.posterior import posterior
+from sigdb.recognition.templates.scores import Law, TemplateScores
 
 
 class KindScores(TemplateScores):
@@ -49,12 +49,15 @@ class KindScores(TemplateScores):
         """Return the names of the scores."""
         return np.array([*self.bank.kinds[1:], "reduced_chi2"], dtype=object)
 
-    def _log_ratio(self, local: LocalTemplates, after: Posterior) -> FloatArray:
+    def _ratio_and_severity(
+        self, local: LocalTemplates, likelihood: FloatArray, law: Law
+    ) -> tuple[FloatArray, FloatArray]:
+        after = posterior(likelihood, local.log_prior, local.healthy)
         places = places_of_kinds(local.kinds, self.bank.kinds)
-        ratio = np.full((len(after.location), self._ratios), -np.inf)
+        ratio = np.full((len(likelihood), self._ratios), -np.inf)
         log_p = after.log_classes(places)
         ratio[:, : log_p.shape[1] - 1] = log_p[:, 1:] - log_p[:, :1]
-        return ratio
+        return ratio, np.empty((len(likelihood), 0))
 
 
 class TemplateKind(TemplateLocation):

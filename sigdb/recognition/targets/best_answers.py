@@ -8,7 +8,7 @@ import numpy as np
 from sigdb.core import BoolArray, FloatArray
 from sigdb.database import Database
 from sigdb.recognition.bound.bayes_bound import Bound, bayes_bound
-from sigdb.recognition.bound.bayes_rule import RULES, SEVERITY_RULE
+from sigdb.recognition.bound.bayes_rule import RULES
 from sigdb.recognition.bound.operating_points import operating_points
 from sigdb.recognition.metrics.estimate import Estimate
 from sigdb.recognition.metrics.evaluated import Evaluated
@@ -121,7 +121,7 @@ def _knows_cells(bound: Bound, database: Database, sensor: str) -> bool:
     """Return whether the rule of a bound knows more of the cases than that they are some of the database's."""
     if not bound.points:
         return False
-    if bound.target == SEVERITY_RULE.name and any(point.continuous_severity is not None for point in bound.points):
+    if any(point.continuous_severity is not None for point in bound.points):
         return True
     damaged = RULES[bound.target].damaged_only
     every, _ = operating_points(database, bound.rows.index, sensor=sensor, damaged=damaged, like=bound.points)

@@ -16,6 +16,9 @@ from sigdb.recognition.templates.turned_laws import TurnedLaws, joint_modes
 _KEPT_RANGES = 64
 """Ranges whose laws are in memory at once."""
 
+_PRECISION = 1e-4
+"""Precision of laws in a range of speeds (:class:`TurnedLaws`), of the size of that of the stored signals."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LocalTemplates:
@@ -199,6 +202,7 @@ class SpeedRanges:
             phases=np.concatenate([first, phases[:, :, : first.shape[2]]], axis=1),
             turn_invariant=True,
             with_nuisances=nuisances is not None,
+            precision=_PRECISION,
         )
         share = self._share[existing].copy()
         for kind in (healthy, ~healthy):

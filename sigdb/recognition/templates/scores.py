@@ -6,6 +6,7 @@ from typing import Self, TypedDict
 import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import logsumexp
 from sklearn.base import BaseEstimator, TransformerMixin
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError, blocks
@@ -161,28 +162,36 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         place = np.column_stack(np.unravel_index(best, likelihood.shape[1:]))
         greatest = likelihood.reshape(len(x), -1)[np.arange(len(x)), best]
         chi2 = local.laws.chi2_of(place[:, 0], greatest, noise=noise, index_error=self.bank.index_error)
-        after = posterior(likelihood, local.log_prior, local.healthy)
-        columns = [self._log_ratio(local, after), chi2[:, None] / local.samples]
+        ratio, severity = self._ratio_and_severity(local, likelihood, law)
+        columns = [ratio, chi2[:, None] / local.samples]
         if self.severity:
-            further = beyond(local.laws, local.outward, x, place, **law)
-            columns += [self._severity(local, likelihood, after, law), further[:, None]]
+            columns += [severity, beyond(local.laws, local.outward, x, place, **law)[:, None]]
         return at, np.hstack(columns)
 
-    def _log_ratio(self, local: LocalTemplates, after: Posterior) -> FloatArray:
-        """Return the logarithm of the odds of each tooth against none, (rows, most teeth)."""
-        ratio = np.full((len(after.location), self._most_teeth), -np.inf)
-        ratio[:, : local.teeth] = after.location[:, 1:] - after.location[:, :1]
-        return ratio
+    def _ratio_and_severity(
+        self, local: LocalTemplates, likelihood: FloatArray, law: "Law"
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the first scores, (rows, most teeth), and mean, median and spread of each severity, (rows, 9).
 
-    def _severity(self, local: LocalTemplates, likelihood: FloatArray, after: Posterior, law: "Law") -> FloatArray:
-        """Return mean, median and spread of each severity, (rows, 9)."""
+        The latter are empty where they are not wanted.
+        """
+        ratio = np.full((len(likelihood), self._most_teeth), -np.inf)
+        severity = np.empty((len(likelihood), len(OF_SEVERITY)))
         continuous = local.continuous_severity if self.bank.has_continuous_severity(local.teeth) else None
         if continuous is None:
-            return _severity_of_templates(after, local.severity)
-        severity = np.empty((len(likelihood), len(OF_SEVERITY)))
-        for some, marginals in continuous.marginals(likelihood, **law):
-            severity[some] = np.hstack([marginals.mean(), marginals.quantile(0.5), marginals.spread()])
-        return severity
+            after = posterior(likelihood, local.log_prior, local.healthy)
+            ratio[:, : local.teeth] = after.location[:, 1:] - after.location[:, :1]
+            return ratio, _severity_of_templates(after, local.severity) if self.severity else severity
+        none = logsumexp(likelihood[:, local.healthy, 0] + np.log(local.share[local.healthy]), axis=1)
+        if not self.severity:
+            evidence = continuous.evidence(likelihood, **law)
+        else:
+            evidence = np.empty((len(likelihood), local.teeth))
+            for some, of_teeth, marginals in continuous.marginals(likelihood, **law):
+                evidence[some] = of_teeth
+                severity[some] = np.hstack([marginals.mean(), marginals.quantile(0.5), marginals.spread()])
+        ratio[:, : local.teeth] = evidence - np.log(local.teeth) - none[:, None]
+        return ratio, severity
 
 
 class Law(TypedDict):

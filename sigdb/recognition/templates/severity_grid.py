@@ -71,11 +71,6 @@ class SeverityGrid:
     levels: tuple[FloatArray, FloatArray]
     places: IntArray
 
-    def weights(self, losses: FloatArray, shifts: FloatArray) -> FloatArray:
-        """Return the weights (losses shifts, templates of the grid) of the templates in interpolated signals."""
-        along = [spline_weights(levels, at) for levels, at in zip(self.levels, (losses, shifts), strict=True)]
-        return np.kron(*along)
-
     def error(self, signals: FloatArray) -> float:
         """Return the estimated greatest error, in norm, of signals (templates, n) between those of the grid."""
         placed = signals[self.places]
@@ -112,6 +107,20 @@ def severity_grids(severity: FloatArray, healthy: BoolArray) -> list[SeverityGri
             return []
         grids.append(SeverityGrid(damaged_teeth=float(count), levels=(losses, shifts), places=places))
     return grids
+
+
+def severity_weights(levels: Sequence[FloatArray], losses: FloatArray, shifts: FloatArray) -> FloatArray:
+    """Return the weights (losses shifts, losses and shifts of levels) of a grid's templates in interpolated signals.
+
+    Parameters
+    ----------
+    levels
+        Of :class:`SeverityGrid`.
+    losses, shifts
+        Stiffness losses and phase shifts (deg) between them.
+    """
+    along = [spline_weights(level, at) for level, at in zip(levels, (losses, shifts), strict=True)]
+    return np.kron(*along)
 
 
 def severity_interpolation(

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 import scipy.fft
+import scipy.linalg
 from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, blocks, plain_array
@@ -51,7 +52,7 @@ def _products(some: FloatArray, others: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("...m,...m->...", some, others))
 
 
-_ROWS_AT_ONCE = 128
+_ROWS_AT_ONCE = 32
 """Rows worked on together: their products stay in the cache."""
 
 
@@ -89,6 +90,10 @@ class TurnedLaws:
         over the turns, which turning x does not change.
     with_nuisances
         Whether the modes are those of nuisances too.
+    precision
+        Greatest norm of what may be left out of a mode, and of a carrier over that of the greatest one, so that fewer
+        products with averages are needed. At 1e-4 the log-likelihood of a template that resembles the average changes
+        by less than 0.01.
     """
 
     teeth: int
@@ -99,6 +104,7 @@ class TurnedLaws:
     phases: FloatArray
     turn_invariant: bool = False
     with_nuisances: bool = False
+    precision: float = 1e-7
 
     @property
     def gear_teeth(self) -> int:
@@ -163,22 +169,25 @@ class TurnedLaws:
     def _log_likelihood(
         self, x: FloatArray, noise: FloatArray, index_error: FloatArray, weights: FloatArray
     ) -> FloatArray:
-        r = self.gains.shape[1]
-        products = self._products(x).reshape(self.teeth, len(x), len(self.carriers), -1)
-        amplitude = products[..., :r] - self._times(weights, self._projected)
-        square = (x**2).sum(axis=1)[:, None] - 2 * _products(products[..., r:], weights)
-        square += self._energy(weights)
+        along = self._products(x)
+        amplitude = (along @ self._of_modes).reshape(self.teeth, len(x), *self.gains.shape)
+        amplitude -= self._times(weights, self._projected)
+        square = self._squared_distance(x, along, weights)
         d = self._gain_ratio(noise, index_error)
-        explained = np.einsum("trkm,rkm->trk", amplitude**2, d / (1 + d))
+        explained = np.einsum("trkm,rkm->trk", np.square(amplitude, out=amplitude), d / (1 + d))
         chi2 = (square - explained).transpose(1, 2, 0) / (noise**2)[:, None, None]
         return -0.5 * (chi2 + self._constant(noise, d))
 
     def squared_distance(self, x: FloatArray, coefficients: FloatArray | None = None) -> FloatArray:
         """Return the squared distance of averages from each turned mean, (rows, templates, teeth); without modes."""
-        weights = self._weights(coefficients)
-        products = self._products(x).reshape(self.teeth, len(x), len(self.carriers), -1)[..., self.gains.shape[1] :]
-        square = (x**2).sum(axis=1)[:, None] - 2 * _products(products, weights)
-        return np.asarray((square + self._energy(weights)).transpose(1, 2, 0))
+        square = self._squared_distance(x, self._products(x), self._weights(coefficients))
+        return np.asarray(square.transpose(1, 2, 0))
+
+    def _squared_distance(self, x: FloatArray, along: FloatArray, weights: FloatArray) -> FloatArray:
+        """Return |x turned back - s_kt|^2, (teeth, rows, templates), from the products with the basis."""
+        with_carriers = (along @ self._of_carriers).reshape(self.teeth, len(x), len(self.carriers), -1)
+        square = (x**2).sum(axis=1)[:, None] - 2 * _products(with_carriers, weights)
+        return np.asarray(square + self._energy(weights))
 
     def mean(self, template: int, turn: IntArray, coefficients: FloatArray | None = None) -> FloatArray:
         """Return the means s_kt (rows, n) of a template, as they lie turned back, for the turn of each row."""
@@ -260,9 +269,34 @@ class TurnedLaws:
 
     @cached_property
     def _products(self) -> TurnedProducts:
-        """Products with the modes and the carriers of each template."""
-        columns = np.concatenate([self.modes.transpose(0, 2, 1), self._flat], axis=1)
-        return TurnedProducts(columns.reshape(-1, self.samples), self.teeth)
+        """Products with a basis of all modes and carriers."""
+        return TurnedProducts(self._basis, self.teeth)
+
+    @cached_property
+    def _basis(self) -> FloatArray:
+        """(b, n) orthonormal basis, which leaves out of each mode and carrier no more than the precision allows."""
+        greatest = np.linalg.norm(self._flat, axis=2).max()
+        columns = np.concatenate(
+            [self._every_mode.T, self._flat.reshape(-1, self.samples) / max(greatest, np.finfo(float).tiny)]
+        )
+        basis, parts, _ = scipy.linalg.qr(columns.T, mode="economic", pivoting=True)
+        left_out = np.sqrt(np.cumsum(parts[::-1] ** 2, axis=0)[::-1].max(axis=1))
+        return np.asarray(basis[:, : max(1, int((left_out > self.precision).sum()))].T)
+
+    @cached_property
+    def _every_mode(self) -> FloatArray:
+        """(n, templates r) modes."""
+        return self.modes.transpose(1, 0, 2).reshape(self.samples, -1)
+
+    @cached_property
+    def _of_modes(self) -> FloatArray:
+        """(b, templates r) modes in the basis."""
+        return self._basis @ self._every_mode
+
+    @cached_property
+    def _of_carriers(self) -> FloatArray:
+        """(b, templates a b) carriers in the basis."""
+        return self._basis @ self._flat.reshape(-1, self.samples).T
 
     @cached_property
     def _projected(self) -> FloatArray:

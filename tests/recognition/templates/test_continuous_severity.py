@@ -10,7 +10,7 @@ import pytest
 from scipy.special import logsumexp
 
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity
-from sigdb.recognition.templates.severity_grid import severity_grids, severity_interpolation
+from sigdb.recognition.templates.severity_grid import severity_grids, severity_interpolation, severity_weights
 from sigdb.recognition.templates.turned_laws import TurnedLaws
 
 TEETH, N, INDEX_ERROR = 4, 24, 2.0
@@ -74,7 +74,7 @@ def test_posteriors_are_those_of_the_integrated_density(gains, noise, true):
     x = law.signal(*true) + noise * np.random.default_rng(3).standard_normal(N)
     x = np.roll(x, 2 * N // TEETH)[None]
     likelihood = law.laws().log_likelihood(x, noise=noise, index_error=INDEX_ERROR)
-    ((at, posterior),) = law.continuous().marginals(likelihood, noise=np.array([noise]), index_error=INDEX_ERROR)
+    ((at, evidence, posterior),) = law.continuous().marginals(likelihood, noise=np.array([noise]), index_error=INDEX_ERROR)
     assert at.tolist() == [0]
     losses, shifts = (np.linspace(ends[0], ends[-1], 101) + 0.5 * ends[-1] / 100 for ends in (LOSSES, SHIFTS))
     losses, shifts = losses[:-1], shifts[:-1]  # the middles of equal steps
@@ -111,7 +111,7 @@ def test_the_stated_error_is_that_of_a_smooth_signal_or_a_little_more(levels):
     healthy = severity[:, 2] == 0
     (grid,) = severity_grids(severity, healthy)
     at = np.linspace(0, 1, 400)
-    away = grid.weights(at, np.zeros(1)) @ signal(np.array(levels)) - signal(at)
+    away = severity_weights(grid.levels, at, np.zeros(1)) @ signal(np.array(levels)) - signal(at)
     true = np.linalg.norm(away, axis=1).max()
     between = severity_interpolation(4, [severity], [healthy], [signal(severity[:, 0])], noise=1.0)
     assert true < between.error < 6 * true
