@@ -226,8 +226,7 @@ def apply_rule(
         return pd.concat(rule.answer(point, rows, point.posterior(x, rows)) for rows, x in parts)
     answers = []
     for rows, x in parts:
-        noise, index_error = (rows[name].to_numpy() for name in ("noise", "index_error"))
         likelihood = point.log_likelihood(x, rows)
-        for at, _, posterior in between.marginals(likelihood, noise=noise, index_error=index_error):
+        for at, _, posterior in between.marginals(likelihood, point.distances(between, rows)):
             answers.append(rule.answer_between(rows.iloc[at], posterior))
     return pd.concat(answers)

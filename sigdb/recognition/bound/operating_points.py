@@ -78,12 +78,17 @@ class OperatingPoint:
         healthy = self.hypotheses.healthy
         if self.between is None:
             return posterior(log_likelihood, self.log_prior, healthy)
-        noise, index_error = (rows[name].to_numpy() for name in ("noise", "index_error"))
-        evidence = self.between.evidence(log_likelihood, noise=noise, index_error=index_error)
+        evidence = self.between.evidence(log_likelihood, self.distances(self.between, rows))
         none = logsumexp(log_likelihood[:, healthy] + self.log_prior[healthy], axis=(1, 2))
         of_teeth = evidence + logsumexp(self.log_prior[~healthy], axis=0)
         location = log_softmax(np.column_stack([none, of_teeth]), axis=1)
         return Posterior(location=location, damage=np.empty((len(rows), 0)))
+
+    def distances(self, between: ContinuousSeverity, rows: pd.DataFrame) -> list[FloatArray]:
+        """Return the distances of templates, as of :meth:`ContinuousSeverity.evidence`, for averages of rows."""
+        noise, index_error = (rows[name].to_numpy() for name in ("noise", "index_error"))
+        laws = self.hypotheses.turned_at(float(index_error[0]))
+        return [laws.distances(templates, noise=noise, index_error=index_error) for templates in between.templates]
 
     @property
     def between(self) -> ContinuousSeverity | None:
@@ -150,7 +155,7 @@ class OperatingPoint:
         share, sizes = np.exp(self.log_prior).sum(axis=1), self.rows["index_error"].unique()
         if laws.nuisance is not None and len(sizes) > 1:
             return None
-        return ContinuousSeverity(laws.turned_at(float(sizes[0])), severity_grids(severity, laws.healthy), share)
+        return ContinuousSeverity(severity_grids(severity, laws.healthy), laws.healthy, share)
 
     @cached_property
     def kinds(self) -> list[str]:

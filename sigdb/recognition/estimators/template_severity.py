@@ -1,4 +1,4 @@
-"""Severity from template scores: the calibrated posterior median, with intervals that hold for each severity."""
+"""Severity from template scores: the posterior median, with intervals that hold for each severity."""
 
 from dataclasses import replace
 from typing import Self
@@ -6,16 +6,14 @@ from typing import Self
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
-from scipy.optimize import minimize
 from scipy.stats import norm
 from sklearn.base import RegressorMixin
 from sklearn.utils.validation import check_is_fitted
 
-from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError
+from sigdb.core import BoolArray, FloatArray, InputError, NotApplicableError
 from sigdb.database import QUANTITIES
 from sigdb.recognition.answers import MORE_SEVERE, NO_TEMPLATE_FITS
 from sigdb.recognition.calibration.conformal import BY_CELL, COVERAGE, COVERED, row_quantile
-from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
 from sigdb.recognition.estimators.contract import (
     Labels,
@@ -36,10 +34,9 @@ _CLEARLY_BEYOND = float(norm.isf(1e-3))
 class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
     """Severity from a bank of templates: stiffness loss, phase shift and number of damaged teeth, with intervals.
 
-    The estimate is the median of the posterior given damage, whatever the tooth (:class:`TemplateScores`), times a
-    slope plus a level that make the mean absolute error least. Intervals are those of :class:`SeverityIntervals`. Their
-    scale of errors is the posterior's standard deviation ``spread`` plus its mean s0 over the training rows. Errors
-    come from estimates that were calibrated without their specimens. Bands are of the noise relative to the bank's
+    The estimate is the median of the posterior given damage, whatever the tooth (:class:`TemplateScores`). Nothing is
+    learnt for it from rows. Intervals are those of :class:`SeverityIntervals`. Their scale of errors is the posterior's
+    standard deviation ``spread`` plus its mean s0 over the training rows. Bands are of the noise relative to the bank's
     healthy signal.
 
     Parameters
@@ -56,8 +53,6 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
 
     Attributes
     ----------
-    corrections_
-        (3, 2) level and slope of each severity's correction.
     levels_, edges_, thresholds_
         As of :class:`SeverityIntervals`.
     floors_
@@ -117,10 +112,9 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         self.beyond_threshold_ = max(row_quantile(self.reducer.beyond(batch), COVERED), _CLEARLY_BEYOND)
         true = labels.loc[damaged, list(QUANTITIES)].to_numpy(float)
         self.floors_ = np.where(spread.mean(axis=0) > 0, spread.mean(axis=0), 1.0)
-        self.corrections_ = np.array([_correction(median[:, i], true[:, i]) for i in range(len(QUANTITIES))])
-        errors = np.column_stack([_errors(median[:, i], true[:, i], groups) for i in range(len(QUANTITIES))])
         point, noise = self.bank.nearest(*batch.operating_point()), self.bank.noise_db(batch)
-        self._fit_intervals(errors / (spread + self.floors_), true, point=point, noise=noise, groups=groups)
+        strange = np.abs(median - true) / (spread + self.floors_)
+        self._fit_intervals(strange, true, point=point, noise=noise, groups=groups)
         return self
 
     def fits_none(self, X: Rows) -> BoolArray | None:
@@ -155,34 +149,6 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         check_is_fitted(self)
         batch = self._batch(X)
         median, spread = self._median_and_spread(batch)
-        estimates = np.column_stack(
-            [
-                np.clip(_corrected(median[:, i], self.corrections_[i]), self.levels_[i][0], self.levels_[i][-1])
-                for i in range(len(QUANTITIES))
-            ]
-        )
-        columns = self._with_intervals(QUANTITIES, estimates, spread + self.floors_, self.bank.noise_db(batch))
+        columns = self._with_intervals(QUANTITIES, median, spread + self.floors_, self.bank.noise_db(batch))
         return pd.DataFrame(columns, index=batch.index)
 
-
-def _corrected(median: FloatArray, correction: FloatArray) -> FloatArray:
-    level, slope = correction
-    return level + slope * median
-
-
-def _correction(median: FloatArray, true: FloatArray) -> FloatArray:
-    """Return the level and slope of least mean absolute error; close to 0 and 1 where these are as good."""
-
-    def loss(parameters: FloatArray) -> float:
-        return float(np.abs(_corrected(median, parameters) - true).mean())
-
-    start, options = np.array([0.0, 1.0]), {"xatol": 1e-8, "fatol": 1e-12}
-    return np.asarray(minimize(loss, start, method="Nelder-Mead", options=options).x)
-
-
-def _errors(median: FloatArray, true: FloatArray, groups: IntArray) -> FloatArray:
-    """Return the absolute error of estimates that were calibrated on other specimens, (rows,)."""
-    errors = np.empty(len(true))
-    for inner, outer in specimen_folds_of(groups):
-        errors[outer] = np.abs(_corrected(median[outer], _correction(median[inner], true[inner])) - true[outer])
-    return errors

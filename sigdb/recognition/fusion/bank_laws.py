@@ -83,6 +83,10 @@ class BankLaws:
             phases=phases,
         )
 
+    def has_continuous_severity(self, teeth: int) -> bool:
+        """Return whether the templates of a tooth count hold between their severities."""
+        return self._bank.has_continuous_severity(teeth)
+
     def share(self, teeth: int, keys: Sequence[DamageKey]) -> FloatArray:
         """Return the share (keys,) of each template among the rows of its kind, the mean over the points."""
         points = [point for point in self._bank.points if point.teeth == teeth]

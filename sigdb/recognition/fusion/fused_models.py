@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 import pandas as pd
+from scipy.special import log_softmax, logsumexp
 from scipy.stats import binom
 
 from sigdb.core import Answer, FloatArray, InputError, NotApplicableError
@@ -17,10 +18,15 @@ from sigdb.recognition.fusion.joint_law import JointLaw
 from sigdb.recognition.model import Model
 from sigdb.recognition.rows.batch import NOISE, POINT, TSA, Batch
 from sigdb.recognition.templates.bank import TemplateBank
+from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, SeverityMarginals
 from sigdb.recognition.templates.posterior import Posterior, posterior
+from sigdb.recognition.templates.severity_grid import severity_grids
 
 CREDIBILITY = 0.9
 """Probability that the candidates of a fused answer hold together, and that of the intervals of severity."""
+
+_ENDS = {"": 0.5, "_low": (1 - CREDIBILITY) / 2, "_high": (1 + CREDIBILITY) / 2}
+"""Quantiles of a severity that are answered, by the ends of their names."""
 
 Part: TypeAlias = tuple[Model, pd.DataFrame]
 """A model, and the rows that it reads."""
@@ -31,7 +37,8 @@ def fuse_models(parts: Sequence[Part], *, machine: str = "machine") -> pd.DataFr
 
     Each model reads the averages of one sensor at any number of operating points and recordings. Averages have
     independent noise and common index errors, by the templates of the models (:class:`JointLaw`). Before averages are
-    seen, damage and none are equally likely, and so are all teeth; templates have their shares in the training.
+    seen, damage and none are equally likely, and so are all teeth; templates have their shares in the training. Where
+    all models hold between their severities, these are continuous, as in :class:`TemplateScores`.
 
     Parameters
     ----------
@@ -122,14 +129,33 @@ def _answer(rows: pd.DataFrame, laws: Sequence[BankLaws], sizes: Sequence[float]
         prior = np.repeat(np.log(share / (2 * joint.teeth))[:, None], joint.teeth, axis=1)
     averages = [np.asarray(x, float)[None] for x in rows[TSA]]
     index_error = np.array([sizes[part] for part in rows["part"]])
-    likelihood = joint.log_likelihood(averages, noise=rows["noise"].to_numpy(), index_error=index_error)
-    after = posterior(likelihood, prior, joint.healthy)
+    law = {"noise": rows["noise"].to_numpy(), "index_error": index_error}
+    likelihood = joint.log_likelihood(averages, **law)
+    between = _between(joint, share, [laws[part] for part in rows["part"].unique()])
+    if between is None:
+        after = posterior(likelihood, prior, joint.healthy)
+        severity = _severity(after, joint)
+    else:
+        distances = [joint.distances(templates, **law)[None] for templates in between.templates]
+        ((_, evidence, marginals),) = between.marginals(likelihood, distances)
+        none = logsumexp(likelihood[:, joint.healthy] + prior[joint.healthy], axis=(1, 2))
+        location = np.column_stack([none, evidence - np.log(2 * joint.teeth)])
+        after = Posterior(location=log_softmax(location, axis=1), damage=np.empty((1, 0)))
+        severity = _severity_between(marginals)
     share_of_teeth = np.exp(after.location[0])
     candidates = credible_set(share_of_teeth)
     tooth = int(after.tooth[0])
     numbers: dict[str, object] = {"tooth": tooth, "probability": share_of_teeth[tooth], "candidates": candidates}
-    numbers |= {"log_odds": float(after.log_odds[0])} | _severity(after, joint)
+    numbers |= {"log_odds": float(after.log_odds[0])} | severity
     return _sentence(Answer.of_teeth(candidates)) | facts | numbers
+
+
+def _between(joint: JointLaw, share: FloatArray, laws: Sequence[BankLaws]) -> ContinuousSeverity | None:
+    """Return posteriors over severities between the templates; None where a model has those of the templates alone."""
+    if not all(law.has_continuous_severity(joint.teeth) for law in laws):
+        return None
+    grids = severity_grids(joint.severity, joint.healthy)
+    return ContinuousSeverity(grids, joint.healthy, share) if grids else None
 
 
 def _sentence(answer: Answer) -> dict[str, object]:
@@ -165,6 +191,13 @@ def _severity(after: Posterior, joint: JointLaw) -> dict[str, float]:
     """Return median and interval of each severity; templates with a pattern have none, and do not take part."""
     plain = np.isfinite(joint.severity).all(axis=1)
     some = Posterior(location=after.location, damage=np.where(plain, after.damage, -np.inf))
-    levels = zip(QUANTITIES, np.nan_to_num(joint.severity.T), strict=True)
-    ends = {"": 0.5, "_low": (1 - CREDIBILITY) / 2, "_high": (1 + CREDIBILITY) / 2}
-    return {f"{name}{end}": float(some.quantile(level, p)[0]) for name, level in levels for end, p in ends.items()}
+    levels = dict(zip(QUANTITIES, np.nan_to_num(joint.severity.T), strict=True))
+    return {
+        f"{name}{end}": float(some.quantile(level, p)[0]) for name, level in levels.items() for end, p in _ENDS.items()
+    }
+
+
+def _severity_between(marginals: SeverityMarginals) -> dict[str, float]:
+    """Return the same of a posterior over severities between the templates."""
+    quantiles = {end: marginals.quantile(p)[0] for end, p in _ENDS.items()}
+    return {f"{name}{end}": float(quantiles[end][i]) for i, name in enumerate(QUANTITIES) for end in _ENDS}

@@ -264,6 +264,34 @@ class JointLaw:
         likelihood[:, self.healthy] = likelihood[:, self.healthy, :1]
         return likelihood
 
+    def distances(self, templates: IntArray, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
+        """Return ``(s_j - s_k)' S^-1 (s_j - s_k)`` of the pairs j < k of some templates, (pairs,), for one machine.
+
+        The means are those of all averages, without harmonic signals; S^-1 is the mean of those of both templates.
+
+        Parameters
+        ----------
+        templates
+            Places of the templates.
+        noise, index_error
+            As of :meth:`log_likelihood`, (averages,) or one for all.
+        """
+        noise, index_error = (
+            np.broadcast_to(np.asarray(value, float), len(self.laws)) for value in (noise, index_error)
+        )
+        r, count = self.laws[0].response.shape[2], len(templates)
+        spread = np.broadcast_to(np.eye(r), (count, r, r)).copy()
+        square, along = np.zeros((count, count)), np.zeros((count, count, r))
+        for law, sigma, size in zip(self.laws, noise, index_error, strict=True):
+            between = law.signal[templates, None] - law.signal[templates]
+            response = law.response[templates] * (size / sigma)
+            square += (between**2).sum(axis=2) / sigma**2
+            along += between @ response / sigma
+            spread += law.gram[templates] * (size / sigma) ** 2
+        explained = np.einsum("jkr,jrk->jk", along, np.linalg.solve(spread, along.swapaxes(1, 2)))
+        whole = square - (explained + explained.T) / 2
+        return np.asarray(whole[np.triu_indices(count, 1)])
+
     def _check(self, averages: Sequence[FloatArray], noise: FloatArray) -> None:
         if len(averages) != len(self.laws):
             raise InputError(f"{len(averages)} averages are given for {len(self.laws)} laws; give one for each")

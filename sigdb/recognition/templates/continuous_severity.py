@@ -7,19 +7,15 @@ from typing import TypeAlias
 
 import numpy as np
 
-from sigdb.core import FloatArray, IntArray, blocks
+from sigdb.core import BoolArray, FloatArray, IntArray, blocks
 from sigdb.recognition.metrics.location_and_severity import crps_sample
 from sigdb.recognition.templates.severity_grid import SeverityGrid, severity_weights
-from sigdb.recognition.templates.turned_laws import TurnedLaws
 
 _STEPS = np.array([5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64])
 """Numbers of steps in which an axis may be divided. The least one has all six ends of :func:`_quadrature`."""
 
 _NUMBERS_AT_ONCE = 150_000
 """Densities that are summed together: they stay in the cache."""
-
-_ROWS_AT_ONCE = 64
-"""Rows whose distances are computed together."""
 
 Levels: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]
 """Stiffness losses and phase shifts (deg) of a grid."""
@@ -98,62 +94,56 @@ class ContinuousSeverity:
 
     Parameters
     ----------
-    laws
-        Laws of the templates.
     grids
-        Their grids, one for each number of damaged teeth.
+        Grids of the templates, one for each number of damaged teeth.
+    healthy
+        (templates,) whether a template is of a healthy gear.
     share
         (templates,) share of each template.
     """
 
-    def __init__(self, laws: TurnedLaws, grids: Sequence[SeverityGrid], share: FloatArray) -> None:
-        self._laws, self._grids = laws, grids
-        shares = np.array([share[grid.places[~laws.healthy[grid.places]]].sum() for grid in grids])
+    def __init__(self, grids: Sequence[SeverityGrid], healthy: BoolArray, share: FloatArray) -> None:
+        self._grids = grids
+        shares = np.array([share[grid.places[~healthy[grid.places]]].sum() for grid in grids])
         with np.errstate(divide="ignore"):
             self._log_share = np.log(shares / shares.sum())
         self._levels: tuple[Levels, ...] = tuple(
             (tuple(grid.levels[0].tolist()), tuple(grid.levels[1].tolist())) for grid in grids
         )
 
-    def evidence(
-        self,
-        log_likelihood: FloatArray,
-        *,
-        noise: FloatArray,
-        index_error: float | FloatArray,
-        coefficients: FloatArray | None = None,
-    ) -> FloatArray:
+    @property
+    def templates(self) -> list[IntArray]:
+        """Places of the templates of each grid."""
+        return [grid.places.ravel() for grid in self._grids]
+
+    def evidence(self, log_likelihood: FloatArray, distances: Sequence[FloatArray]) -> FloatArray:
         """Return the logarithm of the density of averages given damage at each tooth, (rows, teeth).
 
         Parameters
         ----------
         log_likelihood
-            (rows, templates, teeth) of :meth:`TurnedLaws.log_likelihood` with the same noise and coefficients.
-        noise, index_error, coefficients
-            As there.
+            (rows, templates, teeth) of the averages under each template.
+        distances
+            For each grid, ``(s_j - s_k)' S^-1 (s_j - s_k)`` of the pairs j < k of :attr:`templates` under the law of
+            each average, (rows, pairs), as of :meth:`TurnedLaws.distances`.
         """
         evidence = np.empty((len(log_likelihood), log_likelihood.shape[2]))
-        for at, _, density in self._densities(log_likelihood, noise, index_error, coefficients):
+        for at, _, density in self._densities(log_likelihood, distances):
             evidence[at] = density.evidence()
         return evidence
 
     def marginals(
-        self,
-        log_likelihood: FloatArray,
-        *,
-        noise: FloatArray,
-        index_error: float | FloatArray,
-        coefficients: FloatArray | None = None,
+        self, log_likelihood: FloatArray, distances: Sequence[FloatArray]
     ) -> Iterator[tuple[IntArray, FloatArray, SeverityMarginals]]:
         """Yield the posteriors of averages, some at a time, with their places and their :meth:`evidence`.
 
         Parameters
         ----------
-        log_likelihood, noise, index_error, coefficients
+        log_likelihood, distances
             As of :meth:`evidence`.
         """
         counts = np.array([grid.damaged_teeth for grid in self._grids])
-        for at, nodes, density in self._densities(log_likelihood, noise, index_error, coefficients):
+        for at, nodes, density in self._densities(log_likelihood, distances):
             masses = density.masses().reshape(len(at), len(counts), len(nodes.losses), -1)
             axes = ((1, 3), (1, 2), (2, 3))
             yield at, density.evidence(), SeverityMarginals(
@@ -164,14 +154,9 @@ class ContinuousSeverity:
             )
 
     def _densities(
-        self,
-        log_likelihood: FloatArray,
-        noise: FloatArray,
-        index_error: float | FloatArray,
-        coefficients: FloatArray | None,
+        self, log_likelihood: FloatArray, distances: Sequence[FloatArray]
     ) -> Iterator[tuple[IntArray, "_Nodes", "_Densities"]]:
         """Yield places of rows that take an equally fine grid, the grid, and their densities there."""
-        distances = [self._distances(i, noise, index_error, coefficients) for i in range(len(self._grids))]
         steps = np.stack([self._steps(axis, distances) for axis in range(2)], axis=1)
         for alike in np.unique(steps, axis=0).tolist():
             rows, nodes = np.flatnonzero((steps == alike).all(axis=1)), _nodes(self._levels, tuple(alike))
@@ -210,45 +195,6 @@ class ContinuousSeverity:
             greatest = np.maximum(greatest, slopes.max(axis=1))
         wanted = (high - low) * greatest
         return np.asarray(_STEPS[np.searchsorted(_STEPS[:-1], wanted)])
-
-    def _distances(
-        self, place: int, noise: FloatArray, index_error: float | FloatArray, coefficients: FloatArray | None
-    ) -> FloatArray:
-        """Return (s_j - s_k)' S^-1 (s_j - s_k) of the pairs j < k of templates of a grid, (rows, pairs)."""
-        square, along = self._differences[place]
-        templates = self._grids[place].places.ravel()
-        first, second = np.triu_indices(len(templates), 1)
-        size = np.broadcast_to(self._laws.size(index_error), len(noise))
-        distances = np.empty((len(noise), len(first)))
-        for some in blocks(len(noise), _ROWS_AT_ONCE):
-            c = np.ones((1, len(square))) if coefficients is None else coefficients[some, :, 0]
-            d = (self._laws.gains[templates] * (size[some] / noise[some])[:, None, None]) ** 2
-            amplitude = (c @ along.reshape(len(along), -1)).reshape(-1, *along.shape[1:])
-            shrunk = (d / (1 + d))[:, :, :, None]
-            explained = (np.square(amplitude, out=amplitude) @ shrunk)[:, :, :, 0]
-            products = (c[:, :, None] * c[:, None]).reshape(len(c), -1)
-            whole = products @ square.reshape(-1, square.shape[2])
-            whole = whole - (explained[:, first, second] + explained[:, second, first]) / 2
-            distances[some] = whole / noise[some, None] ** 2
-        return distances
-
-    @cached_property
-    def _differences(self) -> list[tuple[FloatArray, FloatArray]]:
-        """For each grid, products (a, a, pairs) of the differences of templates, and their amplitudes in modes of j.
-
-        The latter are (a, j, k, r).
-        """
-        parts = []
-        for grid in self._grids:
-            templates = grid.places.ravel()
-            first = self._laws.carriers[templates, :, 0]
-            gram = np.einsum("jan,kbn->abjk", first, first, optimize=True)
-            alone = np.einsum("abjj->abj", gram)
-            square = alone[:, :, :, None] + alone[:, :, None] - gram - gram.swapaxes(2, 3)
-            along = np.einsum("kan,jnm->ajkm", first, self._laws.modes[templates], optimize=True)
-            pairs = np.triu_indices(len(templates), 1)
-            parts.append((square[:, :, *pairs], along - np.einsum("ajjm->ajm", along)[:, :, None]))
-        return parts
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -78,7 +78,7 @@ class LocalTemplates:
     def continuous_severity(self) -> ContinuousSeverity | None:
         """Posteriors over severities between the templates; None where these form no grid."""
         grids = severity_grids(self.severity, self.healthy)
-        return ContinuousSeverity(self.laws, grids, self.share) if grids else None
+        return ContinuousSeverity(grids, self.healthy, self.share) if grids else None
 
     def signals(self, coefficients: FloatArray | None) -> FloatArray:
         """Return the nominal averages, (rows or 1, templates, n), without harmonic excitations."""

@@ -183,11 +183,12 @@ class TemplateScores(TransformerMixin, BaseEstimator):
             ratio[:, : local.teeth] = after.location[:, 1:] - after.location[:, :1]
             return ratio, _severity_of_templates(after, local.severity) if self.severity else severity
         none = logsumexp(likelihood[:, local.healthy, 0] + np.log(local.share[local.healthy]), axis=1)
+        distances = [local.laws.distances(templates, **law) for templates in continuous.templates]
         if not self.severity:
-            evidence = continuous.evidence(likelihood, **law)
+            evidence = continuous.evidence(likelihood, distances)
         else:
             evidence = np.empty((len(likelihood), local.teeth))
-            for some, of_teeth, marginals in continuous.marginals(likelihood, **law):
+            for some, of_teeth, marginals in continuous.marginals(likelihood, distances):
                 evidence[some] = of_teeth
                 severity[some] = np.hstack([marginals.mean(), marginals.quantile(0.5), marginals.spread()])
         ratio[:, : local.teeth] = evidence - np.log(local.teeth) - none[:, None]

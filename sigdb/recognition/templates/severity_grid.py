@@ -22,6 +22,9 @@ _LEAST_LEVELS = 3
 _CUBIC = 4
 """Levels that a cubic takes."""
 
+_ROUNDING = 1e-9
+"""Divided differences, over the signals and the range to their power, that are of rounding."""
+
 _LEFT_OUT = 4.0
 """Factor between the error at a level that is left out and that between all levels. Half the distance has a sixteenth
 of the error of a cubic; but it is greater between the last two levels, which are not left out."""
@@ -187,8 +190,9 @@ def _line_error(levels: FloatArray, signals: FloatArray) -> float:
     before = np.maximum(_norm(before), _norm(_divided(levels[1:], signals[1:])))
     at = np.linspace(levels[0], levels[-1], 201)
     product = np.abs(np.prod(at[:, None] - levels, axis=1)).max()
-    ratio = _norm(last) / np.maximum(before, np.finfo(float).tiny)
-    return float((_norm(last) * ratio).max() * product)
+    rounding = _ROUNDING * _norm(signals).max() / (levels[-1] - levels[0]) ** (len(levels) - 1)
+    next_one = np.where(_norm(last) > rounding, _norm(last) ** 2 / np.maximum(before, rounding), 0.0)
+    return float(next_one.max() * product)
 
 
 def _divided(levels: FloatArray, signals: FloatArray) -> FloatArray:

@@ -1,6 +1,7 @@
 """The Bayes bound: against closed forms, against its own rows, and what it says of models."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -52,6 +53,16 @@ def point(signals, tooth, *, teeth, rows, response=None, index_error=0.0, **seve
     for name in QUANTITIES:
         frame[name] = hypotheses.cases[name].to_numpy()[frame["place"]]
     return OperatingPoint(hypotheses=hypotheses, rows=frame)
+
+
+def between(losses, **options):
+    """Signals that are linear in the loss, at 3 teeth; half of the rows are healthy."""
+    change = np.zeros(3 * STEP)
+    change[2] = 20 * NOISE
+    rows = [(0, 0)] * 3 * (len(losses) - 1) + [(k, t) for k in range(1, len(losses)) for t in (1, 2, 3)]
+    signals = [loss * change for loss in losses]
+    tooth = [int(loss > 0) for loss in losses]
+    return point(signals, tooth, teeth=3, rows=rows, stiffness_loss=list(losses), **options)
 
 
 def two_signals(distance, **options):
@@ -399,3 +410,24 @@ def test_an_unknown_target_is_refused(database):
 def test_detection_needs_both_kinds_of_rows():
     with pytest.raises(InputError, match="detection needs both healthy and damaged rows"):
         optimal_roc(orthogonal(2.0), np.array([0]))
+
+
+def test_a_rule_without_known_cells_takes_any_severity_between_those_of_the_templates():
+    """The location follows from the density integrated over the loss, for averages of losses between the templates."""
+    some = between((0.0, 0.1, 0.25, 0.4))
+    unknown = replace(some, known_cells=False)
+    x = NOISE * np.random.default_rng(2).standard_normal((4, 3 * STEP))
+    x[1, 2] += 0.17 * 20 * NOISE
+    x[2, 2 + STEP] += 0.3 * 20 * NOISE
+    rows = some.rows.iloc[:4]
+
+    def density(average, tooth):
+        """Likelihood of damage at a tooth over that of none."""
+        at = average[2 + (tooth - 1) * STEP] / NOISE
+        return quad(lambda loss: norm.pdf(at - 20 * loss) / norm.pdf(at) / 0.4, 0, 0.4)[0]
+
+    odds = np.array([[density(average, tooth) / 3 for tooth in (1, 2, 3)] for average in x])
+    expected = np.column_stack([np.ones(4), odds]) / (1 + odds.sum(axis=1, keepdims=True))
+    assert_allclose(np.exp(unknown.posterior(x, rows).location), expected, rtol=0.04)  # as stated for steep densities
+    assert np.abs(np.exp(some.posterior(x, rows).location) - expected).max() > 0.05
+    assert unknown.requested.known_cells

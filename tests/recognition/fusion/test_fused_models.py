@@ -3,13 +3,16 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
+from scipy.stats import multivariate_normal
 
 from sigdb.core.errors import InputError, NotApplicableError
 from sigdb.recognition import fuse_models
-from sigdb.recognition.fusion.fused_models import credible_set
+from sigdb.recognition.fusion.fused_models import _answer, credible_set
+from sigdb.recognition.fusion.joint_law import AverageLaw
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +57,60 @@ def test_models_and_rows_that_cannot_be_fused_are_refused(location_model, some):
     bare = replace(location_model, learner="fm4", estimators={"fm4": location_model.estimators["fm4"]})
     with pytest.raises(NotApplicableError, match="has no templates, whose law joins averages"):
         fuse_models([(bare, some)])
+
+
+TEETH, N, SIZE = 4, 24, 2.0
+LOSSES = np.array([0.0, 0.1, 0.25, 0.4])
+
+
+class ContinuousLaws:
+    """Laws of a bank that holds between its severities: signals linear in the loss, and a response to index errors."""
+
+    def __init__(self, seed):
+        stream = np.random.default_rng(seed)
+        self.change, each = stream.standard_normal(N), stream.standard_normal(N // TEETH)
+        self.response = np.stack([np.roll(np.pad(each, (0, N - len(each))), i * len(each)) for i in range(TEETH)], 1)
+
+    def at(self, *point):
+        return AverageLaw(
+            teeth=TEETH,
+            keys=tuple((loss,) for loss in LOSSES),
+            healthy=LOSSES == 0,
+            severity=np.column_stack([LOSSES, 0 * LOSSES, LOSSES > 0]),
+            signal=8 * LOSSES[:, None] * self.change,
+            response=np.repeat(self.response[None], len(LOSSES), axis=0),
+            harmonic=np.zeros((len(LOSSES), N, 0)),
+            phases=np.zeros((len(LOSSES), 0, TEETH)),
+        )
+
+    def share(self, teeth, keys):
+        return np.where(LOSSES > 0, 1 / 3, 1.0)
+
+    def has_continuous_severity(self, teeth):
+        return True
+
+
+def test_several_averages_take_any_severity_between_those_of_the_templates():
+    """Odds and loss are those of the normal density of both averages together, integrated over the loss."""
+    laws, noise = [ContinuousLaws(1), ContinuousLaws(2)], np.array([0.8, 1.2])
+    stream = np.random.default_rng(3)
+    response = np.vstack([law.response for law in laws])
+    covariance = np.diag(np.repeat(noise**2, N)) + SIZE**2 * response @ response.T
+    change = np.concatenate([8 * np.roll(law.change, 2 * N // TEETH) for law in laws])  # at the third tooth
+    x = 0.17 * change + np.linalg.cholesky(covariance) @ stream.standard_normal(2 * N)
+    rows = pd.DataFrame(
+        {"teeth": TEETH, "speed_rpm": 1.0, "torque": 1.0, "noise": noise, "part": [0, 1], "reason": ""}
+    ).assign(tsa=[x[:N], x[N:]])
+    answer = _answer(rows, laws, [SIZE, SIZE])
+    at = np.linspace(0, 0.4, 2001)
+    changes = [np.concatenate([8 * np.roll(law.change, t * N // TEETH) for law in laws]) for t in range(TEETH)]
+    density = np.array([multivariate_normal.logpdf(x - at[:, None] * each, cov=covariance) for each in changes])
+    none = multivariate_normal.logpdf(x, cov=covariance)
+    assert_allclose(answer["log_odds"], logsumexp(density) - np.log(len(at) * TEETH) - none, atol=0.02)
+    assert answer["tooth"] == 3
+    of_loss = np.cumsum(softmax(logsumexp(density, axis=0)))
+    for end, p in (("_low", 0.05), ("", 0.5), ("_high", 0.95)):
+        assert_allclose(answer[f"stiffness_loss{end}"], at[np.searchsorted(of_loss, p)], atol=0.006)
 
 
 def test_a_credible_set_holds_the_most_probable_answers():

@@ -73,6 +73,15 @@ def test_it_is_the_normal_density_of_all_averages_together(stored, joint):
                 assert_allclose(found[machine, k, t], expected, rtol=1e-10)
 
 
+def test_distances_of_templates_are_those_of_all_averages_together(stored, joint):
+    noise, sizes = np.array([0.5, 0.7, 0.2]), np.array([2e-6, 1e-6, 3e-6])
+    found = joint.distances(np.array([0, 2]), noise=noise, index_error=sizes)
+    means = [np.concatenate([some[k].signals[0] for some in stored]) for k in (0, 2)]
+    inverses = [np.linalg.inv(law(stored, k, 0, noise, sizes)[1]) for k in (0, 2)]
+    away = means[0] - means[1]
+    assert_allclose(found, [away @ (inverses[0] + inverses[1]) @ away / 2])
+
+
 def test_one_average_alone_has_its_own_law(stored):
     one = hypotheses(stored[1])
     x = np.random.default_rng(5).standard_normal((3, one.signal.shape[1]))
