@@ -158,7 +158,7 @@ def bayes_bound(
         raise InputError(f"target = {target!r} does not exist; choose one of {', '.join(RULES)}")
     rule = RULES[target]
     points, outside = operating_points(database, ids, among=among, sensor=sensor, damaged=rule.damaged_only, like=like)
-    points = [replace(point, known_cells=known_cells) for point in points]
+    points = [replace(point, known_cells=known_cells or not rule.continuous) for point in points]
     applied = (apply_rule(rule, point, point.stored(database, sensor)) for point in points)
     answers = pd.concat(applied).sort_index()
     losses, scores = list(rule.losses), [str(name) for name in answers if str(name).startswith("score_")]

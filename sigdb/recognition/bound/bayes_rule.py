@@ -29,11 +29,14 @@ class BayesRule(Protocol):
         Losses of a row that the rule minimises on average.
     damaged_only
         Whether it is for damaged rows only.
+    continuous
+        Whether severities may lie between those of the templates, to a rule without known cells.
     """
 
     name: str
     losses: tuple[str, ...]
     damaged_only: bool
+    continuous: bool
 
     def answer(self, point: OperatingPoint, rows: pd.DataFrame, posterior: Posterior) -> pd.DataFrame:
         """Return the columns of :attr:`Bound.rows` and the losses, a row for each row of ``rows``."""
@@ -56,6 +59,7 @@ class ClassRule(ABC):
     name: str
     losses: tuple[str, ...] = ("error", "log_loss")
     damaged_only = False
+    continuous = True
 
     @abstractmethod
     def classes(self, point: OperatingPoint) -> Sequence[int | str]:
@@ -122,6 +126,7 @@ class KindRule(ClassRule):
     """The rule that names the most probable kind of damage, or none, whatever the tooth."""
 
     name = KIND
+    continuous = False  # a kind is that of a template
 
     def classes(self, point: OperatingPoint) -> tuple[str, ...]:
         """Return ``none`` and the kinds of the hypotheses."""
@@ -153,6 +158,7 @@ class SeverityRule:
         f"{kind}_{quantity}" for kind in ("absolute", "square", "crps") for quantity in QUANTITIES
     )
     damaged_only = True
+    continuous = True
 
     def answer(self, point: OperatingPoint, rows: pd.DataFrame, posterior: Posterior) -> pd.DataFrame:
         """Return mean, median, 5 and 95 % quantiles of each quantity, and the losses."""

@@ -151,4 +151,3 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         median, spread = self._median_and_spread(batch)
         columns = self._with_intervals(QUANTITIES, median, spread + self.floors_, self.bank.noise_db(batch))
         return pd.DataFrame(columns, index=batch.index)
-

@@ -121,7 +121,7 @@ def _knows_cells(bound: Bound, database: Database, sensor: str) -> bool:
     """Return whether the rule of a bound knows more of the cases than that they are some of the database's."""
     if not bound.points:
         return False
-    if any(point.continuous_severity is not None for point in bound.points):
+    if RULES[bound.target].continuous and any(point.continuous_severity is not None for point in bound.points):
         return True
     damaged = RULES[bound.target].damaged_only
     every, _ = operating_points(database, bound.rows.index, sensor=sensor, damaged=damaged, like=bound.points)

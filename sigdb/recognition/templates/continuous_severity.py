@@ -146,11 +146,15 @@ class ContinuousSeverity:
         for at, nodes, density in self._densities(log_likelihood, distances):
             masses = density.masses().reshape(len(at), len(counts), len(nodes.losses), -1)
             axes = ((1, 3), (1, 2), (2, 3))
-            yield at, density.evidence(), SeverityMarginals(
-                losses=nodes.losses,
-                shifts=nodes.shifts,
-                counts=counts,
-                masses=(masses.sum(axis=axes[0]), masses.sum(axis=axes[1]), masses.sum(axis=axes[2])),
+            yield (
+                at,
+                density.evidence(),
+                SeverityMarginals(
+                    losses=nodes.losses,
+                    shifts=nodes.shifts,
+                    counts=counts,
+                    masses=(masses.sum(axis=axes[0]), masses.sum(axis=axes[1]), masses.sum(axis=axes[2])),
+                ),
             )
 
     def _densities(
@@ -175,10 +179,10 @@ class ContinuousSeverity:
             of_grid = log_likelihood[:, grid.places.ravel()].transpose(0, 2, 1).reshape(rows * teeth, -1)
             along[:, :, i] = (of_grid @ weights.T).reshape(rows, teeth, -1)
             along[:, :, i] += (rise + (share + log_weight))[:, None]
-        along = along.reshape(rows, teeth, -1)
-        top = along.max(axis=2)
-        along -= top[:, :, None]
-        return _Densities(top=top, relative=np.exp(along, out=along))
+        of_teeth = along.reshape(rows, teeth, -1)
+        top = of_teeth.max(axis=2)
+        of_teeth -= top[:, :, None]
+        return _Densities(top=top, relative=np.exp(of_teeth, out=of_teeth))
 
     def _steps(self, axis: int, distances: Sequence[FloatArray]) -> IntArray:
         """Return in how many steps, none wider than the deviation of an estimate, an axis is divided; (rows,)."""

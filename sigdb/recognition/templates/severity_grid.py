@@ -118,7 +118,7 @@ def severity_weights(levels: Sequence[FloatArray], losses: FloatArray, shifts: F
     Parameters
     ----------
     levels
-        Of :class:`SeverityGrid`.
+        Those of a :class:`SeverityGrid`.
     losses, shifts
         Stiffness losses and phase shifts (deg) between them.
     """
