@@ -235,7 +235,7 @@ class TurnedLaws:
         return distances
 
     def _differences_of(self, templates: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-        """Return products (a, a, pairs) of differences of templates, and their amplitudes in modes of j, (a, j, k, r)."""
+        """Return products (a, a, pairs) of differences of templates, and amplitudes (a, j, k, r), in modes of j."""
         if templates not in self._kept_differences:
             at = list(templates)
             first, pairs = self.carriers[at, :, 0], np.triu_indices(len(at), 1)
