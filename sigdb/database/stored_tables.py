@@ -260,9 +260,14 @@ class StoredTables:
         if part not in self._receipts["rows"]:
             return pa.table({"id": pa.array([], pa.int64())})
         with self._reading():
-            file = CheckedParquet(self.store, self._receipts["rows"][part].file("signals"))
+            file = self._signal_files[part]
             present = [group for group in groups if group < len(file.group_rows)]
             return file.read(present, columns)
+
+    @cached_property
+    def _signal_files(self) -> dict[int, CheckedParquet]:
+        """Files of ``signals`` by part; their footers are read once."""
+        return dict(zip(self._receipts["rows"], self._files("signals"), strict=True))
 
     @contextmanager
     def _reading(self) -> Iterator[None]:

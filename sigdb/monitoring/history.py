@@ -222,7 +222,10 @@ def gear_history(
 def _few_healthy(count: int, errors: Mapping[int, InputError]) -> str:
     """Return why a history with so few healthy looks that can be compared has no answer."""
     left = f" that can be compared, {len(errors)} are left out" if errors else ""
-    return f"{count} looks are healthy{left}, fewer than {LEAST_HEALTHY}; record more of the undamaged gear"
+    looks = "1 look is" if count == 1 else f"{count} looks are"
+    return (
+        f"{looks} healthy{left}, fewer than {LEAST_HEALTHY}; record more of the undamaged gear, or label them healthy"
+    )
 
 
 def healthy_looks(looks: Sequence[Look], settings: MonitorSettings) -> tuple[np.ndarray, list[Note]]:
@@ -233,7 +236,10 @@ def healthy_looks(looks: Sequence[Look], settings: MonitorSettings) -> tuple[np.
     if labelled.sum() >= LEAST_HEALTHY:
         return labelled, []
     first = (np.arange(len(looks)) < _FIRST) & np.array([look.health != "damaged" for look in looks])
-    text = f"The first {int(first.sum())} recordings were taken to be healthy, since fewer than five are labelled so."
+    if not first.any():
+        return first, []
+    which = f"{int(first.sum())} of the first {min(len(looks), _FIRST)} recordings"
+    text = f"Fewer than five recordings are labelled healthy: {which} were taken to be."
     return first, [Note(code="healthy-assumed", text=text, values={"looks": int(first.sum())})]
 
 
@@ -243,7 +249,14 @@ def _looks_a_year(looks: Sequence[Look], settings: MonitorSettings) -> tuple[flo
     days = [look.day for look in looks if look.day is not None]
     if len(days) == len(looks) >= _LEAST_LOOKS and days[-1] > days[0]:
         return 365.25 * (len(looks) - 1) / (days[-1] - days[0]), []
-    text = "The recordings have no dates: one look a day was assumed; state looks_a_year."
+    undated = [look.name for look in looks if look.day is None]
+    why = (
+        f"{len(undated)} of {len(looks)} recordings have no date, the first is {undated[0]}: their order is that of "
+        "their ingest and of their names, and one look a day was assumed"
+        if undated
+        else "All recordings have one date: one look a day was assumed"
+    )
+    text = f"{why}; state looks_a_year."
     return _DAILY, [Note(code="looks-assumed", text=text)]
 
 

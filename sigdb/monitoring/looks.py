@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 import pandas as pd
 
-from sigdb.core import InputError, IntArray
+from sigdb.core import BoolArray, InputError, IntArray
 from sigdb.database import Database, Receipt
 from sigdb.diagnosis import row_signature
 from sigdb.monitoring.row_facts import row_facts
@@ -33,7 +33,7 @@ _FACTS = (
         "shaft_rpm",
     ),
     *("torque", "load", "health", "angle", "absolute", "kept", "highest_order", "presence_p", "averages", "scatter"),
-    "status_code",
+    *("status", "status_code", "source"),
 )
 _PLACE = ["machine", "gear", "teeth", "sensor", "channel"]
 """Columns that make a history."""
@@ -86,6 +86,8 @@ class RecordedGear:
         Names of the machine, the gear and the sensor, as text.
     rows, numbers
         Facts of all rows in the order of their ids, and the numbers of its own among them.
+    failed
+        Numbers of rows without a result that may have been of it.
     parts
         Receipts of the parts of the database by their numbers.
     """
@@ -94,12 +96,13 @@ class RecordedGear:
     place: dict[str, str]
     rows: pd.DataFrame
     numbers: IntArray
+    failed: IntArray
     parts: dict[int, Receipt]
 
     @cached_property
     def content(self) -> str:
         """SHA-256 of what its looks depend on: its rows, and the plans and files of their parts."""
-        ids = self.rows["id"].to_numpy()[self.numbers]
+        ids = self.rows["id"].to_numpy()[np.concatenate([self.numbers, self.failed])]
         parts = [self.parts[part] for part in np.unique(ids // self.database.manifest.part_rows)]
         files = [[receipt.plan, *(file.sha256 for file in receipt.files)] for receipt in parts]
         text = json.dumps([self.database.manifest.hash, self.place, ids.tolist(), files], sort_keys=True)
@@ -111,6 +114,14 @@ class RecordedGear:
         if all(look.day is not None for look in looks):
             looks.sort(key=lambda look: (look.day or 0.0, look.name))
         return looks
+
+    def newer_without_result(self) -> pd.DataFrame:
+        """Return the rows without a result that are newer than the newest look, by their dates or else their ids."""
+        usable, failed = (self.rows.take(numbers) for numbers in (self.numbers, self.failed))
+        days, since = _days(usable["date"]), _days(failed["date"])
+        dated = bool(days.notna().all() and since.notna().all())
+        newer = since > days.max() if dated else failed["id"] > usable["id"].max()
+        return failed[newer.to_numpy()]
 
     def _looks(self) -> Iterator[Look]:
         # Lists of plain values: a Series for each of ten thousand recordings takes a second.
@@ -164,18 +175,36 @@ def recorded_gears(database: Database, where: str | None = None) -> Iterator[Rec
             f"{database.store} has no column {missing[0]}: it is no database of recordings; make one with sigdb ingest"
         )
     rows = row_facts(database, _FACTS, where)
-    rows = rows[rows["status_code"] == "ok"].astype({"teeth": int}).reset_index(drop=True)
-    if rows.empty:
-        raise InputError(f"{database.store} has no usable row{'' if where is None else f' where {where}'}")
+    rows = rows.fillna({"teeth": 0}).astype({"teeth": int}).reset_index(drop=True)
+    measured = (rows["source"] == "measured").to_numpy()
+    has_result = (rows["status_code"] == "ok").to_numpy() & measured
+    if not has_result.any():
+        which = "" if where is None else f" where {where}"
+        raise InputError(
+            f"{database.store} has no usable row{which}: the column status says why rows have no result, and simulated "
+            "rows have no revolutions to compare"
+        )
     parts = {receipt.part: receipt for receipt in database.receipts("rows")}
-    for place, numbers in sorted(rows.groupby(_PLACE).indices.items()):
+    usable, others = np.flatnonzero(has_result), np.flatnonzero(measured & ~has_result)
+    failed = rows.take(others)
+    for key, numbers in sorted(rows.take(usable).groupby(_PLACE).indices.items()):
+        place = dict(zip(_PLACE, map(str, cast(tuple[object, ...], key)), strict=True))
         yield RecordedGear(
             database=database,
-            place=dict(zip(_PLACE, map(str, cast(tuple[object, ...], place)), strict=True)),
+            place=place,
             rows=rows,
-            numbers=np.asarray(numbers),
+            numbers=usable[np.asarray(numbers)],
+            failed=others[_may_be_of(failed, place)] if others.size else others,
             parts=parts,
         )
+
+
+def _may_be_of(rows: pd.DataFrame, place: dict[str, str]) -> BoolArray:
+    """Return whether rows without a result are of a place: names that such a row lacks may be any."""
+    may_be = np.array(rows["machine"] == place["machine"])
+    for name in ("gear", "sensor", "channel"):
+        may_be &= [place[name] in ("", *text.split("+")) if text else True for text in rows[name].tolist()]
+    return np.asarray(may_be)
 
 
 def _days(dates: pd.Series) -> pd.Series:

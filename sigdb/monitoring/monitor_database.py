@@ -2,8 +2,12 @@
 
 import hashlib
 import json
+from dataclasses import replace
 from os import PathLike
 
+import pandas as pd
+
+from sigdb.core import Answer, Note
 from sigdb.database import Database
 from sigdb.database import open as open_database
 from sigdb.monitoring.history import GearHistory, gear_history, healthy_looks
@@ -69,4 +73,20 @@ def _history(gear: RecordedGear, settings: MonitorSettings) -> GearHistory:
     history = gear_history(looks, settings, place=gear.place, kept=kept)
     if kept.changed:
         kept.write(place)
-    return history
+    return _with_newer(history, gear.newer_without_result(), looks[-1].name)
+
+
+def _with_newer(history: GearHistory, newer: pd.DataFrame, last: str) -> GearHistory:
+    """Return a history that says which newer recordings have no result; without an alarm it then has no answer."""
+    if newer.empty:
+        return history
+    names = newer["recording"].unique()
+    text = (
+        f"{len(names)} newer recording{'s have' if len(names) > 1 else ' has'} no result, the last is {names[-1]}: "
+        f"{newer['status'].iloc[-1]}"
+    )
+    note = Note(code="newer-without-result", text=f"{text}.", values={"recordings": len(names)})
+    answer = history.answer
+    if not answer.exit_code:
+        answer = Answer.of("cannot be judged", reason=f"{text}; at {last}: {answer.sentence.removesuffix('.')}")
+    return replace(history, answer=answer, notes=(*history.notes, note))

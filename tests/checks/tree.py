@@ -51,7 +51,6 @@ SMALL = {
     "explorer/panels.py": "the panels of any average: of a view, a row or a recording",
     "explorer/guard.py": "who may ask the server, which a person reads on its own",
     "measurement/settings.py": "a section of a recipe",
-    "monitoring/monitor_database.py": "the monitor of a database, apart from what is kept of it",
     "monitoring/row_facts.py": "the rows of a database, apart from the looks that they make",
     "monitoring/settings.py": "the settings, which the modules of the package use",
     "recording/evidence/least_event.py": "the power of a decision, apart from the decision",

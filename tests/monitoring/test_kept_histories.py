@@ -164,3 +164,22 @@ def test_a_history_that_cannot_be_judged_is_kept_too(folder, computed):
         assert machines == expected
         assert found.answer.kind == "cannot be judged"
         assert found.looks.empty
+
+
+def test_a_newer_recording_without_result_has_no_answer(folder, computed):
+    """A sensor that has died: without the note and the exit code, the last answer would stand for ever."""
+    kinds = [history.answer.exit_code for history in watched(folder, computed)[0]]
+    (folder / "more").mkdir()
+    (folder / "more" / "dead.npz").write_bytes(b"PK\x03\x04 no archive")
+    lines = "file,machine,date\ndead.npz,press,2026-01-30"
+    (folder / "more" / "recordings.csv").write_text(lines, encoding="utf-8")
+    ingest(folder / "more", folder / "db", settings=SETTINGS, jobs=1)
+    found, machines = watched(folder, computed)
+    assert machines == ["press"]
+    assert [history.answer.exit_code for history in found] == [kinds[0], 3]
+    assert found[1].notes[-1].code == "newer-without-result"
+    assert "1 newer recording has no result, the last is dead.npz: " in found[1].notes[-1].text
+    add(folder / "later", folder / "db", ["press"], [LOOKS + 3], event=1.5)
+    found, _ = watched(folder, computed)
+    assert [note.code for note in found[1].notes] == []
+    assert found[1].answer.exit_code == 1
