@@ -13,7 +13,7 @@ from scipy.special import log_softmax, logsumexp
 from sigdb.core import FloatArray, NotApplicableError, blocks
 from sigdb.database import QUANTITIES, Database, damage_kinds
 from sigdb.measurement import noise_deviation
-from sigdb.recognition.templates.continuous_severity import ContinuousSeverity
+from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, TemplateDistances
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.posterior import Posterior, log_prior, posterior
 from sigdb.recognition.templates.severity_grid import severity_grids, severity_interpolation
@@ -88,7 +88,8 @@ class OperatingPoint:
         """Return the distances of templates, as of :meth:`ContinuousSeverity.evidence`, for averages of rows."""
         noise, index_error = (rows[name].to_numpy() for name in ("noise", "index_error"))
         laws = self.hypotheses.turned_at(float(index_error[0]))
-        return [laws.distances(templates, noise=noise, index_error=index_error) for templates in between.templates]
+        of_grids = [TemplateDistances(laws, templates) for templates in between.templates]
+        return [each.at(noise=noise, index_error=index_error) for each in of_grids]
 
     @property
     def between(self) -> ContinuousSeverity | None:

@@ -10,12 +10,16 @@ import numpy as np
 from sigdb.core import BoolArray, FloatArray, IntArray, blocks
 from sigdb.recognition.metrics.location_and_severity import crps_sample
 from sigdb.recognition.templates.severity_grid import SeverityGrid, severity_weights
+from sigdb.recognition.templates.turned_laws import TurnedLaws
 
 _STEPS = np.array([5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64])
 """Numbers of steps in which an axis may be divided. The least one has all six ends of :func:`_quadrature`."""
 
 _NUMBERS_AT_ONCE = 150_000
 """Densities that are summed together: they stay in the cache."""
+
+_ROWS_AT_ONCE = 64
+"""Rows whose distances are computed together."""
 
 Levels: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]
 """Stiffness losses and phase shifts (deg) of a grid."""
@@ -77,6 +81,52 @@ def _density_quantile(axis: FloatArray, mass: FloatArray, p: float) -> FloatArra
     return np.asarray(edges[last] + within.clip(0, 1) * (edges[last + 1] - edges[last]))
 
 
+class TemplateDistances:
+    """Distances ``(s_j - s_k)' S^-1 (s_j - s_k)`` of the pairs j < k of templates under normal laws.
+
+    The means are without harmonic signals, which all templates share, and S^-1 is the mean of those of both templates.
+
+    Parameters
+    ----------
+    laws
+        Laws of the templates.
+    templates
+        Places of the templates.
+    """
+
+    def __init__(self, laws: TurnedLaws, templates: IntArray) -> None:
+        self._laws, self._templates = laws, templates
+        self._first, self._second = np.triu_indices(len(templates), 1)
+        signals = laws.carriers[templates, :, 0]
+        between = signals[self._first] - signals[self._second]
+        along = np.einsum("kan,jnm->ajkm", signals, laws.modes[templates], optimize=True)
+        self._square = np.einsum("pan,pbn->abp", between, between, optimize=True)
+        self._along = along - np.einsum("ajjm->ajm", along)[:, :, None]
+
+    def at(
+        self, *, noise: FloatArray, index_error: float | FloatArray, coefficients: FloatArray | None = None
+    ) -> FloatArray:
+        """Return the distances (rows, pairs) under the laws of averages.
+
+        Parameters
+        ----------
+        noise, index_error, coefficients
+            As of :meth:`TurnedLaws.log_likelihood`, noise (rows,).
+        """
+        laws, square, along = self._laws, self._square, self._along
+        size = np.broadcast_to(laws.size(index_error), len(noise))
+        distances = np.empty((len(noise), len(self._first)))
+        for some in blocks(len(noise), _ROWS_AT_ONCE):
+            c = np.ones((1, len(square))) if coefficients is None else coefficients[some, :, 0]
+            d = (laws.gains[self._templates] * (size[some] / noise[some])[:, None, None]) ** 2
+            amplitude = (c @ along.reshape(len(along), -1)).reshape(-1, *along.shape[1:])
+            explained = (np.square(amplitude, out=amplitude) @ (d / (1 + d))[:, :, :, None])[:, :, :, 0]
+            whole = (c[:, :, None] * c[:, None]).reshape(len(c), -1) @ square.reshape(-1, square.shape[2])
+            mean = (explained[:, self._first, self._second] + explained[:, self._second, self._first]) / 2
+            distances[some] = (whole - mean) / noise[some, None] ** 2
+        return distances
+
+
 class ContinuousSeverity:
     """Posteriors over severities between templates, and of the tooth whatever the severity.
 
@@ -125,7 +175,7 @@ class ContinuousSeverity:
             (rows, templates, teeth) of the averages under each template.
         distances
             For each grid, ``(s_j - s_k)' S^-1 (s_j - s_k)`` of the pairs j < k of :attr:`templates` under the law of
-            each average, (rows, pairs), as of :meth:`TurnedLaws.distances`.
+            each average, (rows, pairs), as of :class:`TemplateDistances`.
         """
         evidence = np.empty((len(log_likelihood), log_likelihood.shape[2]))
         for at, _, density in self._densities(log_likelihood, distances):

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from sigdb.core import BoolArray, FloatArray, IntArray
-from sigdb.recognition.templates.continuous_severity import ContinuousSeverity
+from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, TemplateDistances
 from sigdb.recognition.templates.outward import outward_changes
 from sigdb.recognition.templates.severity_grid import severity_grids
 from sigdb.recognition.templates.speed_curve import PLACES, Powers, SpeedCurve, parabola, range_middles
@@ -79,6 +79,12 @@ class LocalTemplates:
         """Posteriors over severities between the templates; None where these form no grid."""
         grids = severity_grids(self.severity, self.healthy)
         return ContinuousSeverity(grids, self.healthy, self.share) if grids else None
+
+    @cached_property
+    def distances(self) -> list[TemplateDistances]:
+        """Distances of the templates of each grid of severities."""
+        continuous = self.continuous_severity
+        return [] if continuous is None else [TemplateDistances(self.laws, some) for some in continuous.templates]
 
     def signals(self, coefficients: FloatArray | None) -> FloatArray:
         """Return the nominal averages, (rows or 1, templates, n), without harmonic excitations."""

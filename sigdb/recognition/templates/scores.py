@@ -183,7 +183,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
             ratio[:, : local.teeth] = after.location[:, 1:] - after.location[:, :1]
             return ratio, _severity_of_templates(after, local.severity) if self.severity else severity
         none = logsumexp(likelihood[:, local.healthy, 0] + np.log(local.share[local.healthy]), axis=1)
-        distances = [local.laws.distances(templates, **law) for templates in continuous.templates]
+        distances = [each.at(**law) for each in local.distances]
         if not self.severity:
             evidence = continuous.evidence(likelihood, distances)
         else:

@@ -201,54 +201,6 @@ class TurnedLaws:
         c = np.ones((1, self.carriers.shape[1])) if coefficients is None else coefficients[:, :, 0]
         return np.einsum("ra,kan->rkn", c, self.carriers[:, :, 0])
 
-    def distances(
-        self,
-        templates: IntArray,
-        *,
-        noise: FloatArray,
-        index_error: float | FloatArray,
-        coefficients: FloatArray | None = None,
-    ) -> FloatArray:
-        """Return ``(s_j - s_k)' S^-1 (s_j - s_k)`` of the pairs j < k of some templates, (rows, pairs).
-
-        The means are without harmonic signals, which all templates share, and S^-1 is the mean of those of both.
-
-        Parameters
-        ----------
-        templates
-            Places of the templates.
-        noise, index_error, coefficients
-            As of :meth:`log_likelihood`, noise (rows,).
-        """
-        square, along = self._differences_of(tuple(templates.tolist()))
-        first, second = np.triu_indices(len(templates), 1)
-        size = np.broadcast_to(self.size(index_error), len(noise))
-        distances = np.empty((len(noise), len(first)))
-        for some in blocks(len(noise), _ROWS_AT_ONCE):
-            c = np.ones((1, len(square))) if coefficients is None else coefficients[some, :, 0]
-            d = (self.gains[templates] * (size[some] / noise[some])[:, None, None]) ** 2
-            amplitude = (c @ along.reshape(len(along), -1)).reshape(-1, *along.shape[1:])
-            explained = (np.square(amplitude, out=amplitude) @ (d / (1 + d))[:, :, :, None])[:, :, :, 0]
-            whole = (c[:, :, None] * c[:, None]).reshape(len(c), -1) @ square.reshape(-1, square.shape[2])
-            mean = (explained[:, first, second] + explained[:, second, first]) / 2
-            distances[some] = (whole - mean) / noise[some, None] ** 2
-        return distances
-
-    def _differences_of(self, templates: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-        """Return products (a, a, pairs) of differences of templates, and amplitudes (a, j, k, r), in modes of j."""
-        if templates not in self._kept_differences:
-            at = list(templates)
-            first, pairs = self.carriers[at, :, 0], np.triu_indices(len(at), 1)
-            between = first[pairs[0]] - first[pairs[1]]
-            along = np.einsum("kan,jnm->ajkm", first, self.modes[at], optimize=True)
-            along -= np.einsum("ajjm->ajm", along)[:, :, None].copy()
-            self._kept_differences[templates] = np.einsum("pan,pbn->abp", between, between, optimize=True), along
-        return self._kept_differences[templates]
-
-    @cached_property
-    def _kept_differences(self) -> dict[tuple[int, ...], tuple[FloatArray, FloatArray]]:
-        return {}
-
     def variance(self, templates: IntArray, coefficients: FloatArray | None = None) -> FloatArray:
         """Return the variance over angle of the first carriers of templates, (rows or 1, templates)."""
         first = self.carriers[templates, :, 0]

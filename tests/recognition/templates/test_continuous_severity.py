@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from scipy.special import logsumexp
 
-from sigdb.recognition.templates.continuous_severity import ContinuousSeverity
+from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, TemplateDistances
 from sigdb.recognition.templates.severity_grid import severity_grids, severity_interpolation, severity_weights
 from sigdb.recognition.templates.turned_laws import TurnedLaws
 
@@ -79,7 +79,7 @@ def test_posteriors_are_those_of_the_integrated_density(gains, noise, true):
     likelihood = law.laws().log_likelihood(x, noise=noise, index_error=INDEX_ERROR)
     continuous = law.continuous()
     distances = [
-        law.laws().distances(templates, noise=np.array([noise]), index_error=INDEX_ERROR)
+        TemplateDistances(law.laws(), templates).at(noise=np.array([noise]), index_error=INDEX_ERROR)
         for templates in continuous.templates
     ]
     ((at, evidence, posterior),) = continuous.marginals(likelihood, distances)
@@ -110,7 +110,8 @@ def test_the_location_needs_no_marginals():
     likelihood = law.laws().log_likelihood(x, noise=noise, index_error=INDEX_ERROR)
     continuous = law.continuous()
     distances = [
-        law.laws().distances(templates, noise=noise, index_error=INDEX_ERROR) for templates in continuous.templates
+        TemplateDistances(law.laws(), templates).at(noise=noise, index_error=INDEX_ERROR)
+        for templates in continuous.templates
     ]
     evidence = continuous.evidence(likelihood, distances)
     places = []
@@ -124,7 +125,7 @@ def test_distances_of_templates_are_under_the_mean_of_their_inverse_covariances(
     stream = np.random.default_rng(6)
     modes = np.linalg.qr(stream.standard_normal((3, N, 2)))[0]
     laws = replace(Law((1.0, 0.5)).laws(), modes=np.concatenate([modes, Law().laws().modes[3:]]))
-    found = laws.distances(np.array([0, 1, 2]), noise=np.array([0.7]), index_error=INDEX_ERROR)[0]
+    found = TemplateDistances(laws, np.array([0, 1, 2])).at(noise=np.array([0.7]), index_error=INDEX_ERROR)[0]
     inverses = [
         np.linalg.inv(0.7**2 * np.eye(N) + INDEX_ERROR**2 * (each * laws.gains[0] ** 2) @ each.T) for each in modes
     ]
