@@ -233,8 +233,8 @@ def simulate(
 ) -> Response | list[Response]:
     """Simulate a rig with damaged teeth at its operating point.
 
-    The eight rigs that were used last are kept prepared, by their numbers. So a loop over damages prepares its rig once,
-    as :func:`prepare` does.
+    The eight rigs that were used last are kept prepared, by their numbers. So a loop over damages prepares its rig
+    once, as :func:`prepare` does.
 
     Parameters
     ----------
