@@ -4,10 +4,12 @@ import pytest
 
 from sigdb.core import InputError, NotApplicableError
 from sigdb.recognition import RecognitionSettings, TemplateBank, train, training
+from sigdb.recognition.estimators import registry
 from sigdb.recognition.estimators.baselines.nearest_template import NearestTemplate
 from sigdb.recognition.estimators.baselines.threshold import Fm4Location
 from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.rows.streams import reduce_averages
+from sigdb.recognition.storage.skops_file import skops_bytes
 from sigdb.recognition.training import usable_rows
 
 SETTINGS = RecognitionSettings(folds=3, learner="lda")
@@ -105,3 +107,20 @@ def test_rows_of_one_kind_do_not_suffice(one_severity, only_rows, target, kind, 
     only_rows(condition)
     with pytest.raises(InputError, match=f"has no {kind} rows to learn from"):
         train(one_severity, target, SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def between(make_database):
+    """Two teeth and four losses, between which templates hold."""
+    grid = "tooth = [1, 5]\nstiffness_loss = [0.1, 0.2, 0.3, 0.4]"
+    return make_database(specimens=6, healthy=4, grid=grid, snr_db=-10.0)
+
+
+@pytest.mark.parametrize("target", ["location", "severity"])
+def test_a_second_training_gives_the_same_bytes(between, monkeypatch, target):
+    kept = tuple(one for one in registry.REGISTRY if one.name == "templates")
+    monkeypatch.setattr("sigdb.recognition.estimators.registry.REGISTRY", kept)
+    settings = RecognitionSettings(folds=3, learner="templates")
+    first, second = (train(between, target, settings) for _ in range(2))
+    assert first.estimator.template_bank.has_continuous_severity(12)
+    assert skops_bytes(first.estimators) == skops_bytes(second.estimators)
