@@ -13,7 +13,7 @@ from sigdb.recording.evidence.gear_record import GearRecord, at_true_speed, gear
 from sigdb.recording.evidence.presence import NoMeshError
 from sigdb.recording.orders import AveragedGear, averaged_gear
 from sigdb.recording.settings import AveragingSettings
-from sigdb.recording.shaft_angle import constant_angle, mesh_angle, mesh_speed
+from sigdb.recording.shaft_angle import constant_angle, mesh_angle, mesh_speed, refuse_lost_mesh
 from sigdb.recording.tacho.rig_fit import fit_to_rig
 from sigdb.recording.tacho.tacho_angle import tacho_angle
 from sigdb.transmission import Transmission
@@ -146,24 +146,17 @@ def _record(
         return gear_record(source, signal, angle, gear, mesh_phase=False, **average)
     near = _range(recording, gear, settings)
 
-    def by_phase(*, doubtful: bool) -> GearRecord:
-        angle = mesh_angle(
-            recording,
-            signal,
-            teeth=gear.teeth,
-            range_rpm=near,
-            harmonic=settings.harmonic,
-            doubtful=doubtful,
-            track=common.value(
-                ("speed", signal.sampling_rate, signal.samples.size, gear.teeth, near),
-                lambda: mesh_speed(recording, signal, teeth=gear.teeth, range_rpm=near),
-            ),
-        )
-        return gear_record(recording, signal, angle, gear, mesh_phase=True, **average)
-
     with _mesh_followed(recording, gear.teeth):
-        result = at_true_speed(recording, by_phase(doubtful=True), gear, range_rpm=near, **average)
-        return result if result.presence.present else by_phase(doubtful=False)
+        track = common.value(
+            ("speed", signal.sampling_rate, signal.samples.size, gear.teeth, near),
+            lambda: mesh_speed(recording, signal, teeth=gear.teeth, range_rpm=near),
+        )
+        angle = mesh_angle(recording, signal, teeth=gear.teeth, range_rpm=near, track=track, harmonic=settings.harmonic)
+        record = gear_record(recording, signal, angle, gear, mesh_phase=True, **average)
+        record = at_true_speed(recording, record, gear, range_rpm=near, **average)
+        if not record.presence.present:
+            refuse_lost_mesh(recording.source, angle, track, range_rpm=near)
+        return record
 
 
 @contextmanager

@@ -259,6 +259,9 @@ def average_noise(
     K = fast_revolutions(min(len(x) // n, _MOST))
     x = x[: K * n]
     power = hann_power(x) if power is None or len(power) != len(x) // 2 + 1 else power
-    level = _level(np.sqrt(power), K, np.arange(n // 2 + 1) * K) * (4 / len(x))  # the window's sum is half the samples
+    largest = float(power.max()) or 1.0
+    amplitude = np.sqrt(power / largest).astype(np.float32)  # medians of half the bytes, rounded to 6e-8
+    level = _level(amplitude, K, np.arange(n // 2 + 1) * K) * np.sqrt(largest)
+    level *= 4 / len(x)  # the window's sum is half the samples
     level = np.maximum(level, 64 * np.finfo(float).eps * np.max(np.abs(x)))
     return np.asarray(level * np.sqrt(len(x) / (6 * M * np.log(2))))

@@ -9,7 +9,7 @@ import pandas as pd
 
 from sigdb.core import FloatArray, InputError, NotApplicableError, Note
 from sigdb.recording.speed import HARMONICS, SpeedTrack, find_speed
-from sigdb.signature import mesh_pulses
+from sigdb.signature import MeshPhase
 
 if TYPE_CHECKING:
     from sigdb.recording.recording import Channel, Recording
@@ -88,7 +88,6 @@ def mesh_angle(
     range_rpm: tuple[float, float],
     track: SpeedTrack,
     harmonic: int | None = None,
-    doubtful: bool = False,
 ) -> ShaftAngle:
     """Return the angle from the phase of a mesh harmonic, about the speed that the spectrum of all channels gives.
 
@@ -108,19 +107,14 @@ def mesh_angle(
         Mesh harmonic. The default is that of the first three whose pulses are most even from revolution to
         revolution. The shaft is equally uneven in all three; the noise of the phase adds to it. A harmonic whose phase
         slips by a cycle, so that the average keeps less of the record than by another one, is left out.
-    doubtful
-        Whether a speed that another one beyond the range outdoes, and a phase that slips, are returned all the same.
 
     Raises
     ------
     NotApplicableError
-        If there is no speed or no phase.
+        If there is no phase.
     """
-    fs, size = channel.sampling_rate, len(channel.samples)
-    if not doubtful:
-        _refuse_lost_speed(recording.source, track, range_rpm)
-    speed = np.interp(np.arange(size) / fs, track.time, track.speed_rpm) / 60
-    pulses, used = _pulses(channel, teeth, speed, range(1, HARMONICS + 1) if harmonic is None else (harmonic,))
+    harmonics = range(1, HARMONICS + 1) if harmonic is None else (harmonic,)
+    pulses, used = _pulses(channel, teeth, track.time, track.speed_rpm, harmonics)
     return ShaftAngle(
         pulses=pulses,
         pulses_per_rev=teeth,
@@ -129,8 +123,8 @@ def mesh_angle(
         source=f"phase of mesh harmonic {used} of {channel.name}",
         notes=(
             *_speed_notes(track, range_rpm, len(_alike(recording, channel))),
-            *_phase_notes(used, pulses, size / fs),
-            *_slip_notes(recording.source, pulses, teeth, track, doubtful=doubtful),
+            *_phase_notes(used, pulses, channel.duration),
+            *_slip_notes(pulses, teeth, track),
         ),
     )
 
@@ -198,14 +192,21 @@ def mesh_angle_at(angle: ShaftAngle, channel: "Channel", *, teeth: int, relative
     NotApplicableError
         If the phase cannot be followed there.
     """
-    fs, track = channel.sampling_rate, angle.speed_track()
-    speed = relative * np.interp(np.arange(len(channel.samples)) / fs, track["time"], track["speed_rpm"]) / 60
-    pulses, used = _pulses(channel, teeth, speed, range(1, HARMONICS + 1))
+    track = angle.speed_track()
+    speed = relative * track["speed_rpm"].to_numpy()
+    pulses, used = _pulses(channel, teeth, track["time"].to_numpy(), speed, range(1, HARMONICS + 1))
     return replace(angle, pulses=pulses, source=f"phase of mesh harmonic {used} of {channel.name}")
 
 
-def _refuse_lost_speed(source: str, track: SpeedTrack, range_rpm: tuple[float, float]) -> None:
-    """Refuse a speed that lies at an end of its range, or stands out far less than one beyond the range."""
+def refuse_lost_mesh(source: str, angle: ShaftAngle, track: SpeedTrack, *, range_rpm: tuple[float, float]) -> None:
+    """Refuse an angle by the phase of a mesh that is not the gear's, where the gear is not to be seen.
+
+    Raises
+    ------
+    NotApplicableError
+        If the speed lies at an end of its range or stands out far less than one beyond the range, or if the phase does
+        not follow it.
+    """
     low, high = range_rpm
     likeliest = float(np.median(track.speed_rpm))
     near = abs(track.outside_rpm / likeliest - 1) < _NEAR_SIDEBANDS
@@ -220,35 +221,48 @@ def _refuse_lost_speed(source: str, track: SpeedTrack, range_rpm: tuple[float, f
             f"{source}: no speed is found from {low:g} to {high:g} rpm: during {track.at_end:.0%} of the record the"
             " likeliest lies at an end of the range; give a range with the speed well inside"
         )
+    share, first = _slips(angle.pulses, angle.pulses_per_rev, track)
+    if share > _MOST_SLIPS:
+        raise NotApplicableError(
+            f"{source}: the phase of the mesh does not follow its speed during {share:.0%} of the record, first at"
+            f" {first:.4g} s; take another harmonic or channel, or a tacho"
+        )
 
 
-def _pulses(channel: "Channel", teeth: int, speed: FloatArray, harmonics: Sequence[int]) -> tuple[FloatArray, int]:
+def _pulses(
+    channel: "Channel", teeth: int, time: FloatArray, speed_rpm: FloatArray, harmonics: Sequence[int]
+) -> tuple[FloatArray, int]:
     """Return the most even tooth passes of the harmonics whose phase does not slip, and that harmonic."""
-    candidates: list[tuple[float, FloatArray, int]] = []
+    x, fs = channel.samples, channel.sampling_rate
+    phase = MeshPhase(x, fs, teeth=teeth, mesh_frequency=teeth * speed_rpm / 60, times=time)
+    candidates: list[tuple[FloatArray, int]] = []
     refusals: list[NotApplicableError] = []
     for harmonic in harmonics:
         try:
-            x, fs = channel.samples, channel.sampling_rate
-            pulses = mesh_pulses(x, fs, teeth=teeth, mesh_frequency=teeth * speed, harmonic=harmonic)
-            candidates.append((_kept(x, fs, pulses, teeth), pulses, harmonic))
+            candidates.append((phase.pulses(harmonic), harmonic))
         except NotApplicableError as error:
             refusals.append(error)
     if not candidates:
         raise refusals[0]
-    most = max(kept for kept, _, _ in candidates)
-    held = [(pulses, harmonic) for kept, pulses, harmonic in candidates if kept >= _KEPT * most]
-    return min(held, key=lambda candidate: _unevenness(candidate[0], teeth))
+    candidates.sort(key=lambda candidate: _unevenness(candidate[0], teeth))
+    most, kept = 1.0, []
+    for candidate in candidates:
+        kept.append(_kept(x, fs, candidate[0], teeth) if len(candidates) > 1 else most)
+        if kept[-1] >= _KEPT * most:  # no other one keeps more than all
+            return candidate
+    return next(each for each, share in zip(candidates, kept, strict=True) if share >= _KEPT * max(kept))
 
 
 def _kept(x: FloatArray, fs: float, pulses: FloatArray, each: int) -> float:
     """Return the share of a record's power that its average over the revolutions keeps; 0 for too few revolutions."""
+    from sigdb.recording.evidence.kept_power import kept_power
+
     revolutions = (len(pulses) - 1) // each
     if revolutions < 2:
         return 0.0
     n = round(fs * (pulses[revolutions * each] - pulses[0]) / revolutions)
-    time = np.interp(np.arange(revolutions * n) * (each / n), np.arange(len(pulses)), pulses)
-    turns = np.interp(time * fs, np.arange(len(x)), x - x.mean()).reshape(revolutions, n)
-    return float(np.mean(turns.mean(axis=0) ** 2) / max(np.mean(turns**2), np.finfo(float).tiny))
+    kept, power = kept_power(x, float(x.mean()), pulses * fs, each, revolutions, n)
+    return float(kept / max(power, np.finfo(float).tiny))
 
 
 def _unevenness(pulses: FloatArray, each: int) -> float:
@@ -298,23 +312,22 @@ def _phase_notes(harmonic: int, pulses: FloatArray, duration: float) -> Iterator
     )
 
 
-def _slip_notes(source: str, pulses: FloatArray, teeth: int, track: SpeedTrack, *, doubtful: bool) -> Iterator[Note]:
-    """Yield a note where the phase turns at another speed than the spectrum shows; refuse it where it mostly does."""
+def _slips(pulses: FloatArray, teeth: int, track: SpeedTrack) -> tuple[float, float]:
+    """Return the share of a record in which the phase turns at another speed than the spectrum shows; when first, s."""
     if len(pulses) <= teeth:
-        return
+        return 0.0, np.nan
     time = (pulses[:-teeth] + pulses[teeth:]) / 2
     speed = 60 / (pulses[teeth:] - pulses[:-teeth])
     off = np.abs(speed / np.interp(time, track.time, track.speed_rpm) - 1) > _SLIP
-    share = float(np.mean(off))
-    if share > _MOST_SLIPS and not doubtful:
-        raise NotApplicableError(
-            f"{source}: the phase of the mesh does not follow its speed during {share:.0%} of the record, first at"
-            f" {time[off][0]:.4g} s; take another harmonic or channel, or a tacho"
-        )
+    return float(np.mean(off)), float(time[np.argmax(off)])
+
+
+def _slip_notes(pulses: FloatArray, teeth: int, track: SpeedTrack) -> Iterator[Note]:
+    share, first = _slips(pulses, teeth, track)
     if share > _FEW_SLIPS:
         yield Note(
             code="mesh-phase-slips",
             text=f"the phase of the mesh does not follow its speed during {share:.1%} of the record, first at"
-            f" {time[off][0]:.4g} s: there the average is smeared",
-            values={"share": share, "first_s": float(time[off][0])},
+            f" {first:.4g} s: there the average is smeared",
+            values={"share": share, "first_s": first},
         )

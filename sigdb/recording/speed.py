@@ -9,7 +9,7 @@ from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError
 HARMONICS = 3
 """Mesh harmonics that are searched, each with its two first sidebands."""
 _TURNS = 10
-"""Revolutions of a frame: sidebands lie ten bins from their mesh harmonic."""
+"""Revolutions of a frame, less what makes its transform fast: sidebands lie ten bins from their mesh harmonic."""
 _SURVEYED = 64
 """Frames, spread over the record, of the first survey of a wide range."""
 _WIDE = 1.5
@@ -93,11 +93,12 @@ def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, 
        Mechanical Systems and Signal Processing 81, 2016: the idea that many orders vote for a speed.
     """
     low, high = _checked(range_rpm, x.shape[-1], fs, teeth)
-    spread = _Frames(x, fs, teeth, low, high, most=_SURVEYED)
-    best, rival, share = _likeliest(spread.speeds, spread.surveyed())
-    if high / low > _WIDE:
+    wide = high / low > _WIDE
+    frames = _Frames(x, fs, teeth, low, high, most=_SURVEYED if wide else None)
+    best, rival, share = _likeliest(frames.speeds, frames.surveyed())
+    if wide:
         low, high = max(low, best * (1 - _NARROWED)), min(high, best * (1 + _NARROWED))
-    frames = _Frames(x, fs, teeth, low, high, most=None)
+        frames = _Frames(x, fs, teeth, low, high)
     track = frames.best_track()
     ends = (track <= _AT_END) | (track >= len(frames.speeds) - 1 - _AT_END)
     outside, relative = _beyond(x, fs, teeth, float(np.median(frames.speeds[track])), range_rpm)
@@ -115,11 +116,11 @@ def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, 
 def _beyond(x: FloatArray, fs: float, teeth: int, speed: float, range_rpm: tuple[float, float]) -> tuple[float, float]:
     """Return the likeliest speed beyond the range, rev/s, and its score relative to that of the speed of the track."""
     low, high = range_rpm[0] / 60, range_rpm[1] / 60
-    least = max(low / _BEYOND, 2 * _TURNS * fs / x.shape[-1])
+    least = max(low / _BEYOND, 2 * _TURNS * fs / x.shape[-1])  # two frames
     most = min(high * _BEYOND, fs / 2 / (teeth + 1.5))
     if high / low > _WIDE or not least < speed < most:
         return np.nan, 0.0
-    wide = _Frames(x, fs, teeth, least, most, most=_SURVEYED)
+    wide = _Frames(x, fs, teeth, least, most, most=_SURVEYED, overlap=False)
     scores, sums, speeds = wide.surveyed(), wide.scores.sum(axis=0), wide.speeds
     others = np.where((speeds < low) | (speeds > high), scores, 0)
     # A speed that drifts reaches over the range's end.
@@ -160,37 +161,46 @@ def _checked(range_rpm: tuple[float, float], samples: int, fs: float, teeth: int
 
 
 class _Frames:
-    """Scores of speeds in overlapping frames of a record."""
+    """Scores of speeds in frames of a record."""
 
-    def __init__(self, x: FloatArray, fs: float, teeth: int, low: float, high: float, *, most: int | None) -> None:
-        length = int(_TURNS * fs / low)
-        starts = np.arange(0, x.shape[-1] - length + 1, length // 2)
+    def __init__(
+        self,
+        x: FloatArray,
+        fs: float,
+        teeth: int,
+        low: float,
+        high: float,
+        *,
+        most: int | None = None,
+        overlap: bool = True,
+    ) -> None:
+        from scipy.fft import prev_fast_len
+
+        length = int(prev_fast_len(int(_TURNS * fs / low), real=True))
+        starts = np.arange(0, x.shape[-1] - length + 1, length // 2 if overlap else length)
         if most is not None and len(starts) > most:
             starts = starts[np.linspace(0, len(starts) - 1, most).astype(int)]
         self.time = (starts + length / 2) / fs
         bin_ = fs / length
-        self.orders = (teeth * np.arange(1, HARMONICS + 1)[:, None] + [-1, 0, 1]).ravel()
-        step = bin_ / 2 / self.orders[-1]
+        orders = (teeth * np.arange(1, HARMONICS + 1)[:, None] + [-1, 0, 1]).ravel()
+        step = bin_ / 2 / orders[-1]
         self.speeds: FloatArray = np.arange(low, high + step, step)
-        reach, last = round(_FLOOR * low / bin_), int(self.orders[-1] * high / bin_)
-        self._levels = [_outstanding(channel, starts, length, reach, last) for channel in x]
-        self._bins = np.round(self.orders[:, None] * self.speeds / bin_).astype(int)
-
-    @property
-    def scores(self) -> FloatArray:
+        reach, last = round(_FLOOR * low / bin_), int(orders[-1] * high / bin_)
+        outstanding = _outstanding(x, starts, length, reach, last)
+        bins = np.round(orders[:, None] * self.speeds / bin_).astype(int)
+        self.scores = _summed(outstanding, bins)
         """(frames, speeds) scores."""
-        total = np.zeros((len(self.time), len(self.speeds)), dtype=np.float32)
-        for bins in self._bins:
-            total += self._line(bins)
-        return total
 
     def surveyed(self) -> FloatArray:
         """Return (speeds,) sums over the frames, whose speeds may differ by a few per cent."""
         from scipy.ndimage import maximum_filter1d
 
+        scores = self.scores
+        if len(scores) > _SURVEYED:
+            scores = scores[np.linspace(0, len(scores) - 1, _SURVEYED).astype(int)]
         # A drift shifts the logarithm of speed; one window serves all speeds and is too wide at the low end.
         width = max(1, int(_SAME / 4 * np.mean(self.speeds) / np.diff(self.speeds[:2])[0]))
-        return np.asarray(maximum_filter1d(self.scores, 2 * width + 1, axis=1).sum(axis=0))
+        return np.asarray(maximum_filter1d(scores, 2 * width + 1, axis=1).sum(axis=0))
 
     def best_track(self) -> IntArray:
         """Return (frames,) indices of the likeliest sequence of speeds without jumps."""
@@ -208,24 +218,30 @@ class _Frames:
             track[i] = first + np.argmax(total[i, first : track[i + 1] + reach + 1])
         return track
 
-    def _line(self, bins: IntArray) -> FloatArray:
-        return sum((_at(level, bins) for level in self._levels), start=np.zeros(1, dtype=np.float32))
 
-
-def _at(level: FloatArray, bins: IntArray) -> FloatArray:
-    """Return (frames, speeds) levels in bins; 0 beyond the spectrum."""
-    inside = bins < level.shape[1]
-    return np.where(inside, level[:, np.where(inside, bins, 0)], np.float32(0))
+def _summed(levels: FloatArray, bins: IntArray) -> FloatArray:
+    """Return (frames, speeds) sums of (bins, frames) levels over (orders, speeds) bins; 0 beyond the spectrum."""
+    levels = np.concatenate([levels, np.zeros_like(levels[:1])])
+    total = np.zeros((bins.shape[1], levels.shape[1]), dtype=levels.dtype)
+    for row in np.minimum(bins, len(levels) - 1):
+        total += levels[row]
+    return np.ascontiguousarray(total.T)
 
 
 def _outstanding(x: FloatArray, starts: IntArray, length: int, reach: int, last: int) -> FloatArray:
-    """Return (frames, bins) logarithms of power over the level about each bin, at least 0."""
+    """Return (bins, frames) logarithms of power over the level about each bin, at least 0, summed over the channels."""
+    from scipy.fft import rfft
     from scipy.ndimage import median_filter
 
-    window = np.hanning(length + 1)[:-1]
+    window = np.hanning(length + 1)[:-1].astype(np.float32)
     bins = min(last + reach, length // 2) + 1
-    spectra = (np.fft.rfft(window * x[start : start + length])[:bins] for start in starts)
-    power = np.array([np.abs(spectrum) ** 2 for spectrum in spectra])
-    floor = median_filter(power.mean(axis=0), 2 * reach + 1, mode="nearest")
-    tiny = np.finfo(float).tiny
-    return np.log(np.maximum(power, tiny) / np.maximum(floor, tiny)).clip(min=0).astype(np.float32)
+    tiny = np.finfo(np.float32).tiny
+    total = np.zeros((bins, len(starts)), dtype=np.float32)
+    for channel in x:
+        apart = channel - channel.mean()
+        scaled = (apart / (np.abs(apart).max() or 1.0)).astype(np.float32)
+        spectra = (rfft(window * scaled[start : start + length])[:bins] for start in starts)
+        power = np.array([spectrum.real**2 + spectrum.imag**2 for spectrum in spectra])
+        floor = median_filter(power.mean(axis=0), 2 * reach + 1, mode="nearest")
+        total += np.log(np.maximum(power, tiny) / np.maximum(floor, tiny)).clip(min=0).T
+    return total

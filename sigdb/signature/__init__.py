@@ -6,7 +6,7 @@ per revolution). The mesh of a gear with Z teeth is at order Z, tooth j passes d
 
 from sigdb.signature.averaging.average import synchronous_average
 from sigdb.signature.averaging.averager import SynchronousAverage, SynchronousAverager
-from sigdb.signature.averaging.mesh_pulses import mesh_pulses
+from sigdb.signature.averaging.mesh_pulses import MeshPhase, mesh_pulses
 from sigdb.signature.averaging.tacho import TachoDetector, tacho_pulses
 from sigdb.signature.demodulation import demodulate
 from sigdb.signature.features import FEATURES, Feature, features
@@ -26,6 +26,7 @@ __all__ = [
     "INDICATORS",
     "Feature",
     "Indicator",
+    "MeshPhase",
     "SynchronousAverage",
     "SynchronousAverager",
     "TachoDetector",

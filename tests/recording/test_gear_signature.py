@@ -12,7 +12,7 @@ from sigdb.recording import SPEED_DOUBT, Channel, Recording, recorded_history, r
 from sigdb.recording.lines import record_spectrum, spectral_lines
 from sigdb.recording.orders import averaged_gear
 from sigdb.recording.speed import find_speed
-from sigdb.signature import mesh_pulses
+from sigdb.signature import MeshPhase
 from sigdb.sweep import run
 
 FS = 6400.0
@@ -390,12 +390,14 @@ def test_a_harmonic_that_does_not_apply_is_skipped_and_a_wrong_input_is_not(monk
     options = {"teeth": TEETH, "mesh_phase": True, "speed_rpm": 1200.0}
     assert recorded_signature(slow, **options).angle == "phase of mesh harmonic 1 of a1"
 
-    def refuse_second(x, fs, *, harmonic, **rest):
+    pulses = MeshPhase.pulses
+
+    def refuse_second(phase, harmonic):
         if harmonic == 2:
             raise InputError("x holds text")
-        return mesh_pulses(x, fs, harmonic=harmonic, **rest)
+        return pulses(phase, harmonic)
 
-    monkeypatch.setattr("sigdb.recording.shaft_angle.mesh_pulses", refuse_second)
+    monkeypatch.setattr(MeshPhase, "pulses", refuse_second)
     with pytest.raises(InputError, match="x holds text"):
         recorded_signature(slow, **options)
 
