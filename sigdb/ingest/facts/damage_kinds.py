@@ -1,7 +1,7 @@
 """Kinds of gear damage by the names of ISO 10825:1995, and the words that files and tables use for them.
 
-The names are headings of the contents of ISO 10825:1995 [1]_ [2]_, in the singular. They were not checked against its
-text. ISO 10825-1:2022 [3]_ has replaced it; only the scope of that edition could be read, and its names were not
+The names are headings of the contents of ISO 10825:1995 [1]_ [2]_, in the singular, and four words for several headings
+(:data:`KINDS`). They were not checked against its text. ISO 10825-1:2022 [3]_ has replaced it; only the scope of that edition could be read, and its names were not
 compared.
 
 References
@@ -21,13 +21,16 @@ from sigdb.core import InputError, suggestion
 NONE, UNKNOWN, OTHER = "none", "unknown", "other"
 
 KINDS = (
-    *("wear", "abrasive wear", "interference wear", "scratching", "corrosion", "fretting corrosion", "scaling"),
-    *("overheating", "cavitation erosion", "hydraulic erosion", "electric erosion", "scuffing", "indentation"),
-    *("plastic deformation", "rippling", "ridging", "burrs", "micropitting", "pitting", "flake pitting", "spalling"),
-    *("case crushing", "crack", "hardening crack", "grinding crack", "fatigue crack", "breakage"),
-    *("overload breakage", "fatigue breakage", "tooth end breakage", "tooth shear"),
+    *("wear", "polishing", "abrasive wear", "excessive wear", "scratching", "moderate scratching", "severe scratching"),
+    *("interference wear", "corrosion", "chemical corrosion", "fretting corrosion", "scaling", "overheating"),
+    *("cavitation erosion", "hydraulic erosion", "electric erosion", "scuffing", "indentation", "plastic deformation"),
+    *("rippling", "ridging", "burrs", "pitting", "initial pitting", "progressive pitting", "micropitting"),
+    *("flake pitting", "spalling", "case crushing", "crack", "hardening crack", "grinding crack", "fatigue crack"),
+    *("breakage", "overload breakage", "brittle fracture", "ductile fracture", "semi-brittle fracture", "tooth shear"),
+    *("smeared fracture", "fatigue breakage", "tooth end breakage"),
 )
-"""Names of ISO 10825:1995; ``crack`` and ``breakage`` where it is not stated how they came about."""
+"""Headings of ISO 10825:1995 in its order. ``wear``, ``scratching``, ``crack`` and ``breakage`` stand for a heading and
+all below it where no more is stated: sliding wear, both scratchings, cracks and tooth breakage."""
 
 KIND_NAMES = (NONE, *KINDS, OTHER, UNKNOWN)
 """Values of the column ``kind``: no damage, a kind, something that ISO 10825:1995 has no name for, or unknown."""
@@ -53,7 +56,9 @@ _WORDS = {
     "pitted": "pitting",
     "spall": "spalling",
     "spalled": "spalling",
-    "scoring": "scratching",
+    "scoring": "moderate scratching",
+    "sliding wear": "wear",
+    "quench crack": "hardening crack",
     "scuffed": "scuffing",
     "cracked": "crack",
     "tooth crack": "crack",
@@ -82,10 +87,14 @@ def kind_of(state: str) -> str:
     >>> kind_of("Chipped_Tooth"), kind_of("normal"), kind_of("state 3")
     ('breakage', 'none', 'unknown')
     """
-    word = re.sub(r"[\s_-]+", " ", state).strip().lower()
+    word = _plain(state)
     if word in _HEALTHY:
         return NONE
-    return word if word in KIND_NAMES else _WORDS.get(word, UNKNOWN)
+    return next((kind for kind in KIND_NAMES if _plain(kind) == word), _WORDS.get(word, UNKNOWN))
+
+
+def _plain(words: str) -> str:
+    return re.sub(r"[\s_-]+", " ", words).strip().lower()
 
 
 def checked_kind(text: str) -> str:

@@ -85,6 +85,8 @@ def test_a_wrong_value_in_a_name_names_the_file():
         ("ROOT-crack", "crack"),
         ("fatigue crack", "fatigue crack"),
         ("spalling", "spalling"),
+        ("scoring", "moderate scratching"),
+        ("Semi-brittle fracture", "semi-brittle fracture"),
         ("b", "unknown"),
     ],
 )
