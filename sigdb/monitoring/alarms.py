@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sigdb.core import BoolArray, FloatArray
+from sigdb.core import Answer, BoolArray, FloatArray
 
 LEAST_HEALTHY = 5
 """Least number of healthy looks from which limits are estimated."""
@@ -44,6 +44,28 @@ class Trend:
     low: float
     high: float
     per: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelReference:
+    """Comparison of the looks after a change of level with the first of them.
+
+    Attributes
+    ----------
+    look
+        Number of the first look after the change, from 0.
+    looks
+        Number of looks with which those after them are compared.
+    limit
+        Limit of the indicators in deviations of these looks.
+    answer
+        Answer at the newest look: what has changed since.
+    """
+
+    look: int
+    looks: int
+    limit: float
+    answer: Answer
 
 
 def alarm_limit(*, false_alarms_a_year: float, looks_a_year: float, healthy: int) -> float:

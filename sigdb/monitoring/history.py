@@ -14,6 +14,7 @@ from sigdb.diagnosis import LevelChange, Power, cause_text, level_change, power_
 from sigdb.monitoring.alarms import (
     LEAST_HEALTHY,
     ChangePoint,
+    LevelReference,
     Trend,
     alarm_limit,
     change_point,
@@ -59,7 +60,7 @@ class GearHistory:
         ``level_db``, ``likeness``, ``na4_star``, ``nb4_star``, ``rms``, ``record_rms``, ``zone``, ``doubt``,
         ``growth_statistic`` and ``alarm``. A look is no alarm where its ``doubt`` names what may explain the
         difference: ``speed`` or ``load`` outside those of the healthy looks, or ``load or sensor`` where the load is
-        not stated.
+        not stated. Then it is an alarm only where it differs from the first ten looks after the change of level.
     tooth_map
         (L, Z) energy of the difference from the reference in each tooth pass, relative to that of noise.
     limit
@@ -76,6 +77,8 @@ class GearHistory:
         Pulse that would have been seen in a healthy look; None where nothing was compared.
     growth, growth_limit
         Growth of a tooth's difference, and the limit of its statistic; None where nothing was compared.
+    since
+        Comparison with the first looks after a change of level that nobody states; None without one.
     notes
         Notes.
     """
@@ -94,6 +97,7 @@ class GearHistory:
     power: Power | None = None
     growth: ToothGrowth | None = None
     growth_limit: float = np.nan
+    since: LevelReference | None = None
     notes: tuple[Note, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
@@ -117,6 +121,7 @@ class GearHistory:
             "power": power,
             "growth": self.growth,
             "growth_limit": self.growth_limit,
+            "since": self.since,
             "looks": self.looks.to_dict("records"),
             "tooth_map": self.tooth_map,
             "notes": self.notes,
@@ -194,12 +199,21 @@ def gear_history(
     table["alarm"] |= (growth.statistic > most) & ~doubted & ~good
     signal = table["tooth_indicator"] if table["tooth_indicator"].iloc[-1] > limit else table["health_indicator"]
     step = change_point(signal.to_numpy())
-    since = int(good.nonzero()[0][-1]) if step is None else step.look
+    begin = int(good.nonzero()[0][-1]) if step is None else step.look
     seen = _power(reference, results, good, limit, kept)
     level = kept.once("level", some[-1].key, lambda: _level(reference, some[-1]))
     absolute = kept.once("absolute", "", lambda: reference.healthy.absolute)
     grown = growth.tooth if growth.stands_out else None
     answer, more = _answer(table, results.take([-1]), limit, level, seen, grown=grown, absolute=absolute)
+    since = None
+    if later := _after_level_change(some, table["doubt"] == UNSTATED):
+        stated = settings.model_copy(update={"baseline": _FIRST, "looks_a_year": rate})
+        after = gear_history(later, stated, place=place, kept=kept.against(later[:_FIRST]))
+        since = LevelReference(look=len(some) - len(later), looks=_FIRST, limit=after.limit, answer=after.answer)
+        names = set(after.looks["recording"][after.looks["alarm"]]) if len(after.looks) else set()
+        table["alarm"] |= table["recording"].isin(names)
+        answer = after.answer if after.answer.exit_code == 1 else answer
+        more += [_level_note(later, after.answer)]
     return GearHistory(
         place=place,
         answer=answer,
@@ -210,13 +224,29 @@ def gear_history(
         looks_a_year=rate,
         healthy_looks=count,
         change=step,
-        trend=trend(None if days is None else days[since:], signal.to_numpy()[since:]),
+        trend=trend(None if days is None else days[begin:], signal.to_numpy()[begin:]),
         level=level,
         power=seen,
         growth=growth,
         growth_limit=most,
+        since=since,
         notes=(*notes, *more, *growth.notes),
     )
+
+
+def _after_level_change(looks: Sequence[Look], doubted: pd.Series) -> list[Look]:
+    """Return the looks since a change of level that lasts; none where they are too few, or labelled as damaged."""
+    sure = np.flatnonzero(~doubted)
+    later = list(looks[int(sure[-1]) + 1 if sure.size else 0 :])
+    return later if len(later) > _FIRST and all(look.health != "damaged" for look in later[:_FIRST]) else []
+
+
+def _level_note(later: Sequence[Look], answer: Answer) -> Note:
+    text = (
+        f"The level has changed at {later[0].name}, and no load is stated. The looks since then are also compared with "
+        f"the first {_FIRST} of them: {answer.sentence} Damage that these {_FIRST} have is not seen by that."
+    )
+    return Note(code="level-reference", text=text, values={"look": later[0].name, "kind": answer.kind})
 
 
 def _few_healthy(count: int, errors: Mapping[int, InputError]) -> str:

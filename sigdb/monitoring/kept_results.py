@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import pyarrow as pa
 
 from sigdb.core import InputError
-from sigdb.monitoring.kept_table import keep_table, kept_table, list_column
+from sigdb.monitoring.kept_table import keep_table, kept_place, kept_table, list_column
 from sigdb.monitoring.look_results import LookResults
 from sigdb.monitoring.looks import Look
 
@@ -27,30 +27,44 @@ class KeptResults:
         Other results by name, each with a text that says what it was computed from.
     changed
         Whether something was added.
+    place
+        Their file; None where they are not kept.
     """
 
     keys: list[str] = field(default_factory=list)
     results: LookResults | None = None
     others: dict[str, list[Any]] = field(default_factory=dict)
     changed: bool = False
+    place: Path | None = None
+    _of_others: list["KeptResults"] = field(default_factory=list)
 
     @classmethod
     def read(cls, place: Path) -> "KeptResults":
         """Return the results in a file; none where it does not exist or is not whole."""
         table, others = kept_table(place)
         if table is None:
-            return cls()
+            return cls(place=place)
         columns = {name: table[name].combine_chunks() for name in table.column_names if name != "key"}
         maps = columns.pop("tooth_map").flatten().to_numpy().reshape(table.num_rows, -1)
         numbers = {name: column.to_numpy() for name, column in columns.items()}
-        return cls(keys=table["key"].to_pylist(), results=LookResults(**numbers, tooth_map=maps), others=others)
+        results = LookResults(**numbers, tooth_map=maps)
+        return cls(keys=table["key"].to_pylist(), results=results, others=others, place=place)
 
-    def write(self, place: Path) -> None:
-        """Write the results to a file."""
-        if self.results is not None:
+    def write(self) -> None:
+        """Write what was added, also against other healthy looks, to the files."""
+        if self.place is not None and self.results is not None and self.changed:
             arrays = dict(vars(self.results))
             arrays["tooth_map"] = list_column(arrays["tooth_map"])
-            keep_table(place, pa.table({"key": self.keys, **arrays}), self.others)
+            keep_table(self.place, pa.table({"key": self.keys, **arrays}), self.others)
+        for each in self._of_others:
+            each.write()
+
+    def against(self, healthy: Sequence[Look]) -> "KeptResults":
+        """Return the results against other healthy looks."""
+        keys = [look.key for look in healthy]
+        results = KeptResults() if self.place is None else KeptResults.read(kept_place("looks", self.place.name, keys))
+        self._of_others.append(results)
+        return results
 
     def of(
         self, looks: Sequence[Look], compute: Callable[[Look], LookResults]

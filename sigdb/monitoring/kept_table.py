@@ -16,7 +16,7 @@ import pyarrow as pa
 from sigdb.core import Answer, Note, __version__, publish
 from sigdb.database import cache_folder
 from sigdb.diagnosis import LevelChange, Power
-from sigdb.monitoring.alarms import ChangePoint, Trend
+from sigdb.monitoring.alarms import ChangePoint, LevelReference, Trend
 from sigdb.monitoring.tooth_growth import ToothGrowth
 from sigdb.prognosis import RemainingLife
 
@@ -30,7 +30,8 @@ _KIND, _TABLE = "kept kind", "table"
 """Key that names the kind of a value, and the kind of a table."""
 
 _CLASSES = {
-    each.__name__: each for each in (Answer, ChangePoint, LevelChange, Note, Power, RemainingLife, ToothGrowth, Trend)
+    each.__name__: each
+    for each in (Answer, ChangePoint, LevelChange, LevelReference, Note, Power, RemainingLife, ToothGrowth, Trend)
 }
 """Classes of values that are kept."""
 

@@ -68,11 +68,9 @@ def _history(gear: RecordedGear, settings: MonitorSettings) -> GearHistory:
     looks = gear.looks()
     healthy, _ = healthy_looks(looks, settings)
     keys = [look.key for look, good in zip(looks, healthy, strict=True) if good]
-    place = kept_place("looks", gear.place, keys)
-    kept = KeptResults.read(place)
+    kept = KeptResults.read(kept_place("looks", gear.place, keys))
     history = gear_history(looks, settings, place=gear.place, kept=kept)
-    if kept.changed:
-        kept.write(place)
+    kept.write()
     return _with_newer(history, gear.newer_without_result(), looks[-1].name)
 
 

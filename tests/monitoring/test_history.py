@@ -152,3 +152,40 @@ def test_nothing_of_a_history_without_a_new_look_is_computed_again(healthy):
     again = gear_history(unread, kept=fresh)
     assert again.answer == before.answer
     assert again.level is before.level
+
+
+def test_damage_that_comes_after_an_exchange_of_the_sensor_is_an_alarm(look, healthy):
+    """Twice the gain from look 14 on, which nobody states, and an event from look 25 on: the first ten compare."""
+    exchanged = [look(300 + number, gain=2.0) for number in range(11)]
+    damaged = [look(320 + number, gain=2.0, event=0.8) for number in range(2)]
+    fresh = KeptResults()
+    found = gear_history([*healthy, *exchanged, *damaged], MonitorSettings(looks_a_year=365.0), kept=fresh)
+    assert found.looks["alarm"].tolist() == [False] * 25 + [True] * 2
+    assert (found.answer.kind, found.answer.sentence) == ("one tooth", "One tooth stands out: 5 ± 2.")
+    assert (found.since.look, found.since.looks, found.since.answer) == (14, 10, found.answer)
+    assert found.notes[-1].text.startswith("The level has changed at r300, and no load is stated.")
+    assert found.as_json()["since"]["look"] == 14
+    before = gear_history([*healthy, *exchanged], MonitorSettings(looks_a_year=365.0))
+    assert (before.answer.kind, before.answer.exit_code) == ("level changed", 0)
+    assert before.since.answer.exit_code != 1
+    assert "Damage that these 10 have is not seen by that." in before.notes[-1].text
+
+
+def test_results_against_looks_after_a_change_of_level_are_kept(look, healthy, tmp_path, monkeypatch):
+    monkeypatch.setenv("SIGDB_CACHE", str(tmp_path / "cache"))
+    looks = [*healthy, *(look(300 + number, gain=2.0) for number in range(12))]
+    kept = KeptResults.read(tmp_path / "looks.arrow")
+    before = gear_history(looks, kept=kept)
+    kept.write()
+    unread = [replace(each, read=lambda: pytest.fail("a look was read again")) for each in looks]
+    again = gear_history(unread, kept=KeptResults.read(tmp_path / "looks.arrow"))
+    assert again.as_json() == before.as_json()
+
+
+def test_damage_that_comes_with_a_change_of_level_is_in_doubt(look, healthy):
+    looks = [*healthy, *(look(300 + number, gain=2.0, event=0.8) for number in range(12))]
+    found = gear_history(looks, MonitorSettings(looks_a_year=365.0))
+    assert not found.looks["alarm"].any()
+    assert (found.answer.kind, found.answer.exit_code) == ("cannot be judged", 3)
+    labelled = [*looks[:20], replace(looks[20], health="damaged"), *looks[21:]]
+    assert gear_history(labelled, MonitorSettings(looks_a_year=365.0)).since is None
