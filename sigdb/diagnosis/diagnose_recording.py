@@ -1,7 +1,7 @@
-"""Diagnosis of a recording with healthy recordings, and a rig, its tooth counts, a model or a database."""
+"""Diagnosis of recordings with healthy recordings, and a rig, its tooth counts, a model or a database."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import isfinite
 from os import PathLike
 from pathlib import Path
@@ -12,10 +12,11 @@ from sigdb.database import is_database
 from sigdb.diagnosis.diagnose_signature import absent_gears, diagnose_signature
 from sigdb.diagnosis.diagnosis import Diagnosis, unjudged
 from sigdb.diagnosis.healthy_rows import healthy_rows
+from sigdb.diagnosis.joined_signature import Candidate, joined_candidate
 from sigdb.diagnosis.mate import Mate, diagnosis_of_pair, mate_note
 from sigdb.diagnosis.notes import reading_notes
 from sigdb.diagnosis.rig_templates import Source, averaged_gear_of, stored_bank
-from sigdb.diagnosis.stored_reference import Healthy, SimulatedTemplates, StoredReference, is_reference
+from sigdb.diagnosis.stored_reference import SimulatedTemplates, StoredReference, is_reference
 from sigdb.ingest import database_defaults
 from sigdb.recording import (
     AngleOptions,
@@ -27,7 +28,6 @@ from sigdb.recording import (
     RecordingBlocks,
     RecordingSettings,
     read_of_any_size,
-    recorded_signature,
 )
 from sigdb.transmission import Transmission, load_transmission, new_rig
 
@@ -60,7 +60,7 @@ class DiagnosisOptions(FileOptions, AngleOptions, total=False):
 
 
 def diagnose(
-    recording: AnyRecording,
+    recording: AnyRecording | Sequence[AnyRecording],
     rig: Transmission | str | PathLike[str] | None = None,
     *,
     healthy: AnyRecording | Sequence[AnyRecording] = (),
@@ -87,8 +87,9 @@ def diagnose(
 
     Parameters
     ----------
-    recording : Recording, RecordingBlocks, str or path-like
-        From :func:`sigdb.read_recording` or :func:`sigdb.recording.read_in_blocks`, or the path of a file.
+    recording : Recording, RecordingBlocks, str or path-like, or sequence of these
+        From :func:`sigdb.read_recording` or :func:`sigdb.recording.read_in_blocks`, or the path of a file. Several of
+        the machine in one state, at one speed and load, are joined into one average and have one answer.
     rig : Transmission, str or path-like, optional
         The rig, with one mesh; or its name or file. Severity needs it.
     healthy : recording or sequence of recordings
@@ -136,9 +137,13 @@ def diagnose(
     Raises
     ------
     InputError
-        If a file cannot be read, the rig has several meshes, or the recording does not fit it.
+        If a file cannot be read, the rig has several meshes, or the recording does not fit it. Also if several
+        recordings are of other channels, speeds or loads, or have no healthy recording.
     """
-    references = _listed(healthy)
+    recordings, references = _listed(recording), _listed(healthy)
+    if not recordings or (len(recordings) > 1 and not references):
+        needed_by = "several recordings are joined to be compared with" if recordings else "there is no recording for"
+        raise InputError(f"{needed_by} healthy recordings; give {'healthy' if recordings else 'one'}")
     databases = [cast(str, each) for each in references if is_database(each)]
     references = [each for each in references if not is_database(each)]
     if databases:
@@ -146,23 +151,26 @@ def diagnose(
         if rig is None and teeth is None:
             rig, teeth, gear = defaults.rig, defaults.teeth, gear or defaults.gear
         needed = {"samples_per_tooth": defaults.samples_per_tooth, **defaults.averaging}
-        needed |= {} if isinstance(recording, Recording | RecordingBlocks) else defaults.reading
+        needed |= {} if isinstance(recordings[0], Recording | RecordingBlocks) else defaults.reading
         options = cast(DiagnosisOptions, needed | {name: each for name, each in options.items() if each})
     elif where is not None:
         raise InputError(f"where = {where!r} selects rows of a database, and healthy names none")
     source, gear, count = _source(
         rig, teeth, module, gear, model=model, database=database, sensor=sensor, torque=torque
     )
-    if _is_stored(recording):
-        raise InputError(f"{recording} is the reference of a machine, not a recording; give it as healthy")
+    for each in recordings:
+        if _is_stored(each):
+            raise InputError(f"{each} is the reference of a machine, not a recording; give it as healthy")
     stored = [StoredReference.load(cast(str, each)) for each in references if _is_stored(each)]
     raw = [each for each in references if not _is_stored(each)]
-    reading, averaging = _split_options(options, [recording, *raw])
+    reading, averaging = _split_options(options, [*recordings, *raw])
     settings = _averaging(averaging, source, gear, count)
-    read = [_read(each, reading) for each in (recording, *raw)]
-    run, *others = (_candidate(each, settings, source.rig) for each in read)
+    read = [_read(each, reading) for each in (*recordings, *raw)]
+    candidates = [Candidate.of(each, settings, source.rig) for each in read]
+    runs, others = candidates[: len(recordings)], candidates[len(recordings) :]
+    run = joined_candidate(runs, torque=torque, load=load)
     others += [
-        _Candidate(result=each.signature, torque=each.torque, load=each.load)
+        Candidate(result=each.signature, torque=each.torque, load=each.load)
         for reference in stored
         for each in reference.healthy
     ]
@@ -172,7 +180,7 @@ def diagnose(
             rows, row_notes = healthy_rows(
                 each, where=where, teeth=run.result.teeth, channel=run.result.channel, samples=len(run.result.tsa)
             )
-            others += [_Candidate(result=row.signature, torque=row.torque, load=row.load) for row in rows]
+            others += [Candidate(result=row.signature, torque=row.torque, load=row.load) for row in rows]
     results = {"recording": run.result} | {f"healthy {i + 1}": each.result for i, each in enumerate(others)}
     if reasons := absent_gears(results):
         return _without_gear(results, reasons, teeth=count)
@@ -207,25 +215,36 @@ def diagnose(
         assumed=simulated.assumed if simulated is not None and healthy_signatures else (),
     )
     if source.rig is not None and gear is not None and healthy_signatures:
-        diagnosis = _with_mate(diagnosis, read, source.rig, settings, torque=loads, healthy_torques=healthy_loads)
+        signatures = [each.result for each in (*runs, *others) if isinstance(each.result, RecordedSignature)]
+        diagnosis = _with_mate(
+            diagnosis,
+            read,
+            signatures,
+            source.rig,
+            settings,
+            runs=len(runs),
+            torque=loads,
+            healthy_torques=healthy_loads,
+        )
     return replace(diagnosis, notes=(*source.notes, *notes, *diagnosis.notes))
 
 
 def _with_mate(
     diagnosis: Diagnosis,
     recordings: Sequence[Recording | RecordingBlocks],
+    signatures: Sequence[RecordedSignature],
     rig: Transmission,
     settings: AveragingSettings,
     *,
+    runs: int,
     torque: float | None,
     healthy_torques: Sequence[float | None],
 ) -> Diagnosis:
     """Return the diagnosis of the gear of the pair that has changed; with a note where the mate cannot be compared."""
-    signatures = [each for each in (diagnosis.signature, *diagnosis.healthy) if each is not None]
     try:
         if len(recordings) < len(signatures):
             raise InputError("averages of a reference or a database are those of one gear; give healthy recordings")
-        mate = Mate.of(recordings, signatures, rig, settings, torque=torque, healthy_torques=healthy_torques)
+        mate = Mate.of(recordings, signatures, rig, settings, runs=runs, torque=torque, healthy_torques=healthy_torques)
     except InputError as error:
         return replace(diagnosis, notes=(*diagnosis.notes, mate_note(error)))
     return diagnosis_of_pair(diagnosis, mate)
@@ -276,31 +295,6 @@ def _source(
     return Source(rig=pair, described=False), named, pair.gears[named].teeth
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Candidate:
-    """A recording by its signature, or by the reason why no mesh could be followed, with its torque and load."""
-
-    result: RecordedSignature | NoMeshError
-    torque: float | None
-    load: float | None
-
-    def as_healthy(self) -> Healthy:
-        """Return the recording as a reference stores it."""
-        if isinstance(self.result, NoMeshError):
-            raise self.result
-        return Healthy(signature=self.result, torque=self.torque, load=self.load)
-
-
-def _candidate(
-    recording: Recording | RecordingBlocks, settings: AveragingSettings, rig: Transmission | None
-) -> _Candidate:
-    try:
-        result: RecordedSignature | NoMeshError = recorded_signature(recording, settings, rig=rig)
-    except NoMeshError as error:
-        result = error
-    return _Candidate(result=result, torque=recording.torque, load=recording.load)
-
-
 def _is_stored(recording: AnyRecording) -> bool:
     return not isinstance(recording, Recording | RecordingBlocks) and is_reference(recording)
 
@@ -326,8 +320,8 @@ def _without_gear(
 
 
 def _loads(
-    run: _Candidate,
-    others: Sequence[_Candidate],
+    run: Candidate,
+    others: Sequence[Candidate],
     *,
     torque: float | None,
     healthy_torque: Sequence[float],

@@ -9,6 +9,7 @@ from sigdb.core import InputError, Note, validated
 from sigdb.diagnosis.answers import power_sentence
 from sigdb.diagnosis.diagnose_signature import Aligned, Comparison, diagnose_signature
 from sigdb.diagnosis.diagnosis import Diagnosis
+from sigdb.diagnosis.joined_signature import joined_signature
 from sigdb.diagnosis.notes import OTHER_SHAFT
 from sigdb.recording import (
     AveragingSettings,
@@ -53,19 +54,22 @@ class Mate:
         rig: Transmission,
         settings: AveragingSettings,
         *,
+        runs: int = 1,
         torque: float | None,
         healthy_torques: Sequence[float | None],
     ) -> Self:
-        """Average the recordings over the turn of the mate, and the healthy ones after the first.
+        """Average the recordings over the turn of the mate, and the healthy ones after them.
 
         Parameters
         ----------
         recordings, signatures
-            The recording and the healthy recordings, with their signatures of the diagnosed gear.
+            The recordings and the healthy recordings, with their signatures of the diagnosed gear.
         rig
             The rig, in which the diagnosed gear has one mate.
         settings
             Settings of the averages of the diagnosed gear.
+        runs
+            Number of the recordings that are no healthy ones; several are joined.
         torque, healthy_torques
             As above.
 
@@ -93,8 +97,8 @@ class Mate:
             if not result.presence.present:
                 raise NoMeshError(f"{result.source}: {result.presence.reason}")
             averaged.append(result)
-        first, *rest = averaged
-        return cls(signature=first, healthy=tuple(rest), torque=torque, healthy_torques=healthy_torques)
+        run = joined_signature(averaged[:runs])
+        return cls(signature=run, healthy=tuple(averaged[runs:]), torque=torque, healthy_torques=healthy_torques)
 
     @cached_property
     def comparison(self) -> Comparison:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("recording", type=RECORDING)
+@click.argument("recordings", metavar="RECORDING...", type=RECORDING, nargs=-1, required=True)
 @click.option(
     "--healthy",
     type=RECORDING_OR_DATABASE,
@@ -60,7 +60,7 @@ if TYPE_CHECKING:
 @format_option("table", "json")
 @click.option("--out", type=click.Path(path_type=Path), help="Also write a page and its numbers into this folder.")
 def diagnose(
-    recording: Path,
+    recordings: tuple[Path, ...],
     healthy: tuple[Path, ...],
     where: str | None,
     rig: str | None,
@@ -82,6 +82,8 @@ def diagnose(
 ) -> int:
     """Diagnose a recording: whether a tooth stands out, which, how severely, and what would have been seen.
 
+    Several recordings of the machine in one state, at one speed and load, are joined and have one answer.
+
     The exit code is 0 if no tooth stands out, 1 if one does, 2 for bad input, and 3 if it cannot be judged.
 
     \b
@@ -99,7 +101,7 @@ def diagnose(
     database_reading = next((database_defaults(each).reading for each in healthy if is_database(each)), {})
     reading = cast("RecordingOptions", database_reading | stated)
     diagnosis = diagnose_recording(
-        recording if is_reference(recording) else read_of_any_size(recording, **reading),
+        [each if is_reference(each) else read_of_any_size(each, **reading) for each in recordings],
         rig,
         healthy=[
             each if is_database(each) or is_reference(each) else read_of_any_size(each, **reading) for each in healthy

@@ -77,7 +77,8 @@ def level_change(
 
     The levels are, for each mesh harmonic, the logarithms of its amplitude, of the rms of the two orders to both sides,
     and of the rms of its band. Their distance is that of Mahalanobis [1]_, with a shrunk covariance [2]_ of the groups
-    of revolutions of the healthy recordings and, of several recordings, of the differences between them.
+    of revolutions of the healthy recordings and, of several recordings, of the differences between them. A run of more
+    groups than each healthy recording has counts with as many of them, spread over all.
 
     Parameters
     ----------
@@ -95,6 +96,9 @@ def level_change(
     .. [2] Ledoit, Wolf, "A well-conditioned estimator for large-dimensional covariance matrices", Journal of
        Multivariate Analysis 88(2), 2004, doi:10.1016/S0047-259X(03)00096-4.
     """
+    most = max(len(each.spectrum.groups) for each in healthy.recordings)
+    if len(run.groups) > most:  # of joined recordings: levels have less noise the more revolutions there are
+        run = run.part(np.linspace(0, len(run.groups) - 1, most).round().astype(int))
     highest = highest_common(run, reference, *(each.spectrum for each in healthy.recordings))
     bands = [
         (h, k)
