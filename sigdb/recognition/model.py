@@ -116,8 +116,9 @@ class Model:
             ``tsa``, averages of one revolution from the tacho mark, (n,) or (rows, n), in the unit of the training.
             ``speed_rpm`` and ``torque`` (N m) of the drive, numbers or (rows,). ``averages``, the number of
             revolutions of each average. ``scatter``, the standard deviation between revolutions, rms over angle, in
-            the unit of ``tsa``. ``teeth`` is the tooth count, where the model was trained on several. ``unit`` and
-            ``sensor``, if stated, must be those of the training.
+            the unit of ``tsa``. ``noise``, if it is not white, the deviation of white noise with the density of the
+            average's noise at orders 0, 1, 2 ... n / 2, in the unit of ``tsa``. ``teeth`` is the tooth count, where the
+            model was trained on several. ``unit`` and ``sensor``, if stated, must be those of the training.
 
         Returns
         -------
@@ -259,8 +260,9 @@ class Model:
         return next((bank.teeth for bank in banks if bank is not None), ())
 
     def _reasons(self, batch: Batch) -> list[str]:
-        reasons = [""] * len(batch) if self.trained_range is None else self.trained_range.reasons(batch)
         bank = self.estimator.template_bank
+        noise = bank.effective_noise(batch) if bank is not None and batch.noise_by_order is not None else None
+        reasons = [""] * len(batch) if self.trained_range is None else self.trained_range.reasons(batch, noise)
         if bank is not None:
             for i in np.flatnonzero(~np.isin(batch.column("teeth"), bank.teeth)):
                 reasons[i] = f"teeth = {batch.column('teeth')[i]:g} was not trained on; {bank.teeth} was"

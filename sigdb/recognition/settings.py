@@ -57,6 +57,9 @@ class RobustnessSettings(Section):
     rows: int = quantity("-", "Rows of each disturbance; no test for 0.", ge=0, default=0)
     points: int = quantity("-", "Operating points that they are of, at most.", ge=1, default=3)
     seed: int = quantity("-", "Seed of their rigs, gears and noise.", ge=0, default=0)
+    rigs: int = quantity(
+        "-", "Rigs drawn for the best possible answers under errors of speed, load, rig and profile.", ge=2, default=32
+    )
 
 
 class RecognitionSettings(Section):

@@ -100,10 +100,18 @@ class TrainedRange:
             values[name] = None if values[name] is None else (float(values[name][0]), float(values[name][1]))
         return cls(**values)
 
-    def reasons(self, batch: Batch) -> list[str]:
-        """Return the reason why each row is outside the range, in words; empty for a row inside it."""
+    def reasons(self, batch: Batch, noise: FloatArray | None = None) -> list[str]:
+        """Return the reason why each row is outside the range, in words; empty for a row inside it.
+
+        Parameters
+        ----------
+        batch
+            The rows.
+        noise
+            (rows,) noise of their averages, in ``unit``, where it is not ``scatter / sqrt(averages)``.
+        """
         reasons = [""] * len(batch)
-        for outside, text in self._checks(batch):
+        for outside, text in self._checks(batch, batch.noise() if noise is None else noise):
             for i in np.flatnonzero(outside):
                 reasons[i] = reasons[i] or text(int(i))
         return reasons
@@ -112,11 +120,11 @@ class TrainedRange:
         """Return the reason why each row of a database, by id, is outside the range; empty for a row inside it."""
         return self.reasons(Batch(table=_with_rms(database, rows)))
 
-    def _checks(self, batch: Batch) -> Iterator[Check]:
+    def _checks(self, batch: Batch, noise: FloatArray) -> Iterator[Check]:
         yield from self._point_checks(batch)
         if batch.tsa is not None:
             yield self._samples_check(batch)
-        unit, noise = f" {self.unit}" if self.unit else "", batch.noise()
+        unit = f" {self.unit}" if self.unit else ""
         if self.averages is not None and "averages" in batch.table:
             yield _interval_check("averages", batch.column("averages"), self.averages, WITHIN["averages"], "rev")
         if self.noise is not None:

@@ -13,6 +13,7 @@ __all__ = [
     "Coverage",
     "Grid",
     "Life",
+    "NuisanceModes",
     "Plan",
     "Refinement",
     "Repair",

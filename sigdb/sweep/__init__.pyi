@@ -24,6 +24,7 @@ from .work.engines import Processes as Processes
 from .work.engines import make_missing as make_missing
 from .work.estimate import estimate as estimate
 from .work.life_rows import life_rows as life_rows
+from .work.nuisance_modes import NuisanceModes as NuisanceModes
 from .work.ownership import ownership_of as ownership_of
 from .work.run import SweepSummary as SweepSummary
 from .work.run import run as run

@@ -56,6 +56,8 @@ SMALL = {
     "monitoring/settings.py": "the settings, which the modules of the package use",
     "recording/evidence/least_event.py": "the power of a decision, apart from the decision",
     "recognition/bound/noise_bands.py": "the bands of noise, used by tables and pages",
+    "recognition/calibration/unfit_reasons.py": "the verdict that three estimators by templates share",
+    "recognition/noise/surprise.py": "the test of residuals, which no law or bank enters",
     "recognition/calibration/cells.py": "the cells that both kinds of intervals are calibrated in",
     "database/splits/names.py": "names that must not import what uses them",
     "database/store/roles.py": "one table, apart from the schema",

@@ -132,7 +132,7 @@ def test_which_models_a_run_makes():
         "generalisation": (both, ("S1", "S2", "S3", "S4")),
         "nuisances": (("location",), ("S1",)),
     }
-    assert {name for name, one in asked.items() if one.robustness.rows} == {"nuisances"}
+    assert {name for name, one in asked.items() if one.robustness.rows} == {"nuisances", "reference"}
     others = load_recipe(PIPELINES / "generalisation.toml").evaluated_on()
     assert [other.path for other in others] == [PIPELINES / "other-form.toml", PIPELINES / "other-points.toml"]
 

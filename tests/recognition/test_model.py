@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from pandas.testing import assert_frame_equal
 
 from sigdb.core.errors import InputError, NotApplicableError
 from sigdb.recognition import Detector, OutsideWarning
@@ -145,7 +146,8 @@ def test_averages_that_fit_no_template_are_marked_and_warned_of(location_model, 
     assert (model.estimator.predict(strange) >= 0).all()
     for learner in ("templates", "lda"):
         verdict = with_learner(location_model, learner).assess(strange)
-        assert set(verdict["reason"]) == {"none of the templates fits the average"}
+        reason = "none of the templates fits the average: its residual stands out"
+        assert verdict["reason"].str.startswith(reason).all()
 
 
 @pytest.mark.parametrize(
@@ -199,3 +201,18 @@ def test_a_detector_says_damage_with_its_probability(database, some, location_mo
     np.testing.assert_array_equal(model.assess(kept)["kind"] == "damage", model.predict(kept) == 1)
     np.testing.assert_allclose(model.predict_proba(kept).sum(axis=1), 1.0)
     assert model.assess(other_sensor(kept[:3]))["outside"].all()
+
+
+def test_noise_by_order_is_an_argument_and_white_noise_changes_nothing(location_model, inside):
+    model = with_learner(location_model, "templates")
+    some = arrays(inside)
+    orders = np.shape(some["tsa"])[1] // 2 + 1
+    white = np.repeat((some["scatter"] / np.sqrt(some["averages"]))[:, None], orders, axis=1)
+    expected = model.assess(**some)
+    assert_frame_equal(model.assess(**some, noise=white), expected)
+    quiet_above = white * np.where(np.arange(orders) < 24, 1.0, 0.3)
+    assert not expected["outside"].all()
+    assert model.assess(**some, noise=quiet_above)["reason"].str.contains("its residual stands out").all()
+    for wrong, said in ((white[:, 1:], "give it at orders 0 to"), (-white, "at least 0"), (0 * white, "above 0")):
+        with pytest.raises(InputError, match=said):
+            model.assess(**some, noise=wrong)

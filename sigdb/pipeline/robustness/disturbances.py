@@ -22,50 +22,17 @@ RigChange: TypeAlias = Callable[[Transmission, str, Stream], Transmission]
 AverageChange: TypeAlias = Callable[[FloatArray, int, Stream], FloatArray]
 """Changes clean averages (rows, n) of so many teeth."""
 
-NoiseShape: TypeAlias = Callable[[FloatArray, int, int, Stream], FloatArray]
-"""Makes noise (rows, n) of the same variance from white noise, given teeth and number of revolutions."""
+StatedNuisance: TypeAlias = Callable[[int], Mapping[str, float]]
+"""Numbers of a section ``[nuisance]``, given the tooth count."""
+
+Noise: TypeAlias = Callable[[Stream, int, int, int], FloatArray]
+"""Draws the mean over revolutions of white noise, times the root of their number: (rows, n) for so many revolutions."""
+
+NoiseColour: TypeAlias = Callable[[int, int], FloatArray]
+"""Deviation of noise at each order (n / 2 + 1,) over that of white noise of the same variance, given n and teeth."""
 
 DamageChange: TypeAlias = Callable[[DamagedTeeth, int], DamagedTeeth]
 """Changes the damage of a gear of so many teeth."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Disturbance:
-    """A difference between rows and the law of a model.
-
-    Attributes
-    ----------
-    name, text
-        Its name in tables, and a description.
-    rig
-        Change of the rig; None for none.
-    rigs
-        Number of different rigs that it draws.
-    averages
-        Changes of the clean averages, one after the other.
-    noise
-        Shape of the noise; white for None.
-    scatter
-        Relative variance that it adds to the scatter between revolutions, per variance of the average, and not to the
-        average.
-    damage
-        Change of the damage; None for none.
-    index_error
-        Factor of the index errors.
-    same_question
-        Whether the damage is still one that the best possible answer is known for.
-    """
-
-    name: str
-    text: str
-    rig: RigChange | None = None
-    rigs: int = 1
-    averages: tuple[AverageChange, ...] = ()
-    noise: NoiseShape | None = None
-    scatter: float = 0.0
-    damage: DamageChange | None = None
-    index_error: float = 1.0
-    same_question: bool = field(default=True)
 
 
 def path(x: FloatArray, teeth: int, stream: Stream, *, db: float, deg: float, orders: float) -> FloatArray:
@@ -118,21 +85,25 @@ def lost_pulses(x: FloatArray, teeth: int, stream: Stream, *, share: float) -> F
     return (1 - weight) * x + weight * twice
 
 
-def low_noise(white: FloatArray, teeth: int, revolutions: int, stream: Stream) -> FloatArray:
+def low_orders(samples: int, teeth: int) -> FloatArray:
     """Colour noise by a low-pass of first order whose corner is the mesh order."""
-    k = np.arange(white.shape[1] // 2 + 1)
+    k = np.arange(samples // 2 + 1)
     shape = 1 / np.sqrt(1 + (k / teeth) ** 2)
-    coloured = np.fft.irfft(np.fft.rfft(white, axis=1) * shape, white.shape[1], axis=1)
-    power = np.r_[shape[:1] ** 2, 2 * shape[1:-1] ** 2, shape[-1:] ** 2].sum() / white.shape[1]
-    return np.asarray(coloured / np.sqrt(power))
+    power = np.r_[shape[:1] ** 2, 2 * shape[1:-1] ** 2, shape[-1:] ** 2].sum() / samples
+    return np.asarray(shape / np.sqrt(power))
 
 
-def bursts(white: FloatArray, teeth: int, revolutions: int, stream: Stream) -> FloatArray:
-    """Draw the mean over revolutions of noise in bursts: Student's t with three degrees of freedom, of one variance."""
-    noise = np.empty_like(white)
-    for i in range(len(white)):
-        drawn = stream.standard_t(3, (revolutions, white.shape[1]))
-        noise[i] = drawn.mean(axis=0) * np.sqrt(revolutions) / drawn.std()
+def gaussian(stream: Stream, rows: int, samples: int, revolutions: int) -> FloatArray:
+    """Draw normal noise."""
+    return stream.standard_normal((rows, samples))
+
+
+def bursts(stream: Stream, rows: int, samples: int, revolutions: int) -> FloatArray:
+    """Draw noise in bursts: Student's t with three degrees of freedom, of one variance."""
+    noise = np.empty((rows, samples))
+    for row in noise:
+        drawn = stream.standard_t(3, (revolutions, samples))
+        row[:] = drawn.mean(axis=0) * np.sqrt(revolutions) / drawn.std()
     return noise
 
 
@@ -201,6 +172,67 @@ def worn(damage: DamagedTeeth, teeth: int) -> DamagedTeeth:
     return changed
 
 
+def no_nuisance(teeth: int) -> Mapping[str, float]:
+    """Return no numbers."""
+    return {}
+
+
+def stated(**numbers: float) -> StatedNuisance:
+    """Return numbers of a section ``[nuisance]`` whatever the tooth count."""
+    return lambda teeth: numbers
+
+
+def stated_path(db: float, deg: float, orders: float) -> StatedNuisance:
+    """Return the numbers of a path that is smooth over some orders, 0 for a mesh order."""
+    return lambda teeth: {"path_db": db, "path_deg": deg, "path_orders": orders or float(teeth)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Disturbance:
+    """A difference between rows and the law of a model.
+
+    Attributes
+    ----------
+    name, text
+        Its name in tables, and a description.
+    rig
+        Change of the rig; None for none.
+    rigs
+        Number of different rigs that it draws.
+    averages
+        Changes of the clean averages, one after the other.
+    noise
+        Law of the noise.
+    colour
+        Its deviation by order; white for None.
+    scatter
+        Relative variance that it adds to the scatter between revolutions, per variance of the average, and not to the
+        average.
+    damage
+        Change of the damage; None for none.
+    index_error
+        Factor of the index errors.
+    nuisance
+        Numbers of a section ``[nuisance]`` that state the disturbance, for a gear of so many teeth; none where no
+        section states it.
+    same_question
+        Whether the damage is still one that the best possible answer is known for.
+    """
+
+    name: str
+    text: str
+    rig: RigChange | None = None
+    rigs: int = 1
+    averages: tuple[AverageChange, ...] = ()
+    noise: Noise = gaussian
+    colour: NoiseColour | None = None
+    scatter: float = 0.0
+    damage: DamageChange | None = None
+    index_error: float = 1.0
+    nuisance: StatedNuisance = no_nuisance
+    same_question: bool = field(default=True)
+
+
 NOTHING = Disturbance(name="nothing", text="rows of the law without nuisances")
 
 _SMALL = Disturbance(
@@ -217,6 +249,17 @@ _SMALL = Disturbance(
         partial(late_mark, passes=0.03),
         partial(modulation, depth=0.05),
     ),
+    nuisance=lambda teeth: {
+        "path_db": 1.0,
+        "path_deg": 7.0,
+        "path_orders": float(teeth),
+        "gain_db": 1.0,
+        "speed": 0.01,
+        "torque": 0.03,
+        "mark": 0.03,
+        "modulation": 0.05 / np.sqrt(2),
+        "rig": 0.05,
+    },
 )
 
 DISTURBANCES: tuple[Disturbance, ...] = (
@@ -226,18 +269,24 @@ DISTURBANCES: tuple[Disturbance, ...] = (
             name=f"path {db:g} dB, {'mesh order' if not orders else f'{orders:g} orders'}",
             text=f"a path of {db:g} dB and {deg:g} deg, smooth over {'a mesh order' if not orders else '2 orders'}",
             averages=(partial(path, db=db, deg=deg, orders=orders),),
+            nuisance=stated_path(db, deg, orders),
         )
         for db, deg in ((1.0, 7.0), (3.0, 20.0), (6.0, 45.0))
         for orders in (2.0, 0.0)
     ),
-    Disturbance(name="gain 3 dB", text="a gain of 3 dB", averages=(partial(gain, db=3.0),)),
-    Disturbance(name="speed", text="the speed 3 % high", rig=partial(at_speed, share=0.03)),
-    Disturbance(name="load", text="the load 10 % low", rig=partial(at_torque, share=-0.1)),
+    Disturbance(
+        name="gain 3 dB", text="a gain of 3 dB", averages=(partial(gain, db=3.0),), nuisance=stated(gain_db=3.0)
+    ),
+    Disturbance(
+        name="speed", text="the speed 3 % high", rig=partial(at_speed, share=0.03), nuisance=stated(speed=0.03)
+    ),
+    Disturbance(name="load", text="the load 10 % low", rig=partial(at_torque, share=-0.1), nuisance=stated(torque=0.1)),
     *(
         Disturbance(
             name=f"mark {passes:g}",
             text=f"the mark {passes:g} of a tooth pass late",
             averages=(partial(late_mark, passes=passes),),
+            nuisance=stated(mark=passes),
         )
         for passes in (0.1, 0.4)
     ),
@@ -246,6 +295,7 @@ DISTURBANCES: tuple[Disturbance, ...] = (
             name=f"modulation {depth:.0%}",
             text=f"amplitude modulation by the shaft, {100 * depth:g} %",
             averages=(partial(modulation, depth=depth),),
+            nuisance=stated(modulation=depth / np.sqrt(2)),
         )
         for depth in (0.05, 0.2)
     ),
@@ -262,6 +312,7 @@ DISTURBANCES: tuple[Disturbance, ...] = (
             name=f"profile {microns:g} um",
             text=f"a profile deviation of {microns:g} um",
             rig=partial(with_profile, amplitude=microns * 1e-6),
+            nuisance=stated(profile=microns * 1e-6),
         )
         for microns in (1.0, 3.0)
     ),
@@ -276,10 +327,16 @@ DISTURBANCES: tuple[Disturbance, ...] = (
     Disturbance(
         name="pulses", text="5 % of the pulses missed", averages=(partial(lost_pulses, share=0.05),), scatter=0.1
     ),
-    Disturbance(name="coloured noise", text="noise of the same scatter below the mesh order", noise=low_noise),
+    Disturbance(name="coloured noise", text="noise of the same scatter below the mesh order", colour=low_orders),
     Disturbance(name="bursts", text="noise of the same scatter after Student, three degrees of freedom", noise=bursts),
     Disturbance(name="index errors", text="index errors twice as large", index_error=2.0),
-    Disturbance(name="rig 20 %", text="assumed numbers up to 20 % off", rig=partial(another_rig, share=0.2), rigs=8),
+    Disturbance(
+        name="rig 20 %",
+        text="assumed numbers up to 20 % off",
+        rig=partial(another_rig, share=0.2),
+        rigs=8,
+        nuisance=stated(rig=0.2),
+    ),
     Disturbance(name="soft form", text="the soft form of the rig", rig=soft_form),
     Disturbance(name="two teeth", text="the tooth across damaged as well", damage=apart, same_question=False),
     Disturbance(name="beyond", text="a stiffness loss of 0.7", damage=beyond_grid, same_question=False),

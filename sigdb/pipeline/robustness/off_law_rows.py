@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -153,20 +154,44 @@ class OffLawRows:
         """Return rows of clean averages with noise and features."""
         averages = cases["averages"].to_numpy()
         deviation = noise_deviation(np.full(len(x), reference), cases["snr_db"].to_numpy())
-        noise = stream.standard_normal(x.shape)
-        if disturbance.noise is not None:
-            some = np.unique(averages)
-            for count in some.tolist():
-                at = averages == count
-                noise[at] = disturbance.noise(noise[at], teeth, int(count), stream)
+        shape = np.ones(x.shape[1] // 2 + 1) if disturbance.colour is None else disturbance.colour(x.shape[1], teeth)
+        noise = np.empty_like(x)
+        for count in np.unique(averages).tolist():
+            at = np.flatnonzero(averages == count)
+            noise[at] = disturbance.noise(stream, len(at), x.shape[1], int(count))
+        noise = np.fft.irfft(np.fft.rfft(noise, axis=1) * shape, x.shape[1], axis=1)
         tsa = x + noise * (deviation / np.sqrt(averages))[:, None]
-        freedom = x.shape[1] * (averages - 1)
-        measured = deviation * np.sqrt(stream.chisquare(freedom) / freedom)
-        scatter = np.sqrt(measured**2 + disturbance.scatter * x.var(axis=1))
-        columns = {"scatter": scatter, "tsa": list(tsa)}
+        by_order = self._by_order(x, deviation[:, None] * shape, averages, disturbance, stream)
+        scatter = np.sqrt(_whole_mean(by_order**2))
+        columns: dict[str, Any] = {
+            "scatter": scatter,
+            "tsa": list(tsa),
+            "noise": list(by_order / np.sqrt(averages)[:, None]),
+        }
         for name, values in features(tsa, teeth=teeth).items():
             columns[name] = list(values.reshape(len(x), -1)) if values.ndim > 1 else values
         return cases.drop(columns=[name for name in columns if name in cases]).assign(**columns)
+
+    @staticmethod
+    def _by_order(
+        x: FloatArray, deviation: FloatArray, averages: IntArray, disturbance: Disturbance, stream: np.random.Generator
+    ) -> FloatArray:
+        """Return the scatter by order (rows, n / 2 + 1) that the revolutions of averages show.
+
+        Each order is a complex number for each revolution, so that its square is chi-square of ``2 (m - 1)`` degrees of
+        freedom. A modulation that averages out adds to the orders that the average has.
+        """
+        power = np.abs(np.fft.rfft(x - x.mean(axis=1, keepdims=True), axis=1)) ** 2 / x.shape[1]
+        freedom = 2 * (averages[:, None] - 1)
+        measured = np.maximum(stream.chisquare(np.broadcast_to(freedom, deviation.shape)), 1e-9) / freedom
+        return np.sqrt(deviation**2 * measured + disturbance.scatter * power)
+
+
+def _whole_mean(power: FloatArray) -> FloatArray:
+    """Return the mean over the samples (rows,) of a power by order."""
+    weights = np.full(power.shape[1], 2.0)
+    weights[[0, -1]] = 1.0
+    return np.asarray(power @ weights / weights.sum())
 
 
 def applicable(rows: OffLawRows, disturbance: Disturbance) -> bool:

@@ -6,30 +6,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from sigdb.core import BoolArray, FloatArray
+from sigdb.core import BoolArray
 from sigdb.database import QUANTITIES, Database
 from sigdb.recognition import (
-    DECIBELS,
     TSA,
     Answers,
     Batch,
     Model,
     damage_score,
-    error_curve,
-    operating_points,
-    sensor_in,
 )
 
 RATES = (1e-2, 1e-3)
 """Rates of false alarms at which alarms are counted."""
 
-_DRAWS = 400
-"""Rows drawn for each level of noise of the curve that gives losses in decibels."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Robustness:
-    """A model's thresholds and best possible answers, to count its outcomes with.
+    """A model's thresholds, to count its outcomes with.
 
     Attributes
     ----------
@@ -38,18 +31,14 @@ class Robustness:
     thresholds
         By rate, the score of damage that this share of healthy rows of the database exceeds; nan where its healthy rows
         are fewer than one over the rate.
-    curve
-        (levels, 2) decibels of further noise, and the error of the best possible answer of location there; none where
-        there is no bound.
     """
 
     model: Model
     thresholds: Mapping[float, float]
-    curve: FloatArray
 
     @classmethod
     def of(cls, model: Model, database: Database, rows: pd.DataFrame) -> "Robustness":
-        """The thresholds and the bound on rows of a database.
+        """The thresholds on rows of a database.
 
         Parameters
         ----------
@@ -59,11 +48,6 @@ class Robustness:
             Its database.
         rows
             Rows that it has not seen, of :func:`requested_rows`.
-
-        Raises
-        ------
-        NotApplicableError
-            If the law of these rows is not known.
         """
         answers = model.answers(database, rows)[model.learner]
         thresholds = dict.fromkeys(RATES, np.nan)
@@ -72,24 +56,15 @@ class Robustness:
             for rate in RATES:
                 if len(healthy) * rate >= 1:
                     thresholds[rate] = float(np.quantile(healthy, 1 - rate, method="higher"))
-        curve = np.empty((0, 2))
-        if model.target == "location":
-            sensor = sensor_in(database, model.sensor)
-            points, _ = operating_points(database, rows.index, among=rows.index, sensor=sensor)
-            levels = DECIBELS[(DECIBELS >= 0) & (DECIBELS != 0.25)]
-            errors = error_curve(points, levels, draws=_DRAWS)
-            curve = np.column_stack([levels, np.maximum.accumulate(errors.error)])
-        return cls(model=model, thresholds=thresholds, curve=curve)
+        return cls(model=model, thresholds=thresholds)
 
-    def outcomes(self, rows: pd.DataFrame, *, known_bound: bool = True) -> dict[str, float]:
-        """Return the outcomes on rows: shares, rates of false alarms, and the loss in decibels.
+    def outcomes(self, rows: pd.DataFrame) -> dict[str, float]:
+        """Return the outcomes on rows: shares, and rates of false alarms.
 
         Parameters
         ----------
         rows
             Rows with the columns that models read, ``tooth`` and the severities.
-        known_bound
-            Whether the best possible answer is that of the rows of the database.
 
         Returns
         -------
@@ -99,7 +74,7 @@ class Robustness:
             - ``rows``;
             - ``right``, ``not_sure``, ``outside`` and ``sure_wrong``: shares that add up to 1;
             - ``alarms_0.01``, ``alarms_0.001``: shares of healthy rows above that rate's threshold and not outside;
-            - ``loss_db``: the further noise at which the best possible answer has as many errors.
+            - ``errors``: share of rows whose most probable answer of location is wrong, however unsure.
         """
         batch = self._batch(rows)
         verdict = self.model.assess(batch)
@@ -119,7 +94,7 @@ class Robustness:
             if answers.scores is not None and healthy.any() and np.isfinite(threshold):
                 alarms = damage_score(answers.scores) > threshold
                 numbers[f"alarms_{rate:g}"] = float(np.mean((alarms & ~outside)[healthy]))
-        numbers["loss_db"] = self._loss_db(rows, answers) if known_bound else np.nan
+        numbers["errors"] = self._errors(rows, answers)
         return numbers
 
     def _batch(self, rows: pd.DataFrame) -> Batch:
@@ -146,11 +121,7 @@ class Robustness:
         named = answers.sets.argmax(axis=1)
         return np.where(sure, named == tooth, answers.predicted == tooth), sure
 
-    def _loss_db(self, rows: pd.DataFrame, answers: Answers) -> float:
-        if not len(self.curve) or isinstance(answers.predicted, pd.DataFrame):
+    def _errors(self, rows: pd.DataFrame, answers: Answers) -> float:
+        if self.model.target != "location" or isinstance(answers.predicted, pd.DataFrame):
             return np.nan
-        error = float(np.mean(answers.predicted != rows["tooth"].to_numpy()))
-        levels, errors = self.curve.T
-        if error > errors[-1]:
-            return np.inf
-        return float(np.interp(error, errors, levels))
+        return float(np.mean(answers.predicted != rows["tooth"].to_numpy()))

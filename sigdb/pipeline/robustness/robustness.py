@@ -8,6 +8,7 @@ import pandas as pd
 from sigdb.core import NotApplicableError, Note, OnStep, ignore
 from sigdb.database import Database
 from sigdb.pipeline.robustness.disturbances import DISTURBANCES
+from sigdb.pipeline.robustness.nuisance_bounds import NuisanceBounds
 from sigdb.pipeline.robustness.off_law_rows import OffLawRows, applicable
 from sigdb.pipeline.robustness.outcomes import Robustness
 from sigdb.recognition import Evaluation, Model, RobustnessSettings, requested_rows
@@ -50,14 +51,15 @@ def robustness_table(
     database : Database
         Its database.
     settings : RobustnessSettings
-        Number of rows and of operating points, and the seed.
+        Number of rows, of operating points and of rigs, and the seed.
     on_step : callable
         Called with the name of each disturbance.
 
     Returns
     -------
     pandas.DataFrame
-        ``disturbance``, ``text`` and the outcomes of :meth:`Robustness.outcomes`.
+        ``disturbance``, ``text``, the outcomes of :meth:`Robustness.outcomes`, and ``loss_db``, the further noise at
+        which the best possible answer (:class:`NuisanceBounds`) has as many errors; nan where there is none.
 
     Raises
     ------
@@ -72,14 +74,20 @@ def robustness_table(
     off_law = OffLawRows(database, rows.iloc[chosen], database.sensors[0])
     if not off_law.plan.rig.turns_exactly(off_law.plan.gear):
         raise NotApplicableError(f"{database.store}: robustness is tested on rigs with one mesh")
+    bounds = None
+    if model.target == "location":
+        bounds = NuisanceBounds(database, rows, database.sensors[0], settings.rigs)
     table = []
     for number, disturbance in enumerate(DISTURBANCES):
         if not applicable(off_law, disturbance):
             continue
         on_step(f"robustness: {disturbance.name}")
         disturbed = off_law.disturbed_rows(disturbance, np.random.default_rng([settings.seed, number]))
-        outcomes = robustness.outcomes(disturbed, known_bound=disturbance.same_question)
-        table.append({"disturbance": disturbance.name, "text": disturbance.text, **outcomes})
+        outcomes = robustness.outcomes(disturbed)
+        loss = np.nan
+        if bounds is not None and disturbance.same_question:
+            loss = bounds.loss_db(disturbance, outcomes["errors"])
+        table.append({"disturbance": disturbance.name, "text": disturbance.text, **outcomes, "loss_db": loss})
     return pd.DataFrame(table)
 
 

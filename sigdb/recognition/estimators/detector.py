@@ -11,8 +11,8 @@ from sklearn.utils.validation import check_is_fitted
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.recognition.answers import Answers, damage_score
 from sigdb.recognition.calibration.alarm_threshold import alarm_threshold, rows_needed
-from sigdb.recognition.calibration.conformal import COVERED, row_quantile
 from sigdb.recognition.calibration.probabilities import specimen_folds_of
+from sigdb.recognition.calibration.unfit_reasons import fit_thresholds, unfit_reasons
 from sigdb.recognition.estimators.contract import Estimator, Labels, Scorer, specimens_of, tooth_and_severity
 from sigdb.recognition.rows.batch import Batch, Column, Reducer, Rows
 from sigdb.recognition.templates.bank import TemplateBank
@@ -63,8 +63,9 @@ class Detector(ClassifierMixin, Estimator):
     noise_, thresholds_
         (bands,) noise of an average (unit of the signal; nan where it is not known) and greatest score of a row that
         counts as healthy there.
-    reduced_chi2_threshold_
-        Greatest reduced chi-square of a row that is not outside the database, where the scores are of templates.
+    reduced_chi2_threshold_, surprise_threshold_
+        Greatest reduced chi-square, and greatest surprise of the residual, of a row that is not outside the database,
+        where the scores are of templates. Models of earlier versions have no surprise.
     healthy_rows_, healthy_specimens_
         Number of rows and of specimens that they were set on.
     """
@@ -139,9 +140,15 @@ class Detector(ClassifierMixin, Estimator):
         self.classes_ = np.array([0, 1])
         self.healthy_rows_, self.healthy_specimens_ = len(score), len(np.unique(groups[healthy]))
         if isinstance(self.reducer, TemplateScores):
-            self.reduced_chi2_threshold_ = row_quantile(self.reducer.reduced_chi2(self._batch(X)), COVERED)
-        self.noise_, self.thresholds_ = self._thresholds(score, Batch.from_rows(X).noise()[healthy], groups[healthy])
+            thresholds = fit_thresholds(self.reducer, self._batch(X), tooth)
+            self.reduced_chi2_threshold_, self.surprise_threshold_ = thresholds
+        self.noise_, self.thresholds_ = self._thresholds(score, self._noise(X)[healthy], groups[healthy])
         return self
+
+    def _noise(self, X: Rows) -> FloatArray:
+        """Return the noise of each average, (rows,); by templates the effective one."""
+        bank = getattr(self.scorer, "template_bank", None)
+        return Batch.from_rows(X).noise() if bank is None else bank.effective_noise(self._batch(X))
 
     def _unseen(self, X: Rows, tooth: IntArray, groups: IntArray) -> FloatArray:
         """Return scores by scorers that have not seen the specimen, on the scale of the trained one; (rows,)."""
@@ -186,10 +193,16 @@ class Detector(ClassifierMixin, Estimator):
 
     def fits_none(self, X: Rows) -> BoolArray | None:
         """Return whether no template fits a row, (rows,); None if the scores are not of templates."""
+        reasons = self.unfit_reasons(X)
+        return None if reasons is None else np.array([bool(reason) for reason in reasons])
+
+    def unfit_reasons(self, X: Rows) -> list[str] | None:
+        """Return why no template fits a row, empty where one does; None as :meth:`fits_none`."""
         threshold, reducer = getattr(self, "reduced_chi2_threshold_", None), self.reducer
         if threshold is None or not isinstance(reducer, TemplateScores):
             return None
-        return reducer.reduced_chi2(self._batch(X)) > threshold
+        surprise = getattr(self, "surprise_threshold_", np.inf)
+        return unfit_reasons(reducer, self._batch(X), reduced_chi2=threshold, surprise=surprise)
 
     def log_ratio(self, X: Rows) -> FloatArray:
         """Return the logarithm of the odds of damage against none, by the scorer; (rows,)."""
@@ -201,7 +214,7 @@ class Detector(ClassifierMixin, Estimator):
         score = self.log_ratio(X)
         if len(self.thresholds_) == 1:
             return score - self.thresholds_[0]
-        noise = np.log(Batch.from_rows(X).noise())
+        noise = np.log(self._noise(X))
         return np.asarray(score - np.interp(noise, np.log(self.noise_), self.thresholds_))
 
     def predict(self, X: Rows) -> IntArray:

@@ -23,7 +23,8 @@ class KindScores(TemplateScores):
     """Scores of averages by kind of damage, against a bank of templates.
 
     As :class:`TemplateScores`, but the first scores are those of each kind k, ``log p(x | damage of the kind k) /
-    p(x | none)``, whatever the tooth. Templates weigh as in the bank. The last score is ``reduced_chi2``.
+    p(x | none)``, whatever the tooth. Templates weigh as in the bank. Then come ``reduced_chi2``, ``surprise`` and
+    ``surprise_place``.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ class KindScores(TemplateScores):
 
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[np.object_]:
         """Return the names of the scores."""
-        return np.array([*self.bank.kinds[1:], "reduced_chi2"], dtype=object)
+        return np.array([*self.bank.kinds[1:], "reduced_chi2", "surprise", "surprise_place"], dtype=object)
 
     def _ratio_and_severity(
         self, local: LocalTemplates, likelihood: FloatArray, law: Law
@@ -107,7 +108,7 @@ class TemplateKind(TemplateLocation):
 
     def _ratio_and_reduced_chi2(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
         scores = batch.reduce(self.reducer)
-        return scores[:, :-1], scores[:, -1]
+        return scores[:, :-3], scores[:, -3]
 
     def predict(self, X: Rows) -> NDArray[np.str_]:  # type: ignore[override]
         """Return the most probable kind of each row, ``none`` for none; (rows,)."""

@@ -11,10 +11,11 @@ from sklearn.base import ClassifierMixin
 from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core import Answer, BoolArray, FloatArray, IntArray
-from sigdb.recognition.answers import NO_TEMPLATE_FITS, Answers, answer_table
-from sigdb.recognition.calibration.conformal import BY_CELL, COVERAGE, COVERED, row_quantile
+from sigdb.recognition.answers import Answers, answer_table
+from sigdb.recognition.calibration.conformal import BY_CELL, COVERAGE
 from sigdb.recognition.calibration.location_sets import LocationSets, strangeness
 from sigdb.recognition.calibration.probabilities import calibrate, check_labels, with_none
+from sigdb.recognition.calibration.unfit_reasons import fit_thresholds, unfit_reasons
 from sigdb.recognition.estimators.contract import Labels, Scorer, required_bank, specimens_of, tooth_and_severity
 from sigdb.recognition.rows.batch import Batch, Rows
 from sigdb.recognition.settings import RecognitionSettings
@@ -33,7 +34,7 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
     - a slope of the scores and a level of 'none', so that their softmax is a calibrated probability;
     - thresholds of conformal sets (:class:`LocationSets`), from rows that were calibrated without their specimens, in
       bands of the noise relative to the bank's healthy signal;
-    - a threshold of the reduced chi-square.
+    - thresholds of the reduced chi-square, and of the surprise of the residual.
 
     Turning the average by j teeth turns the answer by j teeth exactly, in a rig with one mesh; in a train the answer is
     a tooth that the database has damage of. Gears of any tooth count of the bank have an
@@ -59,8 +60,9 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         Share of damaged rows that the level is for.
     set_edges_, set_thresholds_
         As of :class:`LocationSets`.
-    reduced_chi2_threshold_
-        Greatest reduced chi-square of a row that is not outside the database.
+    reduced_chi2_threshold_, surprise_threshold_
+        Greatest reduced chi-square, and greatest surprise of the residual, of a row that is not outside the database.
+        Models of earlier versions have no surprise.
     """
 
     reads = COLUMNS
@@ -111,7 +113,7 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
             Specimen of each row; each row counts as its own if left out.
         """
         batch = self._batch(X)
-        ratio, reduced_chi2 = self._ratio_and_reduced_chi2(batch)
+        ratio, _ = self._ratio_and_reduced_chi2(batch)
         tooth, severity = tooth_and_severity(y)
         check_labels(self._classes(batch), tooth)
         groups = specimens_of(groups, len(tooth))
@@ -121,7 +123,7 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         strange = strangeness(ratio, tooth, groups)
         point, noise = self.bank.nearest(*batch.operating_point()), self.bank.noise_db(batch)
         self._fit_sets(strange, tooth, severity, point=point, noise=noise, groups=groups)
-        self.reduced_chi2_threshold_ = row_quantile(reduced_chi2, COVERED)
+        self.reduced_chi2_threshold_, self.surprise_threshold_ = fit_thresholds(self.reducer, batch, tooth)
         return self
 
     def _classes(self, batch: Batch) -> IntArray:
@@ -135,8 +137,13 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
 
     def fits_none(self, X: Rows) -> BoolArray:
         """Return whether none of the templates fits a row, (rows,)."""
+        return np.array([bool(reason) for reason in self.unfit_reasons(X)])
+
+    def unfit_reasons(self, X: Rows) -> list[str]:
+        """Return why none of the templates fits a row, and where its residual stands out; empty where one does."""
         check_is_fitted(self)
-        return np.asarray(self._ratio_and_reduced_chi2(self._batch(X))[1] > self.reduced_chi2_threshold_)
+        surprise = getattr(self, "surprise_threshold_", np.inf)
+        return unfit_reasons(self.reducer, self._batch(X), reduced_chi2=self.reduced_chi2_threshold_, surprise=surprise)
 
     def decision_function(self, X: Rows) -> FloatArray:
         """Return unbounded scores of 'none' and of each tooth, (rows, most teeth + 1).
@@ -188,8 +195,8 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         batch = self._batch(X)
         reduced_chi2, answers = self._ratio_and_reduced_chi2(batch)[1], self.answer(batch)
         verdicts = [
-            Answer.of("cannot be judged", reason=NO_TEMPLATE_FITS) if strange else verdict
-            for verdict, strange in zip(answers.verdicts, reduced_chi2 > self.reduced_chi2_threshold_, strict=True)
+            Answer.of("cannot be judged", reason=reason) if reason else verdict
+            for verdict, reason in zip(answers.verdicts, self.unfit_reasons(batch), strict=True)
         ]
         candidates = pd.Series(answers.candidates, dtype=object)
         table = answer_table(verdicts).assign(candidates=candidates, reduced_chi2=reduced_chi2)

@@ -12,9 +12,10 @@ from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core import BoolArray, FloatArray, InputError, NotApplicableError
 from sigdb.database import QUANTITIES
-from sigdb.recognition.answers import MORE_SEVERE, NO_TEMPLATE_FITS
+from sigdb.recognition.answers import MORE_SEVERE
 from sigdb.recognition.calibration.conformal import BY_CELL, COVERAGE, COVERED, row_quantile
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
+from sigdb.recognition.calibration.unfit_reasons import fit_thresholds, unfit_reasons
 from sigdb.recognition.estimators.contract import (
     Labels,
     SeverityEstimator,
@@ -59,6 +60,8 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         (3,) s0.
     reduced_chi2_threshold_
         Greatest reduced chi-square of a row that is not outside the database; models of version 0.1.0 have none.
+    surprise_threshold_
+        Greatest surprise of the residual of such a row; models of earlier versions have none.
     beyond_threshold_
         Greatest score ``beyond`` of a row whose damage is not beyond that of the templates.
     """
@@ -108,7 +111,8 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
             raise InputError("y holds no damaged rows, and severity is learnt from them; add some")
         batch, groups = self._batch(X).take(damaged), specimens_of(groups, len(damaged))[damaged]
         median, spread = self._median_and_spread(batch)
-        self.reduced_chi2_threshold_ = row_quantile(self.reducer.reduced_chi2(batch), COVERED)
+        tooth = labels.loc[damaged, "tooth"].to_numpy(int)
+        self.reduced_chi2_threshold_, self.surprise_threshold_ = fit_thresholds(self.reducer, batch, tooth)
         self.beyond_threshold_ = max(row_quantile(self.reducer.beyond(batch), COVERED), _CLEARLY_BEYOND)
         true = labels.loc[damaged, list(QUANTITIES)].to_numpy(float)
         self.floors_ = np.where(spread.mean(axis=0) > 0, spread.mean(axis=0), 1.0)
@@ -133,8 +137,9 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         batch = self._batch(X)
         batch = replace(batch, reduced={**batch.reduced, self.reducer.column: batch.reduce(self.reducer)})
         beyond = self.reducer.beyond(batch) > getattr(self, "beyond_threshold_", np.inf)
-        strange = self.reducer.reduced_chi2(batch) > threshold
-        return np.select([beyond, strange], [MORE_SEVERE, NO_TEMPLATE_FITS], default="").tolist()
+        surprise = getattr(self, "surprise_threshold_", np.inf)
+        reasons = unfit_reasons(self.reducer, batch, reduced_chi2=threshold, surprise=surprise)
+        return [MORE_SEVERE if more else reason for more, reason in zip(beyond, reasons, strict=True)]
 
     def _median_and_spread(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
         median, spread = self.reducer.severities(batch)

@@ -167,8 +167,8 @@ def _reason(reasons: Sequence[str]) -> str:
 
     One average in a hundred of the training fits no template either, so that among many some may.
     """
-    unfit = [text for text in reasons if text == NO_TEMPLATE_FITS]
-    beyond = next((text for text in reasons if text and text != NO_TEMPLATE_FITS), "")
+    unfit = [text for text in reasons if text.startswith(NO_TEMPLATE_FITS)]
+    beyond = next((text for text in reasons if text and not text.startswith(NO_TEMPLATE_FITS)), "")
     usual = binom.ppf(COVERED, len(reasons), 1 - COVERED)
     return beyond or (NO_TEMPLATE_FITS if len(unfit) > usual else "")
 

@@ -10,6 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, InputError, IntArray, check_unmasked
+from sigdb.recognition.noise.noise_shape import RowNoise
 
 Column: TypeAlias = str
 """Name of a column of the table ``features``, or ``tsa``, the average."""
@@ -28,7 +29,8 @@ NOISE: tuple[Column, ...] = ("averages", "scatter")
 
 TSA: Column = "tsa"
 CELLS: Column = "wigner_ville"
-"""Columns of arrays: the average, and its pooled Wigner-Ville cells."""
+BY_ORDER: Column = "noise"
+"""Columns of arrays: the average, its pooled Wigner-Ville cells, and its noise by order."""
 
 
 class Reducer(Protocol):
@@ -54,6 +56,9 @@ class Batch:
         Averages by tooth count, from the tacho mark, unit of the signal; None if they were not read.
     features
         Pooled Wigner-Ville cells by tooth count, (rows, teeth * bands); None if they were not read.
+    noise_by_order
+        Standard deviation of white noise with the density of the average's noise at orders 0, 1, 2 ..., by tooth count,
+        (rows, n / 2 + 1); None for noise that is white.
     reduced
         By the name of a :class:`Reducer`, what it makes of the averages, (rows, k).
     """
@@ -61,6 +66,7 @@ class Batch:
     table: pd.DataFrame
     tsa: Matrices | None = None
     features: Matrices | None = None
+    noise_by_order: Matrices | None = None
     reduced: Mapping[str, FloatArray] = field(default_factory=dict)
 
     @classmethod
@@ -91,9 +97,10 @@ class Batch:
             )
         if X.empty:
             raise InputError("X has no rows; give at least one")
-        arrays = [name for name in (TSA, CELLS) if name in X.columns]
+        arrays = [name for name in (TSA, CELLS, BY_ORDER) if name in X.columns]
         tsa, cells = (_from_cells(X, name) if name in reads else None for name in (TSA, CELLS))
-        return cls(table=X.drop(columns=arrays), tsa=tsa, features=cells)
+        noise = _from_cells(X, BY_ORDER) if TSA in reads and BY_ORDER in X.columns else None
+        return cls(table=X.drop(columns=arrays), tsa=tsa, features=cells, noise_by_order=noise)
 
     def __len__(self) -> int:
         return len(self.table)
@@ -160,6 +167,11 @@ class Batch:
         noise = self.column("scatter") / np.sqrt(self.column("averages"))
         return np.where(noise > 0, noise, np.nan)
 
+    def row_noise(self) -> RowNoise:
+        """Return the noise of each average with its shape; white where it is not known order by order."""
+        by_order = self.noise_by_order or {}
+        return RowNoise(self.noise(), {teeth: (at, by_order[teeth]) for teeth, at in self.by_teeth() if by_order})
+
     def noise_db(self, reference: ArrayLike = 1.0) -> FloatArray:
         """Return the level of that noise, (rows,) dB, ``10 log10(noise^2 / reference)``; nan where it is not known.
 
@@ -175,7 +187,7 @@ class Batch:
 
     @property
     def _arrays(self) -> dict[str, Matrices]:
-        return {name: array for name in ("tsa", "features") if (array := getattr(self, name)) is not None}
+        return {name: array for name in _ARRAYS if (array := getattr(self, name)) is not None}
 
     @cached_property
     def _teeth(self) -> IntArray:
@@ -204,13 +216,15 @@ class Batch:
             yield teeth, np.flatnonzero(self._teeth == teeth), matrix.astype(float)
 
 
+_ARRAYS = ("tsa", "features", "noise_by_order")
+
 Rows: TypeAlias = pd.DataFrame | Batch
 """Rows as estimators take them: a frame as a database returns it, or a batch."""
 
 
 def _place(name: Column) -> int:
     """Return the place of a column in messages."""
-    order = ("teeth", "speed_rpm", "torque", *NOISE, CELLS, TSA)
+    order = ("teeth", "speed_rpm", "torque", *NOISE, CELLS, TSA, BY_ORDER)
     return order.index(name) if name in order else len(order)
 
 

@@ -20,6 +20,7 @@ class PlainRow(TypedDict, total=False):
     torque: ArrayLike
     averages: ArrayLike
     scatter: ArrayLike
+    noise: ArrayLike
     teeth: int
     unit: str
     sensor: str
@@ -82,11 +83,25 @@ def plain_rows(
             if values.size and values.min() < _LEAST.get(name, -np.inf):
                 raise InputError(f"{name} = {values.min():g} must be at least {_LEAST[name]}; check it")
             table[name] = np.broadcast_to(values.ravel(), len(x))
+    by_order = {int(count): _by_order(row["noise"], x)} if "noise" in row else None
     cells = {}
     if CELLS in reads:
         pooled = features(x, teeth=int(count), names=[CELLS])[CELLS]
         cells = {int(count): pooled.reshape(len(x), -1)}
-    return Batch(table=table, tsa={int(count): x}, features=cells or None)
+    return Batch(table=table, tsa={int(count): x}, features=cells or None, noise_by_order=by_order)
+
+
+def _by_order(values: ArrayLike, x: FloatArray) -> FloatArray:
+    """Return the noise of averages (rows, n) by order, (rows, n / 2 + 1)."""
+    noise = np.atleast_2d(_numbers("noise", values))
+    orders = x.shape[1] // 2 + 1
+    if noise.ndim != 2 or noise.shape[1] != orders or len(noise) not in (1, len(x)):
+        raise InputError(
+            f"noise has shape {noise.shape}; give it at orders 0 to {orders - 1}, once or for each average"
+        )
+    if noise.min() < 0 or not noise.any(axis=1).all():
+        raise InputError("noise must be at least 0, and above 0 at some order; check it")
+    return np.broadcast_to(noise, (len(x), orders))
 
 
 def _numbers(name: str, values: ArrayLike) -> FloatArray:

@@ -2,13 +2,14 @@
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
 from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError
 from sigdb.database import MEASURED_SENSOR, Database, suffixed
-from sigdb.recognition.rows.batch import CELLS, ROWS_AT_ONCE, TSA, Batch, Matrices, Reducer
+from sigdb.recognition.rows.batch import BY_ORDER, CELLS, ROWS_AT_ONCE, TSA, Batch, Matrices, Reducer
 
 
 def stream_averages(database: Database, rows: Batch, *, sensor: str) -> Iterator[tuple[IntArray, Batch]]:
@@ -24,8 +25,14 @@ def stream_averages(database: Database, rows: Batch, *, sensor: str) -> Iterator
         A stored sensor.
     """
     stored = suffixed(TSA, database.sensors, sensor_in(database, sensor))
-    for places, matrices in _stream(database, rows, "signals", stored):
-        yield places, replace(rows.take(places), tsa=matrices)
+    columns = [stored, *([BY_ORDER] if knows_noise_by_order(database) else [])]
+    for places, (tsa, *noise) in _stream(database, rows, "signals", columns):
+        yield places, replace(rows.take(places), tsa=tsa, noise_by_order=noise[0] if noise else None)
+
+
+def knows_noise_by_order(database: Database) -> bool:
+    """Return whether a database holds the noise of its averages by order, as that of recordings does."""
+    return BY_ORDER in database.dataset("signals").schema.names
 
 
 def sensor_in(database: Database, sensor: str) -> str:
@@ -39,8 +46,8 @@ def sensor_in(database: Database, sensor: str) -> str:
 
 def stream_features(database: Database, rows: Batch) -> Iterator[tuple[IntArray, Batch]]:
     """Yield rows, by id, with their pooled features, some at a time, with their places among all."""
-    for places, matrices in _stream(database, rows, "features", CELLS):
-        yield places, replace(rows.take(places), features=matrices)
+    for places, (cells,) in _stream(database, rows, "features", [CELLS]):
+        yield places, replace(rows.take(places), features=cells)
 
 
 def reduce_averages(
@@ -94,43 +101,56 @@ def reduce_averages(
 
 def read_features(database: Database, rows: Batch) -> Batch:
     """Return rows, not too many of them, by id, with their pooled features."""
-    parts = list(stream_features(database, rows))
+    return _joined(database, rows, stream_features(database, rows), "features")
+
+
+def _joined(database: Database, rows: Batch, stream: Iterator[tuple[IntArray, Batch]], name: str) -> Batch:
+    """Return rows with the arrays of a stream, in their order."""
+    parts = list(stream)
     if sum(len(places) for places, _ in parts) < len(rows):
-        raise InputError(f"{database.store} has no features of these rows; keep rows whose status is 'ok'")
+        raise InputError(f"{database.store} has no {name} of these rows; keep rows whose status is 'ok'")
     places = np.concatenate([places for places, _ in parts])
-    stored = replace(rows.take(places), features=_concatenate([batch.features for _, batch in parts]))
-    return stored.take(np.argsort(places))
+    arrays: dict[str, Any] = {}
+    for field in ("tsa", "features", "noise_by_order"):
+        matrices = [getattr(batch, field) for _, batch in parts]
+        if any(each is not None for each in matrices):
+            arrays[field] = _concatenate(matrices)
+    return replace(rows.take(places), **arrays).take(np.argsort(places))
 
 
 def read_averages(database: Database, rows: Batch, *, sensor: str) -> Batch:
     """Return rows, not too many of them, by id, with the averages of a sensor."""
-    ids = rows.index.to_numpy()
-    stored = sensor_in(database, sensor)
-    averages = {teeth: database.signals(ids[at], sensor=stored)["tsa"] for teeth, at in rows.by_teeth()}
-    return replace(rows, tsa=averages)
+    return _joined(database, rows, stream_averages(database, rows, sensor=sensor), "averages")
 
 
-def _stream(database: Database, rows: Batch, table: str, column: str) -> Iterator[tuple[IntArray, Matrices]]:
-    """Yield places of rows and their arrays, in the database's order."""
+def _stream(
+    database: Database, rows: Batch, table: str, columns: Sequence[str]
+) -> Iterator[tuple[IntArray, list[Matrices]]]:
+    """Yield places of rows and their arrays, of each column, in the database's order."""
     if not len(rows):
         return
     index, teeth = rows.index, rows.table["teeth"].to_numpy(int)
     where = f"status = 'ok' and id between {index.min()} and {index.max()}"
-    reader = database.batches(where, table=table, columns=["id", column], rows=ROWS_AT_ONCE)
+    reader = database.batches(where, table=table, columns=["id", *columns], rows=ROWS_AT_ONCE)
     places: list[IntArray] = []
-    arrays: list[Matrices] = []
+    arrays: list[list[Matrices]] = []
     for batch in _drain(reader):
         at = index.get_indexer(batch["id"].to_numpy())
         wanted = np.flatnonzero(at >= 0)
         # Batches of which few rows are wanted are joined: estimators are quicker with many rows at once.
         if sum(map(len, places)) + len(wanted) > ROWS_AT_ONCE:
-            yield np.concatenate(places), _concatenate(arrays)
+            yield np.concatenate(places), _concatenate_columns(arrays)
             places, arrays = [], []
         if wanted.size:
             places.append(at[wanted])
-            arrays.append(_matrices(batch[column].take(pa.array(wanted)), teeth[at[wanted]]))
+            arrays.append([_matrices(batch[name].take(pa.array(wanted)), teeth[at[wanted]]) for name in columns])
     if places:
-        yield np.concatenate(places), _concatenate(arrays)
+        yield np.concatenate(places), _concatenate_columns(arrays)
+
+
+def _concatenate_columns(parts: Sequence[Sequence[Matrices]]) -> list[Matrices]:
+    """Return the matrices of several parts, one below the other, for each column."""
+    return [_concatenate(column) for column in zip(*parts, strict=True)]
 
 
 def _matrices(lists: pa.ListArray, teeth: IntArray) -> dict[int, FloatArray]:

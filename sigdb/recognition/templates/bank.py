@@ -231,14 +231,29 @@ class TemplateBank:
         return any(between.teeth == teeth for between in self.severities)
 
     def noise_db(self, batch: Batch) -> FloatArray:
-        """Return the noise of averages relative to the healthy signal at their operating points, (rows,) dB.
+        """Return the effective noise of averages relative to the healthy signal at their operating points, (rows,) dB.
 
         nan where the noise of a row is not known.
         """
         reference = np.empty(len(batch))
         for local, at, coefficients in self.locals(*batch.operating_point()):
             reference[at] = local.healthy_variance(coefficients)
-        return batch.noise_db(reference)
+        return np.asarray(10 * np.log10(self.effective_noise(batch) ** 2 / reference))
+
+    def effective_noise(self, batch: Batch) -> FloatArray:
+        """Return the deviation of white noise in which damage stands out as much as in that of averages, (rows,).
+
+        It is the noise itself where that is white, and for tooth counts that the bank has not.
+        """
+        if batch.noise_by_order is None:
+            return batch.noise()
+        noise = batch.row_noise()
+        stored = np.flatnonzero(np.isin(batch.column("teeth"), self.teeth))
+        for local, at, _ in self.locals(*batch.take(stored).operating_point()) if stored.size else ():
+            for levels, places in noise.alike(stored[at]):
+                if levels.any():
+                    noise.level[stored[at[places]]] *= local.effective_noise(levels)
+        return noise.level
 
     def locals(
         self, speed_rpm: FloatArray, torque: FloatArray, teeth: FloatArray | IntArray

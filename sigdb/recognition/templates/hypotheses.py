@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from sigdb.core import BoolArray, FloatArray, IntArray, plain_array
 from sigdb.database import Database, Template, mate_teeth, rig_of, stored_templates
 from sigdb.measurement import independent_responses, index_error_covariance
+from sigdb.recognition.noise.noise_shape import whitened
 from sigdb.recognition.templates.turned_laws import TurnedLaws, UntiedLaws, joint_modes
 
 
@@ -173,6 +174,23 @@ class Hypotheses:
             value = getattr(self, name)
             some[name] = None if value is None else value[places]
         return replace(self, cases=self.cases.iloc[places].reset_index(drop=True), **some)
+
+    def whitened(self, shape: FloatArray) -> Self:
+        """The laws of averages that are divided by a deviation by order, (n / 2 + 1,)."""
+
+        def of(columns: FloatArray) -> FloatArray:
+            return whitened(columns.transpose(0, 2, 1), shape).transpose(0, 2, 1)
+
+        modes, gains, _ = np.linalg.svd(of(self.modes * self.gains[:, None]), full_matrices=False)
+        return replace(
+            self,
+            signal=whitened(self.signal, shape),
+            modes=modes,
+            gains=gains,
+            harmonic=of(self.harmonic),
+            response=None if self.response is None else of(self.response),
+            nuisance=None if self.nuisance is None else of(self.nuisance),
+        )
 
     def log_likelihood(self, x: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
         """Logarithm of the density of averages under each template turned to each tooth.

@@ -1,17 +1,28 @@
 """Templates near an operating point: their laws within a short range of speeds, at every torque."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.recognition.noise.noise_shape import shape_of, whitened
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, TemplateDistances
 from sigdb.recognition.templates.outward import outward_changes
 from sigdb.recognition.templates.severity_grid import severity_grids
 from sigdb.recognition.templates.speed_curve import PLACES, Powers, SpeedCurve, parabola, range_middles
-from sigdb.recognition.templates.turned_laws import TurnedLaws, joint_modes
+from sigdb.recognition.templates.turned_laws import TurnedLaws, TurnedProducts, joint_modes
+
+_KEPT_SHAPES = 16
+"""Shapes of noise whose laws are in memory at once, for each range."""
+
+_LEAST_DIFFERENCE = 1e-3
+"""Least size of a difference of templates, over the greatest, that a residual is freed of."""
+
+_NEIGHBOURS = 2
+"""Teeth on each side of a damaged one whose damage is much like its own."""
 
 _KEPT_RANGES = 64
 """Ranges whose laws are in memory at once."""
@@ -39,6 +50,8 @@ class LocalTemplates:
     outward
         (templates, 2, n) change of the signal beyond the greatest stiffness loss and phase shift, of any size, see
         :func:`~sigdb.recognition.templates.outward.outward_changes`.
+    change
+        (templates, n) change of the signal by the damage, of any size.
     kinds
         (templates,) kinds of damage, see :class:`PointTemplates`.
     """
@@ -50,6 +63,7 @@ class LocalTemplates:
     half_width: float = 0.0
     powers: Sequence[Powers] = ()
     outward: FloatArray
+    change: FloatArray
     kinds: tuple[str, ...] = ()
 
     @property
@@ -66,6 +80,84 @@ class LocalTemplates:
     def healthy(self) -> BoolArray:
         """(templates,) whether a template is of a healthy gear."""
         return self.laws.healthy
+
+    def whitened(self, levels: IntArray) -> Self:
+        """Return the templates for averages that are divided by the shape of their noise, (bands,) dB.
+
+        See :func:`~sigdb.recognition.noise.noise_shape.shape_of`.
+        """
+        key = tuple(levels.tolist())
+        if not any(key):
+            return self
+        if key not in self._whitened:
+            while len(self._whitened) >= _KEPT_SHAPES:
+                del self._whitened[next(iter(self._whitened))]
+            shape = shape_of(levels, self.samples, self.teeth)
+            outward, change = whitened(self.outward, shape), whitened(self.change, shape)
+            self._whitened[key] = replace(self, laws=self.laws.whitened(shape), outward=outward, change=change)
+        return self._whitened[key]
+
+    @cached_property
+    def _whitened(self) -> dict[tuple[int, ...], Self]:
+        return {}
+
+    def effective_noise(self, levels: IntArray) -> float:
+        """Return the deviation of white noise, over the level of a shape, in which damage stands out as much."""
+        shape = shape_of(levels, self.samples, self.teeth)
+        energy = (np.abs(np.fft.rfft(self.change, axis=1)) ** 2).sum(axis=0)
+        return float(np.sqrt(energy.sum() / (energy / shape**2).sum()))
+
+    def without_severity(
+        self, template: int, residual: FloatArray, noise: FloatArray, index_error: float
+    ) -> FloatArray:
+        """Return residuals r (rows, n) of a template without the part that another severity explains best.
+
+        With the differences D of the templates of as many damaged teeth it is ``r - D (D' S^-1 D)^-1 D' S^-1 r``, S the
+        covariance of the template's law.
+        """
+        laws, alike = self.laws, self.severity[:, 2] == self.severity[template, 2]
+        differences = self.change[alike | self.healthy] - self.change[template]
+        _, sizes, D = np.linalg.svd(differences, full_matrices=False)
+        D = D[sizes > _LEAST_DIFFERENCE * sizes[0]]
+        d = (laws.gains[template] * (laws.size(index_error) / noise)[:, None]) ** 2
+        shrunk, along = d / (1 + d), D @ laws.modes[template]
+        gram = D @ D.T - np.einsum("rm,im,jm->rij", shrunk, along, along, optimize=True)
+        product = residual @ D.T - (residual @ laws.modes[template] * shrunk) @ along.T
+        return np.asarray(residual - np.linalg.solve(gram, product[:, :, None])[:, :, 0] @ D)
+
+    def another_tooth(self, template: int, weighted: FloatArray, noise: FloatArray, index_error: float) -> FloatArray:
+        """Return the greatest score of damage at another tooth, beyond a template, (rows,).
+
+        It is the score test of the template's law N(s, S): with the change d by damage at a tooth, ``d' S^-1 (x - s) /
+        sqrt(d' S^-1 d)``, a standard normal number. Teeth within two of the damaged one do not count.
+
+        Parameters
+        ----------
+        template
+            Place of the template.
+        weighted
+            (rows, n) ``S^-1 (x - s)``, turned back.
+        noise, index_error
+            As for :meth:`TurnedLaws.log_likelihood`; noise (rows,).
+        """
+        far = slice(_NEIGHBOURS + 1, self.teeth - _NEIGHBOURS)
+        laws, changes = self.laws, self.change[~self.healthy]
+        d = (laws.gains[template] * (laws.size(index_error) / noise)[:, None]) ** 2
+        along = self._turned_changes(laws.modes[template].T)[far]
+        square = (changes**2).sum(axis=1) - np.einsum("rm,tmk->trk", d / (1 + d), along**2, optimize=True)
+        product = self._turned_changes(weighted)[far] * noise[:, None]
+        return np.asarray((product / np.sqrt(np.maximum(square, np.finfo(float).tiny))).max(axis=(0, 2)))
+
+    @property
+    def other_teeth(self) -> int:
+        """Number of tests for damage at another tooth; none where templates are not turned."""
+        if self.laws.teeth != self.teeth:
+            return 0
+        return max(0, self.teeth - 2 * _NEIGHBOURS - 1) * int((~self.healthy).sum())
+
+    @cached_property
+    def _turned_changes(self) -> TurnedProducts:
+        return TurnedProducts(self.change[~self.healthy], self.teeth)
 
     @cached_property
     def log_prior(self) -> FloatArray:
@@ -221,5 +313,6 @@ class SpeedRanges:
             half_width=half,
             powers=[self._curve.column_powers[column] for column in columns],
             outward=outward_changes(self._severity[existing], healthy, signals @ self._basis),
+            change=(signals - signals[healthy].mean(axis=0)) @ self._basis,
             kinds=tuple(self._kinds[i] for i in existing.tolist()) if self._kinds else (),
         )

@@ -152,12 +152,19 @@ class PointTemplates:
     @cached_property
     def local(self) -> LocalTemplates:
         """The templates at this point alone."""
+        signal = self.hypotheses.signal
         outward = np.zeros((len(self.healthy), 2, self.samples))
         for tooth in np.unique(self.hypotheses.cases["tooth"])[1:]:
             at = np.flatnonzero(self.healthy | (self.hypotheses.cases["tooth"] == tooth))
-            outward[at] = outward_changes(self.severity[at], self.healthy[at], self.hypotheses.signal[at])
-        laws = self.hypotheses.turned_at(self.index_error)
-        return LocalTemplates(laws=laws, share=self.share, severity=self.severity, outward=outward, kinds=self.kinds)
+            outward[at] = outward_changes(self.severity[at], self.healthy[at], signal[at])
+        return LocalTemplates(
+            laws=self.hypotheses.turned_at(self.index_error),
+            share=self.share,
+            severity=self.severity,
+            outward=outward,
+            change=signal - signal[self.healthy].mean(axis=0),
+            kinds=self.kinds,
+        )
 
     @property
     def log_prior(self) -> FloatArray:

@@ -11,6 +11,8 @@ from sklearn.base import BaseEstimator, TransformerMixin
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError, blocks
 from sigdb.database import QUANTITIES
+from sigdb.recognition.noise.noise_shape import RowNoise, shape_of, whitened
+from sigdb.recognition.noise.surprise import ANOTHER_TOOTH, MORE_DAMAGE, normal_surprise, surprise
 from sigdb.recognition.rows.batch import NOISE, POINT, TSA, Batch, Column, Rows
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.templates.local_templates import LocalTemplates
@@ -33,13 +35,17 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     template, weighed as in the bank, and x is normal as in :class:`Hypotheses` at the operating point of the average,
     or at the nearest one of a bank that does not interpolate. The next score is ``reduced_chi2``, the squared residual
     of the most likely template in standard deviations, divided by the number of samples; it is about 1 for a row that
-    the bank covers. Then come posterior mean, median and standard deviation (``spread``) of each severity given damage,
-    whatever the tooth. The last score is ``beyond``, by how many standard deviations the average asks for a greater
-    stiffness loss or phase shift than the most severe templates have; 0 where the most likely template is not one of
-    these. Where the bank holds between its severities, these are continuous (:class:`ContinuousSeverity`).
+    the bank covers. ``surprise`` and ``surprise_place`` say how uneven that residual is, and where
+    (:func:`~sigdb.recognition.noise.surprise.surprise`). Then come posterior mean, median and standard deviation
+    (``spread``) of each severity given damage, whatever the tooth. The last score is ``beyond``, by how many standard
+    deviations the average asks for a greater stiffness loss or phase shift than the most severe templates have; 0 where
+    the most likely template is not one of these. Where the bank holds between its severities, these are continuous
+    (:class:`ContinuousSeverity`).
 
-    The noise of an average is taken from its own revolutions: ``scatter / sqrt(averages)``. Turning an average by j
-    teeth turns its scores by j teeth exactly, unless harmonic excitations fixed to the shaft are part of the law.
+    The noise of an average is taken from its own revolutions: ``scatter / sqrt(averages)``. Where rows have
+    ``noise``, by order, averages and laws are divided by its shape
+    (:mod:`~sigdb.recognition.noise.noise_shape`). Turning an average by j teeth turns its scores by j teeth exactly,
+    unless harmonic excitations fixed to the shaft are part of the law.
 
     Parameters
     ----------
@@ -84,7 +90,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[np.object_]:
         """Return the names of the scores."""
         teeth = [f"tooth_{t}" for t in range(1, self._most_teeth + 1)]
-        return np.array([*teeth, "reduced_chi2", *self._further], dtype=object)
+        return np.array([*teeth, "reduced_chi2", "surprise", "surprise_place", *self._further], dtype=object)
 
     @property
     def _further(self) -> tuple[str, ...]:
@@ -97,11 +103,11 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         ----------
         X
             Rows with ``teeth``, ``speed_rpm`` (rpm), ``torque`` (N m), ``averages``, ``scatter`` (unit of the signal)
-            and ``tsa``, the average from the tacho mark.
+            and ``tsa``, the average from the tacho mark. ``noise`` by order is optional.
 
         Returns
         -------
-        (rows, most teeth + 11) float64, or (rows, most teeth + 1) without severity
+        (rows, most teeth + 13) float64, or (rows, most teeth + 3) without severity
             As ``get_feature_names_out``; -inf for teeth that a gear does not have.
 
         Raises
@@ -112,13 +118,13 @@ class TemplateScores(TransformerMixin, BaseEstimator):
             If a column is missing, an average is not finite, or a scatter is not above 0.
         """
         batch = Batch.from_rows(X, COLUMNS)
-        noise = batch.noise()
-        _check_noise(batch, noise)
+        noise = batch.row_noise()
+        _check_noise(batch, noise.level)
         parts = Parallel(n_jobs=self.n_jobs, prefer="threads")(
-            delayed(self._scores)(local, at, x, noise[at], coefficients)
-            for local, at, x, coefficients in self._pieces(batch)
+            delayed(self._scores)(local, at, x, noise.level[at], noise.uneven[at], coefficients)
+            for local, at, x, coefficients in self._pieces(batch, noise)
         )
-        scores = np.empty((len(batch), self._ratios + 1 + len(self._further)))
+        scores = np.empty((len(batch), self._ratios + 3 + len(self._further)))
         for at, some in parts:
             scores[at] = some
         return scores
@@ -126,6 +132,11 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     def reduced_chi2(self, batch: Batch) -> FloatArray:
         """Return the reduced chi-square of the most likely template, (rows,)."""
         return batch.reduce(self)[:, self._ratios]
+
+    def surprise(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
+        """Return the surprise of the residual of the most likely template, and its place, (rows,) each."""
+        surprise, place = batch.reduce(self)[:, self._ratios + 1 : self._ratios + 3].T
+        return surprise, place
 
     def beyond(self, batch: Batch) -> FloatArray:
         """Return by how many standard deviations averages ask for more than the most severe templates, (rows,)."""
@@ -136,16 +147,27 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         median, spread = np.split(batch.reduce(self)[:, -2 * len(QUANTITIES) - 1 : -1], 2, axis=1)
         return median, spread
 
-    def _pieces(self, batch: Batch) -> Iterator[tuple[LocalTemplates, IntArray, FloatArray, FloatArray | None]]:
-        """Yield templates with places of rows near them, the averages of these, and their coefficients."""
-        places = self.bank.locals(*batch.operating_point())
+    def _pieces(
+        self, batch: Batch, noise: RowNoise
+    ) -> Iterator[tuple[LocalTemplates, IntArray, FloatArray, FloatArray | None]]:
+        """Yield templates with places of rows near them, the averages of these, and their coefficients.
+
+        Templates and averages are divided by the shape of the noise.
+        """
+        pieces = self.bank.locals(*batch.operating_point())
         averages: dict[int, tuple[IntArray, FloatArray]] = {}
-        for local, at, coefficients in places:
+        for local, at, coefficients in pieces:
             averages = averages or {teeth: (of_teeth, x) for teeth, of_teeth, x in batch.averages()}
             of_teeth, x = averages[local.teeth]
             rows = np.searchsorted(of_teeth, at)
-            for some in blocks(len(at), _ROWS_AT_ONCE):
-                yield local, at[some], x[rows[some]], None if coefficients is None else coefficients[some]
+            _check_averages(x, local)
+            for levels, places in noise.alike(at):
+                shaped = local.whitened(levels)
+                for some in (places[part] for part in blocks(len(places), _ROWS_AT_ONCE)):
+                    averages_of = x[rows[some]]
+                    if shaped is not local:
+                        averages_of = whitened(averages_of, shape_of(levels, local.samples, local.teeth))
+                    yield shaped, at[some], averages_of, None if coefficients is None else coefficients[some]
 
     def _scores(
         self,
@@ -153,9 +175,9 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         at: IntArray,
         x: FloatArray,
         noise: FloatArray,
+        uneven: FloatArray,
         coefficients: FloatArray | None,
     ) -> tuple[IntArray, FloatArray]:
-        _check_averages(x, local)
         law: Law = {"noise": noise, "index_error": self.bank.index_error, "coefficients": coefficients}
         likelihood = local.laws.log_likelihood(x, **law)
         best = likelihood.reshape(len(x), -1).argmax(axis=1)
@@ -163,9 +185,11 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         greatest = likelihood.reshape(len(x), -1)[np.arange(len(x)), best]
         chi2 = local.laws.chi2_of(place[:, 0], greatest, noise=noise, index_error=self.bank.index_error)
         ratio, severity = self._ratio_and_severity(local, likelihood, law)
-        columns = [ratio, chi2[:, None] / local.samples]
+        further = beyond(local.laws, local.outward, x, place, **law)
+        between = self.bank.has_continuous_severity(local.teeth)
+        columns = [ratio, chi2[:, None] / local.samples, *_surprise(local, x, place, uneven, further, law, between)]
         if self.severity:
-            columns += [severity, beyond(local.laws, local.outward, x, place, **law)[:, None]]
+            columns += [severity, further[:, None]]
         return at, np.hstack(columns)
 
     def _ratio_and_severity(
@@ -193,6 +217,41 @@ class TemplateScores(TransformerMixin, BaseEstimator):
                 severity[some] = np.hstack([marginals.mean(), marginals.quantile(0.5), marginals.spread()])
         ratio[:, : local.teeth] = evidence - np.log(local.teeth) - none[:, None]
         return ratio, severity
+
+
+def _surprise(
+    local: LocalTemplates,
+    x: FloatArray,
+    best: IntArray,
+    uneven: FloatArray,
+    beyond: FloatArray,
+    law: "Law",
+    between: bool,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the surprise of averages and its place, (rows, 1) each, given the most likely template and turn.
+
+    Where there may be severities between those of templates, what these change in the residual does not count.
+    """
+    value, place = np.empty(len(x)), np.empty(len(x))
+    for template in np.unique(best[:, 0]).tolist():
+        at = np.flatnonzero(best[:, 0] == template)
+        noise, index_error = law["noise"][at], law["index_error"]
+        coefficients = None if law["coefficients"] is None else law["coefficients"][at]
+        residual = local.laws.residual(template, best[at, 1], x[at], coefficients)
+        if between and not local.healthy[template]:
+            residual = local.without_severity(template, residual, noise, index_error)
+        white, weighted = local.laws.whitened_residual(template, residual, noise=noise, index_error=index_error)
+        value[at], place[at] = surprise(white, local.teeth, uneven[at])
+        if not local.healthy[template]:
+            more = normal_surprise(beyond[at], 2)
+            others = np.full(len(at), -np.inf)
+            if local.other_teeth:
+                score = local.another_tooth(template, weighted, noise, index_error)
+                others = normal_surprise(score, local.other_teeth)
+            each = np.stack([value[at], more, others])
+            value[at] = each.max(axis=0)
+            place[at] = np.choose(each.argmax(axis=0), [place[at], MORE_DAMAGE, ANOTHER_TOOTH])
+    return value[:, None], place[:, None]
 
 
 class Law(TypedDict):

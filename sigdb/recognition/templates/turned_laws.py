@@ -1,7 +1,8 @@
 """Normal laws of averages under templates turned to each tooth, and how likely an average is under each."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 import scipy.fft
@@ -9,6 +10,7 @@ import scipy.linalg
 from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, blocks, plain_array
+from sigdb.recognition.noise.noise_shape import whitened
 
 
 class TurnedProducts:
@@ -188,6 +190,34 @@ class TurnedLaws:
         with_carriers = (along @ self._of_carriers).reshape(self.teeth, len(x), len(self.carriers), -1)
         square = (x**2).sum(axis=1)[:, None] - 2 * _products(with_carriers, weights)
         return np.asarray(square + self._energy(weights))
+
+    def whitened(self, shape: FloatArray) -> Self:
+        """Return the laws of averages that are divided by a deviation by order, (n / 2 + 1,)."""
+        columns = whitened((self.modes * self.gains[:, None]).transpose(0, 2, 1), shape)
+        modes, gains, _ = np.linalg.svd(columns.transpose(0, 2, 1), full_matrices=False)
+        return replace(self, modes=modes, gains=gains, carriers=whitened(self.carriers, shape))
+
+    def residual(
+        self, template: int, turn: IntArray, x: FloatArray, coefficients: FloatArray | None = None
+    ) -> FloatArray:
+        """Return averages (rows, n), turned back by the turn of each, without the mean of a template."""
+        places = (np.arange(self.samples) + turn[:, None] * (self.samples // self.teeth)) % self.samples
+        return np.take_along_axis(x, places, axis=1) - self.mean(template, turn, coefficients)
+
+    def whitened_residual(
+        self, template: int, residual: FloatArray, *, noise: FloatArray, index_error: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return ``S^(-1/2) r`` and ``S^-1 r`` of residuals under the law N(s, S) of a template, (rows, n) each.
+
+        With the modes U and d as in :meth:`log_likelihood`, ``S^(-1/2) r = (r - U (1 - 1 / sqrt(1 + rho d)) U' r) /
+        noise``: white noise of variance 1 where r follows the law.
+        """
+        modes = self.modes[template]
+        d = (self.gains[template] * (self.size(index_error) / noise)[:, None]) ** 2
+        amplitude = residual @ modes
+        white = (residual - (amplitude * (1 - 1 / np.sqrt(1 + d))) @ modes.T) / noise[:, None]
+        weighted = (residual - (amplitude * (d / (1 + d))) @ modes.T) / noise[:, None] ** 2
+        return white, weighted
 
     def mean(self, template: int, turn: IntArray, coefficients: FloatArray | None = None) -> FloatArray:
         """Return the means s_kt (rows, n) of a template, as they lie turned back, for the turn of each row."""

@@ -6,7 +6,8 @@ from numpy.testing import assert_allclose
 
 import sigdb
 from sigdb.pipeline import load_recipe, train_model
-from sigdb.pipeline.robustness.disturbances import NOTHING
+from sigdb.pipeline.robustness import nuisance_bounds
+from sigdb.pipeline.robustness.disturbances import DISTURBANCES, NOTHING
 from sigdb.pipeline.robustness.off_law_rows import OffLawRows
 from sigdb.pipeline.robustness.robustness import with_robustness
 from sigdb.recognition import (
@@ -47,6 +48,7 @@ samples_per_tooth = 32
 learner = "templates"
 folds = 3
 robustness.rows = 40
+robustness.rigs = 2
 """
 SHARES = ["right", "not_sure", "outside", "sure_wrong"]
 
@@ -106,6 +108,20 @@ def test_a_gain_that_was_stated_does_no_harm_and_another_shape_is_outside(traine
     table = trained[0].tables["robustness"].set_index("disturbance")
     assert table.loc["gain 3 dB", "outside"] <= 0.15
     assert table.loc["ghost 0.3", "outside"] > 0.8
+
+
+def test_the_best_answer_knows_a_disturbance_by_its_kind_and_size(database, trained, monkeypatch):
+    """The more may be wrong, the less further noise it bears until it errs as often."""
+    monkeypatch.setattr(nuisance_bounds, "_LEVELS", tuple(np.arange(0.0, 60.0, 6.0)))
+    rows = requested_rows(load_model(trained[1]), database)
+    bounds = nuisance_bounds.NuisanceBounds(database, rows, database.sensors[0], 2)
+    named = {each.name: each for each in DISTURBANCES}
+    names = ("nothing", "mark 0.4", "path 3 dB, 2 orders", "coloured noise")
+    loss = {name: bounds.loss_db(named[name], 0.02) for name in names}
+    assert np.isfinite(loss["nothing"])
+    assert loss["nothing"] > max(loss[name] for name in names[1:])
+    assert loss["nothing"] == bounds.loss_db(named["bursts"], 0.02)
+    assert bounds.loss_db(NOTHING, 0.0) == 0.0
 
 
 def test_nothing_is_tested_by_default(database, trained):

@@ -125,18 +125,18 @@ def test_scores_are_log_likelihood_ratios_of_the_normal_laws_written_out(bank):
         assert_allclose(found[row, :TEETH], logsumexp(joint, axis=0) - none, rtol=1e-4, atol=1e-3)
         weight = np.exp(logsumexp(joint, axis=1) - logsumexp(joint))
         mean = weight @ SEVERITY[1:]
-        assert_allclose(found[row, TEETH + 1 : TEETH + 4], mean, rtol=1e-3, atol=1e-4)
+        assert_allclose(found[row, TEETH + 3 : TEETH + 6], mean, rtol=1e-3, atol=1e-4)
         spread = np.sqrt(weight @ (SEVERITY[1:] - mean) ** 2)
-        assert_allclose(found[row, TEETH + 7 : TEETH + 10], spread, rtol=1e-3, atol=1e-4)
+        assert_allclose(found[row, TEETH + 9 : TEETH + 12], spread, rtol=1e-3, atol=1e-4)
         for target in range(3):
-            below = weight[SEVERITY[1:, target] < found[row, TEETH + 4 + target]].sum()
-            above = weight[SEVERITY[1:, target] > found[row, TEETH + 4 + target]].sum()
+            below = weight[SEVERITY[1:, target] < found[row, TEETH + 6 + target]].sum()
+            above = weight[SEVERITY[1:, target] > found[row, TEETH + 6 + target]].sum()
             assert max(below, above) <= 0.5 + 1e-6
 
 
 def test_scores_have_names(bank):
     names = TemplateScores(bank).get_feature_names_out().tolist()
-    assert names[:6] == ["tooth_1", "tooth_2", "tooth_3", "tooth_4", "reduced_chi2", "mean_stiffness_loss"]
+    assert names[3:8] == ["tooth_4", "reduced_chi2", "surprise", "surprise_place", "mean_stiffness_loss"]
     assert len(names) == TemplateScores(bank).transform(frame(np.zeros((1, N)))).shape[1]
     named = TemplateScores(bank).set_output(transform="pandas").transform(frame(np.zeros((2, N))))
     assert list(named) == names
@@ -258,9 +258,10 @@ def test_judgement_in_words(location, test_rows):
     rows = test_rows[0].iloc[:400]
     said = location.assess(rows)
     sets, best = location.predict_set(rows), location.predict(rows)
-    inside = (said["reduced_chi2"] <= location.reduced_chi2_threshold_).to_numpy()
-    assert 0.9 < inside.mean() <= 1
-    assert (said["answer"][~inside] == "Cannot be judged: none of the templates fits the average.").all()
+    inside = ~location.fits_none(rows)
+    assert (inside <= (said["reduced_chi2"] <= location.reduced_chi2_threshold_)).all()
+    assert 0.9 < inside.mean() < 1
+    assert said["answer"][~inside].str.startswith("Cannot be judged: none of the templates fits the average").all()
     sure = inside & (sets.sum(axis=1) == 1)
     assert (said["kind"][inside & sets[:, 0] & ~sure] == "cannot be judged").all()
     assert (said["kind"][inside & ~sets[:, 0] & sets.any(axis=1)] == "one tooth").all()
@@ -269,6 +270,17 @@ def test_judgement_in_words(location, test_rows):
     assert said["answer"][sure].tolist() == expected
     assert {none, "One tooth stands out: 1."} <= set(said["answer"])
     assert [list(one) for one in said["candidates"]] == [np.flatnonzero(one).tolist() for one in sets]
+
+
+def test_a_residual_that_is_not_white_is_outside_the_database_with_its_place(location, bank, test_rows):
+    """A ghost order of a gear that is healthy, which the reduced chi-square does not show."""
+    rows, labels = test_rows
+    healthy = rows[(labels["tooth"] == 0).to_numpy()].iloc[:200]
+    assert 0 <= location.fits_none(healthy).mean() < 0.04
+    wave = np.cos(5 * 2 * np.pi * np.arange(N) / N) * 5 * healthy["scatter"].iloc[0] / math.sqrt(AVERAGES)
+    said = location.assess(healthy.assign(tsa=[x + wave for x in healthy["tsa"]]))
+    assert (said["kind"] == "cannot be judged").mean() > 0.9
+    assert said["answer"].str.contains("its residual stands out").mean() > 0.9
 
 
 def test_what_no_template_resembles_is_outside_the_database(location):

@@ -83,7 +83,12 @@ def test_the_scores_of_kinds_are_sums_over_templates_and_teeth(model, unseen, da
     expected = [logsumexp(log_p[:, of_kinds == kind], axis=(1, 2)) for kind in KINDS]
     found = model.estimator.reducer.transform(some)
     assert_allclose(found[:, :2], np.array(expected[1:]).T - expected[0][:, None], rtol=1e-4, atol=0.02)
-    assert list(model.estimator.reducer.get_feature_names_out()) == [*KINDS[1:], "reduced_chi2"]
+    assert list(model.estimator.reducer.get_feature_names_out()) == [
+        *KINDS[1:],
+        "reduced_chi2",
+        "surprise",
+        "surprise_place",
+    ]
 
 
 def test_the_bound_of_kinds_is_the_posterior_summed_over_teeth_and_sizes(database):

@@ -1,0 +1,117 @@
+"""The best possible answers under each disturbance: by a law whose only nuisance is that disturbance."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from sigdb.core import FloatArray
+from sigdb.database import Database
+from sigdb.dynamics import PeriodicRig, prepare_periodic
+from sigdb.measurement import NuisanceSettings
+from sigdb.pipeline.robustness.disturbances import Disturbance
+from sigdb.recognition import Hypotheses, OperatingPoint, error_curve, operating_points
+from sigdb.sweep import NuisanceModes, Plan, plan_from
+
+_DRAWS = 500
+"""Rows drawn for each level of noise."""
+
+_LEVELS = (0.0, 1.0, 2.0, 3.0, 4.5, 6.0, 9.0, 12.0, 18.0)
+"""Levels of further noise, dB."""
+
+
+@dataclass(frozen=True, eq=False)
+class NuisanceBounds:
+    """Errors of the best possible answers to rows with a disturbance.
+
+    The size of a disturbance is the standard deviation, or the limit, of a nuisance of the law of the rows, which
+    otherwise has none. So the best possible answer knows the kind and the size of what may be wrong, and not its value.
+
+    Parameters
+    ----------
+    database
+        A database of a rig with one mesh.
+    rows
+        Rows whose cases, noise and index errors are taken, by id.
+    sensor
+        The sensor.
+    rigs
+        Rigs drawn for a nuisance of the machine.
+    """
+
+    database: Database
+    rows: pd.DataFrame
+    sensor: str
+    rigs: int
+
+    def loss_db(self, disturbance: Disturbance, error: float) -> float:
+        """Return the increase of the noise, dB, at which the best possible answer has a share of errors.
+
+        0 where it has as many already; infinite beyond the greatest level.
+        """
+        counted = self._errors.setdefault(self._key(disturbance), {})
+        points: list[OperatingPoint] = []
+        for level in _LEVELS:
+            if level not in counted:
+                points = points or [self._point(point, disturbance) for point in self._points]
+                counted[level] = float(error_curve(points, [level], draws=_DRAWS).error[0])
+            if counted[level] >= error:
+                break
+        levels = sorted(counted)
+        errors = np.maximum.accumulate([counted[level] for level in levels])
+        return float(np.interp(error, errors, levels)) if error <= errors[-1] else np.inf
+
+    def _key(self, disturbance: Disturbance) -> tuple[object, ...]:
+        """Return what makes the law of a disturbance."""
+        numbers = disturbance.nuisance(self._points[0].hypotheses.teeth)
+        return tuple(sorted(numbers.items())), disturbance.colour, disturbance.index_error
+
+    @cached_property
+    def _errors(self) -> dict[tuple[object, ...], dict[float, float]]:
+        """By law, the errors of the best possible answer at levels of further noise."""
+        return {}
+
+    @cached_property
+    def _points(self) -> list[OperatingPoint]:
+        points, _ = operating_points(self.database, self.rows.index, among=self.rows.index, sensor=self.sensor)
+        return points
+
+    @cached_property
+    def _plan(self) -> Plan:
+        return plan_from(self.database.manifest.resolved)
+
+    def _point(self, point: OperatingPoint, disturbance: Disturbance) -> OperatingPoint:
+        """Return an operating point whose laws have only the nuisances of a disturbance."""
+        laws = point.hypotheses
+        numbers = {"rigs": self.rigs, **disturbance.nuisance(laws.teeth)}
+        settings = NuisanceSettings.model_validate(numbers)
+        laws = replace(laws, nuisance=self._modes(laws, settings) if settings.exist else None)
+        if disturbance.colour is not None:
+            laws = laws.whitened(disturbance.colour(laws.signal.shape[1], laws.teeth))
+        rows = point.rows.assign(index_error=point.rows["index_error"] * disturbance.index_error)
+        return replace(point, hypotheses=laws, rows=rows)
+
+    def _modes(self, laws: Hypotheses, settings: NuisanceSettings) -> FloatArray:
+        """Return the modes of nuisances of each template, (templates, n, modes)."""
+        numbers = laws.cases["template"].tolist()
+        plan = replace(self._plan, nuisance=settings)
+        point = plan.case(numbers[0]).rig_point
+        modes_of = NuisanceModes(plan, plan.rig_points[point])
+        damages = [plan.case(number).damage.on_teeth(laws.teeth) for number in numbers]
+        states = self._stated(point).steady_state(damages)
+        at = list(plan.sensors).index(self.sensor)
+        every: Sequence[FloatArray] = [
+            modes_of.of(damage, states[i], np.full(len(plan.sensors), laws.reference_variance[i]))[at]
+            for i, damage in enumerate(damages)
+        ]
+        most = max(modes.shape[1] for modes in every)
+        return np.stack([np.pad(modes, ((0, 0), (0, most - modes.shape[1]))) for modes in every])
+
+    def _stated(self, point: int) -> PeriodicRig:
+        """Return the rig of a rig point as it is stated."""
+        plan = self._plan
+        return prepare_periodic(
+            plan.rig_points[point].rig, gear=plan.gear, samples_per_tooth=plan.signature.samples_per_tooth
+        )

@@ -1,0 +1,1 @@
+"""Noise by order: its shape, and how even residuals are once it is taken out."""
