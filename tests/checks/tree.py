@@ -64,6 +64,7 @@ SMALL = {
     "recognition/targets/all_targets.py": "the dictionary of targets, above each of them",
     "recognition/targets/detection_tables.py": "tables of one target, apart from its metrics",
     "sweep/plan/members.py": "members of an ensemble, apart from the points that they make",
+    "recognition/rows/turned_products.py": "products that laws, templates and fusion use",
     "recognition/templates/compact_signals.py": "one transformation of averages",
     "recording/history.py": "one result of a series of recordings",
     "report/evaluation/style.py": "colours and names of one kind of page",

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError, blocks
 from sigdb.database import QUANTITIES
+from sigdb.recognition.rows.turned_products import TurnedProducts
 from sigdb.recognition.templates.hypotheses import Hypotheses
-from sigdb.recognition.templates.turned_laws import TurnedProducts
 
 DamageKey: TypeAlias = tuple[object, ...]
 """A template by its damage, whatever its operating point."""

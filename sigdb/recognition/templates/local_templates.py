@@ -9,11 +9,13 @@ import numpy as np
 
 from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.recognition.noise.noise_shape import shape_of, whitened
+from sigdb.recognition.noise.noise_shape import shape_of, whitened
+from sigdb.recognition.rows.turned_products import TurnedProducts
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, TemplateDistances
 from sigdb.recognition.templates.outward import outward_changes
 from sigdb.recognition.templates.severity_grid import severity_grids
 from sigdb.recognition.templates.speed_curve import PLACES, Powers, SpeedCurve, parabola, range_middles
-from sigdb.recognition.templates.turned_laws import TurnedLaws, TurnedProducts, joint_modes
+from sigdb.recognition.templates.turned_laws import TurnedLaws, joint_modes
 
 _KEPT_SHAPES = 16
 """Shapes of noise whose laws are in memory at once, for each range."""

@@ -95,15 +95,14 @@ def beyond(
     """
     score = np.zeros(len(x))
     at_end = np.asarray(outward.any(axis=2))
-    turn = best[:, 1] * (laws.samples // laws.teeth)
     for template in np.unique(best[:, 0]):
         changes = outward[template, at_end[template]]
         if not len(changes):
             continue
         rows = np.flatnonzero(best[:, 0] == template)
-        places = (np.arange(laws.samples) + turn[rows, None]) % laws.samples
-        of_rows = None if coefficients is None else coefficients[rows]
-        residual = x[rows[:, None], places] - laws.mean(int(template), best[rows, 1], of_rows)
+        residual = residual_of(
+            laws, int(template), best[rows, 1], x[rows], None if coefficients is None else coefficients[rows]
+        )
         modes, d = laws.modes[template], (laws.gains[template] * laws.size(index_error) / noise[rows, None]) ** 2
         shrunk = d / (1 + d)
         along = changes @ modes
@@ -111,3 +110,27 @@ def beyond(
         square = (changes**2).sum(axis=1) - shrunk @ (along**2).T
         score[rows] = (product / noise[rows, None] / np.sqrt(square)).max(axis=1)
     return score
+
+
+def residual_of(
+    laws: TurnedLaws, template: int, turn: IntArray, x: FloatArray, coefficients: FloatArray | None = None
+) -> FloatArray:
+    """Return averages (rows, n), turned back by the turn of each, without the mean of a template."""
+    places = (np.arange(laws.samples) + turn[:, None] * (laws.samples // laws.teeth)) % laws.samples
+    return np.take_along_axis(x, places, axis=1) - laws.mean(template, turn, coefficients)
+
+
+def whitened_residual(
+    laws: TurnedLaws, template: int, residual: FloatArray, *, noise: FloatArray, index_error: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return ``S^(-1/2) r`` and ``S^-1 r`` of residuals under the law N(s, S) of a template, (rows, n) each.
+
+    With the modes U and d as in :meth:`TurnedLaws.log_likelihood`, ``S^(-1/2) r = (r - U (1 - 1 / sqrt(1 + rho d)) U'
+    r) / noise``: white noise of variance 1 where r follows the law.
+    """
+    modes = laws.modes[template]
+    d = (laws.gains[template] * (laws.size(index_error) / noise)[:, None]) ** 2
+    amplitude = residual @ modes
+    white = (residual - (amplitude * (1 - 1 / np.sqrt(1 + d))) @ modes.T) / noise[:, None]
+    weighted = (residual - (amplitude * (d / (1 + d))) @ modes.T) / noise[:, None] ** 2
+    return white, weighted

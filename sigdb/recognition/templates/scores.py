@@ -16,7 +16,7 @@ from sigdb.recognition.noise.surprise import ANOTHER_TOOTH, MORE_DAMAGE, normal_
 from sigdb.recognition.rows.batch import NOISE, POINT, TSA, Batch, Column, Rows
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.templates.local_templates import LocalTemplates
-from sigdb.recognition.templates.outward import beyond
+from sigdb.recognition.templates.outward import beyond, residual_of, whitened_residual
 from sigdb.recognition.templates.posterior import Posterior, posterior
 
 COLUMNS: frozenset[Column] = frozenset({*POINT, *NOISE, TSA})
@@ -237,10 +237,10 @@ def _surprise(
         at = np.flatnonzero(best[:, 0] == template)
         noise, index_error = law["noise"][at], law["index_error"]
         coefficients = None if law["coefficients"] is None else law["coefficients"][at]
-        residual = local.laws.residual(template, best[at, 1], x[at], coefficients)
+        residual = residual_of(local.laws, template, best[at, 1], x[at], coefficients)
         if between and not local.healthy[template]:
             residual = local.without_severity(template, residual, noise, index_error)
-        white, weighted = local.laws.whitened_residual(template, residual, noise=noise, index_error=index_error)
+        white, weighted = whitened_residual(local.laws, template, residual, noise=noise, index_error=index_error)
         value[at], place[at] = surprise(white, local.teeth, uneven[at])
         if not local.healthy[template]:
             more = normal_surprise(beyond[at], 2)

@@ -11,42 +11,7 @@ from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, blocks, plain_array
 from sigdb.recognition.noise.noise_shape import whitened
-
-
-class TurnedProducts:
-    """Inner products ``<x, pattern turned by t teeth>`` for all t at once.
-
-    A turn by a tooth is a shift by ``m = n / teeth`` samples. X and P are the discrete Fourier transforms over the
-    tooth passes of x and of a pattern p, both (teeth, m). The products are then the inverse transform over q of
-    ``sum_i X[q, i] conj(P[q, i])``. This takes one small matrix product for each of the teeth / 2 + 1 frequencies.
-
-    Parameters
-    ----------
-    patterns
-        (patterns, n) real patterns, as they lie with the first tooth in front.
-    teeth
-        Tooth count; it divides n.
-    """
-
-    def __init__(self, patterns: FloatArray, teeth: int) -> None:
-        self._teeth = teeth
-        spectrum = _over_teeth(np.asarray(patterns, float), teeth)
-        self._conjugate = np.ascontiguousarray(spectrum.conj().transpose(0, 2, 1))
-
-    def __call__(self, x: FloatArray) -> FloatArray:
-        """(teeth, rows, patterns) products of averages x (rows, n); entry t is with the patterns turned by t teeth."""
-        spectrum = _over_teeth(np.asarray(x, float), self._teeth)
-        products = np.empty((*spectrum.shape[:2], self._conjugate.shape[2]), complex)
-        ends = [0, self._teeth // 2] if self._teeth % 2 == 0 else [0]  # these are real, which takes a quarter
-        products[ends] = spectrum[ends].real @ self._conjugate[ends].real
-        between = slice(1, len(spectrum) - (self._teeth % 2 == 0))
-        np.matmul(spectrum[between], self._conjugate[between], out=products[between])
-        return np.asarray(scipy.fft.irfft(products, self._teeth, axis=0, overwrite_x=True))
-
-
-def _over_teeth(x: FloatArray, teeth: int) -> FloatArray:
-    """(teeth // 2 + 1, rows, n / teeth) transform of rows (rows, n) over their tooth passes."""
-    return np.asarray(scipy.fft.rfft(x.reshape(len(x), teeth, -1).transpose(1, 0, 2), axis=0))
+from sigdb.recognition.rows.turned_products import TurnedProducts
 
 
 def _products(some: FloatArray, others: FloatArray) -> FloatArray:
@@ -196,28 +161,6 @@ class TurnedLaws:
         columns = whitened((self.modes * self.gains[:, None]).transpose(0, 2, 1), shape)
         modes, gains, _ = np.linalg.svd(columns.transpose(0, 2, 1), full_matrices=False)
         return replace(self, modes=modes, gains=gains, carriers=whitened(self.carriers, shape))
-
-    def residual(
-        self, template: int, turn: IntArray, x: FloatArray, coefficients: FloatArray | None = None
-    ) -> FloatArray:
-        """Return averages (rows, n), turned back by the turn of each, without the mean of a template."""
-        places = (np.arange(self.samples) + turn[:, None] * (self.samples // self.teeth)) % self.samples
-        return np.take_along_axis(x, places, axis=1) - self.mean(template, turn, coefficients)
-
-    def whitened_residual(
-        self, template: int, residual: FloatArray, *, noise: FloatArray, index_error: float
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return ``S^(-1/2) r`` and ``S^-1 r`` of residuals under the law N(s, S) of a template, (rows, n) each.
-
-        With the modes U and d as in :meth:`log_likelihood`, ``S^(-1/2) r = (r - U (1 - 1 / sqrt(1 + rho d)) U' r) /
-        noise``: white noise of variance 1 where r follows the law.
-        """
-        modes = self.modes[template]
-        d = (self.gains[template] * (self.size(index_error) / noise)[:, None]) ** 2
-        amplitude = residual @ modes
-        white = (residual - (amplitude * (1 - 1 / np.sqrt(1 + d))) @ modes.T) / noise[:, None]
-        weighted = (residual - (amplitude * (d / (1 + d))) @ modes.T) / noise[:, None] ** 2
-        return white, weighted
 
     def mean(self, template: int, turn: IntArray, coefficients: FloatArray | None = None) -> FloatArray:
         """Return the means s_kt (rows, n) of a template, as they lie turned back, for the turn of each row."""

@@ -141,7 +141,7 @@ def test_a_view_holds_the_cells_from_one_before_to_four_after(held_out):
 def test_settings_have_bounds():
     trained = {"learner": None, "coverage_by": "cell", "folds": 5, "seed": 0, "false_alarm_rate": 0.01}
     stages = {"columns": (), "targets": (), "splits": ("S1",), "evaluate_on": ()}
-    stages |= {"robustness": {"points": 3, "rows": 0, "seed": 0}}
+    stages |= {"robustness": {"points": 3, "rows": 0, "seed": 0, "rigs": 32}}
     assert RecognitionSettings().model_dump(exclude={"criteria"}) == trained | stages
     wrong_ones = ({"folds": 2}, {"learner": "forest"}, {"seed": -1}, {"depth": 3}, {"false_alarm_rate": 1.0})
     for wrong in wrong_ones:

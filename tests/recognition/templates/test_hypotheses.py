@@ -16,6 +16,7 @@ from sigdb.database import Template
 from sigdb.measurement import index_error_covariance, index_errors, noise_deviation
 from sigdb.recognition import Hypotheses
 from sigdb.recognition.noise.noise_shape import shape_of, whitened
+from sigdb.recognition.templates.outward import residual_of, whitened_residual
 from sigdb.transmission import Transmission
 
 TEETH, STEP, MATE = 4, 6, 10
@@ -303,8 +304,8 @@ def test_whitened_residuals_are_those_of_the_covariance_written_out(stored):
     laws = Hypotheses.from_templates(stored, teeth=TEETH, mate_teeth=MATE).turned
     x = np.random.default_rng(21).standard_normal((3, N))
     noise, turn = np.array([0.5, 0.7, 0.1]), np.array([0, 2, 3])
-    residual = laws.residual(2, turn, x)
-    white, weighted = laws.whitened_residual(2, residual, noise=noise, index_error=2e-6)
+    residual = residual_of(laws, 2, turn, x)
+    white, weighted = whitened_residual(laws, 2, residual, noise=noise, index_error=2e-6)
     for row in range(3):
         mean, covariance = law(stored[2], int(turn[row]), noise[row], 2e-6)
         expected = x[row] - mean
