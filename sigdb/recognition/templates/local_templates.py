@@ -9,7 +9,6 @@ import numpy as np
 
 from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.recognition.noise.noise_shape import shape_of, whitened
-from sigdb.recognition.noise.noise_shape import shape_of, whitened
 from sigdb.recognition.rows.turned_products import TurnedProducts
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, TemplateDistances
 from sigdb.recognition.templates.outward import outward_changes

@@ -116,7 +116,7 @@ def test_the_best_answer_knows_a_disturbance_by_its_kind_and_size(database, trai
     rows = requested_rows(load_model(trained[1]), database)
     bounds = nuisance_bounds.NuisanceBounds(database, rows, database.sensors[0], 2)
     named = {each.name: each for each in DISTURBANCES}
-    names = ("nothing", "mark 0.4", "path 3 dB, 2 orders", "coloured noise")
+    names = ("nothing", "mark 0.4", "path 3 dB, 2 orders")
     loss = {name: bounds.loss_db(named[name], 0.02) for name in names}
     assert np.isfinite(loss["nothing"])
     assert loss["nothing"] > max(loss[name] for name in names[1:])
