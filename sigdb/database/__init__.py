@@ -18,4 +18,5 @@ __all__ = [
     "database_card",
     "make_split",
     "open",
+    "recordings_card",
 ]

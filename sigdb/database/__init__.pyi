@@ -101,9 +101,13 @@ from .store.writer import ROW_GROUP as ROW_GROUP
 from .store.writer import write_again as write_again
 from .store.writer import write_part as write_part
 from .stored_tables import check_complete as check_complete
+from .summary import AxisFacts as AxisFacts
 from .summary import DatabaseFacts as DatabaseFacts
+from .summary import IndicatorFacts as IndicatorFacts
+from .summary import RecordingFacts as RecordingFacts
 from .summary import StatusFacts as StatusFacts
 from .summary import database_card as database_card
+from .summary import recordings_card as recordings_card
 from .templates import CaseValue as CaseValue
 from .templates import Template as Template
 from .templates import mate_teeth as mate_teeth

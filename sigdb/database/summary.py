@@ -1,5 +1,6 @@
 """Numbers of a database for its card."""
 
+from collections.abc import Iterable
 from typing import TypedDict, cast
 
 import pyarrow as pa
@@ -7,6 +8,7 @@ import pyarrow as pa
 from sigdb.core import InputError, validated
 from sigdb.database.database import Database
 from sigdb.database.matching.outside_threshold import read_coverage
+from sigdb.database.store.receipts import Receipt
 from sigdb.database.stored_tables import check_complete
 from sigdb.transmission import Transmission, origins
 
@@ -94,6 +96,38 @@ class DatabaseFacts(TypedDict):
     recipe: str
 
 
+class LabelFacts(TypedDict):
+    """Recordings and their rows with a result that have the same health, kind of damage and trust in the label."""
+
+    health: str
+    kind: str
+    label_trust: str
+    recordings: int
+    rows: int
+
+
+class RecordingFacts(TypedDict):
+    """The numbers of a database of recordings; see :func:`recordings_card`."""
+
+    rows: int
+    recordings: int
+    failed: int
+    bytes: int
+    sources: list[str]
+    machines: int
+    specimens: int
+    sensors: list[dict[str, str]]
+    gears: list[dict[str, str | int]]
+    dates: list[str] | None
+    axes: list[AxisFacts]
+    labels: list[LabelFacts]
+    statuses: list[StatusFacts]
+    indicators: list[IndicatorFacts]
+    versions: list[dict[str, str]]
+    licence: str
+    citation: str
+
+
 _COUNTS = """
 select count(*) as rows, count(*) filter (tooth = 0) as healthy, count(*) filter (status <> 'ok') as failed,
     count(*) filter (contact_loss) as contact_loss, count(distinct specimen) as specimens
@@ -109,6 +143,20 @@ select max(error) as error, max(floquet_multiplier) as floquet_multiplier, min(m
     {force} as min_mesh_force
 from templates
 """
+
+_RECORDINGS = """
+select count(*) as rows, count(distinct recording) as recordings, count(*) filter (status <> 'ok') as failed,
+    count(distinct nullif(machine, '')) as machines, count(distinct nullif(specimen_name, '')) as specimens,
+    min(nullif(date, '')) as first, max(nullif(date, '')) as last, list_sort(list(distinct source)) as sources
+from cases
+"""
+_LABELS = """
+select coalesce(health, 'unknown') as health, coalesce(kind, 'unknown') as kind,
+    coalesce(label_trust, 'unknown') as label_trust, count(distinct recording) as recordings, count(*) as rows
+from cases where status = 'ok' group by all order by 1 desc, 2, 3
+"""
+_RECORDED = ("speed_rpm", "torque", "load", "averages", "highest_order", "kept")
+"""Numbers of recordings on a card."""
 
 
 def database_card(database: Database) -> DatabaseFacts:
@@ -141,10 +189,12 @@ def database_card(database: Database) -> DatabaseFacts:
     ------
     DatabaseError
         If the database is not finished, or damaged.
+    InputError
+        If it holds recordings: these have a :func:`recordings_card`.
     """
     check_complete(database)
     if database.manifest.is_measured:
-        raise InputError(f"{database.store}: a card is of a sweep; ask sigdb query for the recordings and their labels")
+        raise InputError(f"{database.store} holds recordings; use recordings_card")
     manifest, receipts = database.manifest, [*database.receipts("templates"), *database.receipts("rows")]
     rig = validated(Transmission, manifest.resolved["rig"], owner=str(database.store))
     counts = database.arrow(_COUNTS).to_pylist()[0]
@@ -152,7 +202,6 @@ def database_card(database: Database) -> DatabaseFacts:
     has_force = "min_mesh_force" in database.dataset("templates").schema.names
     has_code = "status_code" in database.dataset("features").schema.names
     by_reason = {"code": "status_code", "reason": "status_code"} if has_code else {"code": "null", "reason": "status"}
-    versions = sorted({tuple(sorted(receipt.versions.items())) for receipt in receipts})
     return DatabaseFacts(
         rig=RigFacts(name=rig.name, title=rig.title, origins=origins(rig)),
         gear=manifest.resolved["sweep"]["gear"],
@@ -165,8 +214,8 @@ def database_card(database: Database) -> DatabaseFacts:
         specimens=counts["specimens"],
         templates=manifest.templates,
         parts=len(receipts),
-        bytes=sum(file.bytes for receipt in receipts for file in receipt.files),
-        axes=_axes(database),
+        bytes=_bytes(receipts),
+        axes=_axes(database, _swept(database)),
         patterns=database.arrow(_PATTERNS)["pattern"].to_pylist(),
         statuses=database.arrow(_STATUSES.format(**by_reason)).to_pylist(),
         indicators=_indicators(database),
@@ -175,17 +224,83 @@ def database_card(database: Database) -> DatabaseFacts:
         hash=manifest.hash,
         seed=manifest.seed,
         extensions=len(manifest.extensions),
-        versions=[dict(version) for version in versions],
+        versions=_versions(receipts),
         licence=manifest.licence,
         citation=manifest.citation,
         recipe=manifest.recipe,
     )
 
 
-def _axes(database: Database) -> list[AxisFacts]:
-    """Parameters, with the number of their values, the least and the greatest."""
+def recordings_card(database: Database) -> RecordingFacts:
+    """Return the numbers of a database of recordings, as plain lists and dictionaries.
+
+    Parameters
+    ----------
+    database : Database
+        A database of recordings, or of averages that another program simulated.
+
+    Returns
+    -------
+    dict
+        Its keys, with numbers in SI units, but for names that end in _rpm:
+
+        - ``rows``, ``recordings``, ``failed`` and ``bytes``;
+        - ``sources``: ``measured`` or ``simulated elsewhere``;
+        - ``machines`` and ``specimens`` that are named, ``sensors`` with units, and ``gears`` with tooth counts;
+        - ``dates``: the first and the last; None where none is stated;
+        - ``axes``: name, unit, number of values, least and greatest value of speed, load and quality;
+        - ``labels``: recordings and rows by health, kind of damage and trust in the label;
+        - ``statuses``: why rows have no result;
+        - ``indicators`` without a unit: name, 5 %, 50 % and 95 % quantiles of healthy and of damaged rows;
+        - ``versions``, ``licence`` and ``citation``.
+
+    Raises
+    ------
+    DatabaseError
+        If the database is damaged.
+    InputError
+        If it is of a sweep: that has a :func:`database_card`.
+    """
+    check_complete(database)
+    if not database.manifest.is_measured:
+        raise InputError(f"{database.store} holds no recordings; use database_card")
+    receipts = database.receipts("rows")
+    counts = database.arrow(_RECORDINGS).to_pylist()[0]
+    first, last = counts.pop("first"), counts.pop("last")
+    distinct = "select distinct {} from cases where status = 'ok' order by all"
+    return RecordingFacts(
+        **counts,
+        bytes=_bytes(receipts),
+        sensors=database.arrow(distinct.format("sensor, unit")).to_pylist(),
+        gears=database.arrow(distinct.format("gear, teeth")).to_pylist(),
+        dates=None if first is None else [first, last],
+        axes=_axes(database, _RECORDED),
+        labels=database.arrow(_LABELS).to_pylist(),
+        statuses=database.arrow(_STATUSES.format(code="status_code", reason="status_code")).to_pylist(),
+        indicators=[each for each in _indicators(database) if each["unit"] == "-"],
+        versions=_versions(receipts),
+        licence=database.manifest.licence,
+        citation=database.manifest.citation,
+    )
+
+
+def _bytes(receipts: Iterable[Receipt]) -> int:
+    return sum(file.bytes for receipt in receipts for file in receipt.files)
+
+
+def _versions(receipts: Iterable[Receipt]) -> list[dict[str, str]]:
+    """Return the versions of the libraries that the parts were made with."""
+    return [dict(each) for each in sorted({tuple(sorted(receipt.versions.items())) for receipt in receipts})]
+
+
+def _swept(database: Database) -> list[str]:
+    """Return the columns of a sweep's parameters."""
     names = database.dataset("features").schema.names
-    axes = [name for name in names[: names.index("min_compression")] if name not in _NOT_AXES]
+    return [name for name in names[: names.index("min_compression")] if name not in _NOT_AXES]
+
+
+def _axes(database: Database, axes: Iterable[str]) -> list[AxisFacts]:
+    """Return parameters, with the number of their values, the least and the greatest."""
     columns = ", ".join(
         f'count(distinct "{name}") as "n {name}", min("{name}") as "min {name}", max("{name}") as "max {name}"'
         for name in axes
@@ -211,7 +326,8 @@ def _indicators(database: Database) -> list[IndicatorFacts]:
         return []
     quantiles = ", ".join(f'quantile_cont("{name}", {list(_QUANTILES)}) as "{name}"' for name in names)
     rows = database.arrow(
-        f"select tooth > 0 as damaged, {quantiles} from cases where status = 'ok' group by damaged order by damaged"
+        f"select tooth > 0 as damaged, {quantiles} from cases where status = 'ok' and tooth is not null "
+        "group by damaged order by damaged"
     ).to_pylist()
     by_kind = {row["damaged"]: cast(dict[str, list[float]], row) for row in rows}
     return [

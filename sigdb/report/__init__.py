@@ -26,6 +26,7 @@ __all__ = [
     "plan_text",
     "recorded_figures",
     "recorded_text",
+    "recordings_card_markdown",
     "rig_figure",
     "rig_text",
     "save_figure",

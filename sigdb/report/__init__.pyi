@@ -3,6 +3,7 @@ from .claims import claims_text as claims_text
 from .comparison import Case as Case
 from .comparison import comparison_figure as comparison_figure
 from .database_card import database_card_markdown as database_card_markdown
+from .database_card import recordings_card_markdown as recordings_card_markdown
 from .diagnosis.report import write_diagnosis_report as write_diagnosis_report
 from .diagnosis.text import diagnosis_text as diagnosis_text
 from .evaluation.page import NUMBERS as NUMBERS

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from sigdb.core import markdown_table
-from sigdb.database import DatabaseFacts, StatusFacts
+from sigdb.database import AxisFacts, DatabaseFacts, IndicatorFacts, RecordingFacts, StatusFacts
 
 _REASONS = 5
 """Reasons of failures that are listed, the most frequent ones."""
@@ -60,13 +60,7 @@ def _lines(facts: DatabaseFacts, title: str) -> Iterator[str]:
     yield ""
     yield "## Cases"
     yield ""
-    yield markdown_table(
-        ("axis", "unit", "values", "least", "greatest"),
-        [
-            (f"`{axis['name']}`", axis["unit"], str(axis["values"]), f"{axis['least']:.6g}", f"{axis['greatest']:.6g}")
-            for axis in facts["axes"]
-        ],
-    )
+    yield _axes(facts["axes"])
     if facts["patterns"]:
         yield ""
         yield "Patterns of damaged teeth: " + ", ".join(f"`{name}`" for name in facts["patterns"]) + "."
@@ -81,13 +75,7 @@ def _lines(facts: DatabaseFacts, title: str) -> Iterator[str]:
     yield ""
     yield f"The 5 %, 50 % and 95 % quantiles of `{next(iter(facts['sensors']))}`."
     yield ""
-    yield markdown_table(
-        ("indicator", "unit", "undamaged", "damaged"),
-        [
-            (f"`{row['name']}`", row["unit"], _triple(row["healthy"]), _triple(row["damaged"]))
-            for row in facts["indicators"]
-        ],
-    )
+    yield _indicators(facts["indicators"])
     yield ""
     yield "## How far to trust it"
     yield ""
@@ -102,8 +90,7 @@ def _lines(facts: DatabaseFacts, title: str) -> Iterator[str]:
     yield ""
     yield "## Origin"
     yield ""
-    versions = "; ".join(", ".join(f"{name} {number}" for name, number in each.items()) for each in facts["versions"])
-    yield f"- Made with {versions}."
+    yield f"- Made with {_versions(facts['versions'])}."
     yield f"- Seed {facts['seed']}; hash of recipe and rig `{facts['hash']}`; {facts['extensions']} extensions."
     yield f"- Licence {facts['licence']}. {facts['citation']}"
     yield ""
@@ -112,6 +99,105 @@ def _lines(facts: DatabaseFacts, title: str) -> Iterator[str]:
     yield "```toml"
     yield facts["recipe"].strip()
     yield "```"
+
+
+def recordings_card_markdown(facts: RecordingFacts, *, title: str) -> str:
+    """Return the card of a database of recordings as a page in Markdown.
+
+    Parameters
+    ----------
+    facts : dict
+        From :func:`sigdb.database.recordings_card`.
+    title : str
+        Heading of the page.
+
+    Returns
+    -------
+    str
+        The page.
+    """
+    return "\n".join(_recordings_lines(facts, title)) + "\n"
+
+
+def _recordings_lines(facts: RecordingFacts, title: str) -> Iterator[str]:
+    yield f"# {title}"
+    yield ""
+    yield f"Signatures of recordings: {', '.join(facts['sources'])}. The recordings themselves are not part of it."
+    yield ""
+    yield (
+        "For: watching these machines, and comparison with other recordings and with simulated signatures. A label is "
+        "worth what its trust says."
+    )
+    yield ""
+    yield "Not for: other machines. Mounting, load and sensor differ between recordings too, and look like damage."
+    yield ""
+    yield "## Size"
+    yield ""
+    rows = [
+        (_grouped(facts["recordings"]), "recordings"),
+        (_grouped(facts["rows"]), "averages, each a row"),
+        (_grouped(facts["failed"]), "rows without a result (their status says why)"),
+        (_grouped(facts["machines"]), "machines that are named"),
+        (_grouped(facts["specimens"]), "pairs of gears that are named"),
+        (f"{facts['bytes'] / 1e6:.1f} MB", f"{facts['bytes'] / max(facts['rows'], 1):.0f} bytes a row"),
+    ]
+    yield markdown_table(("number", "what"), rows)
+    yield ""
+    yield "## Recordings"
+    yield ""
+    yield _axes(facts["axes"])
+    yield ""
+    names = {row["gear"]: f"`{row['gear']}`" if row["gear"] else "not named" for row in facts["gears"]}
+    gears = [f"{names[row['gear']]} ({row['teeth']} teeth)" for row in facts["gears"]]
+    yield f"Gears: {', '.join(gears)}."
+    yield ""
+    units = [f"`{row['sensor']}` ({row['unit'] or 'unit not stated'})" for row in facts["sensors"]]
+    yield f"Sensors: {', '.join(units)}."
+    yield ""
+    yield "Dates: " + ("not stated" if facts["dates"] is None else " to ".join(facts["dates"])) + "."
+    yield ""
+    yield "## Labels"
+    yield ""
+    yield markdown_table(
+        ("health", "kind of damage", "trust", "recordings", "averages"),
+        [
+            (row["health"], row["kind"], row["label_trust"], str(row["recordings"]), str(row["rows"]))
+            for row in facts["labels"]
+        ],
+    )
+    yield ""
+    yield "## Indicators"
+    yield ""
+    yield "The 5 %, 50 % and 95 % quantiles over all machines and sensors; those with a unit are left out."
+    yield ""
+    yield _indicators(facts["indicators"])
+    yield ""
+    yield "## Origin"
+    yield ""
+    yield from _failures(facts["statuses"])
+    yield f"- Made with {_versions(facts['versions'])}."
+    yield f"- Licence {facts['licence']}. {facts['citation']}"
+
+
+def _axes(axes: Sequence[AxisFacts]) -> str:
+    return markdown_table(
+        ("axis", "unit", "values", "least", "greatest"),
+        [
+            (f"`{axis['name']}`", axis["unit"], str(axis["values"]), f"{axis['least']:.6g}", f"{axis['greatest']:.6g}")
+            for axis in axes
+        ],
+    )
+
+
+def _indicators(indicators: Sequence[IndicatorFacts]) -> str:
+    return markdown_table(
+        ("indicator", "unit", "undamaged", "damaged"),
+        [(f"`{row['name']}`", row["unit"], _triple(row["healthy"]), _triple(row["damaged"])) for row in indicators],
+    )
+
+
+def _versions(versions: Sequence[Mapping[str, str]]) -> str:
+    return "; ".join(", ".join(f"{name} {number}" for name, number in each.items()) for each in versions)
 
 
 def _counts(facts: DatabaseFacts) -> Iterator[tuple[int, str]]:
