@@ -19,8 +19,9 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("recordings")
     angle = 2 * np.pi * np.arange(384) / 384
     for name, machine, tooth, torque in (("a", "m1", 0, 10.0), ("b", "m1", 0, 30.0), ("c", "m2", 3, 20.0)):
-        tsa = np.cos(12 * angle) + 0.1 * np.random.default_rng(len(name)).normal(size=(2, 384))
-        np.savez(folder / f"{name}.npz", tsa=tsa, machine=machine, tooth=tooth, torque=torque, date=f"2026-0{tooth + 1}-01")
+        facts = {"machine": machine, "tooth": tooth, "torque": torque, "date": f"2026-0{tooth + 1}-01"}
+        tsa = np.cos(12 * angle) + 0.1 * np.random.default_rng(tooth).normal(size=(2, 384))
+        np.savez(folder / f"{name}.npz", tsa=tsa, **facts)
     (folder / "d.npz").write_bytes(b"PK\x03\x04 no archive")
     settings = IngestSettings(averages_of="tsa", teeth="12", samples_per_tooth=32)
     ingest(folder, folder / "db", settings=settings, jobs=1)
