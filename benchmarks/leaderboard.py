@@ -9,7 +9,8 @@ Without a database it makes a sample of the reference database: its recipe with 
     python benchmarks/leaderboard.py [DB] [--points 8] [--specimens 6] [--environments build/peers]
         [--json benchmarks/leaderboard.json] [--split S1] [--peer network]
 
-The first run makes the environments, which takes minutes.
+The first run makes the environments, which takes minutes. A file of the same rows and split keeps the models that are
+in it, so that peers may be run one by one.
 """
 
 import argparse
@@ -49,7 +50,14 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         database = options.database or _sample(Path(folder), options.points, options.specimens)
         rows = len(sigdb.open(database).sql("select id from features where status = 'ok'"))
-        table: dict[str, dict[str, Any]] = {}
+        facts = {
+            "database": "sample" if options.database is None else options.database.name,
+            "points": options.points,
+            "specimens": options.specimens,
+            "rows": rows,
+            "split": options.split,
+        }
+        table = _stored(options.json, facts)
         for name in options.peer or list(PEERS):
             python = _environment(options.environments / name, PEERS[name][1])
             began = time.perf_counter()
@@ -65,15 +73,20 @@ def main() -> None:
     if options.json:
         numbers = {
             "machine": environment("numpy", "scikit-learn"),
-            "database": "sample" if options.database is None else options.database.name,
-            "points": options.points,
-            "specimens": options.specimens,
-            "rows": rows,
-            "split": options.split,
+            **facts,
             "models": table,
             "tables": {"leaders": leaders},
         }
         options.json.write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
+
+
+def _stored(file: Path | None, facts: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the models of a file of the same rows and split; none otherwise."""
+    if file is None or not file.exists():
+        return {}
+    stored = json.loads(file.read_text(encoding="utf-8"))
+    models: dict[str, dict[str, Any]] = stored["models"]
+    return models if all(stored[name] == value for name, value in facts.items()) else {}
 
 
 def _sample(folder: Path, points: int, specimens: int) -> Path:

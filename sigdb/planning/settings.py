@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict, model_validator
 
-from sigdb.core import Section, in_unit, quantity, unit_of
+from sigdb.core import Section, in_unit, quantity, suggestion, unit_of
 from sigdb.transmission import SIZES, ToothDamage, Transmission
 
 _USUAL_LARGEST = {"stiffness_loss": 0.8, "friction": 0.3}
@@ -71,7 +71,9 @@ class PlanSettings(Section):
         if not isinstance(data, Mapping) or not isinstance(text := data.get("largest"), str):
             return data
         kind = str(data.get("kind", cls.model_fields["kind"].default))
-        unit = unit_of(ToothDamage.model_fields[kind]) if kind in SIZES else "-"
+        if kind not in SIZES:
+            return {**data, "largest": None}
+        unit = unit_of(ToothDamage.model_fields[kind])
         try:
             return {**data, "largest": float(text)}
         except ValueError:
@@ -81,7 +83,7 @@ class PlanSettings(Section):
     def _consistent(self) -> "PlanSettings":
         problems = []
         if self.kind not in SIZES:
-            problems.append(f"kind = {self.kind!r} is no size of a tooth's damage; known: {', '.join(SIZES)}")
+            problems.append(f"kind = {self.kind!r} is no size of a tooth's damage{suggestion(self.kind, SIZES)}")
         problems += [
             f"{name} = {value:g} must be greater than 0"
             for name in ("speeds_rpm", "torques", "averages")

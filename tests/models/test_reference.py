@@ -238,6 +238,10 @@ def test_a_card_that_says_too_much_is_found_out(fresh_evaluation):
 
 def test_an_unknown_name_lists_those_there_are(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    with pytest.raises(
+        InputError, match=r"my_model.py is a file in Python; name the class in it, as my_model.py:Model"
+    ):
+        sigdb.load_model("my_model.py")
     with pytest.raises(InputError, match=r"nasa-locaton is not a model folder, nor .* nasa-location, nasa-severity"):
         sigdb.load_model("nasa-locaton")
     with pytest.raises(InputError, match=r"is not a model folder: model\.json is missing"):

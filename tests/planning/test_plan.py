@@ -140,7 +140,8 @@ def test_sensors_turn_to_the_axes():
 @pytest.mark.parametrize(
     ("settings", "text"),
     [
-        ({"kind": "crack"}, "no size of a tooth's damage"),
+        ({"kind": "crack"}, "no size of a tooth's damage; did you mean 'crack_depth'"),
+        ({"kind": "spall_depth", "largest": "50um"}, "kind = 'spall_depth' is no size of a tooth's damage"),
         ({"kind": "crack_depth"}, "give it in m"),
         ({"kind": "crack_depth", "largest": "1 kg"}, "is a mass"),
         ({"kind": "wear_depth", "largest": "0.1 mm"}, "needs the geometry"),

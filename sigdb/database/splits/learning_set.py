@@ -134,6 +134,8 @@ def inputs(database: Database, ids: IntArray, columns: Sequence[str] = ()) -> pd
     InputError
         If a column does not exist, is no number, or its role is not input.
     """
+    if isinstance(columns, str):
+        raise InputError(f"columns = {columns!r} must be a list of names, such as [{columns!r}]")
     tables = {name: database.dataset(name).schema for name in ("features", "signals")}
     places = {name: table for table, schema in reversed(tables.items()) for name in schema.names}
     names = list(columns) or [field.name for field in tables["features"] if _is_input(field)]
@@ -149,16 +151,20 @@ def inputs(database: Database, ids: IntArray, columns: Sequence[str] = ()) -> pd
 
 def _is_input(field: pa.Field) -> bool:
     kind = field.type.value_type if pa.types.is_list(field.type) else field.type
-    return role_of(field.name) is Role.INPUT and (pa.types.is_floating(kind) or pa.types.is_integer(kind))
+    return _reads(field.name) and (pa.types.is_floating(kind) or pa.types.is_integer(kind))
+
+
+def _reads(name: str) -> bool:
+    return role_of(name) is Role.INPUT
 
 
 def _check_input(name: str, places: Mapping[str, str]) -> None:
     if name not in places:
-        raise InputError(f"columns: there is no column {name!r}{suggestion(name, places)}")
-    role = role_of(name)
-    if role is not Role.INPUT:
+        raise InputError(f"columns: there is no column {name!r}{suggestion(name, filter(_reads, places))}")
+    if not _reads(name):
         raise InputError(
-            f"columns: {name} has the role {role}, not input: a model that reads it would not work on a measurement"
+            f"columns: {name} has the role {role_of(name)}, not input: a model that reads it would not work on a "
+            "measurement"
         )
 
 

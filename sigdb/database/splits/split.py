@@ -149,6 +149,8 @@ def specimen_folds(seed: int, specimens: ArrayLike, folds: int, labels: ArrayLik
 def _deals(folds: int, labels: IntArray, groups: IntArray) -> list[tuple[IntArray, IntArray]]:
     from sklearn.model_selection import StratifiedGroupKFold  # imports all of scikit-learn
 
+    if folds < 2:
+        raise InputError(f"folds = {folds} must be 2 or more: one part is held out, and the others are trained on")
     with warnings.catch_warnings():
         # Of a class with fewer rows than folds; whether a fold lacks a class is checked where it matters.
         warnings.filterwarnings("ignore", "The least populated class", UserWarning)

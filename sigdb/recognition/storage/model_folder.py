@@ -57,6 +57,8 @@ def model_folder(name_or_folder: str | Path) -> Path:
     folder = Path(name_or_folder)
     if folder.is_dir() or len(folder.parts) != 1 or folder.name != str(name_or_folder):
         return folder
+    if folder.suffix == ".py":
+        raise InputError(f"{folder.name} is a file in Python; name the class in it, as {folder.name}:Model")
     built_in = _built_in_folders()
     if folder.name not in built_in:
         raise InputError(
