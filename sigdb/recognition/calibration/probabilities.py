@@ -8,7 +8,8 @@ from scipy.optimize import minimize
 from scipy.special import log_softmax
 from sklearn.model_selection import GroupKFold
 
-from sigdb.core import FloatArray, InputError, IntArray
+from sigdb.core import FloatArray, InputError, IntArray, blocks
+from sigdb.recognition.rows.batch import ROWS_AT_ONCE
 
 _FOLDS = 5
 
@@ -36,23 +37,32 @@ def calibrate(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tuple
     offset
         Known part of the level of 'none', a number or (rows,). The fitted level is added to it.
     """
+    offset, damaged = np.broadcast_to(np.asarray(offset, float), len(y)), y > 0
+    parts = list(blocks(len(y), ROWS_AT_ONCE))
+    unit = np.sqrt(sum(float((_finite(scores[some]) ** 2).sum()) for some in parts) / max(scores.size, 1))
+    unit = max(unit, np.finfo(float).tiny)  # both parameters count alike
 
-    exists = np.isfinite(scores)
-    finite, rows = np.where(exists, scores, 0.0), np.arange(len(y))
-    of_truth, damaged = np.where(y > 0, finite[rows, y - 1], 0.0), y > 0
-    unit = max(float(finite.std()), np.finfo(float).tiny)  # both parameters count alike
+    def part(some: slice, slope: float, none: float) -> FloatArray:
+        """Return the sums over some rows of the loss and of its derivatives."""
+        finite, true, rows = _finite(scores[some]), y[some], np.arange(len(y[some]))
+        log_p = log_softmax(with_none(scores[some], slope, none + offset[some]), axis=1)
+        p, of_truth = np.exp(log_p), np.where(true > 0, finite[rows, true - 1], 0.0)
+        by_slope = (p[:, 1:] * finite).sum(axis=1) - of_truth
+        return np.array([-log_p[rows, true].sum(), by_slope.sum(), (p[:, 0] - ~damaged[some]).sum()])
 
     def loss(parameters: FloatArray) -> tuple[float, FloatArray]:
-        slope, none = parameters[0] / unit, parameters[1] + np.asarray(offset)
-        log_p = log_softmax(with_none(scores, slope, none), axis=1)
-        p = np.exp(log_p)
-        gradient = ((p[:, 1:] * finite).sum(axis=1) - of_truth).mean() / unit, (p[:, 0] - ~damaged).mean()
-        return -float(log_p[rows, y].mean()), np.array(gradient)
+        value, by_slope, by_none = sum(part(some, parameters[0] / unit, parameters[1]) for some in parts) / len(y)
+        return float(value), np.array([by_slope / unit, by_none])
 
     # Convex, so that any descent finds the least one.
     bounds = [(_LEAST_SLOPE * unit, None), (None, None)]
     optimum = minimize(loss, [unit, 0.0], jac=True, bounds=bounds, method="L-BFGS-B", options={"ftol": 1e-12}).x
     return float(optimum[0] / unit), float(optimum[1])
+
+
+def _finite(scores: FloatArray) -> FloatArray:
+    """Return scores with 0 for teeth that a gear does not have."""
+    return np.where(np.isfinite(scores), scores, 0.0)
 
 
 def specimen_folds_of(groups: IntArray, folds: int = _FOLDS) -> Iterator[tuple[IntArray, IntArray]]:
