@@ -110,6 +110,7 @@ class RowNoise:
     """
 
     def __init__(self, white: FloatArray, by_teeth: Mapping[int, tuple[IntArray, FloatArray]]) -> None:
+        by_teeth = {teeth: noise for teeth, noise in by_teeth.items() if noise[1].shape[1] > 1}
         bands = max(
             (order_bands(2 * (d.shape[1] - 1), teeth).max() + 1 for teeth, (_, d) in by_teeth.items()), default=1
         )

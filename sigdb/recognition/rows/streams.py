@@ -154,19 +154,36 @@ def _concatenate_columns(parts: Sequence[Sequence[Matrices]]) -> list[Matrices]:
 
 
 def _matrices(lists: pa.ListArray, teeth: IntArray) -> dict[int, FloatArray]:
-    """Return lists as a matrix for each tooth count."""
+    """Return lists as a matrix for each tooth count; nan where a row has none."""
     some = {int(count): lists.take(pa.array(np.flatnonzero(teeth == count))) for count in np.unique(teeth)}
-    return {
-        count: chosen.flatten().to_numpy(zero_copy_only=False).reshape(len(chosen), -1)
-        for count, chosen in some.items()
-    }
+    return {count: _matrix(chosen) for count, chosen in some.items()}
+
+
+def _matrix(lists: pa.ListArray) -> FloatArray:
+    values = lists.flatten().to_numpy(zero_copy_only=False)
+    present = np.asarray(lists.value_lengths().fill_null(0)) > 0
+    if present.all():
+        return values.reshape(len(lists), -1)
+    matrix = np.full((len(lists), len(values) // max(int(present.sum()), 1)), np.nan)
+    matrix[present] = values.reshape(int(present.sum()), matrix.shape[1])
+    return matrix
 
 
 def _concatenate(parts: Sequence[Matrices | None]) -> dict[int, FloatArray]:
-    """Return the matrices of several parts, one below the other."""
+    """Return the matrices of several parts, one below the other; nan for what some rows have not."""
     present = [part for part in parts if part is not None]
     counts = sorted({count for part in present for count in part})
-    return {count: np.concatenate([part[count] for part in present if count in part]) for count in counts}
+    stacked = {}
+    for count in counts:
+        some = [part[count] for part in present if count in part]
+        width = max(matrix.shape[1] for matrix in some)
+        lacking = [width - matrix.shape[1] for matrix in some]
+        wide = [
+            np.pad(matrix, ((0, 0), (0, more)), constant_values=np.nan) if more else matrix
+            for matrix, more in zip(some, lacking, strict=True)
+        ]
+        stacked[count] = np.concatenate(wide)
+    return stacked
 
 
 def _drain(reader: pa.RecordBatchReader) -> Iterator[pa.RecordBatch]:

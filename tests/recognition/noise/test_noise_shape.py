@@ -61,6 +61,8 @@ def test_the_level_of_a_row_is_that_of_its_whitened_noise(deviation):
     variance = (deviation / shape_of(noise.levels[0], N, TEETH)) ** 2
     assert_allclose(noise.level**2, variance[1:-1].mean(), rtol=0.02)
     assert_allclose(Batch.from_rows(rows.assign(tsa=tsa), {"tsa"}).row_noise().level, 2.0)
+    none = Batch.from_rows(rows.assign(tsa=tsa, noise=[np.empty(0)] * 3), {"tsa"}).row_noise()
+    assert_allclose(none.level, 2.0)
     silent = Batch.from_rows(rows.assign(tsa=tsa, noise=[0 * deviation] * 3), {"tsa"}).row_noise()
     assert_allclose(silent.level, 2.0)
     assert not silent.levels.any()

@@ -2,9 +2,12 @@
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 import pytest
+from numpy.testing import assert_array_equal
 
 from sigdb.recognition import RecognitionSettings, evaluate, train
+from sigdb.recognition.rows import streams
 from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.rows.streams import reduce_averages
 from sigdb.recognition.training import evenly_drawn, usable_rows
@@ -79,3 +82,12 @@ def test_the_draw_is_even_over_specimens_and_cases():
     shuffled = rows.sample(frac=1, random_state=0)
     assert set(evenly_drawn(shuffled, 1200).index) == set(drawn.index)
     assert evenly_drawn(rows, len(rows)) is rows
+
+
+def test_rows_without_an_array_have_nan():
+    lists = pa.array([[1.0, 2.0], None, [], [3.0, 4.0]], pa.list_(pa.float64()))
+    matrices = streams._matrices(lists, np.array([5, 5, 5, 5]))
+    nan = np.nan
+    assert_array_equal(matrices[5], [[1.0, 2.0], [nan, nan], [nan, nan], [3.0, 4.0]])
+    none = {5: np.empty((1, 0))}
+    assert_array_equal(streams._concatenate([none, matrices])[5][:2], [[nan, nan], [1.0, 2.0]])
