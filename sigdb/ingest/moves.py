@@ -14,7 +14,8 @@ def find_moves(store: Store, plans: Sequence[IngestPlan], files: FoundFiles) -> 
     """Return the new path of each ingested recording that is gone from its place, by its path until now."""
     sizes: dict[int, list[Path]] = {}
     for path in files.new_paths:
-        sizes.setdefault(path.stat().st_size, []).append(path)
+        if path.is_file():  # not a link to nothing
+            sizes.setdefault(path.stat().st_size, []).append(path)
     present = files.ingested_paths
     gone = {
         (plan.hash, each.name): each

@@ -104,6 +104,16 @@ def test_new_files_extend_a_database_and_touch_no_old_part(folder_copy, settings
     assert sigdb.open(tmp_path / "db").signals(rows["id"])["tsa"].shape == (4, 12 * 64)
 
 
+def test_a_link_to_nothing_is_a_row_without_result(folder_copy, settings, tmp_path):
+    (folder_copy / "lost.npz").symlink_to(tmp_path / "nowhere.npz")
+    (folder_copy / "recordings.csv").unlink(missing_ok=True)
+    ingest(folder_copy, tmp_path / "db", settings=settings, jobs=1)
+    (row,) = sigdb.open(tmp_path / "db").cases("recording = 'lost.npz'").to_dict("records")
+    assert row["status_code"] == "unreadable"
+    assert "no such file" in row["status"]
+    assert verify(tmp_path / "db") == ()
+
+
 def test_an_ingested_file_that_has_changed_is_refused(folder_copy, settings, tmp_path):
     ingest(folder_copy, tmp_path / "db", settings=settings, jobs=1)
     (folder_copy / "broken.npz").write_bytes(b"longer than it was before, and no archive")

@@ -1,8 +1,8 @@
 """Kinds of gear damage by the names of ISO 10825:1995, and the words that files and tables use for them.
 
 The names are headings of the contents of ISO 10825:1995 [1]_ [2]_, in the singular, and four words for several headings
-(:data:`KINDS`). They were not checked against its text. ISO 10825-1:2022 [3]_ has replaced it; only the scope of that edition could be read, and its names were not
-compared.
+(:data:`KINDS`). They were not checked against its text. ISO 10825-1:2022 [3]_ has replaced it; only the scope of that
+edition could be read, and its names were not compared.
 
 References
 ----------

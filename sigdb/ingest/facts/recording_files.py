@@ -182,7 +182,9 @@ def planned_recordings(files: FoundFiles, earlier: Sequence[PlannedRecording] = 
         try:
             size = os.stat(path).st_size  # noqa: PTH116 - a Path takes long
         except OSError as error:
-            raise InputError(f"{path}: cannot be read ({error.strerror or error}); put it back") from None
+            if path in sizes:
+                raise InputError(f"{path}: cannot be read ({error.strerror or error}); put it back") from None
+            size = 0  # a row without result says why
         if path in sizes:
             if sizes[path] != size:
                 raise InputError(

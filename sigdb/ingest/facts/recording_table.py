@@ -44,6 +44,8 @@ def read_table(path: Path, section: type[F], *, needed: str, wanted: Callable[[s
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: is no text in UTF-8 (byte {error.start}); write it again as CSV in UTF-8") from None
+    if not text.strip():
+        raise InputError(f"{path}: is empty; write a line with the names of the columns, and one for each recording")
     head = text.partition("\n")[0]
     separator = max(",;\t", key=head.count)
     try:

@@ -218,8 +218,8 @@ def _described(database: Database, made_by: FeatureFunction) -> AddedSet:
     names, why = _names_of(database, loaded)
     if not names:
         raise InputError(
-            f"{made_by} gives no numbers for {_PROBED} rows of each tooth count of {database.store}; for the first "
-            f"one: {why}"
+            f"{made_by} gives no numbers for up to {_PROBED} rows of each tooth count of {database.store}; for "
+            f"the first one: {why}"
         )
     added = AddedSet(
         module=made_by.module,

@@ -34,7 +34,7 @@ def test_numbers_units_and_unknowns_of_a_table(tmp_path, separator):
         ("file,state,tooth\na.csv,healthy,4\n", "contradict each other"),
         ("file,label_trust\na.csv,sure\n", "label_trust"),
         ('file\n"a.csv\n', "is no table with a header"),
-        ("", "is no table with a header"),
+        ("", "is empty; write a line with the names of the columns"),
     ],
 )
 def test_a_mistake_in_a_table_is_named(tmp_path, text, message):
