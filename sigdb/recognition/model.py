@@ -225,16 +225,17 @@ class Model:
         batch = self._batch(X, row)
         reasons, usual, inside = self._usual(batch)
         verdict = self._verdict(usual, prevalence, costs) if len(usual) else self._no_verdict()
-        table = verdict.set_axis(batch.index[inside]).reindex(batch.index)
+        # By place: an index may hold a value twice.
+        table = verdict.set_axis(inside).reindex(range(len(batch)))
         outside = np.array([bool(reason) for reason in reasons])
         unjudged = answer_table([Answer.of("cannot be judged", reason=reason) for reason in reasons])
         for name in unjudged:
-            table[name] = table[name].mask(outside, unjudged[name].set_axis(table.index))
+            table[name] = table[name].mask(outside, unjudged[name])
         if "candidates" in table:
             table["candidates"] = [() if out else some for out, some in zip(outside, table["candidates"], strict=True)]
         table.insert(2, "outside", outside)
         table.insert(3, "reason", reasons)
-        return table
+        return table.set_axis(batch.index)
 
     def _batch(self, X: Rows | None, row: PlainRow) -> Batch:
         """Return rows as a batch with all that is read, and with averages where there are any."""

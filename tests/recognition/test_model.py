@@ -126,6 +126,17 @@ def test_the_verdict_names_the_answer(location, inside):
     assert verdict.index.equals(inside.index)
 
 
+def test_an_index_may_hold_a_value_twice(location, inside):
+    twice = pd.concat([inside[:2], inside[:2], inside[:1].assign(speed_rpm=3000.0)])
+    verdict, once = location.assess(twice), location.assess(inside[:2])
+    assert verdict.index.equals(twice.index)
+    assert verdict["answer"].tolist()[:4] == [*once["answer"]] * 2
+    assert verdict["outside"].tolist() == [False] * 4 + [True]
+    assert np.isnan(verdict["decision"].iloc[4])
+    with pytest.warns(OutsideWarning, match="1 of 5 rows"):
+        np.testing.assert_array_equal(location.predict(twice), [*location.predict(inside[:2])] * 2 + [-1])
+
+
 def test_the_verdict_on_severity_has_the_estimates(severity, inside):
     verdict = severity.assess(inside)
     assert verdict["kind"].isna().all()
