@@ -27,6 +27,7 @@ from sigdb.monitoring.look_table import UNSTATED, look_table
 from sigdb.monitoring.looks import Look
 from sigdb.monitoring.settings import MonitorSettings
 from sigdb.monitoring.tooth_growth import ToothGrowth, tooth_growth
+from sigdb.transmission import small_matrices
 
 _FIRST = 10
 """Healthy looks where none is labelled."""
@@ -129,6 +130,7 @@ class GearHistory:
         return {name: plain(value) for name, value in facts.items()}
 
 
+@small_matrices
 def gear_history(
     looks: Sequence[Look],
     settings: MonitorSettings | None = None,

@@ -1,6 +1,7 @@
 """Growth of a tooth's difference over the looks: the filter of a prognosis, its alarm, and the time until a limit."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -173,6 +174,7 @@ def _over_others(tooth_map: FloatArray) -> FloatArray:
     return np.asarray(y - np.stack(others, axis=1))
 
 
+@cache
 def _law() -> GrowthLaw:
     """Return the prior of the growth: a crack or wear."""
     crack = paris_crack(LEVELS, rates=_RATES, exponents=_EXPONENTS, reference=_REFERENCE)
