@@ -116,15 +116,25 @@ class LocalTemplates:
         With the differences D of the templates of as many damaged teeth it is ``r - D (D' S^-1 D)^-1 D' S^-1 r``, S the
         covariance of the template's law.
         """
-        laws, alike = self.laws, self.severity[:, 2] == self.severity[template, 2]
-        differences = self.change[alike | self.healthy] - self.change[template]
-        _, sizes, D = np.linalg.svd(differences, full_matrices=False)
-        D = D[sizes > _LEAST_DIFFERENCE * sizes[0]]
+        laws, D = self.laws, self._other_severities(template)
         d = (laws.gains[template] * (laws.size(index_error) / noise)[:, None]) ** 2
         shrunk, along = d / (1 + d), D @ laws.modes[template]
         gram = D @ D.T - np.einsum("rm,im,jm->rij", shrunk, along, along, optimize=True)
         product = residual @ D.T - (residual @ laws.modes[template] * shrunk) @ along.T
         return np.asarray(residual - np.linalg.solve(gram, product[:, :, None])[:, :, 0] @ D)
+
+    def _other_severities(self, template: int) -> FloatArray:
+        """Return a basis (b, n) of the differences of templates of as many damaged teeth from one."""
+        if template not in self._kept_severities:
+            alike = self.severity[:, 2] == self.severity[template, 2]
+            differences = self.change[alike | self.healthy] - self.change[template]
+            _, sizes, D = np.linalg.svd(differences, full_matrices=False)
+            self._kept_severities[template] = D[sizes > _LEAST_DIFFERENCE * sizes[0]]
+        return self._kept_severities[template]
+
+    @cached_property
+    def _kept_severities(self) -> dict[int, FloatArray]:
+        return {}
 
     def another_tooth(self, template: int, weighted: FloatArray, noise: FloatArray, index_error: float) -> FloatArray:
         """Return the greatest score of damage at another tooth, beyond a template, (rows,).
@@ -144,10 +154,17 @@ class LocalTemplates:
         far = slice(_NEIGHBOURS + 1, self.teeth - _NEIGHBOURS)
         laws, changes = self.laws, self.change[~self.healthy]
         d = (laws.gains[template] * (laws.size(index_error) / noise)[:, None]) ** 2
-        along = self._turned_changes(laws.modes[template].T)[far]
+        if template not in self._kept_modes:
+            self._kept_modes[template] = self._turned_changes(laws.modes[template].T)[far]
+        along = self._kept_modes[template]
         square = (changes**2).sum(axis=1) - np.einsum("rm,tmk->trk", d / (1 + d), along**2, optimize=True)
         product = self._turned_changes(weighted)[far] * noise[:, None]
         return np.asarray((product / np.sqrt(np.maximum(square, np.finfo(float).tiny))).max(axis=(0, 2)))
+
+    @cached_property
+    def _kept_modes(self) -> dict[int, FloatArray]:
+        """For each template, products (teeth, r, changes) of its modes with the changes at other teeth."""
+        return {}
 
     @property
     def other_teeth(self) -> int:

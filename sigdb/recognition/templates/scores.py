@@ -232,7 +232,8 @@ def _surprise(
 
     Where there may be severities between those of templates, what these change in the residual does not count.
     """
-    value, place = np.empty(len(x)), np.empty(len(x))
+    white, damaged = np.empty_like(x), ~local.healthy[best[:, 0]]
+    others = np.full(len(x), -np.inf)
     for template in np.unique(best[:, 0]).tolist():
         at = np.flatnonzero(best[:, 0] == template)
         noise, index_error = law["noise"][at], law["index_error"]
@@ -240,18 +241,15 @@ def _surprise(
         residual = residual_of(local.laws, template, best[at, 1], x[at], coefficients)
         if between and not local.healthy[template]:
             residual = local.without_severity(template, residual, noise, index_error)
-        white, weighted = whitened_residual(local.laws, template, residual, noise=noise, index_error=index_error)
-        value[at], place[at] = surprise(white, local.teeth, uneven[at])
-        if not local.healthy[template]:
-            more = normal_surprise(beyond[at], 2)
-            others = np.full(len(at), -np.inf)
-            if local.other_teeth:
-                score = local.another_tooth(template, weighted, noise, index_error)
-                others = normal_surprise(score, local.other_teeth)
-            each = np.stack([value[at], more, others])
-            value[at] = each.max(axis=0)
-            place[at] = np.choose(each.argmax(axis=0), [place[at], MORE_DAMAGE, ANOTHER_TOOTH])
-    return value[:, None], place[:, None]
+        white[at], weighted = whitened_residual(local.laws, template, residual, noise=noise, index_error=index_error)
+        if local.other_teeth and not local.healthy[template]:
+            others[at] = local.another_tooth(template, weighted, noise, index_error)
+    value, place = surprise(white, local.teeth, uneven)
+    more = np.where(damaged, normal_surprise(beyond, 2), -np.inf)
+    others = normal_surprise(others, max(1, local.other_teeth))
+    each = np.stack([value, more, others])
+    place = np.choose(each.argmax(axis=0), [place, MORE_DAMAGE, ANOTHER_TOOTH])
+    return each.max(axis=0)[:, None], place[:, None]
 
 
 class Law(TypedDict):
