@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from sigdb.core import BoolArray
-from sigdb.database import QUANTITIES, Database
+from sigdb.core import BoolArray, IntArray
+from sigdb.database import KIND, QUANTITIES, Database, places_of_kinds
 from sigdb.recognition import (
     TSA,
     Answers,
@@ -113,13 +113,19 @@ class Robustness:
                 if f"{name}_low" in answers.predicted
             ]
             return np.all([every, *inside, rows["tooth"].to_numpy() > 0], axis=0), every
-        tooth = rows["tooth"].to_numpy()
+        true = self._true(rows, answers)
         if answers.sets is None:
-            true = tooth > 0 if self.model.target == "detection" else tooth
             return np.asarray(answers.predicted == true), every
         sure = answers.sets.sum(axis=1) == 1
         named = answers.sets.argmax(axis=1)
-        return np.where(sure, named == tooth, answers.predicted == tooth), sure
+        return np.where(sure, named == true, answers.predicted == true), sure
+
+    def _true(self, rows: pd.DataFrame, answers: Answers) -> IntArray:
+        """Return the true answers as numbers, (rows,): 1 for damage, the tooth, or the place of the kind of damage."""
+        if answers.classes:
+            return places_of_kinds(rows[KIND], answers.classes)
+        tooth = rows["tooth"].to_numpy(int)
+        return np.minimum(tooth, 1) if self.model.target == "detection" else tooth
 
     def _errors(self, rows: pd.DataFrame, answers: Answers) -> float:
         if self.model.target != "location" or isinstance(answers.predicted, pd.DataFrame):

@@ -1,0 +1,34 @@
+"""Unit: an answer is right where it names what is true: the tooth, whether there is damage, or the kind of damage."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sigdb.pipeline.robustness.outcomes import Robustness
+from sigdb.recognition import Answers
+
+ROWS = pd.DataFrame({"tooth": [0, 3, 2, 2], "kind": ["none", "pit", "crack", "crack"]})
+KINDS = ("none", "crack", "pit")
+
+
+@pytest.mark.parametrize(
+    ("target", "predicted", "classes"),
+    [("location", [0, 3, 1, 2], ()), ("detection", [0, 1, 0, 1], ()), ("kind", [0, 2, 0, 1], KINDS)],
+)
+def test_answers_are_right_where_they_name_what_is_true(target, predicted, classes):
+    answers = Answers(predicted=np.array(predicted), classes=classes)
+    robustness = Robustness(model=SimpleNamespace(target=target), thresholds={})
+    right, sure = robustness._right_and_sure(ROWS, answers)
+    assert right.tolist() == [True, True, False, True]
+    assert sure.all()
+
+
+def test_a_set_of_one_kind_is_sure():
+    sets = np.array([[True, False, False], [True, False, True], [False, False, True], [False, True, False]])
+    answers = Answers(predicted=np.array([0, 2, 2, 1]), sets=sets, classes=KINDS)
+    robustness = Robustness(model=SimpleNamespace(target="kind"), thresholds={})
+    right, sure = robustness._right_and_sure(ROWS, answers)
+    assert sure.tolist() == [True, False, True, True]
+    assert right.tolist() == [True, True, False, True]
