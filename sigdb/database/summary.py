@@ -266,10 +266,15 @@ def recordings_card(database: Database) -> RecordingFacts:
         raise InputError(f"{database.store} holds no recordings; use database_card")
     receipts = database.receipts("rows")
     counts = database.arrow(_RECORDINGS).to_pylist()[0]
-    first, last = counts.pop("first"), counts.pop("last")
+    first, last = counts["first"], counts["last"]
     distinct = "select distinct {} from cases where status = 'ok' order by all"
     return RecordingFacts(
-        **counts,
+        rows=counts["rows"],
+        recordings=counts["recordings"],
+        failed=counts["failed"],
+        sources=counts["sources"],
+        machines=counts["machines"],
+        specimens=counts["specimens"],
         bytes=_bytes(receipts),
         sensors=database.arrow(distinct.format("sensor, unit")).to_pylist(),
         gears=database.arrow(distinct.format("gear, teeth")).to_pylist(),

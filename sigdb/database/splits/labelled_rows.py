@@ -17,8 +17,8 @@ CASE_COLUMNS = (
 )
 """Columns of a row that splits, estimators and evaluations need."""
 
-_MEASURED = ("recording", "machine", "load", "set")
-"""Columns by which measured rows are split."""
+_MEASURED = ("recording", "machine", "load", "set", "sha256")
+"""Columns by which measured rows are split, and that which copies of a file share."""
 
 _DAMAGE_FIELDS = tuple(dict.fromkeys(name for names in ACTING.values() for name in names))
 """Columns that kinds follow from, as far as a database has them, with ``tooth`` and ``pattern``."""
@@ -28,8 +28,8 @@ def labelled_rows(database: Database, condition: str = "", further: Iterable[str
     """Return the rows that have a result and a known tooth, by id, without arrays.
 
     The specimen of a measured row is its recording: averages of one recording are of the same teeth, mounting and day.
-    A load that is not stated is the torque. A torque that is not known counts as 0, and a damaged row of an unknown
-    number of damaged teeth as one of one.
+    Copies of a file are one recording. A load that is not stated is the torque. A torque that is not known counts as 0,
+    and a damaged row of an unknown number of damaged teeth as one of one.
 
     Parameters
     ----------
@@ -70,6 +70,8 @@ def _with_specimens(database: Database, rows: pd.DataFrame) -> pd.DataFrame:
     """Return measured rows with their recordings as specimens."""
     if rows.empty:
         raise InputError(f"{database.store}: no row has a result and a known tooth; enter labels with sigdb label")
+    rows["recording"] = rows.groupby("sha256")["recording"].transform("first")
+    rows = rows.drop(columns="sha256")
     rows["specimen"] = pd.factorize(rows["recording"])[0]
     rows["load"] = rows["load"].fillna(rows["torque"])
     rows["torque"] = rows["torque"].fillna(0.0)

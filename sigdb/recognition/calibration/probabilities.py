@@ -51,7 +51,8 @@ def calibrate(scores: FloatArray, y: IntArray, offset: ArrayLike = 0.0) -> tuple
         return np.array([-log_p[rows, true].sum(), by_slope.sum(), (p[:, 0] - ~damaged[some]).sum()])
 
     def loss(parameters: FloatArray) -> tuple[float, FloatArray]:
-        value, by_slope, by_none = sum(part(some, parameters[0] / unit, parameters[1]) for some in parts) / len(y)
+        sums = np.sum([part(some, parameters[0] / unit, parameters[1]) for some in parts], axis=0)
+        value, by_slope, by_none = sums / len(y)
         return float(value), np.array([by_slope / unit, by_none])
 
     # Convex, so that any descent finds the least one.

@@ -1,5 +1,7 @@
 """Unit: what healthy rows tell besides damage, and training and evaluation on measured rows and across."""
 
+import shutil
+
 import numpy as np
 import pytest
 
@@ -52,6 +54,18 @@ def test_a_mounting_is_told_from_healthy_rows_and_a_load_that_does_nothing_is_no
 def test_recordings_have_no_bank_of_templates(measured):
     with pytest.raises(NotApplicableError, match="db has no templates: recordings have none"):
         TemplateBank.of(measured)
+
+
+def test_copies_of_a_file_are_one_recording(tmp_path):
+    for name, tooth in (("a", 0), ("c", 3)):
+        np.savez(tmp_path / f"{name}.npz", tsa=averages(np.random.default_rng(tooth), tooth, 0), tooth=tooth)
+    shutil.copy(tmp_path / "a.npz", tmp_path / "b.npz")
+    settings = IngestSettings(averages_of="tsa", teeth=str(TEETH), samples_per_tooth=SAMPLES)
+    ingest(tmp_path, tmp_path / "db", settings=settings, jobs=1)
+    rows = labelled_rows(sigdb.open(tmp_path / "db"))
+    assert rows.groupby("recording").size().to_dict() == {"a.npz": 8, "c.npz": 4}
+    assert rows["specimen"].nunique() == 2
+    assert "sha256" not in rows
 
 
 def test_a_torque_stands_for_a_load_that_is_not_stated(measured):
