@@ -163,8 +163,8 @@ def test_without_a_tacho_teeth_are_counted_from_the_beginning(leave, files, fold
     assert (code, err) == (1, "")
     found = json.loads(out)
     assert not found["absolute"]
-    assert [note["code"] for note in found["missing"]] == ["no-tacho-mark", "speed-doubt"]
-    assert found["missing"][1]["text"].startswith("A reliable speed in the healthy recording: ")
+    assert [note["code"] for note in found["missing"]] == ["no-tacho-mark", "speed-doubt", "speed-doubt"]
+    assert found["missing"][2]["text"].startswith("A reliable speed in the healthy recording: ")
 
 
 def test_without_a_healthy_recording_the_answer_is_whether_an_event_repeats(leave, files):
