@@ -212,7 +212,7 @@ def test_a_model_better_than_the_bound_fails_the_run_after_its_report(first, fol
     ("old", "new", "says"),
     [
         ('"location", ', '"location", "location", ', "recognition.targets: 'location' is given twice; give it once"),
-        ('"location", ', '"place", ', "recognition.targets.1 = 'place' must be 'location', 'severity', 'detection' or 'kind'"),
+        ('"location", ', '"place", ', "recognition.targets.1 = 'place' must be 'location', 'severity'"),
         ("folds = 3", "folds = 3\nsplits = ['S5']", "recognition.splits.1 = 'S5' must be 'S0', 'S1'"),
         ("folds = 3", "folds = 3\nsplits = []", "recognition.splits is empty; give at least 1"),
         ("folds = 3", "folds = 3\nfalse_alarm_rate = 0.0", "recognition.false_alarm_rate = 0.0 must be greater than 0"),
