@@ -85,8 +85,14 @@ def fast_revolutions(revolutions: int) -> int:
 
 
 def hann_power(x: FloatArray) -> FloatArray:
-    """Return the squared magnitudes of the spectrum of a record without its mean under a Hann window."""
-    return np.asarray(np.abs(np.fft.rfft((x - x.mean()) * hann_window(len(x)))) ** 2)
+    """Return the squared magnitudes of the spectrum of a record without its mean under a Hann window.
+
+    It is computed in single precision, whose rounding is noise 130 dB below the record.
+    """
+    from scipy.fft import rfft
+
+    X = rfft(((x - x.mean()) * hann_window(len(x))).astype(np.float32))
+    return np.asarray(X.real**2 + X.imag**2, float)
 
 
 def record_spectrum(x: FloatArray, *, samples_per_rev: int, highest: float) -> RecordSpectrum:

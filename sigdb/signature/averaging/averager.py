@@ -158,7 +158,8 @@ class SynchronousAverager:
             )
         shape = (*self._channels, self._n)
         scatter = np.sqrt(done.squares / (M - 1)) if M > 1 else np.full_like(done.squares, np.nan)
-        return SynchronousAverage(tsa=done.mean.reshape(shape), scatter=scatter.reshape(shape), revolutions=M)
+        mean = done.mean.copy() if done is self._done else done.mean
+        return SynchronousAverage(tsa=mean.reshape(shape), scatter=scatter.reshape(shape), revolutions=M)
 
     def _check_channels(self, channels: tuple[int, ...]) -> None:
         if self._channels is None:
@@ -174,11 +175,13 @@ class SynchronousAverager:
         """Progress with all the revolutions that can be averaged now."""
         from sigdb.signature.averaging.revolutions import add_revolutions
 
-        done = replace(self._done, mean=self._done.mean.copy(), squares=self._done.squares.copy())
-        if self._phase.count < 2 or done.revolutions == self._most:
-            return done
+        if self._phase.count < 2 or self._done.revolutions == self._most:
+            return self._done
         spline = self._phase.spline()
         edges, stretches = self._pending(spline, ended=ended)
+        if not len(stretches):
+            return self._done
+        done = replace(self._done, mean=self._done.mean.copy(), squares=self._done.squares.copy())
         for stretch, group in itertools.groupby(zip(stretches, edges, edges[1:], strict=False), key=itemgetter(0)):
             ends = [(start, stop) for _, start, stop in group]
             margin = reach(stretch) + 1
