@@ -30,7 +30,7 @@ PULSES, EQUAL = 8, 0.2
 LONGEST_STILL = 16
 """Samples of one value from which on a live signal has dropped out."""
 
-_SAMPLED = 65_536
+_SAMPLED = 1_000_000
 """Samples of a channel from which its spread is estimated."""
 
 
