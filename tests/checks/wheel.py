@@ -34,6 +34,7 @@ def main(dist: Path, environment: Path) -> None:
         path.relative_to(source.parent).as_posix()
         for pattern in ("*.pyi", "py.typed", "templates/*")
         for path in source.rglob(pattern)
+        if path.is_file()
     }
     assert len(beside_code) > 10, f"not the source: {source}"
     assert beside_code <= names, f"not in {wheel.name}: {sorted(beside_code - names)}"
