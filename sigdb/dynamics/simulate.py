@@ -1,10 +1,11 @@
 """One rig, one damage, one specimen: the response over a revolution of the damaged gear."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from os import PathLike
-from typing import Any
+from typing import Any, overload
 
 from numpy.typing import ArrayLike
 
@@ -13,6 +14,12 @@ from sigdb.dynamics.excitation import checked_index_errors
 from sigdb.dynamics.period import check_in_one_mesh
 from sigdb.dynamics.solver import Periodic, Prepared, Solver
 from sigdb.transmission import Damage, Transmission, as_damage, as_transmission, small_matrices
+
+OneDamage = Damage | Mapping[str, Any] | None
+"""Tooth damage, or its fields; None for an undamaged gear."""
+
+_KEPT = 8
+"""Prepared rigs that are kept."""
 
 
 class ContactLossWarning(UserWarning):
@@ -103,10 +110,16 @@ class PreparedRig:
         """Tooth count of the damaged gear."""
         return self.prepared.teeth
 
+    @overload
+    def simulate(self, damage: OneDamage = None, *, index_errors: ArrayLike | None = None) -> Response: ...
+
+    @overload
+    def simulate(self, damage: Sequence[OneDamage], *, index_errors: ArrayLike | None = None) -> list[Response]: ...
+
     @small_matrices
     def simulate(
-        self, damage: Damage | Mapping[str, Any] | None = None, *, index_errors: ArrayLike | None = None
-    ) -> Response:
+        self, damage: OneDamage | Sequence[OneDamage] = None, *, index_errors: ArrayLike | None = None
+    ) -> Response | list[Response]:
         """Simulate the rig with damaged teeth; arguments, result, errors and warnings as of :func:`simulate`.
 
         Raises
@@ -114,7 +127,10 @@ class PreparedRig:
         InputError
             If the damage names another gear, and as of :func:`simulate`.
         """
-        damage = as_damage(damage)
+        return _responses(lambda _: self, damage, index_errors)
+
+    def _response(self, damage: Damage, index_errors: ArrayLike | None) -> Response:
+        """Return the response to one damage."""
         if damage.gear not in (None, self.gear):
             raise InputError(f"gear = {damage.gear!r}, but the rig is prepared for {self.gear!r}; prepare it for that")
         errors = checked_index_errors(index_errors, self.teeth)
@@ -187,22 +203,46 @@ def prepare(
     return PreparedRig(rig=rig, prepared=solver.prepare(rig, gear))
 
 
-@small_matrices
+@overload
 def simulate(
     rig: Transmission | str | PathLike[str],
-    damage: Damage | Mapping[str, Any] | None = None,
+    damage: OneDamage = None,
     *,
     index_errors: ArrayLike | None = None,
     solver: Solver | None = None,
-) -> Response:
+) -> Response: ...
+
+
+@overload
+def simulate(
+    rig: Transmission | str | PathLike[str],
+    damage: Sequence[OneDamage],
+    *,
+    index_errors: ArrayLike | None = None,
+    solver: Solver | None = None,
+) -> list[Response]: ...
+
+
+@small_matrices
+def simulate(
+    rig: Transmission | str | PathLike[str],
+    damage: OneDamage | Sequence[OneDamage] = None,
+    *,
+    index_errors: ArrayLike | None = None,
+    solver: Solver | None = None,
+) -> Response | list[Response]:
     """Simulate a rig with damaged teeth at its operating point.
+
+    The eight rigs that were used last are kept prepared, by their numbers. So a loop over damages prepares its rig
+    once, as :func:`prepare` does.
 
     Parameters
     ----------
     rig
         The transmission, the name of a built-in one, or a rig file.
     damage
-        Tooth damage, or its fields as a dictionary; None for an undamaged gear.
+        Tooth damage, or its fields as a dictionary; None for an undamaged gear. A sequence of these gives a list of
+        responses.
     index_errors
         (teeth,) index error of each tooth of the damaged gear along the mesh normal, m, positive where the tooth
         touches late: the mesh force is ``sum k_p (delta - e_p)``; none if left out.
@@ -212,6 +252,7 @@ def simulate(
     Returns
     -------
     Response
+        Or a list of one for each damage.
 
     Raises
     ------
@@ -238,9 +279,34 @@ def simulate(
     >>> response = sigdb.simulate(rig, sigdb.Damage(tooth=6, stiffness_loss=0.5))
     >>> response.signal("pinion-vertical").shape
     (768,)
+
+    Several damages:
+
+    >>> responses = sigdb.simulate(rig, [sigdb.Damage(tooth=6, stiffness_loss=loss) for loss in (0.1, 0.2)])
+    >>> [round(each.min_mesh_force, 2) for each in responses]
+    [0.58, 0.54]
     """
-    damage = as_damage(damage)
-    return prepare(rig, damage.gear, solver=solver).simulate(damage, index_errors=index_errors)
+    rig, solver = as_transmission(rig), solver or Periodic()
+    keep = _kept if isinstance(solver, Hashable) else prepare
+    return _responses(lambda each: keep(rig, each.gear, solver=solver), damage, index_errors)
+
+
+_kept: Callable[..., PreparedRig] = lru_cache(maxsize=_KEPT)(prepare)
+
+
+def _responses(
+    prepared_for: Callable[[Damage], PreparedRig],
+    damage: OneDamage | Sequence[OneDamage],
+    index_errors: ArrayLike | None,
+) -> Response | list[Response]:
+    """Return the response, or the list of responses, of the rig that is prepared for each damage."""
+    if not isinstance(damage, Sequence):
+        each = as_damage(damage)
+        return prepared_for(each)._response(each, index_errors)
+    responses = []
+    for each in map(as_damage, damage):
+        responses.append(prepared_for(each)._response(each, index_errors))
+    return responses
 
 
 def _warn(response: Response, *, linear: bool, accurate: bool) -> None:
@@ -250,14 +316,14 @@ def _warn(response: Response, *, linear: bool, accurate: bool) -> None:
             f"the mesh loses contact (least mesh force {response.min_mesh_force:.2f} of the static one), where the "
             "linear response does not hold; simulate with solver=sigdb.Transient(), which lets teeth part",
             ContactLossWarning,
-            stacklevel=4,
+            stacklevel=6,
         )
     if not accurate:
         warnings.warn(
             f"the march does not meet its accuracy: its error is {response.error:.2g} of the peak-to-peak; give more "
             "most_steps_per_tooth, or change the damage, the speed or the damping",
             MarchErrorWarning,
-            stacklevel=4,
+            stacklevel=6,
         )
 
 

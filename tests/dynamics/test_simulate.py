@@ -1,6 +1,7 @@
 """Unit: one call from rig, damage and specimen to a response, and what it warns of and refuses."""
 
 import warnings
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from sigdb.core.errors import InputError, UnstableRigError
-from sigdb.dynamics import ContactLossWarning, Periodic, march, prepare_periodic, simulate
+from sigdb.dynamics import ContactLossWarning, Periodic, march, prepare, prepare_periodic, simulate
 from sigdb.transmission import Damage, load_transmission
 
 
@@ -30,6 +31,36 @@ def test_the_healthy_response_is_named_by_sensor_with_units(healthy):
     assert healthy.compression.shape == (768,)
     with pytest.raises(InputError, match=r"no sensor 'pinion'; known: pinion-vertical, pinion-housing-vertical"):
         healthy.signal("pinion")
+
+
+def test_several_damages_give_a_response_each(rig, healthy):
+    damages = [None, {"tooth": 4, "stiffness_loss": 0.3}, Damage(tooth=2, phase_shift_deg=1.0)]
+    responses = simulate(rig, damages)
+    assert_allclose(responses[0].signal("pinion-vertical"), healthy.signal("pinion-vertical"), rtol=0, atol=0)
+    for damage, response in zip(damages, responses, strict=True):
+        alone = prepare(rig).simulate(damage)
+        assert_allclose(response.compression, alone.compression, rtol=0, atol=0)
+        assert response.floquet_multiplier == alone.floquet_multiplier
+    assert simulate(rig, []) == []
+    assert len(prepare(rig).simulate(damages)) == 3
+
+
+def test_equal_rigs_are_prepared_once_and_others_anew(rig):
+    prepared = []
+
+    @dataclass(frozen=True)
+    class Counting(Periodic):
+        def prepare(self, rig, gear=None, *, system=None):
+            prepared.append((rig.operating.torque, gear))
+            return super().prepare(rig, gear, system=system)
+
+    other = rig.replace({"operating.torque": 2 * rig.operating.torque})
+    for each in (rig, load_transmission("nasa-spiral-bevel"), other, rig):
+        for tooth in (1, 2):
+            simulate(each, {"tooth": tooth, "stiffness_loss": 0.2}, solver=Counting())
+    simulate(rig, {"gear": "gear", "tooth": 1, "stiffness_loss": 0.2}, solver=Counting())
+    torque = rig.operating.torque
+    assert prepared == [(torque, None), (2 * torque, None), (torque, "gear")]
 
 
 def test_it_is_affine_in_the_index_errors(rig, healthy):

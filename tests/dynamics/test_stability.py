@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from sigdb.dynamics import floquet_multiplier, prepare_periodic
+from sigdb.dynamics.stability import first_order_hold
 from sigdb.transmission import ModalSystem, load_transmission, modal_system
 
 
@@ -113,3 +114,32 @@ def test_real_poles_of_an_overdamped_oscillator_decay_as_they_should():
         mesh_stiffness=np.array([9.0]),
     )
     assert_allclose(floquet_multiplier(system, np.full(2000, 16.0), 1.0), np.exp(-2.0), rtol=1e-5)
+
+
+def stepped(system, stiffness, period):
+    """The multiplier by marching each unit state step by step, with the compression of each step solved in turn."""
+    n, meshes = stiffness.shape[1], len(system.meshes)
+    E, g0, g1 = first_order_hold(system.poles, period / n)
+    b, c, direct = system.inputs[:, :meshes], system.outputs[:meshes], system.direct[:meshes, :meshes]
+    kappa = (stiffness - system.mesh_stiffness[:, None]).T
+    z = np.eye(len(E), dtype=complex)
+    force = -np.linalg.solve(np.eye(meshes) + kappa[-1][:, None] * direct, kappa[-1][:, None] * (c @ z))
+    for k in kappa:
+        free = E[:, None] * z + (b * g0[:, None]) @ force
+        compliance = c @ (b * g1[:, None]) + direct
+        force = -np.linalg.solve(np.eye(meshes) + k[:, None] * compliance, k[:, None] * (c @ free))
+        z = free + (b * g1[:, None]) @ force
+    return np.abs(np.linalg.eigvals(z)).max()
+
+
+@pytest.mark.parametrize("steps", [7, 64, 96])
+def test_parts_that_are_alike_are_marched_once_and_give_what_all_steps_do(steps):
+    """Two meshes, six passes, of which one is weak and its neighbour has another beginning."""
+    system = modal_system(load_transmission("two-stage-gearbox")).truncated(48)
+    stream = np.random.default_rng(2)
+    once = system.mesh_stiffness[:, None] * (1 + 0.2 * stream.normal(size=(len(system.meshes), steps)))
+    stiffness = np.tile(once, 6)
+    stiffness[0, steps : 2 * steps] *= 0.6
+    multiplier = floquet_multiplier(system, stiffness, 0.004, passes=6)
+    assert_allclose(multiplier, stepped(system, stiffness, 0.004), rtol=1e-8)
+    assert_allclose(multiplier, floquet_multiplier(system, stiffness, 0.004), rtol=1e-8)

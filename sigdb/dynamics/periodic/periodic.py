@@ -163,10 +163,7 @@ class PeriodicRig:
         stiffness = min(map(self.mesh_stiffness, damages), key=np.sum)[np.argsort(self.order)]
         system = self.system.truncated(STABILITY_MODES)
         # Without damage all meshes repeat after the passes that their counts have in common.
-        damaged = any(tooth.is_damage for damage in damages for tooth in damage.values())
-        repeats = 1 if damaged else gcd(*self.period.passes)
-        once = stiffness[:, : stiffness.shape[1] // repeats]
-        return floquet_multiplier(system, once, self.seconds / repeats) ** repeats
+        return floquet_multiplier(system, stiffness, self.seconds, passes=gcd(*self.period.passes))
 
     def healthy_signals(self) -> FloatArray:
         """Return the signals (sensors, n) of the undamaged rig for gears without index errors."""
