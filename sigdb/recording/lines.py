@@ -87,7 +87,7 @@ def fast_revolutions(revolutions: int) -> int:
 def hann_power(x: FloatArray) -> FloatArray:
     """Return the squared magnitudes of the spectrum of a record without its mean under a Hann window.
 
-    It is computed in single precision, whose rounding is noise 130 dB below the record.
+    It is computed in single precision, whose rounding is noise more than 130 dB below the record.
     """
     from scipy.fft import rfft
 

@@ -13,18 +13,20 @@ from sigdb.core import FloatArray, InputError, IntArray
 from sigdb.database import KIND, kind_classes, places_of_kinds
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.calibration.cells import points_of
-from sigdb.recognition.calibration.conformal import BY_CELL, COVERAGE
 from sigdb.recognition.calibration.location_sets import LocationSets, strangeness
 from sigdb.recognition.calibration.probabilities import calibrate, check_labels, specimen_folds_of, with_none
 from sigdb.recognition.estimators.contract import Estimator, Labels, Scorer, tooth_and_severity
-from sigdb.recognition.estimators.pooled_location import FOLDS, LocationClassifier, own_groups, pooled_learner
-from sigdb.recognition.rows.batch import NOISE, Batch, Column, Rows
-from sigdb.recognition.rows.tooth_views import COLUMNS
-from sigdb.recognition.settings import RecognitionSettings
-from sigdb.recognition.templates.bank import TemplateBank
+from sigdb.recognition.estimators.pooled_location import (
+    FOLDS,
+    LocationClassifier,
+    PooledEstimator,
+    own_groups,
+    pooled_learner,
+)
+from sigdb.recognition.rows.batch import Batch, Column, Rows
 
 
-class KindClassifier(LocationSets, ClassifierMixin, Scorer):
+class KindClassifier(PooledEstimator, LocationSets, ClassifierMixin, Scorer):
     """Kind of damage: ``none``, or the names of all kinds that the damaged tooth has.
 
     A classifier of location names the tooth that looks damaged most, in every row. For each kind a binary scorer learns
@@ -58,28 +60,6 @@ class KindClassifier(LocationSets, ClassifierMixin, Scorer):
     set_edges_, set_thresholds_
         As of :class:`LocationSets`.
     """
-
-    reads = COLUMNS | frozenset(NOISE)
-    optional = frozenset(NOISE)
-
-    def __init__(
-        self,
-        learner: str = "boosting",
-        random_state: int = 0,
-        coverage: float = COVERAGE,
-        columns: tuple[Column, ...] = (),
-        coverage_by: str = BY_CELL,
-    ) -> None:
-        self.learner = learner
-        self.random_state = random_state
-        self.coverage = coverage
-        self.columns = columns
-        self.coverage_by = coverage_by
-
-    @classmethod
-    def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
-        """Return an unfitted classifier with the learner of this name."""
-        return cls(name, settings.seed, columns=settings.columns, coverage_by=settings.coverage_by)
 
     def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Train on rows of features.

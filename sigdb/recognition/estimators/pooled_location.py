@@ -82,7 +82,47 @@ FOLDS = 2
 """Number of parts of the specimens. A scorer that is trained on the other parts scores each part."""
 
 
-class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
+class PooledEstimator:
+    """Parameters and columns of an estimator that learns from pooled features.
+
+    Parameters
+    ----------
+    learner
+        Name of one of `POOLED_LEARNERS`.
+    random_state
+        Seed.
+    coverage
+        Nominal coverage of sets or intervals.
+    columns
+        Further columns of ``features`` that views hold, see :class:`ToothViews`.
+    coverage_by
+        ``cell`` or ``all``: whether coverage holds in each cell or on average over all rows.
+    """
+
+    reads = COLUMNS | frozenset(NOISE)
+    optional = frozenset(NOISE)
+
+    def __init__(
+        self,
+        learner: str = "boosting",
+        random_state: int = 0,
+        coverage: float = COVERAGE,
+        columns: tuple[Column, ...] = (),
+        coverage_by: str = BY_CELL,
+    ) -> None:
+        self.learner = learner
+        self.random_state = random_state
+        self.coverage = coverage
+        self.columns = columns
+        self.coverage_by = coverage_by
+
+    @classmethod
+    def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
+        """Return an unfitted estimator with the learner of this name."""
+        return cls(name, settings.seed, columns=settings.columns, coverage_by=settings.coverage_by)
+
+
+class LocationClassifier(PooledEstimator, LocationSets, ClassifierMixin, Scorer):
     """Location of damage: 0 for none, else the first damaged tooth.
 
     A binary scorer, shared by all teeth, learns to distinguish the view from the first damaged tooth from views of
@@ -120,30 +160,9 @@ class LocationClassifier(LocationSets, ClassifierMixin, Scorer):
         As of :class:`LocationSets`.
     """
 
-    reads = COLUMNS | frozenset(NOISE)
-    optional = frozenset(NOISE)
     detector_folds = 2  # it takes long to train
 
     _OTHER_TEETH = 3
-
-    def __init__(
-        self,
-        learner: str = "boosting",
-        random_state: int = 0,
-        coverage: float = COVERAGE,
-        columns: tuple[Column, ...] = (),
-        coverage_by: str = BY_CELL,
-    ) -> None:
-        self.learner = learner
-        self.random_state = random_state
-        self.coverage = coverage
-        self.columns = columns
-        self.coverage_by = coverage_by
-
-    @classmethod
-    def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
-        """Return an unfitted classifier with the learner of this name."""
-        return cls(name, settings.seed, columns=settings.columns, coverage_by=settings.coverage_by)
 
     def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Train on rows of features.

@@ -11,18 +11,20 @@ from sklearn.utils.validation import check_is_fitted
 from sigdb.core import FloatArray
 from sigdb.database import QUANTITIES
 from sigdb.recognition.calibration.cells import points_of
-from sigdb.recognition.calibration.conformal import BY_CELL, COVERAGE
 from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
 from sigdb.recognition.estimators.contract import Labels, SeverityEstimator, severity_labels
-from sigdb.recognition.estimators.pooled_location import FOLDS, LocationClassifier, own_groups, pooled_learner
-from sigdb.recognition.rows.batch import NOISE, Batch, Column, Rows
-from sigdb.recognition.rows.tooth_views import COLUMNS
-from sigdb.recognition.settings import RecognitionSettings
-from sigdb.recognition.templates.bank import TemplateBank
+from sigdb.recognition.estimators.pooled_location import (
+    FOLDS,
+    LocationClassifier,
+    PooledEstimator,
+    own_groups,
+    pooled_learner,
+)
+from sigdb.recognition.rows.batch import Batch, Rows
 
 
-class SeverityRegressor(SeverityIntervals, RegressorMixin, SeverityEstimator):
+class SeverityRegressor(PooledEstimator, SeverityIntervals, RegressorMixin, SeverityEstimator):
     """Severity of damage, estimated from the view of the tooth that a location classifier names.
 
     Turning a signature does not change its severity. Intervals are those of :class:`SeverityIntervals`, from errors on
@@ -48,28 +50,6 @@ class SeverityRegressor(SeverityIntervals, RegressorMixin, SeverityEstimator):
     levels_, edges_, thresholds_
         As of :class:`SeverityIntervals`.
     """
-
-    reads = COLUMNS | frozenset(NOISE)
-    optional = frozenset(NOISE)
-
-    def __init__(
-        self,
-        learner: str = "boosting",
-        random_state: int = 0,
-        coverage: float = COVERAGE,
-        columns: tuple[Column, ...] = (),
-        coverage_by: str = BY_CELL,
-    ) -> None:
-        self.learner = learner
-        self.random_state = random_state
-        self.coverage = coverage
-        self.columns = columns
-        self.coverage_by = coverage_by
-
-    @classmethod
-    def create(cls, name: str, settings: RecognitionSettings, bank: TemplateBank | None) -> Self:
-        """Return an unfitted regressor with the learner of this name."""
-        return cls(name, settings.seed, columns=settings.columns, coverage_by=settings.coverage_by)
 
     def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Train on rows of features, healthy ones included (they teach the location).

@@ -29,9 +29,9 @@ class Spectrum:
 def pair():
     """Spectra of a healthy gear and of one with more noise and a pulse at a third of the turn."""
     stream, k = np.random.default_rng(4), np.arange(N // 2 + 1)
-    draw = lambda: stream.normal(size=k.size) + 1j * stream.normal(size=k.size)  # noqa: E731
-    healthy, variance = 3 * draw(), stream.uniform(0.5, 2, size=k.size)
-    run = (0.5 - 1j) * healthy + np.sqrt(variance / 2) * draw() + 5 * np.exp(-2j * np.pi * k / 3)
+    first, second = stream.normal(size=(2, k.size)) + 1j * stream.normal(size=(2, k.size))
+    healthy, variance = 3 * first, stream.uniform(0.5, 2, size=k.size)
+    run = (0.5 - 1j) * healthy + np.sqrt(variance / 2) * second + 5 * np.exp(-2j * np.pi * k / 3)
     return Spectrum(run, variance), Spectrum(healthy, 0 * variance)
 
 
