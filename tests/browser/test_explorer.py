@@ -134,6 +134,32 @@ def test_sql_answers_and_a_map_is_drawn(page):
     assert "26 rows" in page.inner_text("#map-text")
 
 
+def test_a_slow_answer_does_not_take_the_place_of_a_later_one(page):
+    """A question that takes long may be followed by a quick one."""
+    held, answers = [], []
+
+    def hold_first(route):
+        held.append(route)
+        if len(held) > 1:
+            route.continue_()
+
+    page.click("#tab-database")
+    page.wait_for_selector("#cases tr[data-id]")
+    page.route("**/api/table", hold_first)
+    page.on("requestfinished", lambda request: answers.append(request) if request.url.endswith("/table") else None)
+    page.click("#ask")
+    page.fill("#sql", "select count(*) as rows from cases")
+    page.click("#ask")
+    page.wait_for_timeout(500)
+    held[0].continue_()
+    for _ in range(200):
+        page.wait_for_timeout(50)
+        if len(answers) == 2:
+            break
+    page.wait_for_timeout(200)
+    assert page.inner_text("#cases thead").split() == ["rows"]
+
+
 def test_a_dropped_file_is_shown_and_matched(page, explored, tmp_path):
     opened = sigdb.open(explored)
     row = int(opened.cases("tooth = 3 and stiffness_loss = 0.4")["id"].iloc[0])

@@ -56,7 +56,7 @@ export class Latest {
   async want(wanted) {
     if (this.busy) { this.waiting = wanted; return; }
     this.busy = true;
-    try { this.show(await this.ask(wanted), wanted); } catch (error) { this.fail(error); }
+    try { await this.show(await this.ask(wanted), wanted); } catch (error) { this.fail(error); }
     this.busy = false;
     if (this.waiting !== null) {
       const next = this.waiting;

@@ -1,6 +1,6 @@
 // Looking through a database: SQL, rows, maps.
 
-import { request } from "./api.js";
+import { Latest, request } from "./api.js";
 import { changedFields, setFields } from "./address.js";
 import { cell, digits, paintMap } from "./plots.js";
 
@@ -23,6 +23,8 @@ export class DatabaseTab {
       <canvas class="map" id="map" role="img" aria-label="Map of an indicator over two axes" hidden></canvas>
       <p id="map-text" class="quiet"></p>`;
     this.find("#sql").defaultValue = this.statement("");
+    this.tables = new Latest((sql) => request("table", { sql }), (table) => { this.table = table; this.fill(); }, onError);
+    this.maps = new Latest((wanted) => request("map", wanted), (map, wanted) => this.showMap(map, wanted), onError);
     this.find("#where").addEventListener("change", () => { this.find("#sql").value = this.statement(this.find("#where").value); this.ask(); });
     this.find("#ask").addEventListener("click", () => this.ask());
     this.find("#draw-map").addEventListener("click", () => this.map());
@@ -51,10 +53,7 @@ export class DatabaseTab {
     if (settings.map) this.map();
   }
 
-  async ask() {
-    try { this.table = await request("table", { sql: this.find("#sql").value }); } catch (error) { this.onError(error); return; }
-    this.fill();
-  }
+  ask() { this.tables.want(this.find("#sql").value); }
 
   // Rows by the column of the sort, which has a minus where they fall; empty cells are last.
   sorted({ columns, rows }) {
@@ -98,21 +97,22 @@ export class DatabaseTab {
     for (const line of this.place.querySelectorAll("tr[data-id]")) line.setAttribute("aria-selected", this.chosen.includes(Number(line.dataset.id)));
   }
 
-  async map() {
-    const wanted = { x: this.find("#map-x").value, y: this.find("#map-y").value, value: this.find("#map-value").value, where: this.find("#where").value };
-    try {
-      const { x, y, mean, count } = this.mapped = await request("map", wanted);
-      const shown = wanted.y ? mean : count, what = wanted.y ? `mean of ${wanted.value}` : "number of rows";
-      const values = shown.flat().filter((value) => value !== null), low = Math.min(...values), high = Math.max(...values);
-      const canvas = this.find("#map");
-      canvas.hidden = false;
-      paintMap(canvas, x.length, y.length, x.flatMap((_, i) => shown.map((line) => line[i])), high, low < 0 ? -high : low);
-      canvas.style.imageRendering = "pixelated";
-      const rows = count.flat().reduce((a, b) => a + b, 0);
-      this.mapText = `${what} from ${digits(low)} (light) to ${digits(high)} (dark); ${wanted.x} to the right, ${digits(x[0])} to ${digits(x.at(-1))}; ${wanted.y || wanted.value} upwards, ${digits(y[0])} to ${digits(y.at(-1))}; ${rows} rows in ${count.flat().filter((one) => one > 0).length} of ${x.length * y.length} cells.`;
-      this.find("#map-text").textContent = this.mapText;
-      this.onChange();
-    } catch (error) { this.onError(error); }
+  map() {
+    this.maps.want({ x: this.find("#map-x").value, y: this.find("#map-y").value, value: this.find("#map-value").value, where: this.find("#where").value });
+  }
+
+  showMap(map, wanted) {
+    this.mapped = map;
+    const { x, y, mean, count } = map, shown = wanted.y ? mean : count, what = wanted.y ? `mean of ${wanted.value}` : "number of rows";
+    const values = shown.flat().filter((value) => value !== null), low = Math.min(...values), high = Math.max(...values);
+    const canvas = this.find("#map");
+    canvas.hidden = false;
+    paintMap(canvas, x.length, y.length, x.flatMap((_, i) => shown.map((line) => line[i])), high, low < 0 ? -high : low);
+    canvas.style.imageRendering = "pixelated";
+    const rows = count.flat().reduce((a, b) => a + b, 0);
+    this.mapText = `${what} from ${digits(low)} (light) to ${digits(high)} (dark); ${wanted.x} to the right, ${digits(x[0])} to ${digits(x.at(-1))}; ${wanted.y || wanted.value} upwards, ${digits(y[0])} to ${digits(y.at(-1))}; ${rows} rows in ${count.flat().filter((one) => one > 0).length} of ${x.length * y.length} cells.`;
+    this.find("#map-text").textContent = this.mapText;
+    this.onChange();
   }
 
   point(event) {

@@ -123,17 +123,27 @@ function facts(f) {
     `<tr title="${escaped(help)}"><td>${escaped(name)}${unit === "-" || !unit ? "" : ` <span class="quiet">${escaped(unit)}</span>`}</td><td>${digits(value)}</td><td>${digits(healthy)}</td></tr>`).join("");
 }
 
-async function showRows(chosen) {
+const stored = new Latest(storedRows, paintRows, fail);
+
+function showRows(chosen) {
   rows = chosen;
   address();
-  try {
-    const shown = await Promise.all(chosen.slice(0, 9).map((id) => request("row", { id, sensor: start.database.sensors.includes(controls.sensor.value) ? controls.sensor.value : null })));
-    const [first, ...others] = shown;
-    behind("");
-    paint(first, others.map((other) => ({ name: String(other.facts.id), tsa: other.arrays.tsa })), chosen.map((id, i) => caseText(shown[i].facts.case)).join("; "));
-    facts(first.facts);
-    showNearest($("nearest"), await request("nearest", { id: first.facts.id }));
-  } catch (error) { fail(error); }
+  stored.want(chosen);
+}
+
+async function storedRows(chosen) {
+  const sensor = start.database.sensors.includes(controls.sensor.value) ? controls.sensor.value : null;
+  return Promise.all(chosen.slice(0, 9).map((id) => request("row", { id, sensor })));
+}
+
+async function paintRows(shown) {
+  if (tab !== "database") return;
+  const [first, ...others] = shown;
+  behind("");
+  paint(first, others.map((other) => ({ name: String(other.facts.id), tsa: other.arrays.tsa })), shown.map((each) => caseText(each.facts.case)).join("; "));
+  facts(first.facts);
+  const near = await request("nearest", { id: first.facts.id });
+  if (shownNow === first) showNearest($("nearest"), near);
 }
 
 // A row in words; rows of recordings may have no label, and no settings of a simulation.
