@@ -1,6 +1,6 @@
 """Two recordings as a pair: the same unit, the same band of orders, the same tacho mark."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +10,9 @@ from sigdb.diagnosis.change.average_spectrum import LEAST_GROUPS, AverageSpectru
 from sigdb.diagnosis.change.change import USED, turn_between
 from sigdb.diagnosis.change.statistics import left_by_damage
 from sigdb.recording import PULSE_SHARE, RecordedSignature, in_unit_of
+
+BANDS_DIFFER = "bands-differ"
+"""Code of the note that one of the recordings reaches to higher orders."""
 
 MARKS_DISAGREE = "marks-disagree"
 """Code of the note that the tacho marks of the two recordings do not stand for the same angle."""
@@ -125,6 +128,14 @@ def _check_pair(signature: RecordedSignature, healthy: RecordedSignature) -> Non
         )
 
 
+def notes_of(pairs: Sequence[Pair]) -> tuple[Note, ...]:
+    """Return the notes of several pairs, each once; of the bands, that with the fewest orders, which are compared."""
+    notes = {note.text: note for pair in pairs for note in pair.notes}
+    bands = [note for note in notes.values() if note.code == BANDS_DIFFER]
+    least = min(bands, key=lambda note: note.values["compared"], default=None)
+    return tuple(note for note in notes.values() if note.code != BANDS_DIFFER or note is least)
+
+
 def _channel_note(signature: RecordedSignature, healthy: RecordedSignature) -> Iterator[Note]:
     if signature.channel != healthy.channel:
         text = (
@@ -146,7 +157,7 @@ def _band_note(signature: RecordedSignature, healthy: RecordedSignature) -> tupl
         f"{healthy.highest_order:.1f}, by their sampling rates and speeds: they are compared up to order {highest:.1f}."
     )
     values = {"recording": signature.highest_order, "healthy": healthy.highest_order, "compared": highest}
-    return (Note(code="bands-differ", text=text, values=values),)
+    return (Note(code=BANDS_DIFFER, text=text, values=values),)
 
 
 class _Phases:

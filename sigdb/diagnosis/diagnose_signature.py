@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from sigdb.core import Answer, InputError, Note
-from sigdb.diagnosis.alike import MARKS_DISAGREE, make_alike
+from sigdb.diagnosis.alike import MARKS_DISAGREE, make_alike, notes_of
 from sigdb.diagnosis.answers import damage_answer, quiet_answer
 from sigdb.diagnosis.change.average_spectrum import LEAST_GROUPS, AverageSpectrum
 from sigdb.diagnosis.change.detectors import Detector, detectors
@@ -128,7 +128,7 @@ class Aligned:
         return cls(
             signature=signature,
             healthy=tuple(pair.healthy for pair in pairs),
-            notes=tuple({note.text: note for pair in pairs for note in pair.notes}.values()),
+            notes=notes_of(pairs),
             marked=signature.absolute or disagree,
             marks_disagree=disagree,
         )

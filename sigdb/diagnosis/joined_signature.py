@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import FloatArray, InputError, Note
-from sigdb.diagnosis.alike import make_alike
+from sigdb.diagnosis.alike import make_alike, notes_of
 from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
 from sigdb.diagnosis.change.change import turn_between
 from sigdb.diagnosis.diagnose_signature import absent_gears
@@ -61,7 +61,7 @@ def joined_signature(signatures: Sequence[RecordedSignature]) -> RecordedSignatu
     tsa = np.asarray(share @ np.array([average for average, _ in turned]))
     order, amplitude = order_spectrum(tsa)
     notes = {note.text: note for each in every for note in each.notes}
-    notes |= {note.text: note for pair in pairs for note in pair.notes}
+    notes |= {note.text: note for note in notes_of(pairs)}
     joined = Note(
         code="joined-recordings",
         text=f"{len(every)} recordings are joined into one average of {int(revolutions.sum())} revolutions; spectra of "

@@ -32,9 +32,14 @@ _FOLDER = "inspections"
 
 
 class Finding(RecordingFacts):
-    """A finding of an inspection: the labels of a machine's, a gear's or a specimen's rows up to its date."""
+    """A finding of an inspection: the labels of a machine's, a gear's or a specimen's rows up to its date.
 
-    file: str = Field(default="", description="Name of the recording that alone the finding is of; all if left out.")
+    A finding of certain files needs no date: it then holds for all of their rows.
+    """
+
+    file: str = Field(
+        default="", description="Name of the recordings that alone the finding is of, * for any text; all if left out."
+    )
     since: str | None = Field(
         default=None,
         description="Date from which on the finding holds; that of the inspection before it of the same machine, gear, "
@@ -44,7 +49,7 @@ class Finding(RecordingFacts):
     @model_validator(mode="after")
     def _has_a_date(self) -> Self:
         if self.date is None and not self.file:
-            raise ValueError("date is missing: a finding holds for the rows up to its date")
+            raise ValueError("date is missing: a finding holds for the rows up to its date, unless it names their file")
         if self.date and self.since and self.since > self.date:
             raise ValueError(f"since = {self.since!r} is after date = {self.date!r}")
         return self
@@ -70,7 +75,7 @@ class Finding(RecordingFacts):
         """Return whether it holds for each row."""
         holds = np.ones(rows.num_rows, bool)
         for column, value in self.subject.items():
-            holds &= pc.fill_null(pc.equal(rows[column], value), False).to_numpy(zero_copy_only=False)
+            holds &= _is(rows[column], value)
         for side, limit in (("since", self.since), ("date", self.date)):
             if limit is None:
                 continue
@@ -82,6 +87,12 @@ class Finding(RecordingFacts):
         return holds
 
 
+def _is(column: pa.ChunkedArray, value: str) -> BoolArray:
+    """Return whether each text of a column is a value, in which * stands for any text."""
+    expression = ".*".join(map(re.escape, value.split("*")))
+    return np.array([re.fullmatch(expression, text or "", re.DOTALL) is not None for text in column.to_pylist()], bool)
+
+
 def enter_findings(location: str | PathLike[str], table: str | PathLike[str]) -> int:
     """Enter the findings of inspections: they become labels of the rows before them.
 
@@ -91,7 +102,8 @@ def enter_findings(location: str | PathLike[str], table: str | PathLike[str]) ->
         A database of recordings.
     table : str or path-like
         CSV file with a line for each finding: ``date``, ``since``, and what selects the rows (``machine``,
-        ``specimen``, ``gear``, ``sensor``, ``file``) and labels them (``tooth``, ``kind``, ``severity`` and others).
+        ``specimen``, ``gear``, ``sensor``, ``file``) and labels them (``tooth``, ``kind``, ``severity`` and others). A
+        finding with a ``file`` needs no date, and a * in it stands for any text.
 
     Returns
     -------
@@ -106,7 +118,7 @@ def enter_findings(location: str | PathLike[str], table: str | PathLike[str]) ->
         If another process works on the database, or a part is damaged.
     """
     store = Store.at(location)
-    findings = read_table(Path(table), Finding, needed="date")
+    findings = read_table(Path(table), Finding)
     if not findings:
         raise InputError(f"{table}: has no finding; give a line for each")
     with ownership_of(store):

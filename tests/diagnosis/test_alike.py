@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from sigdb.core import InputError, Note
-from sigdb.diagnosis.alike import make_alike
+from sigdb.diagnosis.alike import make_alike, notes_of
 from sigdb.recording import MeshPresence, RecordedSignature
 
 TEETH, N = 12, 768
@@ -78,6 +78,13 @@ def test_another_channel_and_another_band_are_said():
     pair = make_alike(signature(low), signature(low, channel="a2", highest_order=40.0, **HEALTHY))
     assert codes(pair) == ["channels-differ", "bands-differ"]
     assert pair.notes[1].values["compared"] == 36.0
+
+
+def test_of_several_bands_only_the_narrowest_is_said():
+    run = signature(average(), highest_order=60.0)
+    pairs = [make_alike(run, signature(average(), highest_order=order, **HEALTHY)) for order in (80.0, 40.0, 48.0)]
+    bands = [note for note in notes_of(pairs) if note.code == "bands-differ"]
+    assert [note.values["healthy"] for note in bands] == [40.0]
 
 
 def test_another_tooth_count_and_the_same_samples_are_refused():

@@ -37,6 +37,17 @@ def test_a_finding_holds_from_the_inspection_before_it_on(copy, tmp_path):
     assert labels(copy)["m1-b.npz"] == (4, "crack", "inspected")
 
 
+def test_a_finding_of_files_needs_no_date(copy, tmp_path):
+    before = labels(copy)
+    assert set(before) == {"m1-a.npz", "m1-b.npz", "m2-a.npz"}
+    assert enter_findings(copy, findings(tmp_path, "file,tooth,kind\nm1-*,3,pitting\nm2-a.npz,0,none\n")) == 12
+    assert labels(copy) == {
+        "m1-a.npz": (3, "pitting", "inspected"),
+        "m1-b.npz": (3, "pitting", "inspected"),
+        "m2-a.npz": (0, "none", "inspected"),
+    }
+
+
 def test_rows_that_come_later_have_the_labels_too(folder_copy, settings, copy, write_recording, tmp_path):
     enter_findings(copy, findings(tmp_path, "date,since,machine,tooth,kind\n2026-02-10,2026-02-01,m9,7,pitting\n"))
     place = tmp_path / "later"
@@ -58,7 +69,7 @@ def test_rows_that_come_later_have_the_labels_too(folder_copy, settings, copy, w
         ("date,machine\n", "has no finding"),
         ("date,machine,tooth\n,m1,4\n", "date is missing"),
         ("date,since,machine\n2026-01-01,2026-02-01,m1\n", "is after date"),
-        ("machine,tooth\nm1,4\n", "has no column date"),
+        ("machine,tooth\nm1,4\n", "line 2: date is missing"),
     ],
 )
 def test_a_mistake_in_a_finding_is_named(copy, tmp_path, text, message):

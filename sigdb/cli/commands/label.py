@@ -15,7 +15,8 @@ def label(database: str, findings: Path) -> None:
 
     FINDINGS is a CSV file with a line for each finding. Its columns are the date of the inspection; what selects rows:
     machine, specimen, gear, sensor or file; and their labels: tooth, kind, severity and others. A finding holds from
-    the inspection before it on, or from the date in the column since. Rows of later ingests get these labels too.
+    the inspection before it on, or from the date in the column since. A finding with a file, in which * stands for any
+    text, needs no date. Rows of later ingests get these labels too.
 
     \b
     Example:
@@ -24,5 +25,5 @@ def label(database: str, findings: Path) -> None:
     from sigdb.ingest import enter_findings
 
     rows = enter_findings(database, findings)
-    hint = "" if rows else "; rows need a date up to that of the finding, and its machine, specimen, gear and sensor"
+    hint = "" if rows else "; rows need a date up to that of the finding, and its machine, specimen, gear, sensor and file"
     click.echo(f"{database}: {rows} rows have new labels{hint}")

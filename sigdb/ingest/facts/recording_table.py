@@ -19,7 +19,9 @@ _LARGEST = 64 * 2**20
 F = TypeVar("F", bound=RecordingFacts)
 
 
-def read_table(path: Path, section: type[F], *, needed: str, wanted: Callable[[str], bool] = lambda _: True) -> list[F]:
+def read_table(
+    path: Path, section: type[F], *, needed: str | None = None, wanted: Callable[[str], bool] = lambda _: True
+) -> list[F]:
     """Return the lines of a CSV file with a header; columns whose names begin with _ are left out.
 
     Parameters
@@ -31,7 +33,7 @@ def read_table(path: Path, section: type[F], *, needed: str, wanted: Callable[[s
     needed
         A column that the file must have.
     wanted
-        Whether a line is read, by its text in that column.
+        Whether a line is read, by its text in the needed column.
 
     Raises
     ------
@@ -54,7 +56,7 @@ def read_table(path: Path, section: type[F], *, needed: str, wanted: Callable[[s
         raise InputError(f"{path}: is no table with a header ({error}); write it as CSV") from None
     names = [name.strip() for name in header]
     _check_names(names, section, needed, path)
-    results, at = [], names.index(needed)
+    results, at = [], names.index(needed) if needed else 0
     for number, line in enumerate(lines, start=2):
         if len(line) > len(names):
             raise InputError(f"{path}: line {number} has {len(line)} values, the header has {len(names)} columns")
@@ -63,8 +65,8 @@ def read_table(path: Path, section: type[F], *, needed: str, wanted: Callable[[s
     return results
 
 
-def _check_names(names: Sequence[str], section: type[RecordingFacts], needed: str, path: Path) -> None:
-    if needed not in names:
+def _check_names(names: Sequence[str], section: type[RecordingFacts], needed: str | None, path: Path) -> None:
+    if needed and needed not in names:
         raise InputError(
             f"{path}: has no column {needed}{suggestion(needed, names)}; name the columns in the first line"
         )
