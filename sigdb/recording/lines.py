@@ -91,8 +91,16 @@ def hann_power(x: FloatArray) -> FloatArray:
     """
     from scipy.fft import rfft
 
-    X = rfft(((x - x.mean()) * hann_window(len(x))).astype(np.float32))
+    apart: NDArray[np.float32] = np.empty(len(x), np.float32)
+    np.subtract(x, x.mean(), out=apart, casting="same_kind")
+    apart *= _single_hann_window(len(x))
+    X = rfft(apart)
     return np.asarray(X.real**2 + X.imag**2, float)
+
+
+@lru_cache(maxsize=2)
+def _single_hann_window(samples: int) -> NDArray[np.float32]:
+    return hann_window(samples).astype(np.float32)
 
 
 def record_spectrum(x: FloatArray, *, samples_per_rev: int, highest: float) -> RecordSpectrum:
@@ -266,7 +274,8 @@ def average_noise(
     x = x[: K * n]
     power = hann_power(x) if power is None or len(power) != len(x) // 2 + 1 else power
     largest = float(power.max()) or 1.0
-    amplitude = np.sqrt(power / largest).astype(np.float32)  # medians of half the bytes, rounded to 6e-8
+    amplitude: NDArray[np.float32] = np.empty(power.shape, np.float32)  # medians of half the bytes, rounded to 6e-8
+    np.sqrt(np.divide(power, largest, out=amplitude, casting="same_kind"), out=amplitude)
     level = _level(amplitude, K, np.arange(n // 2 + 1) * K) * np.sqrt(largest)
     level *= 4 / len(x)  # the window's sum is half the samples
     level = np.maximum(level, 64 * np.finfo(float).eps * np.max(np.abs(x)))

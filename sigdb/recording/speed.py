@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
 from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError
 
@@ -24,6 +26,8 @@ _BEYOND = 2.2
 """Ratio of the ends to which speeds are searched beyond a narrow range."""
 _AT_END = 2
 """Steps of the speed from an end of the range within which a track lies at it."""
+_TOGETHER = 8
+"""Frames that are transformed together."""
 _FLOOR = 4
 """Shaft orders to either side of a line over which the median gives its level."""
 
@@ -93,15 +97,16 @@ def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, 
        Mechanical Systems and Signal Processing 81, 2016: the idea that many orders vote for a speed.
     """
     low, high = _checked(range_rpm, x.shape[-1], fs, teeth)
+    scaled = _scaled(x)
     wide = high / low > _WIDE
-    frames = _Frames(x, fs, teeth, low, high, most=_SURVEYED if wide else None)
+    frames = _Frames(scaled, fs, teeth, low, high, most=_SURVEYED if wide else None)
     best, rival, share = _likeliest(frames.speeds, frames.surveyed())
     if wide:
         low, high = max(low, best * (1 - _NARROWED)), min(high, best * (1 + _NARROWED))
-        frames = _Frames(x, fs, teeth, low, high)
+        frames = _Frames(scaled, fs, teeth, low, high)
     track = frames.best_track()
     ends = (track <= _AT_END) | (track >= len(frames.speeds) - 1 - _AT_END)
-    outside, relative = _beyond(x, fs, teeth, float(np.median(frames.speeds[track])), range_rpm)
+    outside, relative = _beyond(scaled, fs, teeth, float(np.median(frames.speeds[track])), range_rpm)
     return SpeedTrack(
         time=frames.time,
         speed_rpm=60 * frames.speeds[track],
@@ -113,7 +118,18 @@ def find_speed(x: FloatArray, fs: float, *, teeth: int, range_rpm: tuple[float, 
     )
 
 
-def _beyond(x: FloatArray, fs: float, teeth: int, speed: float, range_rpm: tuple[float, float]) -> tuple[float, float]:
+def _scaled(x: FloatArray) -> NDArray[np.float32]:
+    """Return the channels less their means, with a greatest sample of 1."""
+    scaled: NDArray[np.float32] = np.empty(x.shape, np.float32)
+    for channel, place in zip(x, scaled, strict=True):
+        apart = channel - channel.mean()
+        np.divide(apart, max(apart.max(), -apart.min()) or 1.0, out=place, casting="same_kind")
+    return scaled
+
+
+def _beyond(
+    x: NDArray[np.float32], fs: float, teeth: int, speed: float, range_rpm: tuple[float, float]
+) -> tuple[float, float]:
     """Return the likeliest speed beyond the range, rev/s, and its score relative to that of the speed of the track."""
     low, high = range_rpm[0] / 60, range_rpm[1] / 60
     least = max(low / _BEYOND, 2 * _TURNS * fs / x.shape[-1])  # two frames
@@ -165,7 +181,7 @@ class _Frames:
 
     def __init__(
         self,
-        x: FloatArray,
+        x: NDArray[np.float32],
         fs: float,
         teeth: int,
         low: float,
@@ -193,14 +209,12 @@ class _Frames:
 
     def surveyed(self) -> FloatArray:
         """Return (speeds,) sums over the frames, whose speeds may differ by a few per cent."""
-        from scipy.ndimage import maximum_filter1d
-
         scores = self.scores
         if len(scores) > _SURVEYED:
             scores = scores[np.linspace(0, len(scores) - 1, _SURVEYED).astype(int)]
         # A drift shifts the logarithm of speed; one window serves all speeds and is too wide at the low end.
         width = max(1, int(_SAME / 4 * np.mean(self.speeds) / np.diff(self.speeds[:2])[0]))
-        return np.asarray(maximum_filter1d(scores, 2 * width + 1, axis=1).sum(axis=0))
+        return np.asarray(greatest_within(scores, width).sum(axis=0, dtype=np.float64))
 
     def best_track(self) -> IntArray:
         """Return (frames,) indices of the likeliest sequence of speeds without jumps."""
@@ -219,16 +233,29 @@ class _Frames:
         return track
 
 
+def greatest_within(scores: FloatArray, reach: int) -> FloatArray:
+    """Return (frames, speeds) greatest of the scores, which are at least 0, within a reach to both sides.
+
+    The width over which the greatest is taken doubles with each step.
+    """
+    greatest, width, wanted = np.pad(scores, ((0, 0), (reach, reach))), 1, 2 * reach + 1
+    while width < wanted:
+        step = min(width, wanted - width)
+        greatest = np.maximum(greatest[:, step:], greatest[:, :-step])
+        width += step
+    return greatest
+
+
 def _summed(levels: FloatArray, bins: IntArray) -> FloatArray:
     """Return (frames, speeds) sums of (bins, frames) levels over (orders, speeds) bins; 0 beyond the spectrum."""
     levels = np.concatenate([levels, np.zeros_like(levels[:1])])
-    total = np.zeros((bins.shape[1], levels.shape[1]), dtype=levels.dtype)
-    for row in np.minimum(bins, len(levels) - 1):
-        total += levels[row]
+    total, each = np.zeros((2, bins.shape[1], levels.shape[1]), dtype=levels.dtype)
+    for row in bins:
+        total += np.take(levels, row, axis=0, out=each, mode="clip")
     return np.ascontiguousarray(total.T)
 
 
-def _outstanding(x: FloatArray, starts: IntArray, length: int, reach: int, last: int) -> FloatArray:
+def _outstanding(x: NDArray[np.float32], starts: IntArray, length: int, reach: int, last: int) -> FloatArray:
     """Return (bins, frames) logarithms of power over the level about each bin, at least 0, summed over the channels."""
     from scipy.fft import rfft
     from scipy.ndimage import median_filter
@@ -238,10 +265,11 @@ def _outstanding(x: FloatArray, starts: IntArray, length: int, reach: int, last:
     tiny = np.finfo(np.float32).tiny
     total = np.zeros((bins, len(starts)), dtype=np.float32)
     for channel in x:
-        apart = channel - channel.mean()
-        scaled = (apart / (np.abs(apart).max() or 1.0)).astype(np.float32)
-        spectra = (rfft(window * scaled[start : start + length])[:bins] for start in starts)
-        power = np.array([spectrum.real**2 + spectrum.imag**2 for spectrum in spectra])
+        frames = sliding_window_view(channel, length)
+        power = np.empty((len(starts), bins), dtype=np.float32)
+        for i in range(0, len(starts), _TOGETHER):  # transforms of several frames share their instructions
+            spectra = rfft(window * frames[starts[i : i + _TOGETHER]])[:, :bins]
+            power[i : i + _TOGETHER] = spectra.real**2 + spectra.imag**2
         floor = median_filter(power.mean(axis=0), 2 * reach + 1, mode="nearest")
         total += np.log(np.maximum(power, tiny) / np.maximum(floor, tiny)).clip(min=0).T
     return total

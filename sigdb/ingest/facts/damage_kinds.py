@@ -90,11 +90,14 @@ def kind_of(state: str) -> str:
     word = _plain(state)
     if word in _HEALTHY:
         return NONE
-    return next((kind for kind in KIND_NAMES if _plain(kind) == word), _WORDS.get(word, UNKNOWN))
+    return _KINDS_BY_WORD.get(word) or _WORDS.get(word, UNKNOWN)
 
 
 def _plain(words: str) -> str:
     return re.sub(r"[\s_-]+", " ", words).strip().lower()
+
+
+_KINDS_BY_WORD = {_plain(kind): kind for kind in KIND_NAMES}
 
 
 def checked_kind(text: str) -> str:

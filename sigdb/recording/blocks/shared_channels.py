@@ -7,7 +7,7 @@ import numpy as np
 
 from sigdb.core import FloatArray
 from sigdb.recording.shaft_angle import ShaftAngle
-from sigdb.signature import synchronous_average
+from sigdb.signature import SynchronousAverager
 
 if TYPE_CHECKING:
     from sigdb.recording.recording import Channel, Recording
@@ -102,12 +102,11 @@ def over_angle(x: FloatArray, fs: float, angle: ShaftAngle, *, samples_per_rev: 
     samples_per_rev, revolutions
         Samples of a revolution, and revolutions.
     """
-    return synchronous_average(
-        x,
+    averager = SynchronousAverager(
         fs,
-        angle.pulses,
         samples_per_rev=revolutions * samples_per_rev,
         pulses_per_rev=angle.pulses_per_rev * revolutions,
         ratio=angle.ratio,
         revolutions=1,
-    ).tsa
+    )
+    return averager.first_revolution(x, angle.pulses)

@@ -120,6 +120,44 @@ class SynchronousAverager:
         InputError
             If ``x`` is complex, not finite or has other channels than before, or times are not finite and increasing.
         """
+        self._take(x, pulse_times)
+        # The record's beginning is predicted from as many samples as if it had come whole.
+        if self._record.count >= MEMORY:
+            self._done = self._advanced(ended=False)
+            self._forget()
+
+    def first_revolution(self, x: ArrayLike, pulse_times: ArrayLike) -> Float64Array:
+        """Return the first revolution of a whole record in equal steps of angle, not averaged; no block was taken yet.
+
+        Parameters
+        ----------
+        x, pulse_times : array_like
+            As in :func:`synchronous_average`.
+
+        Returns
+        -------
+        (..., samples_per_rev) float64
+
+        Raises
+        ------
+        InputError
+            As :meth:`push` and :meth:`result`, and if a block was taken before.
+        """
+        from sigdb.signature.averaging.revolutions import sample_revolution
+
+        if self._channels is not None:
+            raise InputError(f"{_OWNER}: blocks were taken before this record; take a new averager for it")
+        self._take(x, pulse_times)
+        if self._phase.count >= 2:
+            spline = self._phase.spline()
+            edges, stretches = self._pending(spline, ended=True)
+            if len(stretches):
+                sampled = np.empty((len(self._done.mean), self._n))
+                sample_revolution(*self._window(spline, edges[0], edges[1], stretches[0]), sampled)
+                return sampled.reshape(*(self._channels or ()), self._n)
+        raise self._no_revolution()
+
+    def _take(self, x: ArrayLike, pulse_times: ArrayLike) -> None:
         block, _ = real_signal(_OWNER, "x", x)
         times = increasing_times(_OWNER, "pulse_times", pulse_times, after=self._phase.last)
         if self._phase.count == 0 and np.any(times[:1] < 0):
@@ -130,10 +168,6 @@ class SynchronousAverager:
         self._check_channels(block.shape[:-1])
         self._record.append(block.reshape(-1, block.shape[-1]))
         self._phase.append(times)
-        # The record's beginning is predicted from as many samples as if it had come whole.
-        if self._record.count >= MEMORY:
-            self._done = self._advanced(ended=False)
-            self._forget()
 
     def result(self) -> SynchronousAverage:
         """Return the average of the record so far, as if it ended here; more blocks may follow.
@@ -151,15 +185,17 @@ class SynchronousAverager:
         done = self._advanced(ended=True)
         M = done.revolutions
         if self._channels is None or M == 0:
-            raise InputError(
-                f"{_OWNER}: pulse_times, {self._phase.count} of them, and a record of {self._record.count / self._fs:g}"
-                f" s bound no revolution of {self._pulses:g} pulses; record longer, or check fs, pulses_per_rev and"
-                " ratio"
-            )
+            raise self._no_revolution()
         shape = (*self._channels, self._n)
         scatter = np.sqrt(done.squares / (M - 1)) if M > 1 else np.full_like(done.squares, np.nan)
         mean = done.mean.copy() if done is self._done else done.mean
         return SynchronousAverage(tsa=mean.reshape(shape), scatter=scatter.reshape(shape), revolutions=M)
+
+    def _no_revolution(self) -> InputError:
+        return InputError(
+            f"{_OWNER}: pulse_times, {self._phase.count} of them, and a record of {self._record.count / self._fs:g}"
+            f" s bound no revolution of {self._pulses:g} pulses; record longer, or check fs, pulses_per_rev and ratio"
+        )
 
     def _check_channels(self, channels: tuple[int, ...]) -> None:
         if self._channels is None:
@@ -184,14 +220,20 @@ class SynchronousAverager:
         done = replace(self._done, mean=self._done.mean.copy(), squares=self._done.squares.copy())
         for stretch, group in itertools.groupby(zip(stretches, edges, edges[1:], strict=False), key=itemgetter(0)):
             ends = [(start, stop) for _, start, stop in group]
-            margin = reach(stretch) + 1
-            first, last = int(np.floor(ends[0][0])) - margin, int(np.ceil(ends[-1][1])) + margin
-            x = self._record.window(first, last)
-            place = (float(first), self._fs, spline, float(self._phase.first), self._pulses)
-            add_revolutions(x, *place, sinc_table(stretch), done.revolutions, len(ends), done.mean, done.squares)
+            window = self._window(spline, ends[0][0], ends[-1][1], stretch)
+            add_revolutions(*window, done.revolutions, len(ends), done.mean, done.squares)
             done.revolutions += len(ends)
             done.length, done.end = ends[-1][1] - ends[-1][0], ends[-1][1]
         return done
+
+    def _window(
+        self, spline: Float64Array, start: float, stop: float, stretch: float
+    ) -> tuple[Float64Array, float, float, Float64Array, float, float, Float64Array]:
+        """Return the arguments of the kernels for revolutions between two places, in samples."""
+        margin = reach(stretch) + 1
+        first, last = int(np.floor(start)) - margin, int(np.ceil(stop)) + margin
+        x = self._record.window(first, last)
+        return x, float(first), self._fs, spline, float(self._phase.first), self._pulses, sinc_table(stretch)
 
     def _pending(self, spline: Float64Array, *, ended: bool) -> tuple[Float64Array, Float64Array]:
         """Return the ends, in samples, of the revolutions that can be averaged now, and the stretch of each kernel."""

@@ -1,5 +1,7 @@
 """Tooth passes from the phase of a mesh harmonic, for records without a tacho."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -168,10 +170,10 @@ class MeshPhase:
         h = count(_OWNER, "harmonic", harmonic, least=1, most=GREATEST_COUNT)
         self._check_range(h)
         z, place, turned = self._band(h)
-        window = _blackman(self._half / (place[1] - place[0]))
+        smooth = _smoothing(_blackman(self._half / (place[1] - place[0])), z.size)
         psi = 2 * np.pi * h / self._fs * self._frequency.turns(place)
         for _ in range(_PASSES):
-            y = _convolved(z * np.exp(1j * (turned - psi)), window)
+            y = smooth(z * np.exp(1j * (turned - psi)))
             if np.any(np.diff(psi) / place[1] + _least_turn(y, place[1]) <= 0):
                 raise NotApplicableError(
                     f"{_OWNER}: the phase of mesh harmonic {h} runs backwards; check mesh_frequency, take a stronger"
@@ -278,9 +280,15 @@ def _least_turn(y: NDArray[np.complex128], samples: float) -> Float64Array:
     return np.asarray(2 * np.arctan(np.minimum(across, 0) / least / samples / 2))
 
 
-def _convolved(c: NDArray[np.complex128], window: Float64Array) -> NDArray[np.complex128]:
+def _smoothing(window: Float64Array, size: int) -> Callable[[NDArray[np.complex128]], NDArray[np.complex128]]:
+    """Return the convolution of so many samples with a window, whose spectrum is computed once."""
     from scipy.fft import fft, ifft, next_fast_len
 
-    size, half = int(next_fast_len(c.size + window.size - 1)), window.size // 2
-    smoothed: NDArray[np.complex128] = ifft(fft(c, size) * fft(window, size))[half : half + c.size]
-    return smoothed
+    length, half = int(next_fast_len(size + window.size - 1)), window.size // 2
+    passed: NDArray[np.complex128] = fft(window, length)
+
+    def smooth(c: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        smoothed: NDArray[np.complex128] = ifft(fft(c, length) * passed)[half : half + size]
+        return smoothed
+
+    return smooth

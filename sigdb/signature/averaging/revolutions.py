@@ -1,9 +1,13 @@
-"""The kernel of the synchronous average. Importing this module imports numba."""
+"""The kernels that sample revolutions, and add them to an average. Importing this module imports numba."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigdb.core import kernel
+from sigdb.signature.averaging.sinc_kernel import HALF_WIDTH
+
+_TAPS = 2 * HALF_WIDTH
+"""Taps of a kernel that is not stretched."""
 
 
 @kernel
@@ -50,3 +54,42 @@ def add_revolutions(
                 d = y - mean[c, j]
                 mean[c, j] += weight * d
                 squares[c, j] += d * (y - mean[c, j])
+
+
+@kernel
+def sample_revolution(
+    x: NDArray[np.float64],
+    start: float,
+    fs: float,
+    spline: NDArray[np.float64],
+    first_pulse: float,
+    pulses: float,
+    table: NDArray[np.float64],
+    sampled: NDArray[np.float64],
+) -> None:
+    """Write the first revolution in equal steps of angle, ``(channels, n)``; arguments as of ``add_revolutions``."""
+    n = sampled.shape[1]
+    cells, _, taps = table.shape
+    before = taps // 2 - 1
+    last = spline.shape[1] - 1
+    for j in range(n):
+        p = j / n * pulses - first_pulse
+        i = min(int(p), last)
+        w = p - i
+        place = (((spline[0, i] * w + spline[1, i]) * w + spline[2, i]) * w + spline[3, i]) * fs - start
+        k = int(place)
+        f = (place - k) * cells
+        q = int(f)
+        f -= q
+        h0, h1, h2, h3 = table[q, 0], table[q, 1], table[q, 2], table[q, 3]
+        for c in range(x.shape[0]):
+            v = x[c, k - before : k - before + taps]
+            y = 0.0
+            if taps == _TAPS:
+                # With a constant count the loop is unrolled.
+                for t in range(_TAPS):
+                    y += v[t] * (h0[t] + f * (h1[t] + f * (h2[t] + f * h3[t])))
+            else:
+                for t in range(taps):
+                    y += v[t] * (h0[t] + f * (h1[t] + f * (h2[t] + f * h3[t])))
+            sampled[c, j] = y

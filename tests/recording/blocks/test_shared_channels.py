@@ -8,6 +8,7 @@ import pytest
 from sigdb.recording import Channel, RecordedAverages, Recording, SharedChannels, recorded_averages
 from sigdb.recording import channel_record as channel_records
 from sigdb.recording.blocks import shared_channels
+from sigdb.signature import SynchronousAverager
 
 FS, TEETH, SECONDS = 4000.0, 12, 8.0
 NAMES = ("a1", "a2", "a3")
@@ -71,13 +72,13 @@ def test_the_angle_is_found_once(
 def test_channels_of_one_length_are_resampled_together(
     recording: Recording, monkeypatch: pytest.MonkeyPatch, most: int, shapes: list[tuple[int]]
 ) -> None:
-    original, seen = shared_channels.synchronous_average, []
+    original, seen = SynchronousAverager.first_revolution, []
 
-    def counting(x: Any, *args: Any, **more: Any) -> Any:
+    def counting(averager: SynchronousAverager, x: Any, pulse_times: Any) -> Any:
         seen.append(x.shape[:-1])
-        return original(x, *args, **more)
+        return original(averager, x, pulse_times)
 
-    monkeypatch.setattr(shared_channels, "synchronous_average", counting)
+    monkeypatch.setattr(SynchronousAverager, "first_revolution", counting)
     monkeypatch.setattr(shared_channels, "MOST_VALUES", most)
     shared = SharedChannels(NAMES)
     for name in NAMES:

@@ -510,3 +510,21 @@ def test_short_records():
     assert_allclose(average.tsa, 1.0, rtol=1e-13)
     average = synchronous_average([5.0], 1.0, [0.0, 1.0], samples_per_rev=2)
     assert_allclose(average.tsa, 5.0, rtol=1e-13)
+
+
+@pytest.mark.parametrize("samples", [160, 700], ids=["stretched", "not stretched"])
+def test_the_first_revolution_is_the_average_of_one(samples):
+    """Of several channels, with a kernel as wide as the record's steps and with a wider one."""
+    stream, pulses = np.random.default_rng(5), np.arange(1, 39) / 10 + 0.002 * np.sin(np.arange(38))
+    x = stream.normal(size=(2, 4000))
+    averager = SynchronousAverager(1000.0, samples_per_rev=samples, pulses_per_rev=5, revolutions=1)
+    expected = synchronous_average(x, 1000.0, pulses, samples_per_rev=samples, pulses_per_rev=5, revolutions=1).tsa
+    assert_allclose(averager.first_revolution(x, pulses), expected, rtol=0, atol=1e-13)
+
+
+def test_the_first_revolution_needs_a_new_averager_and_a_revolution():
+    averager = SynchronousAverager(1000.0, samples_per_rev=96)
+    with pytest.raises(InputError, match="bound no revolution"):
+        averager.first_revolution(np.zeros(1000), [0.1])
+    with pytest.raises(InputError, match="take a new averager"):
+        averager.first_revolution(np.zeros(1000), [0.1, 0.2])
