@@ -195,17 +195,20 @@ def _check_labels(database: Database, target: Target, rows: pd.DataFrame, kind: 
         Kind of the rows, for messages; empty for all of the database.
     """
     of_them = f"{database.store} has no {{}} {kind}rows to learn from"
+    swept = f"sweep {'one of them' if len(target.varying) > 1 else 'it'}"
+    measured = "ingest recordings with other labels, or label those that are there (sigdb label)"
+    remedy = (measured, measured) if database.manifest.is_measured else ("set healthy in [sweep], or add a grid", swept)
     damaged = rows[rows["tooth"] > 0]
     if len(damaged) == len(rows):
-        raise InputError(f"{of_them.format('healthy')}; set healthy in [sweep], or add a grid")
+        raise InputError(f"{of_them.format('healthy')}; {remedy[0]}")
     if damaged.empty:
         only = f" for {target.name}, which is of rows with {target.row_condition}" if target.row_condition else ""
-        raise InputError(f"{of_them.format('damaged')}{only}; set healthy in [sweep], or add a grid")
+        raise InputError(f"{of_them.format('damaged')}{only}; {remedy[0]}")
     if target.varying and all(damaged[name].nunique() < 2 for name in target.varying):
         raise InputError(
             f"{database.store}: {target.name} cannot be learnt, since {_listed(target.varying)} "
             f"{'do' if len(target.varying) > 1 else 'does'} not vary over its damaged {kind}rows"
-            f"{_what_varies(database, target)}; sweep {'one of them' if len(target.varying) > 1 else 'it'}"
+            f"{_what_varies(database, target)}; {remedy[1]}"
         )
 
 

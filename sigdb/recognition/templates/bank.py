@@ -101,6 +101,8 @@ class TemplateBank:
         InputError
             If the database has no such sensor.
         """
+        if database.manifest.is_measured:
+            raise NotApplicableError(f"{database.store} has no templates: recordings have none, only simulations")
         sensor = database.stored_sensor(sensor)
         scatter = suffixed("scatter", database.sensors, sensor)
         seen = (
@@ -114,9 +116,7 @@ class TemplateBank:
             f"where status = 'ok' and not coalesce(contact_loss, false){seen} group by template"
         )
         if rows.empty:
-            raise NotApplicableError(
-                f"{database.store} has no row with a result that keeps contact; a bank is made for rows"
-            )
+            raise NotApplicableError(f"{database.store} has no row with a result that keeps contact")
         if rows["averages"].min() < 2:
             raise NotApplicableError(
                 f"{database.store} has averages of 1 revolution, which has no scatter between revolutions to take the "
@@ -126,8 +126,6 @@ class TemplateBank:
             "select distinct speed_rpm, torque, teeth from templates where status = 'ok' and not contact_loss "
             "order by all"
         )
-        if points.empty:
-            raise NotApplicableError(f"{database.store} has no templates: recordings have none, only simulations")
         if cases is not None:
             cases = cases[[*_CASE, *({MEMBER} & {*cases.columns})]].drop_duplicates()
             points = points[points["teeth"].isin(cases["teeth"])]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import sigdb
-from sigdb.core import NotApplicableError
+from sigdb.core import InputError, NotApplicableError
 from sigdb.database import labelled_rows
 from sigdb.ingest import IngestSettings, ingest
 from sigdb.recognition import RecognitionSettings, TemplateBank, evaluate, train
@@ -54,6 +54,19 @@ def test_a_mounting_is_told_from_healthy_rows_and_a_load_that_does_nothing_is_no
 def test_recordings_have_no_bank_of_templates(measured):
     with pytest.raises(NotApplicableError, match="db has no templates: recordings have none"):
         TemplateBank.of(measured)
+    with pytest.raises(NotApplicableError, match="db has no templates: recordings have none"):
+        TemplateBank.of(measured, cases=measured.cases().head(0), specimens=[7])
+
+
+def test_recordings_of_one_damaged_tooth_say_how_to_get_others(tmp_path):
+    stream = np.random.default_rng(1)
+    for number, tooth in enumerate((0, 0, 3, 3)):
+        facts = {"tooth": tooth, "speed_rpm": 1500.0, "averages": 40, "scatter": 0.12}
+        np.savez(tmp_path / f"{number}.npz", tsa=averages(stream, tooth, 0), **facts)
+    settings = IngestSettings(averages_of="tsa", teeth=str(TEETH), samples_per_tooth=SAMPLES)
+    ingest(tmp_path, tmp_path / "db", settings=settings, jobs=1)
+    with pytest.raises(InputError, match=r"location cannot be learnt.*label those that are there \(sigdb label\)"):
+        train(sigdb.open(tmp_path / "db"), "location", split="recording")
 
 
 def test_copies_of_a_file_are_one_recording(tmp_path):
