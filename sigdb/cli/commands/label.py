@@ -25,5 +25,7 @@ def label(database: str, findings: Path) -> None:
     from sigdb.ingest import enter_findings
 
     rows = enter_findings(database, findings)
-    hint = "" if rows else "; rows need a date up to that of the finding, and its machine, specimen, gear, sensor and file"
+    hint = (
+        "" if rows else "; rows need a date up to that of the finding, and its machine, specimen, gear, sensor and file"
+    )
     click.echo(f"{database}: {rows} rows have new labels{hint}")
