@@ -12,13 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
-from sigdb.core import BoolArray, FloatArray, InputError, plain_array
+from sigdb.core import FloatArray, InputError, plain_array
 
-_FURTHER, _STEEPER = 10.0, 1.5
-"""Growth beyond a prior: how many times less or greater than its ends speeds are, and how far beyond powers are."""
+_FURTHER = 10.0
+"""How many times slower and faster than by a prior growth beyond it is; assumed."""
 
-_SPEEDS, _POWERS = 9, 5
-"""Numbers of speeds and powers of growth beyond a prior."""
+_POWERS = np.arange(-1.0, 4.5)
+"""Powers of the severity of growth beyond a prior, which are exponents of a crack of -2 to 8; assumed."""
+
+_RATIO = 2.0
+"""Greatest ratio of neighbouring speeds of growth beyond a prior."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,32 +54,24 @@ class GrowthLaw:
 
     @cached_property
     def wider(self) -> "GrowthLaw":
-        """Growth beyond the prior: speeds in powers of the severity, ten times below to ten times above its ends.
+        """Growth beyond the prior: speeds in powers -1 to 4 of the severity, up to ten times slower or faster.
 
-        The powers go from 1.5 below the least one of the prior to 1.5 above the greatest. Each set is equally likely.
+        Powers are equally likely, and so are speeds at the geometric mean of the levels, up to ten times the greatest
+        of the prior: before a look, growth is rather too fast than too slow.
         """
         distance = np.diff(self.levels)
         logarithm = np.log(self.levels[:-1]) - np.log(self.levels[:-1]).mean()
-        speeds = np.log(self.step_rates * distance)
-        power = speeds @ logarithm / max(float(logarithm @ logarithm), np.finfo(float).tiny)
-        middle = np.exp(speeds.mean(axis=1))
-        factors = np.geomspace(middle.min() / _FURTHER, middle.max() * _FURTHER, _SPEEDS)
-        powers = np.linspace(power.min() - _STEEPER, power.max() + _STEEPER, _POWERS)
-        speed, m = (grid.ravel()[:, None] for grid in np.meshgrid(factors, powers, indexing="ij"))
+        middle = np.exp(np.log(self.step_rates * distance).mean(axis=1))
+        least, greatest = middle.min() / _FURTHER, middle.max() * _FURTHER
+        speeds = np.geomspace(least, greatest, 1 + int(np.ceil(np.log(greatest / least) / np.log(_RATIO))))
+        speed, power = (grid.ravel() for grid in np.meshgrid(speeds, _POWERS, indexing="ij"))
         return GrowthLaw(
             name=f"growth beyond the prior of {self.name}",
             levels=self.levels,
-            step_rates=speed * np.exp(m * logarithm) / distance,
-            weights=np.full(len(speed), 1 / len(speed)),
-            speed=speed[:, 0],
+            step_rates=speed[:, None] * np.exp(np.outer(power, logarithm)) / distance,
+            weights=speed / speed.sum(),
+            speed=speed,
         )
-
-    @property
-    def at_the_ends(self) -> BoolArray:
-        """(P,) whether a speed is the least or the greatest of the prior; none is where there are fewer than three."""
-        if len(np.unique(self.speed)) < 3:
-            return np.full(len(self.speed), False)
-        return (self.speed == self.speed.min()) | (self.speed == self.speed.max())
 
 
 @lru_cache(maxsize=256)

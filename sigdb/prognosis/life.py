@@ -7,14 +7,12 @@ import numpy as np
 from sigdb.core import FloatArray, InputError
 from sigdb.prognosis.severity_filter import SeverityPosterior
 
-_STEPS, _DOUBLINGS, _SHORTEST = 8, 17, 1e-5
-"""Equal steps of time before their length doubles, the number of lengths, and the first one over the longest life."""
+_STEPS, _SHORTEST, _LONGEST = 8, 0.05, 10.0
+"""Equal steps of time before their length doubles; the first over the mean of the shortest step of the growth, and the
+last time over the longest mean life."""
 
-_AGAINST = np.log(5.0)
-"""Log evidence for growth beyond the prior of the law, over the law, from which no life is given."""
-
-_MOST_AT_ENDS = 0.6
-"""Greatest probability of the least and the greatest speeds, for a life."""
+_AGAINST = np.log(20.0)
+"""Log evidence against growth of a kind from which it is contradicted: it is false once in 20 lives or more seldom."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,15 +38,17 @@ class RemainingLife:
 
 
 def remaining_life(posterior: SeverityPosterior, *, limit: float, level: float = 0.9) -> RemainingLife:
-    """Return the time until the severity reaches a limit.
+    """Return the time until the severity reaches a limit, in an interval that holds beyond the prior of the law too.
 
-    No life is given without damage, or where growth beyond the prior of the law explains the looks better by a factor
-    of 5. None is given where the speed lies at an end of its prior, which would decide then. Nor is one given before
-    the damage has grown by as great a ratio as the limit is away: a law seen over so little does not say the rest.
+    A prior decides as long as the looks say little. So the interval reaches from the lower to the higher of the ends by
+    the law and by growth beyond its prior, :attr:`GrowthLaw.wider`, each with its posterior from the same looks. Both
+    agree the more, the more the looks say. The law takes no part where growth beyond it has 20 times its evidence.
 
-    The looks may also be too few to contradict a wrong law, and then the prior decides. So growth beyond it, with its
-    posterior, gives a life too. None is given where that ends before the interval with a probability above ``1 -
-    level``, twice that of the law itself.
+    No life is given without damage. None is given either where growth whose parameters change on the way has 20 times
+    the evidence of both. Under either of them that ever happens with a probability of at most 1 / 20, by the inequality
+    of Ville [1]_.
+
+    A limit between two levels is reached by an interpolation over the logarithm of the severity.
 
     Parameters
     ----------
@@ -67,6 +67,10 @@ def remaining_life(posterior: SeverityPosterior, *, limit: float, level: float =
     ------
     InputError
         If the limit is beyond the levels.
+
+    References
+    ----------
+    .. [1] J. Ville, Etude critique de la notion de collectif, Gauthier-Villars, 1939.
     """
     law = posterior.law
     if not law.levels[0] < limit <= law.levels[-1]:
@@ -74,44 +78,51 @@ def remaining_life(posterior: SeverityPosterior, *, limit: float, level: float =
             f"limit = {limit:g} is beyond the levels of {law.name}, which go from {law.levels[0]:.4g} to "
             f"{law.levels[-1]:.4g}"
         )
-    times, reached = _reached(posterior, limit)
-    low, median, high = (_first(times, reached, p) for p in ((1 - level) / 2, 0.5, (1 + level) / 2))
-    if reason := _reason(posterior, limit, low=low, level=level):
+    if reason := _reason(posterior):
         return RemainingLife(low=np.nan, median=np.nan, high=np.nan, level=level, reason=reason)
-    return RemainingLife(low=low, median=median, high=high, level=level)
+    ends = [
+        [_first(*_reached(each, limit), p) for p in ((1 - level) / 2, 0.5, (1 + level) / 2)]
+        for each in _uncontradicted(posterior)
+    ]
+    low, medians, high = zip(*ends, strict=True)
+    return RemainingLife(low=min(low), median=medians[0], high=max(high), level=level)
 
 
-def _reason(posterior: SeverityPosterior, limit: float, *, low: float, level: float) -> str:
+def _reason(posterior: SeverityPosterior) -> str:
     """Return why no life is given."""
     if not posterior.is_sure:
         return "damage is not sure enough"
-    law, beyond = posterior.law, posterior.beyond
-    if beyond is not None and beyond.log_evidence - posterior.log_evidence > _AGAINST:
-        return f"the looks contradict the growth law or its prior, {law.name}"
-    if posterior.parameters[law.at_the_ends].sum() > _MOST_AT_ENDS:
-        return f"the speed of growth lies at an end of the prior of {law.name}"
-    severity = posterior.quantile(0.5)
-    if severity / posterior.first_severity < limit / severity:
-        return "the damage was not yet seen to grow as far as the limit is away"
-    if beyond is not None and low > 0 and np.interp(low, *_reached(beyond, limit)) > 1 - level:
-        return f"growth beyond the prior of {law.name} explains the looks as well, and ends before"
+    evidence = max(each.log_evidence for each in _uncontradicted(posterior))
+    if posterior.log_evidence_of_change - evidence > _AGAINST:
+        return f"the growth changes on the way: the looks contradict {posterior.law.name}, and growth beyond its prior"
     return ""
+
+
+def _uncontradicted(posterior: SeverityPosterior) -> list[SeverityPosterior]:
+    """Return the posteriors by the law and by growth beyond its prior, without the law where that contradicts it."""
+    beyond = posterior.beyond
+    if beyond is None:
+        return [posterior]
+    return [beyond] if beyond.log_evidence - posterior.log_evidence > _AGAINST else [posterior, beyond]
 
 
 def _reached(posterior: SeverityPosterior, severity: float) -> tuple[FloatArray, FloatArray]:
     """Return times, and the probability that a severity is reached by then, given damage."""
     law = posterior.law
     limit = int(np.searchsorted(law.levels, severity))
+    below, above = law.levels[limit - 1 : limit + 1]
+    share = (law.levels >= severity).astype(float)
+    share[limit - 1] = np.log(above / severity) / np.log(above / below)
     now = posterior.damaged.sum(axis=1)
     now /= now.sum()
-    step = _SHORTEST * float(np.max((1 / law.step_rates[:, :limit]).sum(axis=1)))
+    step, longest = _SHORTEST / law.step_rates.max(), _LONGEST * (1 / law.step_rates).sum(axis=1).max()
     transition = law.transition(step)
-    times, reached = [0.0], [now[:, limit:].sum()]
-    for _ in range(_DOUBLINGS):
+    times, reached = [0.0], [float((now @ share).sum())]
+    while times[-1] < longest:
         for _ in range(_STEPS):
-            now = np.einsum("pl,plm->pm", now, transition)
+            now = np.matmul(now[:, None], transition)[:, 0]
             times.append(times[-1] + step)
-            reached.append(now[:, limit:].sum())
+            reached.append(float((now @ share).sum()))
         step, transition = 2 * step, transition @ transition
     return np.array(times), np.array(reached)
 

@@ -11,6 +11,9 @@ from sigdb.prognosis.growth_laws import GrowthLaw
 _SURE = 0.9
 """Probability from which damage is sure."""
 
+_CHANGE = 0.01
+"""Probability that the parameters of growth that changes are drawn anew before a look; assumed."""
+
 _GREATEST_LOG = 700.0
 """Logarithm of the greatest statistic, which a float holds."""
 
@@ -33,10 +36,10 @@ class SeverityPosterior:
         Probability that damage begins before a look.
     log_evidence
         Logarithm of the density of all looks under the law, over that without damage.
-    first_severity
-        Median of the severity when damage was first sure, with a probability of 0.9; nan before.
     beyond
         The posterior of the same looks under growth beyond the prior of the law, :attr:`GrowthLaw.wider`.
+    log_evidence_of_change
+        The same as ``log_evidence`` under growth whose parameters change on the way.
     """
 
     law: GrowthLaw
@@ -45,8 +48,8 @@ class SeverityPosterior:
     looks: int
     initiation: float
     log_evidence: float
-    first_severity: float = np.nan
     beyond: "SeverityPosterior | None" = None
+    log_evidence_of_change: float = -np.inf
 
     @property
     def is_sure(self) -> bool:
@@ -112,7 +115,7 @@ class SeverityFilter:
             raise InputError(f"initiation = {initiation:g} must be between 0 and 1")
         self._law, self._teeth = law, teeth
         self._chain, self._beyond = _Chain(law, teeth, initiation), _Chain(law.wider, teeth, initiation)
-        self._first: float | None = None
+        self._changing = _Chain(law.wider, teeth, initiation, change=_CHANGE)
 
     def look(self, log_ratio: FloatArray, *, elapsed: float) -> SeverityPosterior:
         """Return the posterior after one more look.
@@ -135,26 +138,29 @@ class SeverityFilter:
         if elapsed < 0:
             raise InputError(f"elapsed = {elapsed:g} must be 0 or more; give the looks in the order of time")
         after = self._chain.step(log_ratio, elapsed)
-        after = replace(after, beyond=self._beyond.step(log_ratio, elapsed))
-        if not after.is_sure:
-            self._first = None
-        elif self._first is None:
-            self._first = after.quantile(0.5)
-        return after if self._first is None else replace(after, first_severity=self._first)
+        return replace(
+            after,
+            beyond=self._beyond.step(log_ratio, elapsed),
+            log_evidence_of_change=self._changing.step(log_ratio, elapsed).log_evidence,
+        )
 
 
 class _Chain:
-    """A forward recursion under one law."""
+    """A forward recursion under one law, whose parameters are drawn anew before a look with a small probability."""
 
-    def __init__(self, law: GrowthLaw, teeth: int, initiation: float) -> None:
-        self._law, self._initiation = law, initiation
+    def __init__(self, law: GrowthLaw, teeth: int, initiation: float, change: float = 0.0) -> None:
+        self._law, self._initiation, self._change = law, initiation, change
         self._none, self._damaged = 1.0, np.zeros((len(law.weights), teeth, len(law.levels)))
         self._log_evidence, self._looks = 0.0, 0
 
     def step(self, log_ratio: FloatArray, elapsed: float) -> SeverityPosterior:
         """Predict by the time since the look before, and update by the look (Z, L)."""
-        damaged = self._damaged @ self._law.transition(elapsed)
-        damaged += self._none * self._initiation * self._law.weights[:, None, None] / damaged[0].size
+        weights = self._law.weights[:, None, None]
+        before = self._damaged
+        if self._change:
+            before = (1 - self._change) * before + self._change * weights * before.sum(axis=0)
+        damaged = before @ self._law.transition(elapsed)
+        damaged += self._none * self._initiation * weights / damaged[0].size
         none = self._none * (1 - self._initiation)
         greatest = max(float(log_ratio.max()), 0.0)
         damaged = damaged * np.exp(log_ratio - greatest)

@@ -1,10 +1,10 @@
-"""The remaining life against the gamma law of equal steps, and where none is given."""
+"""The remaining life against the gamma law of equal steps, beyond the prior, and where none is given."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import gamma
+from scipy.stats import expon, gamma
 
 from sigdb.core import InputError
 from sigdb.prognosis import SeverityFilter, archard_wear, remaining_life, severity_after
@@ -23,8 +23,8 @@ def seen(law, levels, *, elapsed=1.0, sure=60.0):
 
 
 def unchecked(after):
-    """The posterior without that of growth beyond the prior."""
-    return replace(after, beyond=None)
+    """The posterior by the law alone."""
+    return replace(after, beyond=None, log_evidence_of_change=-np.inf)
 
 
 def test_equal_steps_have_the_gamma_law():
@@ -50,34 +50,43 @@ def test_no_life_is_given_without_damage():
     assert life.reason == "damage is not sure enough"
 
 
-def test_no_life_is_given_where_the_looks_contradict_the_law():
-    # A level a look, where the law has one in a hundred looks.
-    life = remaining_life(seen(archard_wear(LEVELS, rates=[0.01]), range(8)), limit=12.0)
-    assert life.reason == "the looks contradict the growth law or its prior, Archard wear"
+def test_a_limit_between_two_levels_lies_between_their_lives():
+    # One step of rate 0.5 from 4 to 5: the limit 4.5 is log(4.5 / 4) / log(5 / 4) of it.
+    after = unchecked(seen(archard_wear(LEVELS, rates=[0.5]), [0, 1, 2, 3]))
+    share = np.log(4.5 / 4) / np.log(5 / 4)
+    at_start, step = 1 - share, expon(scale=2.0)
+    life = remaining_life(after, limit=4.5, level=0.2)
+    assert life.median == pytest.approx(step.ppf((0.5 - at_start) / share), rel=0.02)
+    assert life.high == pytest.approx(step.ppf((0.6 - at_start) / share), rel=0.02)
 
 
-def test_no_life_is_given_before_the_damage_was_seen_to_grow():
-    # From 1 to 2, where 9 is a ratio of 4.5 away; from 1 to 3 it is a ratio of 3.
-    law = archard_wear(LEVELS, rates=[0.5])
-    assert "not yet seen to grow" in remaining_life(seen(law, [0, 1]), limit=9.0).reason
-    assert not remaining_life(unchecked(seen(law, [0, 1, 2])), limit=9.0).reason
-
-
-def test_no_life_is_given_where_the_looks_leave_a_faster_end_open():
+def test_growth_beyond_the_prior_is_in_the_interval_until_the_looks_decide():
     # A crack 1 / (1 - t / 1000) is 4 at 750 and 9 at 889; by constant speeds 9 comes after 1250 more.
     law = archard_wear(np.geomspace(1.0, 12.0, 24), rates=np.geomspace(1e-4, 0.05, 12))
     crack = severity_after(1.0, np.arange(0.0, 751.0, 50.0), rate=1e-3, exponent=4.0)
     looks = np.abs(np.log(law.levels / crack[:, None])).argmin(axis=1)
     after = seen(law, looks, elapsed=50.0, sure=20.0)
-    assert remaining_life(unchecked(after), limit=9.0).low > 139
-    assert "ends before" in remaining_life(after, limit=9.0).reason
+    alone, both = remaining_life(unchecked(after), limit=9.0), remaining_life(after, limit=9.0)
+    beyond = remaining_life(after.beyond, limit=9.0)
+    assert both.low < 139 < alone.low
+    assert (both.low, both.high) == (min(alone.low, beyond.low), max(alone.high, beyond.high))
+    assert both.median == alone.median
 
 
-def test_no_life_is_given_at_an_end_of_the_prior():
-    # Five looks a level where the prior has half a level to two levels a look.
-    looks = np.repeat(np.arange(2), 8)
-    life = remaining_life(seen(archard_wear(LEVELS, rates=[0.25, 0.5, 1.0, 2.0]), looks), limit=12.0)
-    assert life.reason == "the speed of growth lies at an end of the prior of Archard wear"
+def test_a_law_that_the_looks_contradict_takes_no_part():
+    # A level a look, where the law has one in a hundred looks.
+    after = seen(archard_wear(LEVELS, rates=[0.01]), range(8))
+    life, beyond = remaining_life(after, limit=12.0), remaining_life(after.beyond, limit=12.0)
+    assert (life.low, life.median, life.high) == (beyond.low, beyond.median, beyond.high)
+    assert life.high < remaining_life(unchecked(after), limit=12.0).high
+
+
+def test_no_life_is_given_where_the_growth_changes_on_the_way():
+    # A level a look, nothing in two hundred, then a level a look again.
+    law = archard_wear(LEVELS, rates=[0.5, 1.0])
+    after = seen(law, [0, 1, 2, 3, *[3] * 200, 4, 5, 6, 7, 8])
+    assert "the growth changes on the way" in remaining_life(after, limit=12.0).reason
+    assert not remaining_life(seen(law, range(9)), limit=12.0).reason
 
 
 @pytest.mark.parametrize("limit", [1.0, 13.0])
