@@ -44,7 +44,7 @@ def test_what_has_changed_is_named_with_its_instant(look, healthy, kept, name):
     if name == "tooth":
         text = monitor_text([found])
         assert f"at tooth {found.growth.tooth} with a probability of" in text
-        assert "No remaining life is given: the damage was not yet seen to grow" in text
+        assert f"Remaining life: {found.growth.life.median:.3g} days (90 %: " in text
         assert monitor_text([found] * 11).count("NB4*") == 11
     if not code:
         assert monitor_text([found] * 10).count("NB4*") == 10
