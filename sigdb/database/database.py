@@ -139,7 +139,7 @@ class Database(QueriedTables):
             raise InputError(f"ids must be whole numbers, not {wanted.dtype} such as {wanted.flat[0]}")
         wanted = wanted.astype(np.int64)
         columns = self._sensor_columns(sensor)
-        matrices = row_matrices(self._signal_rows(wanted, columns.values()), columns, wanted.size)
+        matrices = row_matrices(self._signal_lists(wanted, columns), wanted.size)
         if not matrices:  # none of the rows has a result, so none has a length
             n = self._samples(wanted)
             widths = {"tsa": n, "spectrum": n // 2 + 1 if n else 0}

@@ -7,7 +7,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from sigdb.core import FloatArray, InputError, IntArray
+from sigdb.core import FloatArray, InputError, IntArray, blocks
+from sigdb.database.store.plain_lists import PlainLists
 from sigdb.database.store.writer import ROW_GROUP
 
 ReadGroups = Callable[[int, list[int]], pa.Table]
@@ -15,6 +16,10 @@ ReadGroups = Callable[[int, list[int]], pa.Table]
 
 _GROUPS_AT_ONCE = 32
 """Row groups that are read together."""
+
+
+_ROWS_AT_ONCE = 1024
+"""Rows without compression that are read together: they stay in a cache of the processor."""
 
 
 class AbsentRowError(InputError):
@@ -77,17 +82,63 @@ def _rows(table: pa.Table, ids: IntArray) -> pa.Table:
     return table.combine_chunks().take(at)
 
 
-def row_matrices(
-    blocks: Iterable[tuple[IntArray, pa.Table]], columns: Mapping[str, str], rows: int
-) -> dict[str, FloatArray]:
-    """Return list columns as matrices (rows, n), nan where a row has no list.
+Lists = Mapping[str, FloatArray]
+"""Lists of rows as matrices (rows, n) by key, nan where a row has none; n is 0 if no row has one."""
+
+
+def decoded_lists(rows: pa.Table, columns: Mapping[str, str]) -> Lists:
+    """Return list columns of rows.
+
+    Parameters
+    ----------
+    rows
+        Rows of the table.
+    columns
+        Column of the table by key of the result.
+
+    Raises
+    ------
+    InputError
+        If the rows have different lengths.
+    """
+    for column in columns.values():
+        _check_one_length({int(length) for length in list_lengths(rows[column])} - {0})
+    return {key: list_matrix(rows[column]) for key, column in columns.items()}
+
+
+def plain_lists(
+    file: PlainLists, columns: Mapping[str, str], places: IntArray, rows: IntArray
+) -> Iterator[tuple[IntArray, Lists]]:
+    """Yield the rows of a file that are stored plainly, by the length of their lists.
+
+    Parameters
+    ----------
+    file
+        The file.
+    columns
+        Column of the table by key of the result.
+    places
+        (k,) places of the rows in the result.
+    rows
+        (k,) places of the rows in the file, ascending.
+    """
+    lengths = np.stack([file.lengths(column, rows) for column in columns.values()])
+    for each in np.unique(lengths, axis=1).T:
+        here = (lengths == each[:, None]).all(axis=0)
+        if each.all():  # in the others lists lack, or differ within a row group
+            sizes = dict(zip(columns.items(), each.tolist(), strict=True))
+            for some in blocks(int(here.sum()), _ROWS_AT_ONCE):
+                wanted = rows[here][some]
+                yield places[here][some], {key: file.read(name, wanted, n) for (key, name), n in sizes.items()}
+
+
+def row_matrices(blocks: Iterable[tuple[IntArray, Lists]], rows: int) -> dict[str, FloatArray]:
+    """Return lists of rows as matrices (rows, n), nan where a row has no list.
 
     Parameters
     ----------
     blocks
-        Places and rows, as :func:`row_blocks` yields them.
-    columns
-        Column of the table by key of the result.
+        Places of rows in the result, and their lists.
     rows
         Number of rows of the result.
 
@@ -102,19 +153,20 @@ def row_matrices(
         If the rows have different lengths.
     """
     matrices: dict[str, FloatArray] = {}
-    for places, table in blocks:
-        for key, column in columns.items():
-            lengths = {int(length) for length in list_lengths(table[column])} - {0}
-            lengths |= {matrices[key].shape[1]} if key in matrices else set()
-            if len(lengths) > 1:
-                raise InputError(
-                    f"rows have signals of different lengths {sorted(lengths)}; select rows of one tooth count"
-                )
-            for n in lengths:
-                if key not in matrices:
-                    matrices[key] = np.full((rows, n), np.nan, np.float32)
-                matrices[key][places] = list_matrix(table[column], n)
+    for places, lists in blocks:
+        for key, values in lists.items():
+            if not values.shape[1]:
+                continue
+            if key not in matrices:
+                matrices[key] = np.full((rows, values.shape[1]), np.nan, np.float32)
+            _check_one_length({values.shape[1], matrices[key].shape[1]})
+            matrices[key][places] = values
     return matrices
+
+
+def _check_one_length(lengths: set[int]) -> None:
+    if len(lengths) > 1:
+        raise InputError(f"rows have signals of different lengths {sorted(lengths)}; select rows of one tooth count")
 
 
 def list_matrix(column: pa.ChunkedArray | pa.Array, width: int | None = None) -> FloatArray:

@@ -11,6 +11,7 @@ from os import PathLike
 from types import TracebackType
 from typing import Self, Unpack
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.dataset as ds
 
@@ -27,10 +28,11 @@ from sigdb.database.query import (
     describe_columns,
     signal_batches,
 )
-from sigdb.database.signals import AbsentRowError, row_blocks
+from sigdb.database.signals import AbsentRowError, Lists, decoded_lists, plain_lists, row_blocks
 from sigdb.database.store.checked import CheckedParquet
 from sigdb.database.store.checked_dataset import CheckedDataset
 from sigdb.database.store.manifest import Manifest, read_manifest
+from sigdb.database.store.plain_lists import PlainLists
 from sigdb.database.store.receipts import KINDS, Receipt, read_receipts
 from sigdb.database.store.schema import TABLES, read_schema, suffixed
 from sigdb.database.store.store import Store
@@ -247,6 +249,23 @@ class StoredTables:
             file, [(added, CheckedParquet(self.store, file_of(added, part)) if part else None) for added, part in parts]
         )
 
+    def _signal_lists(self, ids: IntArray, columns: Mapping[str, str]) -> Iterator[tuple[IntArray, Lists]]:
+        """Lists of rows of ``signals`` with their places among the ids; see :func:`row_matrices`."""
+        order = np.argsort(ids, kind="stable")
+        in_part, others = ids // self.manifest.part_rows, np.full(ids.size, True)
+        for places in np.split(order, np.flatnonzero(np.diff(in_part[order])) + 1):
+            part = int(in_part[places[0]]) if places.size else -1
+            if part not in self._plain_files:
+                continue
+            receipt = self._receipts["rows"][part]
+            present = places[ids[places] < receipt.first + receipt.rows]
+            with self._reading():
+                for here, lists in plain_lists(self._plain_files[part], columns, present, ids[present] - receipt.first):
+                    others[here] = False
+                    yield here, lists
+        for places, rows in self._signal_rows(ids[others], columns.values()):
+            yield np.flatnonzero(others)[places], decoded_lists(rows, columns)
+
     def _signal_rows(self, ids: IntArray, columns: Iterable[str]) -> Iterator[tuple[IntArray, pa.Table]]:
         """Rows of ``signals``, a few row groups at a time; see :func:`row_blocks`."""
         names = list(dict.fromkeys(["id", *columns]))
@@ -263,6 +282,14 @@ class StoredTables:
             file = self._signal_files[part]
             present = [group for group in groups if group < len(file.group_rows)]
             return file.read(present, columns)
+
+    @cached_property
+    def _plain_files(self) -> dict[int, PlainLists]:
+        """Files of ``signals`` by part whose rows can be read without decoding."""
+        if self.store.folder is None:
+            return {}
+        records = {part: receipt.file("signals") for part, receipt in self._receipts["rows"].items()}
+        return {part: PlainLists(self.store, record) for part, record in records.items() if record.plain}
 
     @cached_property
     def _signal_files(self) -> dict[int, CheckedParquet]:

@@ -16,14 +16,15 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.dataset as ds
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from sigdb.database.store.receipts import BLOCK, FileRecord, repair
 from sigdb.database.store.store import DamagedFileError, Store
 
 
-def block_checksums(content: memoryview) -> str:
+def block_checksums(content: memoryview, block: int = BLOCK) -> str:
     """Return the CRC-32 of each block of a file, little-endian, in base64."""
-    sums = [zlib.crc32(content[start : start + BLOCK]) for start in range(0, len(content), BLOCK)]
+    sums = [zlib.crc32(content[start : start + block]) for start in range(0, len(content), block)]
     return base64.b64encode(np.array(sums, dtype="<u4").tobytes()).decode()
 
 
@@ -92,7 +93,7 @@ PARQUET = ds.ParquetFileFormat()
 class _CheckedFile(io.RawIOBase):
     def __init__(self, store: Store, record: FileRecord) -> None:
         self._store, self._record = store, record
-        self._sums = np.frombuffer(base64.b64decode(record.blocks), dtype="<u4")
+        self._sums, self._block = block_sums(record), record.block
         self._position = 0
         self._kept, self._kept_first, self._kept_last = memoryview(b""), 0, 0
         """The blocks that were read last."""
@@ -116,24 +117,32 @@ class _CheckedFile(io.RawIOBase):
         start, self._position = self._position, stop
         if start >= stop:
             return b""
-        first, last = start // BLOCK, -(-stop // BLOCK)
+        first, last = start // self._block, -(-stop // self._block)
         # Columns of few values share blocks and are read one after another.
         if not self._kept_first <= first <= last <= self._kept_last:
             self._kept = self._checked(first, last)
             self._kept_first, self._kept_last = first, last
-        offset = self._kept_first * BLOCK
+        offset = self._kept_first * self._block
         return bytes(self._kept[start - offset : stop - offset])
 
     def _checked(self, first: int, last: int) -> memoryview:
         """Return the content of blocks, compared with their checksums."""
-        content = memoryview(self._store.get_range(self._record.path, first * BLOCK, (last - first) * BLOCK))
+        size = self._block
+        content = memoryview(self._store.get_range(self._record.path, first * size, (last - first) * size))
         for block in range(first, last):
-            within = (block - first) * BLOCK
-            if zlib.crc32(content[within : within + BLOCK]) != self._sums[block]:
-                last_byte = min((block + 1) * BLOCK, self._record.bytes) - 1
-                raise DamagedFileError(
-                    self._store.name_of(self._record.path),
-                    f"is damaged: bytes {block * BLOCK} to {last_byte} are not as they were written",
-                    repair(self._store),
-                )
+            within = (block - first) * size
+            if zlib.crc32(content[within : within + size]) != self._sums[block]:
+                raise damaged_block(self._store, self._record, block)
         return content
+
+
+def block_sums(record: FileRecord) -> NDArray[np.uint32]:
+    """Return the CRC-32 of each block of a file, by its record."""
+    return np.frombuffer(base64.b64decode(record.blocks), dtype="<u4")
+
+
+def damaged_block(store: Store, record: FileRecord, block: int) -> DamagedFileError:
+    """Return the error of a block that is not as it was written."""
+    first, last = block * record.block, min((block + 1) * record.block, record.bytes) - 1
+    problem = f"is damaged: bytes {first} to {last} are not as they were written"
+    return DamagedFileError(store.name_of(record.path), problem, repair(store))

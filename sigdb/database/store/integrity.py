@@ -133,7 +133,7 @@ def read_file(
         return None, f"has {len(content)} bytes, its receipt says {record.bytes}"
     if hashlib.sha256(content).hexdigest() != record.sha256:
         return None, "its bytes are not those that were written"
-    if block_checksums(memoryview(content)) != record.blocks:
+    if block_checksums(memoryview(content), record.block) != record.blocks:
         return None, "the checksums of its blocks in its receipt are not its own"
     file = pq.ParquetFile(pa.BufferReader(content))
     if file.metadata.num_rows != rows:

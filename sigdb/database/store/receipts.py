@@ -3,7 +3,7 @@
 import base64
 import re
 from collections.abc import Container, Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 
 from pydantic import TypeAdapter
 
@@ -21,15 +21,35 @@ ADDED = "added"
 BLOCK = 256 * 1024
 """Bytes in a block: a thousandth of a part, and a fraction of a millisecond to check."""
 
+SMALL_BLOCK = 8 * 1024
+"""Bytes in a block of a file whose rows are read one by one: two or three rows of signals."""
+
+PlainRuns = tuple[tuple[int, int], ...]
+"""For each row group the first byte of its numbers, and the length of every list; (0, 0) where lists differ or lack."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class FileRecord:
-    """A file of a part: its name, size in bytes, SHA-256, and the CRC-32 of each of its blocks (base64)."""
+    """A file of a part.
+
+    Attributes
+    ----------
+    path, bytes, sha256
+        Name, size in bytes and SHA-256.
+    blocks
+        The CRC-32 of each of its blocks (base64).
+    block
+        Bytes in a block.
+    plain
+        By column of lists, where its numbers lie that are stored without compression, one after another.
+    """
 
     path: str
     bytes: int
     sha256: str
     blocks: str
+    block: int = BLOCK
+    plain: dict[str, PlainRuns] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,6 +128,11 @@ def write_receipt(store: Store, receipt: Receipt) -> None:
     content = asdict(receipt)
     if not receipt.source:
         del content["source"]
+    for file in content["files"]:
+        if file["block"] == BLOCK:
+            del file["block"]
+        if not file["plain"]:
+            del file["plain"]
     store.put(receipt.path, sealed_json(content))
 
 
@@ -164,7 +189,7 @@ def _wrong_files(receipt: Receipt) -> str:
             size = len(base64.b64decode(file.blocks, validate=True))
         except ValueError:
             size = -1
-        if file.bytes < 1 or size != 4 * -(-file.bytes // BLOCK):
+        if file.bytes < 1 or file.block < 1 or size != 4 * -(-file.bytes // file.block):
             return f"the checksums of the blocks of {file.path} are not those of {file.bytes} bytes"
     return ""
 

@@ -1,5 +1,6 @@
 """The place of a database: a directory, or a prefix of an object store. Files are written whole or not at all."""
 
+import io
 import os
 import re
 import stat
@@ -141,6 +142,22 @@ class Store:
         with self._reading(name), self._opened(name) as file:
             return bytes(file.read_at(size, start))
 
+    @contextmanager
+    def opened_here(self, name: str) -> Iterator[io.FileIO]:
+        """Open a file of a directory, without a buffer.
+
+        Raises
+        ------
+        DamagedFileError
+            If it is missing.
+        FileError
+            If it cannot be read.
+        """
+        with self._reading(name):
+            self._check_regular(name)
+            with (Path(self.root) / name).open("rb", buffering=0) as file:
+                yield file
+
     def put(self, name: str, content: bytes | memoryview) -> None:
         """Write a file, so that at every instant the whole file, the old file or no file is there.
 
@@ -185,9 +202,13 @@ class Store:
 
     def _opened(self, name: str) -> pa.NativeFile:
         """Open a file; a pipe or a device, which may never end, is refused."""
-        if self.folder is not None and not stat.S_ISREG((self.folder / name).stat().st_mode):
-            raise FileError(self.name_of(name), "is not a regular file")
+        if self.folder is not None:
+            self._check_regular(name)
         return self.filesystem.open_input_file(self._path(name))
+
+    def _check_regular(self, name: str) -> None:
+        if not stat.S_ISREG((Path(self.root) / name).stat().st_mode):
+            raise FileError(self.name_of(name), "is not a regular file")
 
     @contextmanager
     def _reading(self, name: str) -> Iterator[None]:

@@ -11,13 +11,26 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from sigdb.core import DatabaseError, __version__
+from sigdb.core import DatabaseError, __version__, blocks
 from sigdb.database.store.checked import block_checksums
-from sigdb.database.store.receipts import FileRecord, Receipt, part_name, revision_of, write_receipt
+from sigdb.database.store.plain_lists import PLAIN_GROUP
+from sigdb.database.store.receipts import (
+    BLOCK,
+    SMALL_BLOCK,
+    FileRecord,
+    PlainRuns,
+    Receipt,
+    part_name,
+    revision_of,
+    write_receipt,
+)
 from sigdb.database.store.store import Store
 
-ROW_GROUP = {"templates": 16, "features": 32768, "signals": 256}
+ROW_GROUP = {"templates": 16, "features": 32768, "signals": PLAIN_GROUP}
 """Rows in a row group: small ones for look-ups of signals, large ones for scans of features."""
+
+_WHOLE_GROUP = 1 << 30
+"""Bytes that a page may have, so that a row group is one page."""
 
 
 def write_part(
@@ -104,30 +117,40 @@ def write_again(store: Store, receipt: Receipt, table: str, content: pa.Table) -
 def _write_file(store: Store, name: str, encoder: "_Encoder") -> FileRecord:
     encoded = memoryview(encoder.encoded(name))
     store.put(name, encoded)
+    block = SMALL_BLOCK if encoder.is_plain else BLOCK
     return FileRecord(
         path=name,
         bytes=len(encoded),
         sha256=hashlib.sha256(encoded).hexdigest(),
-        blocks=block_checksums(encoded),
+        blocks=block_checksums(encoded, block),
+        block=block,
+        plain=encoder.plain_runs(encoded) if encoder.is_plain else {},
     )
 
 
 class _Encoder:
-    """A table as a Parquet file in memory, encoded a row group at a time."""
+    """A table as a Parquet file in memory, encoded a row group at a time.
+
+    Signals, whose rows are read one by one, are stored plainly, a page for each row group; noise is hardly compressible.
+    """
 
     def __init__(self, table: str, schema: pa.Schema) -> None:
         floats, strings = _leaves(schema)
+        self.is_plain = table == "signals"
         self._group, self._rows = ROW_GROUP.get(table, ROW_GROUP["features"]), 0
+        self._lengths: dict[str, list[int]] = {field.name: [] for field in schema if pa.types.is_list(field.type)}
+        """Length of every list of each row group; 0 where they differ or lack."""
         self._waiting: list[pa.Table] = []
         self._sink = pa.BufferOutputStream()
         self._writer = pq.ParquetWriter(
             self._sink,
             schema,
-            compression="zstd",
-            compression_level=1,
-            use_byte_stream_split=floats,
+            compression="none" if self.is_plain else "zstd",
+            compression_level=None if self.is_plain else 1,
+            use_byte_stream_split=False if self.is_plain else floats,
             use_dictionary=strings,
-            write_statistics=["id"] if table == "signals" else True,
+            data_page_size=_WHOLE_GROUP if self.is_plain else None,
+            write_statistics=["id"] if self.is_plain else True,
             write_page_checksum=True,
         )
 
@@ -139,9 +162,30 @@ class _Encoder:
             self._encode()
 
     def _encode(self) -> None:
-        if self._waiting:
-            self._writer.write_table(pa.concat_tables(self._waiting), row_group_size=self._group)
-            self._waiting.clear()
+        if not self._waiting:
+            return
+        rows = pa.concat_tables(self._waiting)
+        self._writer.write_table(rows, row_group_size=self._group)
+        self._waiting.clear()
+        for name, lengths in self._lengths.items() if self.is_plain else ():
+            every = pc.fill_null(pc.list_value_length(rows[name]), 0).to_numpy()
+            groups = (every[some] for some in blocks(every.size, self._group))
+            lengths += [int(group[0]) if (group == group[0]).all() else 0 for group in groups]
+
+    def plain_runs(self, encoded: memoryview) -> dict[str, PlainRuns]:
+        """Return where the numbers of each column of lists lie in the file: at the end of the chunk of a row group."""
+        metadata = pq.ParquetFile(pa.BufferReader(pa.py_buffer(encoded))).metadata
+        groups = [metadata.row_group(number) for number in range(metadata.num_row_groups)]
+        places = {metadata.schema.column(place).path.partition(".")[0]: place for place in range(metadata.num_columns)}
+        runs = dict[str, PlainRuns]()
+        for name, lengths in self._lengths.items():
+            chunks = (group.column(places[name]) for group in groups)
+            stops = (chunk.data_page_offset + chunk.total_compressed_size for chunk in chunks)
+            runs[name] = tuple(
+                (stop - 4 * group.num_rows * length, length) if length else (0, 0)
+                for stop, group, length in zip(stops, groups, lengths, strict=True)
+            )
+        return runs
 
     def encoded(self, name: str) -> pa.Buffer:
         """Return the file, after it has been opened again as a check."""

@@ -203,10 +203,9 @@ def test_a_file_of_another_length_is_an_error_when_it_is_read(tmp_path, parquet,
         CheckedParquet(Store.at(tmp_path), record).read()
 
 
-def test_blocks_that_are_read_are_checked_and_no_others(tmp_path, monkeypatch):
-    monkeypatch.setattr(checked, "BLOCK", 64)
+def test_blocks_that_are_read_are_checked_and_no_others(tmp_path):
     content = np.random.default_rng(2).bytes(1000)
-    record = FileRecord(path="file", bytes=1000, sha256="", blocks=block_checksums(memoryview(content)))
+    record = FileRecord(path="file", bytes=1000, sha256="", blocks=block_checksums(memoryview(content), 64), block=64)
     damaged = bytearray(content)
     damaged[200] ^= 1  # in the block of bytes 192 to 255
     (tmp_path / "file").write_bytes(damaged)
