@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 from sigdb.core import CorruptionError
 from sigdb.database.store.checked import block_checksums
 from sigdb.database.store.manifest import MANIFEST_FILE
+from sigdb.database.store.plain_lists import plain_runs
 from sigdb.database.store.receipts import (
     KINDS,
     FileRecord,
@@ -138,6 +139,9 @@ def read_file(
     file = pq.ParquetFile(pa.BufferReader(content))
     if file.metadata.num_rows != rows:
         return None, f"has {file.metadata.num_rows} rows, its receipt says {rows}"
+    lengths = {name: [length for _, length in runs] for name, runs in record.plain.items()}
+    if lengths and plain_runs(file.metadata, lengths) != record.plain:
+        return None, "its receipt does not say where its numbers lie"
     if schema is not None and not file.schema_arrow.equals(schema, check_metadata=True):
         return None, "its columns are not those of schema.json"
     return file, ""

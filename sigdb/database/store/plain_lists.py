@@ -1,19 +1,44 @@
 """Lists of numbers that a file holds plainly: read by place, without decoding what lies around them."""
 
 import io
-import itertools
 import zlib
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+import pyarrow.parquet as pq
 
 from sigdb.core import FloatArray, IntArray
 from sigdb.database.store.checked import block_sums, damaged_block
-from sigdb.database.store.receipts import FileRecord
+from sigdb.database.store.receipts import FileRecord, PlainRuns
 from sigdb.database.store.store import Store
 
 PLAIN_GROUP = 256
 """Rows in a row group of such a file, but for its last one."""
+
+
+def plain_runs(metadata: pq.FileMetaData, lengths: Mapping[str, Sequence[int]]) -> dict[str, PlainRuns]:
+    """Return where the numbers of columns of lists lie in a file: at the end of the chunk of each row group.
+
+    Parameters
+    ----------
+    metadata
+        Footer of the file.
+    lengths
+        By column, the length of every list of each row group; 0 where they differ or lack.
+    """
+    groups = [metadata.row_group(number) for number in range(metadata.num_row_groups)]
+    places = {metadata.schema.column(place).path.partition(".list")[0]: place for place in range(metadata.num_columns)}
+    return {
+        name: tuple(_run(group, places[name], length) for group, length in zip(groups, lengths[name], strict=True))
+        for name in lengths
+    }
+
+
+def _run(group: pq.RowGroupMetaData, place: int, length: int) -> tuple[int, int]:
+    chunk = group.column(place)
+    if not length or chunk.num_values != group.num_rows * length:
+        return 0, 0
+    return chunk.data_page_offset + chunk.total_compressed_size - 4 * chunk.num_values, length
 
 
 class PlainLists:
@@ -40,7 +65,8 @@ class PlainLists:
         """Return the length of the lists of rows, by place in the file; 0 where they are not stored so."""
         if column not in self._runs:
             return np.zeros(rows.size, np.int64)
-        return self._runs[column][rows // PLAIN_GROUP, 1]
+        lengths: IntArray = self._runs[column][rows // PLAIN_GROUP, 1]
+        return lengths
 
     def read(self, column: str, rows: IntArray, length: int) -> FloatArray:
         """Return the lists of rows, (rows, length), float32.
@@ -64,7 +90,7 @@ class PlainLists:
         groups, within = np.divmod(rows, PLAIN_GROUP)
         first, size = self._runs[column][groups, 0] + 4 * length * within, 4 * length
         lists = np.empty((rows.size, length), "<f4")
-        content = memoryview(lists.view(np.uint8).reshape(-1))
+        content = lists.data.cast("B")
         with self._store.opened_here(self._record.path) as file:
             self._compare(file, self._blocks(first // self._record.block, (first + size - 1) // self._record.block))
             edges = np.flatnonzero(np.diff(first, prepend=-size, append=-size) != size)

@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 
 from sigdb.core import DatabaseError, __version__, blocks
 from sigdb.database.store.checked import block_checksums
-from sigdb.database.store.plain_lists import PLAIN_GROUP
+from sigdb.database.store.plain_lists import PLAIN_GROUP, plain_runs
 from sigdb.database.store.receipts import (
     BLOCK,
     SMALL_BLOCK,
@@ -131,7 +131,7 @@ def _write_file(store: Store, name: str, encoder: "_Encoder") -> FileRecord:
 class _Encoder:
     """A table as a Parquet file in memory, encoded a row group at a time.
 
-    Signals, whose rows are read one by one, are stored plainly, a page for each row group; noise is hardly compressible.
+    Signals, whose rows are read one by one, are stored plainly, a page for each row group.
     """
 
     def __init__(self, table: str, schema: pa.Schema) -> None:
@@ -173,19 +173,8 @@ class _Encoder:
             lengths += [int(group[0]) if (group == group[0]).all() else 0 for group in groups]
 
     def plain_runs(self, encoded: memoryview) -> dict[str, PlainRuns]:
-        """Return where the numbers of each column of lists lie in the file: at the end of the chunk of a row group."""
-        metadata = pq.ParquetFile(pa.BufferReader(pa.py_buffer(encoded))).metadata
-        groups = [metadata.row_group(number) for number in range(metadata.num_row_groups)]
-        places = {metadata.schema.column(place).path.partition(".")[0]: place for place in range(metadata.num_columns)}
-        runs = dict[str, PlainRuns]()
-        for name, lengths in self._lengths.items():
-            chunks = (group.column(places[name]) for group in groups)
-            stops = (chunk.data_page_offset + chunk.total_compressed_size for chunk in chunks)
-            runs[name] = tuple(
-                (stop - 4 * group.num_rows * length, length) if length else (0, 0)
-                for stop, group, length in zip(stops, groups, lengths, strict=True)
-            )
-        return runs
+        """Return where the numbers of each column of lists lie in the file."""
+        return plain_runs(pq.ParquetFile(pa.BufferReader(pa.py_buffer(encoded))).metadata, self._lengths)
 
     def encoded(self, name: str) -> pa.Buffer:
         """Return the file, after it has been opened again as a check."""

@@ -1,11 +1,14 @@
 """Unit: rows that are stored plainly are read by place, bit for bit, and each block is compared once."""
 
+from dataclasses import replace
+
 import numpy as np
 import pyarrow as pa
 import pytest
 
 import sigdb
 from sigdb.core import CorruptionError, DatabaseError
+from sigdb.database.store.integrity import read_file
 from sigdb.database.store.plain_lists import PlainLists
 from sigdb.database.store.receipts import read_receipt
 from sigdb.database.store.store import Store
@@ -106,3 +109,12 @@ def test_a_database_is_read_by_place_as_it_is_decoded(folder, parts_folder):
         for key in ("tsa", "spectrum"):
             assert np.array_equal(signals[key], np.stack(stored[key]))
     assert {*database._plain_files} == {0, 1, 2}
+
+
+def test_a_receipt_that_says_another_place_is_damage(store, numbers):
+    record = written(store, {"tsa": lists(numbers)})
+    assert read_file(store, record, ROWS, None)[1] == ""
+    (first, length), *others = record.plain["tsa"]
+    for run in ((first + 4, length), (first, length - 1)):
+        other = replace(record, plain={"tsa": (run, *others)})
+        assert read_file(store, other, ROWS, None) == (None, "its receipt does not say where its numbers lie")
