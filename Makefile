@@ -10,12 +10,13 @@ SEED ?= 1
 # Installations leave compiling to the first import, so that each module must be compiled once, not in each process.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help quickstart test test-browser lowest fuzz paper paper-search check types lint docs peers wheel clean
+.PHONY: help quickstart test test-browser test-torch lowest fuzz paper paper-search check types lint docs peers wheel clean
 
 help:
 	@echo "make quickstart   install, make the quick database, its models and reports, query, draw"
 	@echo "make test         run the test suite"
 	@echo "make test-browser test the explorer in Chromium, which must be installed"
+	@echo "make test-torch   train with torch from a database, in an environment of its own"
 	@echo "make lowest       run the test suite with the lowest versions of all dependencies that pyproject.toml allows"
 	@echo "make fuzz         damage and disguise all that sigdb reads, for SECONDS=300 with SEED=1; one KIND, and of it one CASE"
 	@echo "make paper        evaluate and draw the rigs that show the paper's pictures, in 10 minutes"
@@ -63,6 +64,15 @@ test: .venv/test
 
 test-browser: .venv/browser
 	$(BIN)/python -m pytest tests/browser
+
+# An environment of its own, since torch is no dependency.
+.venv-torch/torch: pyproject.toml
+	$(PYTHON) -m venv .venv-torch
+	.venv-torch/bin/python -m pip install --quiet --editable . torch "pytest>=8.2"
+	@touch $@
+
+test-torch: .venv-torch/torch
+	.venv-torch/bin/python -m pytest tests/torch
 
 # An environment of its own, with every dependency at its lower bound.
 .venv-lowest/test: pyproject.toml tests/checks/lowest.py
@@ -112,4 +122,4 @@ wheel: .venv/pip
 	$(BIN)/python tests/checks/wheel.py dist build/wheel
 
 clean:
-	rm -rf .venv .venv-lowest build dist docs/_build docs/generated $(QUICK)
+	rm -rf .venv .venv-lowest .venv-torch build dist docs/_build docs/generated $(QUICK)

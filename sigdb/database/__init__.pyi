@@ -43,9 +43,12 @@ from .splits.labelled_rows import places_of_kinds as places_of_kinds
 from .splits.learning_set import LearningSet as LearningSet
 from .splits.learning_set import check_target as check_target
 from .splits.learning_set import default_split as default_split
+from .splits.learning_set import input_tables as input_tables
 from .splits.learning_set import inputs as inputs
 from .splits.learning_set import labels_of as labels_of
 from .splits.learning_set import learning_set as learning_set
+from .splits.learning_set import row_folds as row_folds
+from .splits.learning_set import target_rows as target_rows
 from .splits.names import KIND as KIND
 from .splits.names import MEASURED_SPLITS as MEASURED_SPLITS
 from .splits.names import MEMBER as MEMBER
@@ -100,6 +103,7 @@ from .store.store import Store as Store
 from .store.writer import ROW_GROUP as ROW_GROUP
 from .store.writer import write_again as write_again
 from .store.writer import write_part as write_part
+from .stored_tables import StoredTables as StoredTables
 from .stored_tables import check_complete as check_complete
 from .summary import AxisFacts as AxisFacts
 from .summary import DatabaseFacts as DatabaseFacts

@@ -146,6 +146,30 @@ class Database(QueriedTables):
             return {key: np.full((wanted.size, width), np.nan, np.float32) for key, width in widths.items()}
         return matrices
 
+    def lists(self, ids: IntArray, columns: Sequence[str]) -> dict[str, FloatArray]:
+        """Return list columns of ``signals`` of rows as matrices (rows, n), float32, in the order of the ids.
+
+        Parameters
+        ----------
+        ids
+            (k,) ids, in any order.
+        columns
+            Names of the columns.
+
+        Returns
+        -------
+        dict
+            Matrices by column; empty if no row has a result. Rows without one are nan.
+
+        Raises
+        ------
+        InputError
+            If the database lacks an id, or the rows have different lengths.
+        DatabaseError
+            If a part is damaged.
+        """
+        return row_matrices(self._signal_lists(ids, {name: name for name in columns}), ids.size)
+
     def _samples(self, ids: IntArray) -> int:
         """Samples of the first row by its tooth count."""
         if not ids.size:

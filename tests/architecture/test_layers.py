@@ -20,7 +20,7 @@ LAYERS = {
             ["signature", "measurement", "dynamics", "prognosis"],
             ["database"],
             ["identification"],
-            ["recognition", "sweep", "recording", "paper"],
+            ["recognition", "sweep", "recording", "paper", "loaders"],
             ["ingest"],
             ["diagnosis", "planning"],
             ["monitoring"],

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from sigdb.core import FloatArray, InputError, IntArray, suggestion
+from sigdb.core import BoolArray, FloatArray, InputError, IntArray, suggestion
 from sigdb.database.database import Database
 from sigdb.database.splits.kinds import make_split
 from sigdb.database.splits.labelled_rows import labelled_rows
@@ -65,28 +65,51 @@ def learning_set(
     allow_leak: bool = False,
 ) -> LearningSet:
     """Return inputs, labels, groups and folds; see :meth:`sigdb.database.Database.xy`."""
-    check_target(target, _LABELS)
-    rows = labelled_rows(database, _LABELS[target][0], [KIND] if target == KIND else ())
-    name = split or default_split(database)
-    cv = list[tuple[IntArray, IntArray]]()
+    rows, is_labelled = target_rows(database, target)
+    place, cv = np.cumsum(is_labelled) - 1, list[tuple[IntArray, IntArray]]()
     for held_out in range(folds):
-        fold = make_split(
-            name, rows, seed=database.manifest.seed, folds=folds, held_out=held_out, allow_leak=allow_leak
-        ).folds(rows)
-        cv.append((np.flatnonzero(fold == TRAINING), np.flatnonzero(fold == TEST)))
-    if target == "severity":
-        damaged = (rows["tooth"] > 0).to_numpy()
-        place = np.cumsum(damaged) - 1
-        rows = rows[damaged]
-        if rows.empty:
-            raise InputError(f"{database.store} has no damaged rows with one severity to learn from; add a grid")
-        cv = [(place[train[damaged[train]]], place[test[damaged[test]]]) for train, test in cv]
+        fold = row_folds(database, rows, split=split, folds=folds, held_out=held_out, allow_leak=allow_leak)
+        train, test = (place[is_labelled & (fold == side)] for side in (TRAINING, TEST))
+        cv.append((train, test))
+    rows = rows[is_labelled]
+    if rows.empty:
+        raise InputError(f"{database.store} has no damaged rows with one severity to learn from; add a grid")
     return LearningSet(
         X=inputs(database, rows.index.to_numpy(), columns),
         y=labels_of(target, rows),
         groups=rows["specimen"].astype(int),
         cv=cv,
     )
+
+
+def target_rows(database: Database, target: str, where: str | None = None) -> tuple[pd.DataFrame, BoolArray]:
+    """Return the rows of which a target's splits are made, by id, and which of them have a label.
+
+    Healthy rows have no severity.
+
+    Parameters
+    ----------
+    database
+        A finished database.
+    target
+        Question to answer.
+    where
+        SQL condition on columns of ``features``; all rows if left out.
+    """
+    check_target(target, _LABELS)
+    conditions = [f"({condition})" for condition in (_LABELS[target][0], where) if condition]
+    rows = labelled_rows(database, " and ".join(conditions), [KIND] if target == KIND else ())
+    damaged = (rows["tooth"] > 0).to_numpy()
+    return rows, damaged if target == "severity" else np.full(len(rows), True)
+
+
+def row_folds(
+    database: Database, rows: pd.DataFrame, *, split: str, folds: int, held_out: int, allow_leak: bool = False
+) -> np.ndarray:
+    """Return the fold of each row in a split, the default one if it has no name; see :func:`make_split`."""
+    name, seed = split or default_split(database), database.manifest.seed
+    table = make_split(name, rows, seed=seed, folds=folds, held_out=held_out, allow_leak=allow_leak)
+    return table.folds(rows)
 
 
 def default_split(database: Database) -> str:
@@ -134,6 +157,24 @@ def inputs(database: Database, ids: IntArray, columns: Sequence[str] = ()) -> pd
     InputError
         If a column does not exist, is no number, or its role is not input.
     """
+    tables = input_tables(database, columns)
+    frames = list[pd.DataFrame]()
+    for table in ("features", "signals"):
+        wanted = [name for name, place in tables.items() if place == table]
+        if wanted:
+            schema = database.dataset(table).schema
+            frames.append(_numbers(database, table, schema, wanted, ids).loc[ids])
+    return pd.concat(frames, axis=1)
+
+
+def input_tables(database: Database, columns: Sequence[str] = ()) -> dict[str, str]:
+    """Return the table of each input column, all of ``features`` whose role is input if none is named.
+
+    Raises
+    ------
+    InputError
+        As :func:`inputs`.
+    """
     if isinstance(columns, str):
         raise InputError(f"columns = {columns!r} must be a list of names, such as [{columns!r}]")
     tables = {name: database.dataset(name).schema for name in ("features", "signals")}
@@ -141,12 +182,7 @@ def inputs(database: Database, ids: IntArray, columns: Sequence[str] = ()) -> pd
     names = list(columns) or [field.name for field in tables["features"] if _is_input(field)]
     for name in names:
         _check_input(name, places)
-    frames = list[pd.DataFrame]()
-    for table, schema in tables.items():
-        wanted = [name for name in names if places[name] == table]
-        if wanted:
-            frames.append(_numbers(database, table, schema, wanted, ids).loc[ids])
-    return pd.concat(frames, axis=1)
+    return {name: places[name] for name in names}
 
 
 def _is_input(field: pa.Field) -> bool:
