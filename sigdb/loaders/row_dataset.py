@@ -5,10 +5,11 @@ from os import PathLike
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+import pandas as pd
 
 from sigdb.core import FloatArray, InputError, IntArray, suggestion
 from sigdb.database import (
+    KIND,
     TEST,
     TRAINING,
     Database,
@@ -110,13 +111,7 @@ class RowDataset:
             raise InputError(f"{opened.store}: no row with a label is left to learn from; choose other rows")
         self.ids: IntArray = rows.index.to_numpy(np.int64)
         self.groups: IntArray = rows["specimen"].to_numpy(np.int64)
-        labels = labels_of(target, rows)
-        self.classes = kind_classes(labels) if target == "kind" else ()
-        self.labels: Labels = (
-            places_of_kinds(labels, self.classes)
-            if target == "kind"
-            else labels.to_numpy(np.float32 if target == "severity" else np.int64)
-        )
+        self.classes, self.labels = _labels(target, rows)
         self._held = {
             name: inputs(opened, self.ids, [name]).to_numpy(np.float32)
             for name, table in self._tables.items()
@@ -137,8 +132,8 @@ class RowDataset:
     def __len__(self) -> int:
         return len(self.ids)
 
-    def __getitem__(self, index: int | slice | ArrayLike) -> tuple[FloatArray, Any]:
-        places = np.arange(len(self))[index]
+    def __getitem__(self, index: int | slice | IntArray) -> tuple[FloatArray, Any]:
+        places = np.asarray(np.arange(len(self))[index])
         x = self._inputs(np.atleast_1d(places))
         return (x if places.ndim else x[0]), self.labels[places]
 
@@ -152,3 +147,13 @@ class RowDataset:
         read = self.database.lists(self.ids[places], names) if names else {}
         parts = [read[name] if name in read else self._held[name][places] for name in self._tables]
         return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+
+
+def _labels(target: str, rows: pd.DataFrame) -> tuple[tuple[str, ...], Labels]:
+    """Return the names of classes, which only kinds have, and the labels of rows."""
+    if target == KIND:
+        kinds = rows[KIND].tolist()
+        classes = kind_classes(kinds)
+        return classes, places_of_kinds(kinds, classes)
+    labels: Labels = np.asarray(labels_of(target, rows), np.float32 if target == "severity" else np.int64)
+    return (), labels
