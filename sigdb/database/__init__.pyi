@@ -32,6 +32,9 @@ from .matching.outside_threshold import read_coverage as read_coverage
 from .matching.outside_threshold import write_coverage as write_coverage
 from .matching.residuals import root_mean_square as root_mean_square
 from .matching.residuals import unit_residuals as unit_residuals
+from .open_tables.check_open_tables import check_open_tables as check_open_tables
+from .open_tables.registered_files import OpenTable as OpenTable
+from .open_tables.registered_files import log_files as log_files
 from .splits.kinds import SPLITS as SPLITS
 from .splits.kinds import changed_parts as changed_parts
 from .splits.kinds import make_split as make_split

@@ -14,6 +14,9 @@ from sigdb.core import FloatArray, InputError, IntArray, plain_array
 from sigdb.database.export.export import Export, export_database
 from sigdb.database.limits import LimitOptions, QueryLimits
 from sigdb.database.matching.match import Match, Matcher
+from sigdb.database.open_tables.delta_log import register_delta
+from sigdb.database.open_tables.iceberg import register_iceberg
+from sigdb.database.open_tables.registered_files import OpenTable
 from sigdb.database.queried_tables import QueriedTables
 from sigdb.database.signals import row_matrices
 from sigdb.database.store.schema import suffixed
@@ -316,6 +319,51 @@ class Database(QueriedTables):
             If a part is damaged; then no file is written.
         """
         return export_database(self, path, where=where, signals=signals, sensor=sensor, **limits)
+
+    def register_delta(self) -> tuple[OpenTable, ...]:
+        """Register the Parquet files as Delta tables, whose logs lie in their folders; no file is written again.
+
+        The finished parts of ``features``, ``signals`` and ``templates`` are a table each, in the folder of that name.
+        The log names files by their paths below the folder, so that it moves along with the database. Added features
+        are not registered.
+
+        Returns
+        -------
+        tuple of OpenTable
+            The tables. One whose files have not changed since its registration stays as it is.
+
+        Raises
+        ------
+        InputError
+            If the database lies in an object store, nothing of it is finished, or deltalake is not installed.
+        """
+        return register_delta(self)
+
+    def register_iceberg(self, catalog: str, *, namespace: str | None = None) -> tuple[OpenTable, ...]:
+        """Register the Parquet files as tables of an Apache Iceberg catalog; no file is written again.
+
+        The tables are those of :meth:`register_delta`. Iceberg's metadata lie in folders ``metadata`` of the tables and
+        hold full paths: a database that was moved must be registered again.
+
+        Parameters
+        ----------
+        catalog : str
+            Name of a catalog in pyiceberg's configuration, or a SQLite file, whose name ends in ``.db``, ``.sqlite``
+            or ``.sqlite3``. It is made if it does not exist.
+        namespace : str, optional
+            Namespace of the tables; the name of the database's folder if left out.
+
+        Returns
+        -------
+        tuple of OpenTable
+            The tables. One whose files have not changed since its registration stays as it is.
+
+        Raises
+        ------
+        InputError
+            As :meth:`register_delta`; if the catalog cannot be opened, or has other tables of these names.
+        """
+        return register_iceberg(self, catalog, namespace=namespace)
 
 
 def open(location: str | PathLike[str]) -> Database:

@@ -23,9 +23,11 @@ from sigdb.database import (
     Schema,
     Store,
     check_added,
+    check_open_tables,
     damaged_part,
     foreign_files,
     has_own_files,
+    log_files,
     read_all_receipts,
     read_manifest,
     read_part,
@@ -88,7 +90,7 @@ def verify(
     expected = {file.path for key, receipt in receipts.items() if key in owners for file in receipt.files}
     expected |= {plan.list_name for plan in plans} | set(finding_files(store)) | {MOVES_FILE}
     added = AddedCheck.of(store)
-    expected |= set(added.files)
+    expected |= {*added.files, *log_files(store)}
     findings += foreign_files(store, [*owners, *added.parts([part for _, part in owners])], expected)
     whole: dict[PartKey, _Files] = {}
     mine = {key: receipt for key, receipt in receipts.items() if key in owners and _fits(receipt, owners[key])}
@@ -105,6 +107,7 @@ def verify(
             findings += _changed_recordings(owners[key], key[1], files["features"])
         findings += _remade(store, owners, whole, schema, sample)
     findings += check_added(added, {part: receipt for (_, part), receipt in mine.items()}, deep=deep, sample=sample)
+    findings += check_open_tables(store, mine.values())
     return tuple(findings)
 
 

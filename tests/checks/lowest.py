@@ -12,10 +12,10 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-EXTRAS = ("dask", "excel", "identify", "readers", "test")
+EXTRAS = ("dask", "delta", "excel", "iceberg", "identify", "readers", "test")
 """Extras that the suite needs."""
 
-REQUIREMENT = re.compile(r"(?P<name>[\w.-]+)(\[[\w,]+\])?(>=(?P<lowest>[\w.]+))?")
+REQUIREMENT = re.compile(r"(?P<name>[\w.-]+)(\[[\w,-]+\])?(>=(?P<lowest>[\w.]+))?")
 
 
 def main() -> None:

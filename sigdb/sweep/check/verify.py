@@ -14,9 +14,11 @@ from sigdb.database import (
     Receipt,
     Store,
     check_added,
+    check_open_tables,
     damaged_part,
     foreign_files,
     has_own_files,
+    log_files,
     part_name,
     read_all_receipts,
     read_part,
@@ -41,7 +43,8 @@ def verify(
     recipe in ``sigdb.toml`` gives. Foreign files are named. So any flipped byte, missing file or foreign file is found.
 
     A database keeps the columns that it was begun with. A column of results that another version of sigdb would add, or
-    no longer has, is no damage. Added features are checked, too: see :func:`add_features`.
+    no longer has, is no damage. Added features are checked, too: see :func:`add_features`. Registrations as Delta or
+    Iceberg tables are compared with the receipts and, for Iceberg, with the place of the database.
 
     Parameters
     ----------
@@ -97,6 +100,7 @@ def verify(
         findings += remake_sample(store, whole, descriptions.schema, sample, doubtful)
     rows = {part: receipt for (stage, part), receipt in receipts.items() if stage == "rows"}
     findings += check_added(added, rows, deep=deep, sample=sample)
+    findings += check_open_tables(store, receipts.values())
     return tuple(findings)
 
 
@@ -116,7 +120,7 @@ def _check_receipts(
     findings = [damaged_part(key, receipts[key].path, what) for key in strangers]
     findings += _unfinished(owners, {*receipts, *(finding.key for finding in damaged if finding.key)})
     rows = [part for stage, part in owners if stage == "rows"]
-    findings += foreign_files(store, [*owners, *added.parts(rows)], added.files)
+    findings += foreign_files(store, [*owners, *added.parts(rows)], [*added.files, *log_files(store)])
     return {key: receipt for key, receipt in receipts.items() if key in owners and key not in strangers}, [
         *findings,
         *damaged,
