@@ -12,6 +12,7 @@ __all__ = [
     "AddedSummary",
     "Coverage",
     "Grid",
+    "Job",
     "Life",
     "NuisanceModes",
     "Plan",

@@ -117,6 +117,7 @@ NOT_RUN = {
     "python -m sigdb.sweep RECIPE --out s3://": "needs an object store",
     "sigdb query s3://": "needs an object store",
     "sigdb run pipelines/": "simulates and trains for minutes",
+    "sigdb sweep pipelines/quick.toml --out DB --job": "the tests of jobs run them",
     "sigdb coverage ": "simulates 200 cases",
     "sigdb refine ": "simulates hundreds of cases",
     "sigdb train data/quick/signatures --target location --out data/quick/location": "the model that others evaluate",

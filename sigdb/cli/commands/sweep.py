@@ -10,10 +10,10 @@ import click
 
 from sigdb.cli.options.format import echo_json, format_option
 from sigdb.cli.options.places import RECIPE
-from sigdb.cli.options.workers import jobs_option, scheduler_option
+from sigdb.cli.options.workers import job_option, jobs_option, scheduler_option
 
 if TYPE_CHECKING:
-    from sigdb.sweep import Plan
+    from sigdb.sweep import Job, Plan
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 @click.option("--out", help="Directory of the database, or s3://BUCKET/PREFIX; by default data/RECIPE/signatures.")
 @jobs_option
 @scheduler_option
+@job_option
 @click.option("--retry-failed", is_flag=True, help="Make parts that hold templates or rows without a result again.")
 @click.option("--dry-run", is_flag=True, help="Print templates, rows, bytes, time and the first rows, and stop.")
 @click.option(
@@ -35,6 +36,7 @@ def sweep(
     out: str | None,
     jobs: int,
     scheduler: str | None,
+    job: "Job | None",
     retry_failed: bool,
     dry_run: bool,
     measure: bool,
@@ -42,7 +44,8 @@ def sweep(
 ) -> None:
     """Make the database of a recipe, or go on making it.
 
-    The command may be stopped at any instant; repeated, it goes on. Rows are the same for any number of jobs.
+    The command may be stopped at any instant; repeated, it goes on. Rows are the same for any number of jobs. Jobs of a
+    batch system make a database together, each with its --job.
 
     \b
     Example:
@@ -67,16 +70,20 @@ def sweep(
             recipe=loaded.text,
             jobs=jobs,
             scheduler=scheduler,
+            job=job,
             retry_failed=retry_failed,
             on_progress=on_progress,
         )
     seconds = time.perf_counter() - started
+    there = f"{summary.rows} rows, {summary.bytes / 1e6:.1f} MB"
+    if summary.missing_rows:
+        there += f"; {summary.missing_rows} of them are left to other jobs"
     if summary.new_rows == 0:
-        click.echo(f"{out}: nothing to do, all {summary.rows} rows are there")
+        all_rows = f"all {summary.rows} rows are" if not summary.missing_rows else f"the share of job {job} is"
+        click.echo(f"{out}: nothing to do, {all_rows} there")
     else:
         click.echo(
-            f"{out}: made {summary.new_rows} rows in {seconds:.1f} s ({summary.new_rows / seconds:.0f} rows/s); "
-            f"{summary.rows} rows, {summary.bytes / 1e6:.1f} MB"
+            f"{out}: made {summary.new_rows} rows in {seconds:.1f} s ({summary.new_rows / seconds:.0f} rows/s); {there}"
         )
     if summary.failed:
         click.echo(

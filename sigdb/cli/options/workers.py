@@ -1,9 +1,12 @@
 """The options that say which processes do the work."""
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+
+if TYPE_CHECKING:
+    from sigdb.sweep import Job
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -29,3 +32,15 @@ def scheduler_option(command: _Command) -> _Command:
     """Add ``--scheduler`` to a command."""
     text = "Use the workers of this Dask scheduler."
     return click.option("--scheduler", metavar="ADDRESS", help=text)(command)
+
+
+def _job(context: click.Context, parameter: click.Parameter, text: str | None) -> "Job | None":
+    from sigdb.sweep import Job
+
+    return None if text is None else Job.from_text(text)
+
+
+def job_option(command: _Command) -> _Command:
+    """Add ``--job`` to a command."""
+    text = "Make the share of job I of N, which may run at once on machines that share the place of the database."
+    return click.option("--job", metavar="I/N", callback=_job, help=text)(command)

@@ -29,6 +29,9 @@ from sigdb.database.store.store import FileError, Store
 _DESCRIPTIONS = frozenset({MANIFEST_FILE, SCHEMA_FILE, "coverage.json", ".lock", ".owner"})
 """Files that belong to no part."""
 
+_JOBS = ".jobs/"
+"""Folder in which jobs that make a database together say that they run."""
+
 PartKey = tuple[str, int]
 """Kind and number of a part; the kind is ``templates``, ``rows``, or that of a set of added features."""
 
@@ -168,7 +171,7 @@ def foreign_files(store: Store, parts: Iterable[PartKey], descriptions: Iterable
             remedy="move it away or delete it",
         )
         for name in store.sizes()
-        if name not in expected
+        if name not in expected and not name.startswith(_JOBS)
     ]
     return findings + [
         IntegrityFinding(

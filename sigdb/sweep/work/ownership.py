@@ -1,22 +1,24 @@
-"""Ownership of a database: one sweep at a time."""
+"""Ownership of a database: one sweep at a time, or several jobs that share the work of one."""
 
 import json
 import os
 import secrets
+import shutil
 import socket
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TypedDict, cast
 
 from filelock import FileLock, Timeout
 
-from sigdb.core import DatabaseError, make_folder
+from sigdb.core import DatabaseError, InputError, make_folder
 from sigdb.database import Store
 
-OWNER, LOCK = ".owner", ".lock"
+OWNER, LOCK, JOBS = ".owner", ".lock", ".jobs"
+"""Files of the owner and of the lock, and the folder of the jobs that own a place together."""
 _BEAT, _STALE = 20.0, 90.0
 """Seconds between signs of life in an object store, and without one until an owner counts as dead."""
 
@@ -31,56 +33,79 @@ class Owner(TypedDict):
 
 
 @contextmanager
-def ownership_of(store: Store) -> Iterator[None]:
+def ownership_of(store: Store, job: str = "") -> Iterator[None]:
     """Own a database's place while a sweep runs on it.
 
     The operating system locks a directory and releases the lock when its owner dies. An object store has no locks: its
     owner leaves a sign of life, which grows old when the owner has died. If two sweeps begin there at the same instant,
     both write the same bytes.
 
+    Parameters
+    ----------
+    store
+        The place.
+    job
+        Name of a job, without a slash. Jobs own the place together, and nobody else does.
+
     Raises
     ------
     DatabaseError
         If another sweep is running on it, or it cannot be written.
     """
-    with _locked(store, store.folder) if store.folder is not None else _signed(store):
+    with _locked(store, store.folder, job) if store.folder is not None else _signed(store, job):
         yield
 
 
 @contextmanager
-def _locked(store: Store, folder: Path) -> Iterator[None]:
-    lock = FileLock(folder / LOCK)
-    try:
-        make_folder(folder)
-        lock.acquire(timeout=0)
-    except Timeout:
-        raise _busy(store, _owner(store)) from None
-    except OSError as error:
-        raise DatabaseError(
-            f"{store}: cannot be written ({error.strerror or error}); nothing that is finished is lost"
-        ) from None
-    try:
-        store.put(OWNER, _signature())
-        yield
-    finally:
-        (folder / OWNER).unlink(missing_ok=True)
-        lock.release()
+def _locked(store: Store, folder: Path, job: str) -> Iterator[None]:
+    mine = f"{JOBS}/{job}" if job else OWNER
+    with ExitStack() as locks:
+        try:
+            make_folder(folder)
+            locks.enter_context(_shared(folder / LOCK) if job else FileLock(folder / LOCK, timeout=0))
+        except (Timeout, BlockingIOError):
+            raise _busy(store, next(iter(_owners(store, "")), None)) from None
+        except OSError as error:
+            raise DatabaseError(
+                f"{store}: cannot be written ({error.strerror or error}); nothing that is finished is lost"
+            ) from None
+        try:
+            if not job:
+                shutil.rmtree(folder / JOBS, ignore_errors=True)  # of jobs that were killed
+            store.put(mine, _signature())
+            yield
+        finally:
+            (folder / mine).unlink(missing_ok=True)
+            with suppress(OSError):  # other jobs are there
+                (folder / JOBS).rmdir()
 
 
 @contextmanager
-def _signed(store: Store) -> Iterator[None]:
-    owner = _owner(store)
-    if owner and abs(time.time() - owner["alive"]) < _STALE:  # a clock may have been wrong
+def _shared(path: Path) -> Iterator[None]:
+    """Hold a lock together with others who share it."""
+    try:
+        import fcntl
+    except ImportError:
+        raise InputError("jobs that share a directory need a POSIX system; run the sweep without --job") from None
+    with path.open("a") as file:
+        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        yield
+
+
+@contextmanager
+def _signed(store: Store, job: str) -> Iterator[None]:
+    name = f"{JOBS}/{job}" if job else OWNER
+    if owner := next(iter(_owners(store, job)), None):
         raise _busy(store, owner)
     ended, mine = threading.Event(), secrets.token_hex(8)
 
     def sign() -> None:
         while not ended.wait(_BEAT):
             with suppress(DatabaseError):  # the next beat may come through, and parts report lasting trouble
-                store.put(OWNER, _signature(mine))
+                store.put(name, _signature(mine))
 
-    store.put(OWNER, _signature(mine))
-    signed = _owner(store)
+    store.put(name, _signature(mine))
+    signed = _owner(store, name)
     if signed is None or signed["token"] != mine:
         raise _busy(store, signed)
     beat = threading.Thread(target=sign, daemon=True)
@@ -90,7 +115,15 @@ def _signed(store: Store) -> Iterator[None]:
     finally:
         ended.set()
         beat.join()
-        store.delete(OWNER)
+        store.delete(name)
+
+
+def _owners(store: Store, job: str) -> list[Owner]:
+    """Return the owners of a place that live, but for those who own it together with a job."""
+    names = [OWNER, *([f"{JOBS}/{job}"] if job else store.sizes(JOBS))]
+    owners = [owner for name in names if (owner := _owner(store, name))]
+    # A clock may have been wrong.
+    return [owner for owner in owners if store.folder is not None or abs(time.time() - owner["alive"]) < _STALE]
 
 
 def _signature(token: str = "") -> bytes:
@@ -99,10 +132,10 @@ def _signature(token: str = "") -> bytes:
     ).encode()
 
 
-def _owner(store: Store) -> Owner | None:
-    """Return the owner of a place; None where nobody has signed."""
+def _owner(store: Store, name: str = OWNER) -> Owner | None:
+    """Return the owner who has signed a file of a place; None where nobody has."""
     try:
-        owner = json.loads(store.get(OWNER)) if store.size(OWNER) else None
+        owner = json.loads(store.get(name)) if store.size(name) else None
     except (DatabaseError, ValueError):
         return None
     if not isinstance(owner, dict) or not owner.keys() >= Owner.__annotations__.keys():

@@ -1,11 +1,13 @@
 """Run of a plan: the planned parts without a receipt are made in parallel, until none is left."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
+from typing import Self
 
-from sigdb.core import OnProgress, Progress, ignore
-from sigdb.database import KINDS, Manifest, Store, read_manifest, read_receipts
+from sigdb.core import InputError, OnProgress, Progress, ignore
+from sigdb.database import KINDS, Manifest, Store, finished_parts, read_manifest, read_receipts
 from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.describe_database import describe_database, plan_record
@@ -26,6 +28,8 @@ class SweepSummary:
         Number of rows that this run made; 0 if there was nothing to do.
     rows, templates : int
         Number of rows and of templates in the database.
+    missing_rows : int
+        Number of rows that other jobs have not made yet; 0 without jobs.
     failed : int
         Number of rows without a result; their status says why.
     bytes : int
@@ -35,8 +39,68 @@ class SweepSummary:
     new_rows: int
     rows: int
     templates: int
+    missing_rows: int = 0
     failed: int
     bytes: int
+
+
+@dataclass(frozen=True)
+class Job:
+    """One of several jobs of a batch system that make a database together.
+
+    Job i of n makes every n-th part of the rows, beginning with the i-th. All rows need templates, and no job waits for
+    another: each makes its share of the templates, then those that are missing still. Two jobs that make the same part
+    write the same bytes.
+
+    Attributes
+    ----------
+    number : int
+        Number of the job, from 1.
+    of : int
+        Number of jobs.
+
+    Examples
+    --------
+    >>> from sigdb.sweep import Job
+    >>> Job.from_text("2/8")
+    Job(number=2, of=8)
+    """
+
+    number: int
+    of: int
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.number <= self.of:
+            raise InputError(f"job {self.number}/{self.of} must be one of 1/{self.of} to {self.of}/{self.of}")
+
+    @classmethod
+    def from_text(cls, text: str) -> Self:
+        """Return the job of a text such as ``2/8``.
+
+        Raises
+        ------
+        InputError
+            If it is none.
+        """
+        parts = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip())
+        if parts is None:
+            raise InputError(f"job {text!r} must be the number of a job and that of all jobs, such as 2/8")
+        return cls(int(parts[1]), int(parts[2]))
+
+    def __str__(self) -> str:
+        return f"{self.number}/{self.of}"
+
+    @property
+    def name(self) -> str:
+        """Name of the job in the names of files."""
+        return f"{self.number}-of-{self.of}"
+
+    def share(self, numbers: Sequence[int]) -> Sequence[int]:
+        """Return the numbers of the parts that the job makes."""
+        return numbers[self.number - 1 :: self.of]
+
+
+_ALONE = Job(1, 1)
 
 
 def run(
@@ -46,6 +110,7 @@ def run(
     recipe: str = "",
     jobs: int = -1,
     scheduler: str | None = None,
+    job: Job | None = None,
     retry_failed: bool = False,
     on_progress: OnProgress = ignore,
 ) -> SweepSummary:
@@ -66,6 +131,8 @@ def run(
         Number of worker processes; -1 for one on each core.
     scheduler : str, optional
         Address of a Dask scheduler whose workers make the parts in place of processes on this machine.
+    job : Job, optional
+        The job of a batch system that this run is. It makes its share of the rows, and others may run on the place.
     retry_failed : bool
         Whether to make parts again that hold templates or rows without a result.
     on_progress : callable
@@ -79,18 +146,22 @@ def run(
     Raises
     ------
     InputError
-        If the place holds the database of another recipe, or no scheduler answers.
+        If the place holds the database of another recipe, no scheduler answers, or a job is to retry what has failed.
     DatabaseError
         If another sweep is running on it, or it cannot be written.
     """
     store = Store.at(out)
-    with ownership_of(store):
-        store.clear_temporary()
+    if job and retry_failed:
+        raise InputError("a job cannot make failed rows again, which others may read; do it once without --job")
+    with ownership_of(store, job.name if job else ""):
+        if job is None:
+            store.clear_temporary()
         manifest = describe_database(plan, store, recipe)
         if retry_failed:
             _forget_failed(store, manifest)
         plans = [plan, *(plan_from(extension.resolved) for extension in manifest.extensions)]
-        return run_parts(plans, store, Cluster(scheduler) if scheduler else Processes(jobs), on_progress)
+        engine = Cluster(scheduler) if scheduler else Processes(jobs)
+        return run_parts(plans, store, engine, on_progress, job or _ALONE)
 
 
 def append(plan: Plan, store: Store) -> None:
@@ -113,30 +184,61 @@ def _forget_failed(store: Store, manifest: Manifest) -> None:
 _MAKERS = {"templates": make_template_part, "rows": make_row_part}
 
 
-def run_parts(plans: Sequence[Plan], store: Store, engine: Engine, on_progress: OnProgress = ignore) -> SweepSummary:
+def run_parts(
+    plans: Sequence[Plan], store: Store, engine: Engine, on_progress: OnProgress = ignore, job: Job = _ALONE
+) -> SweepSummary:
     """Make the missing parts of a database's plans: all templates, then all rows. The caller owns the place."""
     schema, hashes = keep_schema(plans[0], store), {plan.hash for plan in plans}
     check_computable(plans[0], schema, store)
     if sum(receipt.rows for receipt in read_receipts(store, "templates", hashes)) < sum(p.n_templates for p in plans):
         check_equations(schema, store)
-    new = {stage: _run_stage(stage, plans, store, engine, on_progress) for stage in KINDS}
+    _make_templates(plans, store, engine, on_progress, job)
+    rows = [(plan, job.share(plan.row_part_numbers)) for plan in plans]
+    new_rows = _run_stage("rows", rows, store, engine, on_progress)
     receipts = {name: read_receipts(store, name, hashes) for name in KINDS}
+    planned = sum(plan.rows for plan in plans)
     return SweepSummary(
-        new_rows=new["rows"],
-        rows=sum(plan.rows for plan in plans),
+        new_rows=new_rows,
+        rows=planned,
         templates=sum(plan.n_templates for plan in plans),
+        missing_rows=planned - sum(receipt.rows for receipt in receipts["rows"]),
         failed=sum(receipt.failed for receipt in receipts["rows"]),
         bytes=sum(file.bytes for both in receipts.values() for receipt in both for file in receipt.files),
     )
 
 
-def _run_stage(stage: str, plans: Sequence[Plan], store: Store, engine: Engine, on_progress: OnProgress) -> int:
-    """Make the missing parts of a stage and return the number of new rows or templates."""
-    hashes = {plan.hash for plan in plans}
-    total = sum(plan.n_templates if stage == "templates" else plan.rows for plan in plans)
+def _make_templates(plans: Sequence[Plan], store: Store, engine: Engine, on_progress: OnProgress, job: Job) -> None:
+    """Make the templates of a job's share, then some of the missing ones again and again, until none is missing.
+
+    Jobs begin with parts of their own, and each leaves out what others have finished in between.
+    """
+    shares = [(plan, job.share(plan.template_part_numbers)) for plan in plans]
+    _run_stage("templates", shares, store, engine, on_progress)
+    while job.of > 1:
+        finished = finished_parts(store, "templates")
+        missing = [(plan, [part for part in plan.template_part_numbers if part not in finished]) for plan in plans]
+        missing = [(plan, parts[len(parts) * (job.number - 1) // job.of :]) for plan, parts in missing if parts]
+        if not missing:
+            break
+        plan, parts = missing[0]
+        _run_stage("templates", [(plan, parts[:_TEMPLATE_PARTS_AT_ONCE])], store, engine, ignore)
+
+
+_TEMPLATE_PARTS_AT_ONCE = 8
+"""Parts of templates that a job makes of another's share before it looks what is missing."""
+
+Share = Sequence[tuple[Plan, Sequence[int]]]
+"""Plans, and the numbers of their parts that are made."""
+
+
+def _run_stage(stage: str, share: Share, store: Store, engine: Engine, on_progress: OnProgress) -> int:
+    """Make the missing parts of a share and return the number of new rows or templates."""
+    hashes, wanted = {plan.hash for plan, _ in share}, {part for _, parts in share for part in parts}
+    total = sum(_size(stage, plan, part) for plan, parts in share for part in parts)
 
     def count() -> dict[int, int]:
-        return {receipt.part: receipt.rows for receipt in read_receipts(store, stage, hashes)}
+        receipts = read_receipts(store, stage, hashes)
+        return {receipt.part: receipt.rows for receipt in receipts if receipt.part in wanted}
 
     def report() -> None:
         on_progress(Progress(stage=stage, done=sum(finished.values()), total=total, before=before))
@@ -144,16 +246,24 @@ def _run_stage(stage: str, plans: Sequence[Plan], store: Store, engine: Engine, 
     finished = count()
     before = sum(finished.values())
     report()
-    for plan in plans:
+    for plan, parts in share:
         make_missing(
             engine,
             _MAKERS[stage],
             plan,
             store,
-            numbers=plan.template_part_numbers if stage == "templates" else plan.row_part_numbers,
+            numbers=parts,
             finished=finished,
             recount=count,
             report=report,
             total=f"{total} {stage}",
         )
     return total - before
+
+
+def _size(stage: str, plan: Plan, part: int) -> int:
+    """Return the number of templates or rows of a part."""
+    if stage == "templates":
+        return len(plan.template_range(part))
+    start, stop = plan.row_range(part)
+    return stop - start
