@@ -125,7 +125,7 @@ def plain_lists(
     lengths = np.stack([file.lengths(column, rows) for column in columns.values()])
     for each in np.unique(lengths, axis=1).T:
         here = (lengths == each[:, None]).all(axis=0)
-        if each.all():  # in the others lists lack, or differ within a row group
+        if each.all():  # in the others lists differ within a row group, or all lack
             sizes = dict(zip(columns.items(), each.tolist(), strict=True))
             for some in blocks(int(here.sum()), _ROWS_AT_ONCE):
                 wanted = rows[here][some]

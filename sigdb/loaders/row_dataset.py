@@ -155,5 +155,5 @@ def _labels(target: str, rows: pd.DataFrame) -> tuple[tuple[str, ...], Labels]:
         kinds = rows[KIND].tolist()
         classes = kind_classes(kinds)
         return classes, places_of_kinds(kinds, classes)
-    labels: Labels = np.asarray(labels_of(target, rows), np.float32 if target == "severity" else np.int64)
-    return (), labels
+    labels = labels_of(target, rows)
+    return (), np.asarray(labels, np.float32) if target == "severity" else np.asarray(labels, np.int64)

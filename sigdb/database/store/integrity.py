@@ -142,8 +142,8 @@ def read_file(
     file = pq.ParquetFile(pa.BufferReader(content))
     if file.metadata.num_rows != rows:
         return None, f"has {file.metadata.num_rows} rows, its receipt says {rows}"
-    lengths = {name: [length for _, length in runs] for name, runs in record.plain.items()}
-    if lengths and plain_runs(file.metadata, lengths) != record.plain:
+    lists = {name: [(length, missing) for _, length, missing in runs] for name, runs in record.plain.items()}
+    if lists and plain_runs(file.metadata, lists) != record.plain:
         return None, "its receipt does not say where its numbers lie"
     if schema is not None and not file.schema_arrow.equals(schema, check_metadata=True):
         return None, "its columns are not those of schema.json"

@@ -1,6 +1,8 @@
 """Lists of numbers that a file holds plainly: read by place, without decoding what lies around them."""
 
 import io
+import itertools
+import os
 import zlib
 from collections.abc import Mapping, Sequence
 
@@ -16,29 +18,76 @@ PLAIN_GROUP = 256
 """Rows in a row group of such a file, but for its last one."""
 
 
-def plain_runs(metadata: pq.FileMetaData, lengths: Mapping[str, Sequence[int]]) -> dict[str, PlainRuns]:
+def lists_of_group(lengths: IntArray) -> tuple[int, str]:
+    """Return the length of the lists of a row group and which rows lack one, as :data:`PlainRuns` has them.
+
+    Parameters
+    ----------
+    lengths
+        Length of the list of each row, 0 where there is none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> lists_of_group(np.array([5, 0, 5, 5, 0])), lists_of_group(np.array([5, 4]))
+    ((5, '12'), (0, ''))
+    """
+    present = np.unique(lengths[lengths > 0])
+    if present.size != 1:
+        return 0, ""
+    missing = sum(1 << row for row in np.flatnonzero(lengths == 0).tolist())
+    return int(present[0]), f"{missing:x}" if missing else ""
+
+
+def plain_runs(metadata: pq.FileMetaData, lists: Mapping[str, Sequence[tuple[int, str]]]) -> dict[str, PlainRuns]:
     """Return where the numbers of columns of lists lie in a file: at the end of the chunk of each row group.
 
     Parameters
     ----------
     metadata
         Footer of the file.
-    lengths
-        By column, the length of every list of each row group; 0 where they differ or lack.
+    lists
+        By column, the length of the lists of each row group and which rows lack one; see :func:`lists_of_group`.
     """
     groups = [metadata.row_group(number) for number in range(metadata.num_row_groups)]
     places = {metadata.schema.column(place).path.partition(".list")[0]: place for place in range(metadata.num_columns)}
     return {
-        name: tuple(_run(group, places[name], length) for group, length in zip(groups, lengths[name], strict=True))
-        for name in lengths
+        name: tuple(_run(group, places[name], *each) for group, each in zip(groups, lists[name], strict=True))
+        for name in lists
     }
 
 
-def _run(group: pq.RowGroupMetaData, place: int, length: int) -> tuple[int, int]:
-    chunk = group.column(place)
-    if not length or chunk.num_values != group.num_rows * length:
-        return 0, 0
-    return chunk.data_page_offset + chunk.total_compressed_size - 4 * chunk.num_values, length
+def _run(group: pq.RowGroupMetaData, place: int, length: int, missing: str) -> tuple[int, int, str]:
+    chunk, lacking = group.column(place), int(missing or "0", 16).bit_count()
+    values = (group.num_rows - lacking) * length
+    if not length or chunk.num_values != values + lacking:
+        return 0, 0, ""
+    return chunk.data_page_offset + chunk.total_compressed_size - 4 * values, length, missing
+
+
+_BYTES_AT_ONCE = 1024 * 1024
+"""Bytes of blocks that are compared together; a whole number of blocks."""
+
+
+class _Groups:
+    """Row groups of a column: length of their lists, and where each begins."""
+
+    def __init__(self, runs: PlainRuns) -> None:
+        self._first = np.array([first for first, _, _ in runs], np.int64)
+        self.length: IntArray = np.array([length for _, length, _ in runs], np.int64)
+        self._missing = np.zeros((len(runs), PLAIN_GROUP), bool)
+        for group, (_, _, missing) in enumerate(runs):
+            bits = np.frombuffer(int(missing or "0", 16).to_bytes(PLAIN_GROUP // 8, "little"), np.uint8)
+            self._missing[group] = np.unpackbits(bits, bitorder="little")
+        self._before = np.cumsum(self._missing, axis=1)
+
+    def first_bytes(self, rows: IntArray) -> tuple[IntArray, IntArray]:
+        """Return which of some rows have a list, and the first byte of each such list."""
+        group, within = np.divmod(rows, PLAIN_GROUP)
+        present = np.flatnonzero(~self._missing[group, within])
+        group, within = group[present], within[present]
+        place = within - self._before[group, within]
+        return present, self._first[group] + 4 * self.length[group] * place
 
 
 class PlainLists:
@@ -56,20 +105,19 @@ class PlainLists:
 
     def __init__(self, store: Store, record: FileRecord) -> None:
         self._store, self._record = store, record
-        self._runs = {name: np.array(runs, np.int64).reshape(-1, 2) for name, runs in record.plain.items()}
+        self._runs = {name: _Groups(runs) for name, runs in record.plain.items()}
         self._sums = block_sums(record)
         self._whole = np.zeros(self._sums.size, bool)
         """Blocks that were compared."""
 
     def lengths(self, column: str, rows: IntArray) -> IntArray:
-        """Return the length of the lists of rows, by place in the file; 0 where they are not stored so."""
+        """Return the length of the lists about rows, by place in the file; 0 where they are not stored so."""
         if column not in self._runs:
             return np.zeros(rows.size, np.int64)
-        lengths: IntArray = self._runs[column][rows // PLAIN_GROUP, 1]
-        return lengths
+        return self._runs[column].length[rows // PLAIN_GROUP]
 
     def read(self, column: str, rows: IntArray, length: int) -> FloatArray:
-        """Return the lists of rows, (rows, length), float32.
+        """Return the lists of rows, (rows, length), float32; nan where a row has none.
 
         Parameters
         ----------
@@ -87,17 +135,19 @@ class PlainLists:
         FileError
             If the file cannot be read.
         """
-        groups, within = np.divmod(rows, PLAIN_GROUP)
-        first, size = self._runs[column][groups, 0] + 4 * length * within, 4 * length
-        lists = np.empty((rows.size, length), "<f4")
-        content = lists.data.cast("B")
+        lists = np.full((rows.size, length), np.nan, "<f4")
+        present, first = self._runs[column].first_bytes(rows)
+        if not present.size:
+            return lists.astype(np.float32, copy=False)
+        size, content = 4 * length, lists.data.cast("B")
         with self._store.opened_here(self._record.path) as file:
             self._compare(file, self._blocks(first // self._record.block, (first + size - 1) // self._record.block))
-            edges = np.flatnonzero(np.diff(first, prepend=-size, append=-size) != size)
-            for start, stop, at in zip(
-                edges[:-1].tolist(), edges[1:].tolist(), first[edges[:-1]].tolist(), strict=True
-            ):
-                _fill(file, at, content[start * size : stop * size])
+            # Rows that lie together in the file and in the result are read together.
+            together = (np.diff(first) == size) & (np.diff(present) == 1)
+            edges = [0, *(np.flatnonzero(~together) + 1).tolist(), present.size]
+            for start, stop in itertools.pairwise(edges):
+                at = int(present[start]) * size
+                _fill(file, int(first[start]), content[at : at + (stop - start) * size])
         return lists.astype(np.float32, copy=False)
 
     def _blocks(self, first: IntArray, last: IntArray) -> IntArray:
@@ -108,13 +158,26 @@ class PlainLists:
     def _compare(self, file: io.FileIO, numbers: IntArray) -> None:
         """Compare blocks with their checksums, but for those that were compared before."""
         new, size = numbers[~self._whole[numbers]], self._record.block
-        content = memoryview(bytearray(size))
-        for number in new.tolist():
-            block = content[: self._record.bytes - number * size]
-            _fill(file, number * size, block)
-            if zlib.crc32(block) != self._sums[number]:
-                raise damaged_block(self._store, self._record, number)
+        edges = np.flatnonzero(np.diff(new, prepend=-2, append=-2) != 1) if new.size else new
+        stops = np.minimum((new[edges[1:] - 1] + 1) * size, self._record.bytes)
+        runs = [*zip((new[edges[:-1]] * size).tolist(), stops.tolist(), strict=True)]
+        _read_ahead(file, runs)
+        for first, stop in runs:
+            for at in range(first, stop, _BYTES_AT_ONCE):
+                content = memoryview(bytearray(min(stop - at, _BYTES_AT_ONCE)))
+                _fill(file, at, content)
+                for within in range(0, len(content), size):
+                    number = (at + within) // size
+                    if zlib.crc32(content[within : within + size]) != self._sums[number]:
+                        raise damaged_block(self._store, self._record, number)
         self._whole[new] = True
+
+
+def _read_ahead(file: io.FileIO, runs: Sequence[tuple[int, int]]) -> None:
+    """Let the system read all runs of bytes at once, from a first byte to a last, where it offers that."""
+    if len(runs) > 1 and hasattr(os, "posix_fadvise"):
+        for first, stop in runs:
+            os.posix_fadvise(file.fileno(), first, stop - first, os.POSIX_FADV_WILLNEED)
 
 
 def _fill(file: io.FileIO, first: int, content: memoryview) -> None:

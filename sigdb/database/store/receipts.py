@@ -24,8 +24,12 @@ BLOCK = 256 * 1024
 SMALL_BLOCK = 8 * 1024
 """Bytes in a block of a file whose rows are read one by one: two or three rows of signals."""
 
-PlainRuns = tuple[tuple[int, int], ...]
-"""For each row group the first byte of its numbers, and the length of every list; (0, 0) where lists differ or lack."""
+PlainRuns = tuple[tuple[int, int, str], ...]
+"""For each row group the first byte of its numbers, the length of its lists, and which rows lack one.
+
+The last is a number in hexadecimal whose bit i stands for row i of the group; empty if no row lacks a list. The length
+is 0 where lists differ in length.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 
 from sigdb.core import DatabaseError, __version__, blocks
 from sigdb.database.store.checked import block_checksums
-from sigdb.database.store.plain_lists import PLAIN_GROUP, plain_runs
+from sigdb.database.store.plain_lists import PLAIN_GROUP, lists_of_group, plain_runs
 from sigdb.database.store.receipts import (
     BLOCK,
     SMALL_BLOCK,
@@ -138,8 +138,10 @@ class _Encoder:
         floats, strings = _leaves(schema)
         self.is_plain = table == "signals"
         self._group, self._rows = ROW_GROUP.get(table, ROW_GROUP["features"]), 0
-        self._lengths: dict[str, list[int]] = {field.name: [] for field in schema if pa.types.is_list(field.type)}
-        """Length of every list of each row group; 0 where they differ or lack."""
+        self._lists: dict[str, list[tuple[int, str]]] = {
+            field.name: [] for field in schema if pa.types.is_list(field.type)
+        }
+        """Length of the lists of each row group, and which rows lack one."""
         self._waiting: list[pa.Table] = []
         self._sink = pa.BufferOutputStream()
         self._writer = pq.ParquetWriter(
@@ -167,14 +169,13 @@ class _Encoder:
         rows = pa.concat_tables(self._waiting)
         self._writer.write_table(rows, row_group_size=self._group)
         self._waiting.clear()
-        for name, lengths in self._lengths.items() if self.is_plain else ():
-            every = pc.fill_null(pc.list_value_length(rows[name]), 0).to_numpy()
-            groups = (every[some] for some in blocks(every.size, self._group))
-            lengths += [int(group[0]) if (group == group[0]).all() else 0 for group in groups]
+        for name, lists in self._lists.items() if self.is_plain else ():
+            lengths = pc.fill_null(pc.list_value_length(rows[name]), 0).to_numpy()
+            lists += [lists_of_group(lengths[some]) for some in blocks(lengths.size, self._group)]
 
     def plain_runs(self, encoded: memoryview) -> dict[str, PlainRuns]:
         """Return where the numbers of each column of lists lie in the file."""
-        return plain_runs(pq.ParquetFile(pa.BufferReader(pa.py_buffer(encoded))).metadata, self._lengths)
+        return plain_runs(pq.ParquetFile(pa.BufferReader(pa.py_buffer(encoded))).metadata, self._lists)
 
     def encoded(self, name: str) -> pa.Buffer:
         """Return the file, after it has been opened again as a check."""

@@ -47,20 +47,37 @@ def test_rows_in_ascending_order_also_repeated(store, numbers):
     assert np.array_equal(file.read("tsa", np.arange(ROWS), WIDTH), numbers)
 
 
-def test_a_row_group_whose_lists_lack_or_differ_is_not_plain(store, numbers):
+def test_a_row_group_whose_lists_differ_is_not_plain(store, numbers):
     """Lists of 39 and 41 numbers take as much room as those of 40."""
     rows = list(numbers)
     rows[3], rows[4] = np.zeros(39, np.float32), np.zeros(41, np.float32)
-    rows[-1] = None
     file = PlainLists(store, written(store, {"tsa": lists(rows)}))
-    assert file.lengths("tsa", np.array([0, 255, 256, 511, 512])).tolist() == [0, 0, WIDTH, WIDTH, 0]
+    assert file.lengths("tsa", np.array([0, 255, 256, 511, 512])).tolist() == [0, 0, WIDTH, WIDTH, WIDTH]
     assert file.lengths("id", np.array([0])).tolist() == [0]
     assert np.array_equal(file.read("tsa", np.arange(256, 512), WIDTH), numbers[256:512])
 
 
+def test_rows_without_a_list_are_nan_and_the_others_in_their_places(store, numbers):
+    lacking = np.random.default_rng(4).random(ROWS) < 0.3
+    lacking[[0, 255, 256, ROWS - 1]] = True
+    lacking[300:420] = False
+    rows = [None if lacks else row for lacks, row in zip(lacking, numbers, strict=True)]
+    file = PlainLists(store, written(store, {"tsa": lists(rows)}))
+    expected = np.where(lacking[:, None], np.nan, numbers).astype(np.float32)
+    for places in (np.arange(ROWS), np.array([0]), np.sort(np.random.default_rng(5).integers(0, ROWS, 200))):
+        assert file.lengths("tsa", places).tolist() == [WIDTH] * len(places)
+        assert np.array_equal(file.read("tsa", places, WIDTH), expected[places], equal_nan=True)
+
+
+def test_a_row_group_without_any_list_is_not_plain(store, numbers):
+    rows = [None] * 256 + list(numbers[256:])
+    file = PlainLists(store, written(store, {"tsa": lists(rows)}))
+    assert file.lengths("tsa", np.array([0, 256])).tolist() == [0, WIDTH]
+
+
 def test_every_flipped_byte_of_a_row_is_an_error(store, numbers, tmp_path):
     record = written(store, {"tsa": lists(numbers)})
-    path, (first, _) = tmp_path / record.path, record.plain["tsa"][1]
+    path, (first, _, _) = tmp_path / record.path, record.plain["tsa"][1]
     content = path.read_bytes()
     for byte in range(4 * WIDTH):
         flipped = bytearray(content)
@@ -114,7 +131,7 @@ def test_a_database_is_read_by_place_as_it_is_decoded(folder, parts_folder):
 def test_a_receipt_that_says_another_place_is_damage(store, numbers):
     record = written(store, {"tsa": lists(numbers)})
     assert read_file(store, record, ROWS, None)[1] == ""
-    (first, length), *others = record.plain["tsa"]
-    for run in ((first + 4, length), (first, length - 1)):
+    (first, length, _), *others = record.plain["tsa"]
+    for run in ((first + 4, length, ""), (first, length - 1, ""), (first, length, "1")):
         other = replace(record, plain={"tsa": (run, *others)})
         assert read_file(store, other, ROWS, None) == (None, "its receipt does not say where its numbers lie")
