@@ -10,13 +10,16 @@ from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from sigdb.core import InputError, suggestion
+from sigdb.core import SIGNALS_AT_ONCE, InputError, blocks, suggestion
 from sigdb.signature.checks import Float64Array, count, real_signal
-from sigdb.signature.indicators.indicator_table import INDICATORS, indicators
-from sigdb.signature.spectrum import order_spectrum
-from sigdb.signature.wigner_ville.pooled import mesh_bands, pooled_wigner_ville
+from sigdb.signature.gear_orders import gear_orders
+from sigdb.signature.indicators.indicator_table import INDICATORS, indicators_of
+from sigdb.signature.indicators.moment_kernels import as_float
+from sigdb.signature.spectrum import one_sided
+from sigdb.signature.wigner_ville.lag_window import analytic_of
+from sigdb.signature.wigner_ville.pooled import mesh_band_matrix, mesh_bands, pooled_products, three_bins
 
 _MESH_ORDERS = 4
 """Default mesh order at which the last band is centred."""
@@ -145,22 +148,24 @@ def features(
     >>> values["spectrum"].shape, values["wigner_ville"].shape, round(values["peak_to_peak"], 3)
     ((385,), (12, 17), 2.0)
     """
-    x, _ = real_signal("features", "tsa", tsa)
-    wanted = _checked_names(names)
-    values: dict[str, Float64Array] = {}
-    if "spectrum" in wanted:
-        values["spectrum"] = np.abs(order_spectrum(x)[1])
-    if not wanted.isdisjoint(INDICATORS):
-        values |= indicators(
-            tsa,
-            teeth=teeth,
-            mesh_harmonics=mesh_harmonics,
-            shaft_harmonics=shaft_harmonics,
-            sidebands=sidebands,
-        )
-    if "wigner_ville" in wanted:
-        values["wigner_ville"] = _pooled(x, count("features", "teeth", teeth, least=1), mesh_orders)
-    return {name: values[name] for name in FEATURES if name in wanted}
+    x, eps = real_signal("features", "tsa", tsa)
+    wanted, n = _checked_names(names), x.shape[-1]
+    signals = x.reshape(-1, n)
+    computed: list[dict[str, Float64Array]] = []
+    for some in blocks(max(len(signals), 1), SIGNALS_AT_ONCE):
+        values: dict[str, Float64Array] = {}
+        if not wanted.isdisjoint(INDICATORS):
+            orders = gear_orders("features", n, teeth, mesh_harmonics, shaft_harmonics, sidebands, least_mesh=1)
+            values |= indicators_of(signals[some], teeth, orders, eps)
+        if not wanted.isdisjoint({"spectrum", "wigner_ville"}):
+            X = np.fft.rfft(signals[some])
+            values["spectrum"] = np.abs(X * one_sided(n))
+        if "wigner_ville" in wanted:
+            values["wigner_ville"] = _pooled(X, count("features", "teeth", teeth, least=1, most=n), n, mesh_orders)
+        computed.append(values)
+    shapes = {name: (*x.shape[:-1], *computed[0][name].shape[1:]) for name in FEATURES if name in wanted}
+    every = {name: np.concatenate([some[name] for some in computed]).reshape(shape) for name, shape in shapes.items()}
+    return {name: as_float(values) for name, values in every.items()}
 
 
 def _checked_names(names: Collection[str] | None) -> set[str]:
@@ -170,15 +175,6 @@ def _checked_names(names: Collection[str] | None) -> set[str]:
     return wanted
 
 
-def _pooled(x: Float64Array, teeth: int, mesh_orders: int) -> Float64Array:
-    n = x.shape[-1]
-    # Three bins to a band, whose edges lie between bins.
-    n_bins = round(6 * n / teeth)
-    cells = pooled_wigner_ville(
-        x,
-        teeth=teeth,
-        bands=mesh_bands(teeth, mesh_orders=mesh_orders),
-        lag_window=min(2 * n // teeth, n // 2),
-        n_bins=n_bins,
-    )
-    return cells / (n_bins * n / teeth)
+def _pooled(X: NDArray[np.complex128], teeth: int, n: int, mesh_orders: int) -> Float64Array:
+    cells = pooled_products(analytic_of(X, n), teeth, mesh_band_matrix(n, teeth, mesh_orders))
+    return cells / (three_bins(n, teeth) * n / teeth)

@@ -204,11 +204,12 @@ def indicators(
     orders = gear_orders("indicators", n, teeth, mesh_harmonics, shaft_harmonics, sidebands, least_mesh=1)
     signals = x.reshape(-1, n)
     # A batch of 256 signals at once takes three times as long.
-    parts = [_indicators(signals[some], teeth, orders, eps) for some in blocks(max(len(signals), 1), SIGNALS_AT_ONCE)]
+    parts = [indicators_of(signals[some], teeth, orders, eps) for some in blocks(max(len(signals), 1), SIGNALS_AT_ONCE)]
     values = {name: np.concatenate([part[name] for part in parts]).reshape(x.shape[:-1]) for name in INDICATORS}
     return {name: as_float(each) for name, each in values.items()}
 
 
-def _indicators(x: Float64Array, teeth: int, orders: GearOrders, eps: float) -> dict[str, Float64Array]:
+def indicators_of(x: Float64Array, teeth: int, orders: GearOrders, eps: float) -> dict[str, Float64Array]:
+    """Return the indicators of a batch of averages (m, n); see :class:`AverageTerms`."""
     terms = AverageTerms(x, teeth, orders, eps)
     return {name: indicator.compute(terms) for name, indicator in INDICATORS.items()}

@@ -178,7 +178,7 @@ def peak_to_peak_over_mesh(range_: Float64Array, mesh: Float64Array, floor: Floa
 
 def sideband_sum(amplitudes: Float64Array, teeth: int, pairs: int, n: int) -> Float64Array:
     """Return the sum of the first pairs of sidebands about order ``teeth``."""
-    return np.sum(amplitudes[..., sideband_orders(np.array([teeth]), pairs, n)], axis=-1)
+    return np.sum(amplitudes[..., sideband_orders(teeth, 1, pairs, n)], axis=-1)
 
 
 def over_deviation(pair: Float64Array, variance: Float64Array, floor: Float64Array) -> Float64Array:

@@ -77,9 +77,13 @@ def analytic(x: NDArray[np.float64] | NDArray[np.complex128]) -> NDArray[np.comp
 
 
 def _from_real(x: Float64Array) -> NDArray[np.complex128]:
-    n = x.shape[-1]
-    Z = np.zeros(x.shape, dtype=np.complex128)
-    Z[..., : n // 2 + 1] = np.fft.rfft(x)
+    return analytic_of(np.fft.rfft(x), x.shape[-1])
+
+
+def analytic_of(X: NDArray[np.complex128], n: int) -> NDArray[np.complex128]:
+    """Return the complex signals (..., n) of real ones whose FFT has the bins X, (..., n // 2 + 1)."""
+    Z = np.zeros((*X.shape[:-1], n), dtype=np.complex128)
+    Z[..., : n // 2 + 1] = X
     # Mean and, for even n, Nyquist have no mirror: they are kept once.
     Z[..., 1 : (n + 1) // 2] *= 2
     return np.fft.ifft(Z)

@@ -1,5 +1,7 @@
 """The Wigner-Ville distribution summed over tooth passes and bands of order, without forming the distribution."""
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -8,6 +10,8 @@ from sigdb.signature.checks import GREATEST_COUNT, Float64Array, band_edges, cou
 from sigdb.signature.wigner_ville.lag_window import LagWindow, analytic, lag_weights
 
 _MOST_BANDS = 1_000_000
+_KEPT = 8
+"""Matrices of bands that are kept: those of the tooth counts that a program works on."""
 
 
 def mesh_bands(teeth: int, *, per_mesh_order: int = 4, mesh_orders: int = 4) -> Float64Array:
@@ -115,9 +119,41 @@ def pooled_wigner_ville(
     signals = a.reshape(-1, n)
     F = np.empty((signals.shape[0], cells, edges.size - 1))
     for some in blocks(signals.shape[0], SIGNALS_AT_ONCE):
-        R = _cell_lag_products(analytic(signals[some]), cells, h.size - 1)
-        F[some] = (R.reshape(-1, D.shape[0]) @ D).reshape(-1, cells, edges.size - 1)
+        F[some] = pooled_products(analytic(signals[some]), cells, D)
     return F.reshape(*a.shape[:-1], cells, edges.size - 1)
+
+
+def pooled_products(z: NDArray[np.complex128], cells: int, D: Float64Array) -> Float64Array:
+    """Return the distribution of analytic signals, summed over cells and bands, (signals, cells, B).
+
+    Parameters
+    ----------
+    z
+        (signals, n) analytic signals: some at once, so that their products stay in the cache.
+    cells
+        Number of cells.
+    D
+        (2 (L + 1), B) sums over the bins of the bands, for each lag.
+    """
+    R = _cell_lag_products(z, cells, D.shape[0] // 2 - 1)
+    return (R.reshape(-1, D.shape[0]) @ D).reshape(-1, cells, D.shape[1])
+
+
+@lru_cache(_KEPT)
+def mesh_band_matrix(n: int, teeth: int, mesh_orders: int) -> Float64Array:
+    """Return D for three bins in each of :func:`mesh_bands` and a Hamming window of two tooth passes, (2 (L + 1), B).
+
+    Edges of bands lie between bins. The window is at most half a revolution long.
+    """
+    n_bins = three_bins(n, teeth)
+    edges = band_edges("features", mesh_bands(teeth, mesh_orders=mesh_orders), n)
+    h, K = lag_weights("features", min(2 * n // teeth, n // 2), n, n_bins, circular=True)
+    return _band_matrix(h, K, edges, n)
+
+
+def three_bins(n: int, teeth: int) -> int:
+    """Return the number of bins of which three lie in a quarter of the mesh order."""
+    return round(6 * n / teeth)
 
 
 def _cell_lag_products(z: NDArray[np.complex128], cells: int, L: int) -> Float64Array:

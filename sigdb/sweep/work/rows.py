@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 import pyarrow as pa
 
-from sigdb.core import NOISE_BLOCK, SIGNALS_AT_ONCE, BoolArray, FloatArray, blocks, noise_stream
+from sigdb.core import NOISE_BLOCK, BoolArray, FloatArray, noise_stream
 from sigdb.database import Receipt, Schema, Store, read_schema, suffixed, write_part
 from sigdb.signature import FEATURES, features
 from sigdb.sweep.plan.plan import Plan
@@ -80,9 +80,8 @@ def _columns(plan: Plan, averages: Averages) -> pa.Table:
     }
     tsa = averages.tsa[done]
     results = {"scatter": averages.scatter[done], "tsa": tsa}
-    signatures = [_signature(tsa[some], averages.teeth) for some in blocks(len(tsa), SIGNALS_AT_ONCE)]
-    if signatures:
-        results |= {name: np.concatenate([some[name] for some in signatures]) for name in signatures[0]}
+    if len(tsa):
+        results |= _signature(tsa, averages.teeth)
     for i, sensor in enumerate(plan.sensors):
         for name, values in results.items():
             column = _lists if values.ndim == 3 else _numbers
