@@ -44,13 +44,13 @@ def add_revolutions(
             f = (place - k) * cells
             q = int(f)
             f -= q
-            h0, h1, h2, h3 = table[q, 0], table[q, 1], table[q, 2], table[q, 3]
+            h0, h1, h2 = table[q, 0], table[q, 1], table[q, 2]
             for c in range(x.shape[0]):
                 # A slice, so that the loop is vectorised.
                 v = x[c, k - before : k - before + taps]
                 y = 0.0
                 for t in range(taps):
-                    y += v[t] * (h0[t] + f * (h1[t] + f * (h2[t] + f * h3[t])))
+                    y += v[t] * (h0[t] + f * (h1[t] + f * h2[t]))
                 d = y - mean[c, j]
                 mean[c, j] += weight * d
                 squares[c, j] += d * (y - mean[c, j])
@@ -81,15 +81,15 @@ def sample_revolution(
         f = (place - k) * cells
         q = int(f)
         f -= q
-        h0, h1, h2, h3 = table[q, 0], table[q, 1], table[q, 2], table[q, 3]
+        h0, h1, h2 = table[q, 0], table[q, 1], table[q, 2]
         for c in range(x.shape[0]):
             v = x[c, k - before : k - before + taps]
             y = 0.0
             if taps == _TAPS:
                 # With a constant count the loop is unrolled.
                 for t in range(_TAPS):
-                    y += v[t] * (h0[t] + f * (h1[t] + f * (h2[t] + f * h3[t])))
+                    y += v[t] * (h0[t] + f * (h1[t] + f * h2[t]))
             else:
                 for t in range(taps):
-                    y += v[t] * (h0[t] + f * (h1[t] + f * (h2[t] + f * h3[t])))
+                    y += v[t] * (h0[t] + f * (h1[t] + f * h2[t]))
             sampled[c, j] = y

@@ -9,9 +9,9 @@ HALF_WIDTH = 16
 """Zero crossings of the sinc on either side. The gain is within 3e-6 of 1 up to 0.38 of the sampling rate."""
 
 _BETA = 12.0
-_CELLS = 128
-_DEGREE = 3
-"""Cubics on 128 cells of a sample follow the weights to 3e-11; a wider kernel is as much smoother."""
+_CELLS = 512
+_DEGREE = 2
+"""Parabolas on 512 cells of a sample follow the weights to 3e-10; a wider kernel is as much smoother."""
 
 
 def reach(stretch: float) -> int:
@@ -21,7 +21,7 @@ def reach(stretch: float) -> int:
 
 @lru_cache(maxsize=64)
 def sinc_table(stretch: float) -> NDArray[np.float64]:
-    """Return the coefficients ``(cells, 4, 2 reach)`` of the weights as cubics of the place within a cell.
+    """Return the coefficients ``(cells, 3, 2 reach)`` of the weights as parabolas of the place within a cell.
 
     Between samples k and k + 1, at the fraction f, cell ``q = floor(cells f)`` has the weight of sample
     ``k - reach + 1 + i`` as ``sum_d table[q, d, i] (cells f - q)^d``. A stretch s widens the kernel s times, which cuts

@@ -2,14 +2,16 @@
 
 import multiprocessing
 import signal
+import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Protocol, TypeVar
 
 import joblib
 from joblib.externals.loky.process_executor import TerminatedWorkerError
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from sigdb.core import DatabaseError, InputError
 from sigdb.database import Receipt, Store
@@ -172,8 +174,14 @@ def _make_in_process(make: Make[_Work], work: _Work, store: Store, part: int) ->
 
 def _make(make: Make[_Work], work: _Work, store: Store, part: int) -> Receipt:
     """Make a part with one thread in linear algebra: the same sums in the same order everywhere, bit for bit."""
-    with threadpool_limits(1):
+    with _thread_pools(len(sys.modules)).limit(limits=1):
         return make(work, store, part)
+
+
+@lru_cache(maxsize=1)
+def _thread_pools(modules: int) -> ThreadpoolController:
+    """Return the thread pools of the libraries that are loaded: searched again when there are other modules."""
+    return ThreadpoolController()
 
 
 def _distributed() -> Any:
