@@ -58,7 +58,7 @@ SMALL = {
     "recording/evidence/least_event.py": "the power of a decision, apart from the decision",
     "recognition/bound/noise_bands.py": "the bands of noise, used by tables and pages",
     "recognition/calibration/unfit_reasons.py": "the verdict that three estimators by templates share",
-    "recognition/noise/surprise.py": "the test of residuals, which no law or bank enters",
+    "recognition/templates/outward.py": "changes beyond the severities of templates, apart from the tests for them",
     "recognition/calibration/cells.py": "the cells that both kinds of intervals are calibrated in",
     "database/splits/names.py": "names that must not import what uses them",
     "database/store/roles.py": "one table, apart from the schema",

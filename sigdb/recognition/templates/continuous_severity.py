@@ -223,16 +223,18 @@ class ContinuousSeverity:
 
     def _density(self, log_likelihood: FloatArray, raised: Sequence[FloatArray], nodes: "_Nodes") -> "_Densities":
         rows, _, teeth = log_likelihood.shape
-        along = np.empty((rows, teeth, len(self._grids), nodes.count))
+        top, relative = [], []
         parts = zip(self._grids, raised, nodes.weights, nodes.log_weights, self._log_share, strict=True)
-        for i, (grid, rise, weights, log_weight, share) in enumerate(parts):
+        for grid, rise, weights, log_weight, share in parts:
             of_grid = log_likelihood[:, grid.places.ravel()].transpose(0, 2, 1).reshape(rows * teeth, -1)
-            along[:, :, i] = (of_grid @ weights.T).reshape(rows, teeth, -1)
-            along[:, :, i] += (rise + (share + log_weight))[:, None]
-        of_teeth = along.reshape(rows, teeth, -1)
-        top = of_teeth.max(axis=2)
-        of_teeth -= top[:, :, None]
-        return _Densities(top=top, relative=np.exp(of_teeth, out=of_teeth))
+            density = (of_grid @ weights.T).reshape(rows, teeth, -1)
+            density += (rise + (share + log_weight))[:, None]
+            top.append(density.max(axis=2, initial=np.finfo(float).min))
+            # Ratios of densities are in single precision, whose exponential takes a fifth of the time.
+            ratio = np.empty(density.shape, np.float32)
+            np.subtract(density, top[-1][:, :, None], out=ratio, casting="same_kind")
+            relative.append(np.exp(ratio, out=ratio))
+        return _Densities(top=np.stack(top), relative=relative)
 
     def _steps(self, axis: int, distances: Sequence[FloatArray]) -> IntArray:
         """Return in how many steps, none wider than the deviation of an estimate, an axis is divided; (rows,)."""
@@ -258,23 +260,26 @@ class _Densities:
     Attributes
     ----------
     top
-        (rows, teeth) logarithm of the greatest density of each tooth.
+        (grids, rows, teeth) logarithm of the greatest density of each tooth in each grid.
     relative
-        (rows, teeth, severities) densities over it.
+        For each grid, (rows, teeth, severities) densities over it.
     """
 
     top: FloatArray
-    relative: FloatArray
+    relative: Sequence[FloatArray]
 
     def evidence(self) -> FloatArray:
         """Return the logarithm of the sum over severities, (rows, teeth)."""
-        return np.asarray(self.top + np.log(self.relative.sum(axis=2)))
+        with np.errstate(divide="ignore"):
+            sums = np.log(np.stack([each.sum(axis=2) for each in self.relative]))
+        return np.logaddexp.reduce(self.top + sums, axis=0)
 
     def masses(self) -> FloatArray:
-        """Return the posterior probabilities of severities, whatever the tooth, (rows, severities)."""
-        of_teeth = np.exp(self.top - self.top.max(axis=1, keepdims=True))
-        masses = (of_teeth[:, None] @ self.relative)[:, 0]
-        return np.asarray(masses / masses.sum(axis=1, keepdims=True))
+        """Return the posterior probabilities of severities, whatever the tooth, (rows, grids, severities)."""
+        of_teeth = np.exp(self.top - self.top.max(axis=(0, 2))[:, None]).astype(np.float32)
+        of_grids = [(some[:, None] @ each)[:, 0] for some, each in zip(of_teeth, self.relative, strict=True)]
+        masses = np.stack(of_grids, axis=1).astype(float)
+        return np.asarray(masses / masses.sum(axis=(1, 2), keepdims=True))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

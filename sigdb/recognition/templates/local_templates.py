@@ -9,7 +9,7 @@ import numpy as np
 
 from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.recognition.noise.noise_shape import shape_of, whitened
-from sigdb.recognition.rows.turned_products import TurnedProducts
+from sigdb.recognition.noise.residual_tests import ResidualTests
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, TemplateDistances
 from sigdb.recognition.templates.outward import outward_changes
 from sigdb.recognition.templates.severity_grid import severity_grids
@@ -18,12 +18,6 @@ from sigdb.recognition.templates.turned_laws import TurnedLaws, joint_modes
 
 _KEPT_SHAPES = 16
 """Shapes of noise whose laws are in memory at once, for each range."""
-
-_LEAST_DIFFERENCE = 1e-3
-"""Least size of a difference of templates, over the greatest, that a residual is freed of."""
-
-_NEIGHBOURS = 2
-"""Teeth on each side of a damaged one whose damage is much like its own."""
 
 _KEPT_RANGES = 64
 """Ranges whose laws are in memory at once."""
@@ -108,74 +102,18 @@ class LocalTemplates:
         energy = (np.abs(np.fft.rfft(self.change, axis=1)) ** 2).sum(axis=0)
         return float(np.sqrt(energy.sum() / (energy / shape**2).sum()))
 
-    def without_severity(
-        self, template: int, residual: FloatArray, noise: FloatArray, index_error: float
-    ) -> FloatArray:
-        """Return residuals r (rows, n) of a template without the part that another severity explains best.
-
-        With the differences D of the templates of as many damaged teeth it is ``r - D (D' S^-1 D)^-1 D' S^-1 r``, S the
-        covariance of the template's law.
-        """
-        laws, D = self.laws, self._other_severities(template)
-        d = (laws.gains[template] * (laws.size(index_error) / noise)[:, None]) ** 2
-        shrunk, along = d / (1 + d), D @ laws.modes[template]
-        gram = D @ D.T - np.einsum("rm,im,jm->rij", shrunk, along, along, optimize=True)
-        product = residual @ D.T - (residual @ laws.modes[template] * shrunk) @ along.T
-        return np.asarray(residual - np.linalg.solve(gram, product[:, :, None])[:, :, 0] @ D)
-
-    def _other_severities(self, template: int) -> FloatArray:
-        """Return a basis (b, n) of the differences of templates of as many damaged teeth from one."""
-        if template not in self._kept_severities:
-            alike = self.severity[:, 2] == self.severity[template, 2]
-            differences = self.change[alike | self.healthy] - self.change[template]
-            _, sizes, D = np.linalg.svd(differences, full_matrices=False)
-            self._kept_severities[template] = D[sizes > _LEAST_DIFFERENCE * sizes[0]]
-        return self._kept_severities[template]
+    def residual_tests(self, between: bool) -> ResidualTests:
+        """Return the tests of residuals, where severities lie between those of templates or not."""
+        if between not in self._kept_tests:
+            laws, severity = self.laws, self.severity
+            self._kept_tests[between] = ResidualTests(
+                laws=laws, severity=severity, outward=self.outward, change=self.change, between=between
+            )
+        return self._kept_tests[between]
 
     @cached_property
-    def _kept_severities(self) -> dict[int, FloatArray]:
+    def _kept_tests(self) -> dict[bool, ResidualTests]:
         return {}
-
-    def another_tooth(self, template: int, weighted: FloatArray, noise: FloatArray, index_error: float) -> FloatArray:
-        """Return the greatest score of damage at another tooth, beyond a template, (rows,).
-
-        It is the score test of the template's law N(s, S): with the change d by damage at a tooth, ``d' S^-1 (x - s) /
-        sqrt(d' S^-1 d)``, a standard normal number. Teeth within two of the damaged one do not count.
-
-        Parameters
-        ----------
-        template
-            Place of the template.
-        weighted
-            (rows, n) ``S^-1 (x - s)``, turned back.
-        noise, index_error
-            As for :meth:`TurnedLaws.log_likelihood`; noise (rows,).
-        """
-        far = slice(_NEIGHBOURS + 1, self.teeth - _NEIGHBOURS)
-        laws, changes = self.laws, self.change[~self.healthy]
-        d = (laws.gains[template] * (laws.size(index_error) / noise)[:, None]) ** 2
-        if template not in self._kept_modes:
-            self._kept_modes[template] = self._turned_changes(laws.modes[template].T)[far]
-        along = self._kept_modes[template]
-        square = (changes**2).sum(axis=1) - np.einsum("rm,tmk->trk", d / (1 + d), along**2, optimize=True)
-        product = self._turned_changes(weighted)[far] * noise[:, None]
-        return np.asarray((product / np.sqrt(np.maximum(square, np.finfo(float).tiny))).max(axis=(0, 2)))
-
-    @cached_property
-    def _kept_modes(self) -> dict[int, FloatArray]:
-        """For each template, products (teeth, r, changes) of its modes with the changes at other teeth."""
-        return {}
-
-    @property
-    def other_teeth(self) -> int:
-        """Number of tests for damage at another tooth; none where templates are not turned."""
-        if self.laws.teeth != self.teeth:
-            return 0
-        return max(0, self.teeth - 2 * _NEIGHBOURS - 1) * int((~self.healthy).sum())
-
-    @cached_property
-    def _turned_changes(self) -> TurnedProducts:
-        return TurnedProducts(self.change[~self.healthy], self.teeth)
 
     @cached_property
     def log_prior(self) -> FloatArray:

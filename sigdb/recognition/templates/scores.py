@@ -16,7 +16,6 @@ from sigdb.recognition.noise.surprise import ANOTHER_TOOTH, MORE_DAMAGE, normal_
 from sigdb.recognition.rows.batch import NOISE, POINT, TSA, Batch, Column, Rows
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.templates.local_templates import LocalTemplates
-from sigdb.recognition.templates.outward import beyond, residual_of, whitened_residual
 from sigdb.recognition.templates.posterior import Posterior, posterior
 
 COLUMNS: frozenset[Column] = frozenset({*POINT, *NOISE, TSA})
@@ -160,7 +159,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
             averages = averages or {teeth: (of_teeth, x) for teeth, of_teeth, x in batch.averages()}
             of_teeth, x = averages[local.teeth]
             rows = np.searchsorted(of_teeth, at)
-            _check_averages(x, local)
+            _check_averages(x[rows], local)
             for levels, places in noise.alike(at):
                 shaped = local.whitened(levels)
                 for some in (places[part] for part in blocks(len(places), _ROWS_AT_ONCE)):
@@ -183,14 +182,31 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         best = likelihood.reshape(len(x), -1).argmax(axis=1)
         place = np.column_stack(np.unravel_index(best, likelihood.shape[1:]))
         greatest = likelihood.reshape(len(x), -1)[np.arange(len(x)), best]
-        chi2 = local.laws.chi2_of(place[:, 0], greatest, noise=noise, index_error=self.bank.index_error)
         ratio, severity = self._ratio_and_severity(local, likelihood, law)
-        further = beyond(local.laws, local.outward, x, place, **law)
-        between = self.bank.has_continuous_severity(local.teeth)
-        columns = [ratio, chi2[:, None] / local.samples, *_surprise(local, x, place, uneven, further, law, between)]
-        if self.severity:
-            columns += [severity, further[:, None]]
-        return at, np.hstack(columns)
+        tests = self._tests(local, x, place, greatest, uneven, law)
+        return at, np.hstack([ratio, tests[:, :3], *([severity, tests[:, 3:]] if self.severity else [])])
+
+    def _tests(
+        self,
+        local: LocalTemplates,
+        x: FloatArray,
+        best: IntArray,
+        likelihood: FloatArray,
+        uneven: FloatArray,
+        law: "Law",
+    ) -> FloatArray:
+        """Return tests of averages against the most likely law, of which there is the likelihood, (rows, 4).
+
+        They are reduced chi-square, surprise and its place, and by how much averages ask for more damage.
+        """
+        chi2 = local.laws.chi2_of(best[:, 0], likelihood, noise=law["noise"], index_error=law["index_error"])
+        tests = local.residual_tests(self.bank.has_continuous_severity(local.teeth))
+        white, more, others = tests.results(x, best, **law)
+        even, place = surprise(white, local.teeth, uneven)
+        each = np.stack([even, normal_surprise(more, 2), normal_surprise(others, max(1, tests.other_teeth))])
+        place = np.choose(each.argmax(axis=0), [place, MORE_DAMAGE, ANOTHER_TOOTH])
+        more = np.where(np.isneginf(more), 0.0, more)
+        return np.column_stack([chi2 / local.samples, each.max(axis=0), place, more])
 
     def _ratio_and_severity(
         self, local: LocalTemplates, likelihood: FloatArray, law: "Law"
@@ -217,39 +233,6 @@ class TemplateScores(TransformerMixin, BaseEstimator):
                 severity[some] = np.hstack([marginals.mean(), marginals.quantile(0.5), marginals.spread()])
         ratio[:, : local.teeth] = evidence - np.log(local.teeth) - none[:, None]
         return ratio, severity
-
-
-def _surprise(
-    local: LocalTemplates,
-    x: FloatArray,
-    best: IntArray,
-    uneven: FloatArray,
-    beyond: FloatArray,
-    law: "Law",
-    between: bool,
-) -> tuple[FloatArray, FloatArray]:
-    """Return the surprise of averages and its place, (rows, 1) each, given the most likely template and turn.
-
-    Where there may be severities between those of templates, what these change in the residual does not count.
-    """
-    white, damaged = np.empty_like(x), ~local.healthy[best[:, 0]]
-    others = np.full(len(x), -np.inf)
-    for template in np.unique(best[:, 0]).tolist():
-        at = np.flatnonzero(best[:, 0] == template)
-        noise, index_error = law["noise"][at], law["index_error"]
-        coefficients = None if law["coefficients"] is None else law["coefficients"][at]
-        residual = residual_of(local.laws, template, best[at, 1], x[at], coefficients)
-        if between and not local.healthy[template]:
-            residual = local.without_severity(template, residual, noise, index_error)
-        white[at], weighted = whitened_residual(local.laws, template, residual, noise=noise, index_error=index_error)
-        if local.other_teeth and not local.healthy[template]:
-            others[at] = local.another_tooth(template, weighted, noise, index_error)
-    value, place = surprise(white, local.teeth, uneven)
-    more = np.where(damaged, normal_surprise(beyond, 2), -np.inf)
-    others = normal_surprise(others, max(1, local.other_teeth))
-    each = np.stack([value, more, others])
-    place = np.choose(each.argmax(axis=0), [place, MORE_DAMAGE, ANOTHER_TOOTH])
-    return each.max(axis=0)[:, None], place[:, None]
 
 
 class Law(TypedDict):

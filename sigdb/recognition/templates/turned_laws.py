@@ -162,12 +162,16 @@ class TurnedLaws:
         modes, gains, _ = np.linalg.svd(columns.transpose(0, 2, 1), full_matrices=False)
         return replace(self, modes=modes, gains=gains, carriers=whitened(self.carriers, shape))
 
-    def mean(self, template: int, turn: IntArray, coefficients: FloatArray | None = None) -> FloatArray:
-        """Return the means s_kt (rows, n) of a template, as they lie turned back, for the turn of each row."""
-        weights = self._weights(coefficients)[:, :, template]
-        rows = np.arange(len(turn))
-        of_rows = weights[turn if len(weights) > 1 else 0, rows if weights.shape[1] > 1 else 0]
-        return np.broadcast_to(of_rows, (len(turn), of_rows.shape[-1])) @ self._flat[template]
+    def weights_of(self, template: int, turn: IntArray, coefficients: FloatArray | None = None) -> FloatArray:
+        """Return the weights c_ab phi_kbt (rows, a b) of a template's carriers, for the turn of each row."""
+        phases = self.phases[template]
+        of_turns = phases.T[turn % phases.shape[1], None]
+        c = np.ones((1, *self.carriers.shape[1:3])) if coefficients is None else coefficients
+        return np.asarray((c * of_turns).reshape(len(turn), -1))
+
+    def carriers_of(self, template: int) -> FloatArray:
+        """Return the carriers of a template, (a b, n)."""
+        return self._flat[template]
 
     def first_means(self, coefficients: FloatArray | None = None) -> FloatArray:
         """Return the sums of the first carriers, (rows or 1, templates, n)."""

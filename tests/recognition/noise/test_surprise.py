@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.stats import norm
+from scipy.stats import chi2, norm
 
 from sigdb.recognition.noise.noise_shape import order_bands
 from sigdb.recognition.noise.surprise import ANOTHER_TOOTH, MORE_DAMAGE, normal_surprise, surprise, surprise_text
@@ -41,6 +41,19 @@ def test_a_band_of_more_noise_is_named_unless_it_is_known():
     assert np.mean([surprise_text(place, N, TEETH) == text for place in places]) > 0.9
     known = EVEN + 8.0 * (np.arange(EVEN.shape[1]) == 3)
     assert (surprise(e, TEETH, np.broadcast_to(known, (50, known.shape[1])))[0] < 3.5).all()
+
+
+@pytest.mark.parametrize("size", [1.0, 30.0])
+def test_it_is_the_least_probability_written_out(size):
+    """Energies of 30 deviations have probabilities below the least number; single precision errs by 1e-5."""
+    e = size * white(20, seed=3)
+    energy, band = 2 * np.abs(np.fft.rfft(e, axis=1)[:, 1:-1]) ** 2 / N, order_bands(N, TEETH)[1:-1]
+    of_bands = [chi2.logsf(energy[:, band == b].sum(axis=1), 2 * (band == b).sum()) for b in np.unique(band)]
+    of_orders = chi2.logsf(energy, 2).min(axis=1) + np.log(energy.shape[1])
+    expected = -np.minimum(np.min(of_bands, axis=0) + np.log(len(of_bands)), of_orders) / np.log(10)
+    even = np.broadcast_to(EVEN, (20, EVEN.shape[1]))
+    assert_allclose(surprise(e, TEETH, even)[0], expected, rtol=1e-9)
+    assert_allclose(surprise(e.astype(np.float32), TEETH, even)[0], expected, rtol=1e-5)
 
 
 def test_tests_against_one_change_are_normal():

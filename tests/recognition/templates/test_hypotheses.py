@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
-from scipy.linalg import sqrtm
 from scipy.stats import chi2, multivariate_normal
 
 from sigdb.core.errors import InputError
@@ -16,7 +15,6 @@ from sigdb.database import Template
 from sigdb.measurement import index_error_covariance, index_errors, noise_deviation
 from sigdb.recognition import Hypotheses
 from sigdb.recognition.noise.noise_shape import shape_of, whitened
-from sigdb.recognition.templates.outward import residual_of, whitened_residual
 from sigdb.transmission import Transmission
 
 TEETH, STEP, MATE = 4, 6, 10
@@ -298,22 +296,6 @@ def test_averages_of_another_length_or_without_noise_are_refused(stored):
         hypotheses.log_likelihood(np.zeros((3, N - 1)), noise=1.0, index_error=0.0)
     with pytest.raises(InputError, match="noise = 0 must be above 0"):
         hypotheses.log_likelihood(np.zeros((3, N)), noise=[1.0, 0.0, 1.0], index_error=0.0)
-
-
-def test_whitened_residuals_are_those_of_the_covariance_written_out(stored):
-    laws = Hypotheses.from_templates(stored, teeth=TEETH, mate_teeth=MATE).turned
-    x = np.random.default_rng(21).standard_normal((3, N))
-    noise, turn = np.array([0.5, 0.7, 0.1]), np.array([0, 2, 3])
-    residual = residual_of(laws, 2, turn, x)
-    white, weighted = whitened_residual(laws, 2, residual, noise=noise, index_error=2e-6)
-    for row in range(3):
-        mean, covariance = law(stored[2], int(turn[row]), noise[row], 2e-6)
-        expected = x[row] - mean
-        assert_allclose(np.roll(residual[row], turn[row] * STEP), expected, atol=1e-12)
-        solved = np.linalg.solve(covariance, expected)
-        assert_allclose(np.roll(weighted[row], turn[row] * STEP), solved, atol=1e-9 * abs(solved).max())
-        root = sqrtm(np.linalg.inv(covariance)).real @ expected
-        assert_allclose(np.roll(white[row], turn[row] * STEP), root, atol=1e-9 * abs(root).max())
 
 
 def test_ratios_in_coloured_noise_are_those_of_the_normal_law_written_out(stored):
