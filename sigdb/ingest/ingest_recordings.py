@@ -128,8 +128,7 @@ def ingest(
                 recordings=new,
                 first_part=plans[-1].row_part_numbers.stop if plans else 0,
             )
-            _describe(plan, store)
-            plans.append(plan)
+            plans.append(_described(plan, plans[-1] if plans else None, store))
         apply_findings(store)
         engine = Cluster(scheduler) if scheduler else Processes(jobs)
         return replace(run_plans(plans, store, engine, on_progress, files.left_out), moved=len(moves))
@@ -214,12 +213,16 @@ def _check_alike(plan: IngestPlan, settings: IngestSettings, store: Store) -> No
         )
 
 
-def _describe(plan: IngestPlan, store: Store) -> None:
-    """Write the list of the recordings of a plan, then the description of the database that names it."""
+def _described(plan: IngestPlan, before: IngestPlan | None, store: Store) -> IngestPlan:
+    """Write the list of the recordings of a plan, then the description of the database that names it.
+
+    The plan before it grows by the recordings if it has the same settings: the description of a database that is
+    extended a thousand times stays as short as it was.
+    """
     store.put(plan.list_name, plan.list_content)
-    if store.size(MANIFEST_FILE) is None:
+    if before is None:
         write_schema(measured_schema(), store)
-        manifest = Manifest(
+        Manifest(
             plan=plan.record,
             part_rows=PART_ROWS,
             part_templates=1,
@@ -228,11 +231,15 @@ def _describe(plan: IngestPlan, store: Store) -> None:
             sigdb_version=__version__,
             licence="not stated: that of the recordings",
             citation="Cite sigdb by its CITATION.cff, and the source of the recordings.",
-        )
-    else:
-        manifest = read_manifest(store)
-        manifest = replace(manifest, extensions=(*manifest.extensions, plan.record))
-    manifest.write(store)
+        ).write(store)
+        return plan
+    manifest = read_manifest(store)
+    if not plan.is_alike(before):
+        replace(manifest, extensions=(*manifest.extensions, plan.record)).write(store)
+        return plan
+    record = manifest.plans[-1]
+    manifest.with_last_plan(plan.grown(record)).write(store)
+    return replace(plan, grows=record.hash)
 
 
 def _rigs(settings: IngestSettings, recordings: Sequence[PlannedRecording]) -> dict[str, Transmission]:

@@ -18,19 +18,23 @@ def find_moves(store: Store, plans: Sequence[IngestPlan], files: FoundFiles) -> 
             sizes.setdefault(path.stat().st_size, []).append(path)
     present = files.ingested_paths
     gone = {
-        (plan.hash, each.name): each
+        (part, each.name): each
         for plan in (plans if sizes else ())
-        for each in plan.recordings
+        for part in plan.row_part_numbers
+        for each in plan.recordings_of(part)
         if each.bytes in sizes and each.path not in present and not Path(each.path).exists()
     }
     if not gone:
         return {}
     by_digest: dict[str, list[str]] = {}
-    for receipt in read_receipts(store, "rows", {plan for plan, _ in gone}):
+    parts = {part for part, _ in gone}
+    for receipt in read_receipts(store, "rows", {plan.hash for plan in plans}):
+        if receipt.part not in parts:
+            continue
         rows = CheckedParquet(store, receipt.file("features")).read(columns=["recording", "sha256"])
         for name, digest in dict(zip(rows["recording"].to_pylist(), rows["sha256"].to_pylist(), strict=True)).items():
-            if digest and (receipt.plan, name) in gone:
-                by_digest.setdefault(digest, []).append(gone[receipt.plan, name].path)
+            if digest and (receipt.part, name) in gone:
+                by_digest.setdefault(digest, []).append(gone[receipt.part, name].path)
     moves: dict[str, str] = {}
     for size in {each.bytes for each in gone.values()}:
         for path in sizes[size]:

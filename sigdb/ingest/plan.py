@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any, Literal, Self
 
 from sigdb.core import DatabaseError, validated
-from sigdb.database import FORMAT, PlanRecord, Store, sealed_json, unsealed
+from sigdb.database import FORMAT, MANIFEST_FILE, PlanRecord, Store, sealed_json, unsealed
 from sigdb.ingest.facts.recording_facts import RecordingFacts
 from sigdb.ingest.settings import IngestSettings
 from sigdb.transmission import Transmission
@@ -86,6 +86,8 @@ class IngestPlan:
         Number of the first part.
     stored_list
         Content of the file with the list of its recordings, where it exists.
+    grows
+        Hash of the earlier plan, of the same settings, that grows by the recordings; None where there is none.
     """
 
     settings: IngestSettings
@@ -93,6 +95,7 @@ class IngestPlan:
     recordings: tuple[PlannedRecording, ...]
     first_part: int = 0
     stored_list: bytes | None = None
+    grows: str | None = None
 
     @property
     def source(self) -> Source:
@@ -145,8 +148,18 @@ class IngestPlan:
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of :attr:`resolved`."""
-        return hashlib.sha256(json.dumps(self.resolved, sort_keys=True).encode()).hexdigest()
+        """SHA-256 of :attr:`resolved`; that of the plan that grows by its recordings, if there is one."""
+        return self.grows or hashlib.sha256(json.dumps(self.resolved, sort_keys=True).encode()).hexdigest()
+
+    def is_alike(self, other: "IngestPlan") -> bool:
+        """Return whether another plan has the same settings and rigs."""
+        mine, others = ({**plan.resolved, "recordings": ""} for plan in (self, other))
+        return json.dumps(mine, sort_keys=True) == json.dumps(others, sort_keys=True)
+
+    def grown(self, record: PlanRecord) -> PlanRecord:
+        """Return the record of the plan that grows by its recordings."""
+        parts = (record.parts or 0) + len(self.row_part_numbers)
+        return replace(record, parts=parts, grown=_chained(record.grown, self.list_content))
 
     @property
     def record(self) -> PlanRecord:
@@ -167,32 +180,51 @@ def list_name(first_part: int) -> str:
     return f"recordings/list-{first_part:05d}.json"
 
 
-def stored_plan(record: PlanRecord, store: Store) -> IngestPlan:
-    """Return the plan of a record and of the list of its recordings.
+def _chained(digest: str | None, content: bytes) -> str:
+    """Return the SHA-256 over lists of recordings, from that over all but the last."""
+    return hashlib.sha256((digest or "").encode() + hashlib.sha256(content).digest()).hexdigest()
+
+
+def plans_of(record: PlanRecord, store: Store) -> list[IngestPlan]:
+    """Return the plan of a record with its list of recordings, and those by which it has grown.
 
     Raises
     ------
     DatabaseError
-        If the list is missing or damaged, or is not that of the record.
+        If a list is missing or damaged, or is not that of the record.
     """
-    name = list_name(record.first_row_part)
-    stored = store.get(name)
-    content = unsealed(stored, name=store.name_of(name))
-    plan = IngestPlan(
-        settings=validated(IngestSettings, record.resolved["ingest"], owner=str(store)),
-        rigs={key: validated(Transmission, rig, owner=str(store)) for key, rig in record.resolved["rigs"].items()},
-        recordings=tuple(map(PlannedRecording.from_json, content["recordings"])),
-        first_part=record.first_row_part,
-        stored_list=stored,
-    )
-    if plan.hash != record.hash:
-        raise DatabaseError(f"{store.name_of(name)} is not the list of the recordings that sigdb.toml names")
-    return plan
+    settings = validated(IngestSettings, record.resolved["ingest"], owner=str(store))
+    rigs = {key: validated(Transmission, rig, owner=str(store)) for key, rig in record.resolved["rigs"].items()}
+    plans: list[IngestPlan] = []
+    first, stop = record.first_row_part, record.first_row_part + (record.parts or 0)
+    digest = None
+    while not plans or first < stop:
+        name = list_name(first)
+        stored = store.get(name)
+        content = unsealed(stored, name=store.name_of(name))
+        plan = IngestPlan(
+            settings=settings,
+            rigs=rigs,
+            recordings=tuple(map(PlannedRecording.from_json, content["recordings"])),
+            first_part=first,
+            stored_list=stored,
+            grows=record.hash if plans else None,
+        )
+        if not plan.recordings or (not plans and plan.hash != record.hash):
+            raise DatabaseError(f"{store.name_of(name)} is not the list of the recordings that {MANIFEST_FILE} names")
+        if plans:
+            digest = _chained(digest, stored)
+        plans.append(plan)
+        first = plan.row_part_numbers.stop
+    if digest != record.grown:
+        last = store.name_of(plans[-1].list_name)
+        raise DatabaseError(f"{last}, or a list before it, is not that of the recordings that {MANIFEST_FILE} names")
+    return plans
 
 
 def stored_plans(records: Sequence[PlanRecord], store: Store) -> list[IngestPlan]:
     """Return the plans of a database, with the paths that its recordings have now."""
-    plans, moves = [stored_plan(record, store) for record in records], read_moves(store)
+    plans, moves = [plan for record in records for plan in plans_of(record, store)], read_moves(store)
     if not moves:
         return plans
     return [replace(plan, recordings=tuple(each.at(moves) for each in plan.recordings)) for plan in plans]

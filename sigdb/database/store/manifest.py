@@ -1,7 +1,7 @@
 """``sigdb.toml``, the description of a database."""
 
 import os
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +37,8 @@ class PlanRecord:
         of recordings have the section ``ingest`` in place of ``sweep`` and ``measurement``.
     parts
         Number of its parts of rows, where the number of rows is not known before they are made; None otherwise.
+    grown
+        SHA-256 over the lists of recordings that were added later with the same settings; None where there are none.
     """
 
     hash: str
@@ -47,6 +49,7 @@ class PlanRecord:
     first_template_part: int = 0
     resolved: dict[str, Any]
     parts: int | None = None
+    grown: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,6 +119,12 @@ class Manifest:
     def templates(self) -> int:
         """Number of templates of all plans."""
         return sum(plan.templates for plan in self.plans)
+
+    def with_last_plan(self, plan: PlanRecord) -> "Manifest":
+        """Return the manifest with another last plan."""
+        if not self.extensions:
+            return replace(self, plan=plan)
+        return replace(self, extensions=(*self.extensions[:-1], plan))
 
     def write(self, store: Store) -> None:
         """Publish the manifest as ``sigdb.toml``."""
