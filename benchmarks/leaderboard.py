@@ -1,109 +1,141 @@
-"""A table of models beside the best possible answer, on the fixed split of a database.
+"""A table of models beside the best possible answer, on fixed splits of the reference database.
 
-Each peer is a file with a class. `sigdb evaluate FILE:NAME DB --column tsa` trains and evaluates it, in an environment
-of its own, since torch and aeon are no dependencies of sigdb. The learners and baselines of sigdb are trained on the
-same rows. The split is S1: specimens that training has not seen.
+The database is that of `pipelines/reference.toml`; it is made if it is missing. Its splits follow from its seed, and
+their hashes are stored with the numbers:
 
-Without a database it makes a sample of the reference database: its recipe with fewer operating points and gear pairs.
+- S1: gear pairs that training has not seen;
+- S7: gear pairs and operating points that training has not seen.
 
-    python benchmarks/leaderboard.py [DB] [--points 8] [--specimens 6] [--environments build/peers]
-        [--json benchmarks/leaderboard.json] [--split S1] [--peer network]
+Tested are the held-out rows whose id is divisible by 7. All models but the templates learn from the 25 000 training rows
+that `sigdb.recognition.training.evenly_drawn` draws; the templates are calibrated on all training rows.
 
-The first run makes the environments, which takes minutes. A file of the same rows and split keeps the models that are
-in it, so that peers may be run one by one.
+Each peer is a file with a class, which `sigdb evaluate FILE:NAME DB` trains and evaluates in an environment of its own,
+since torch and aeon are no dependencies of sigdb. The learners, baselines and the bound come with the peer `pipeline`.
+
+    python benchmarks/leaderboard.py [DB] [--split S1] [--peer network] [--environments build/peers]
+        [--json benchmarks/leaderboard.json]
+
+The first run makes the environments, which takes minutes. A file of the same splits keeps the models that are in it, so
+that peers and splits may be run one by one. The exit code is 1 if a model is better than the bound.
 """
 
 import argparse
 import json
-import re
 import subprocess
 import sys
-import tempfile
 import time
 import venv
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from measuring import environment, print_table
 
 import sigdb
+from sigdb.database import Database, labelled_rows, make_split
 from sigdb.pipeline import load_recipe
+from sigdb.recognition import RecognitionSettings
 from sigdb.sweep import run
 
 ROOT = Path(__file__).parents[1]
-PEERS = {"network": ("Network", ["torch"]), "minirocket": ("Rocket", ["aeon"])}
-"""Class of each peer, and what its environment needs besides sigdb."""
+RECIPE = ROOT / "pipelines" / "reference.toml"
+SPLITS = ("S1", "S7")
+TESTED = "id % 7 = 0"
 METRICS = ("accuracy", "p_exact", "none_on_healthy", "log_loss")
+BOUND = "bound"
 
 
-def main() -> None:
-    """Evaluate each peer, and print the table in order of accuracy."""
+@dataclass(frozen=True, kw_only=True)
+class Peer:
+    """A class of estimators, the columns that it reads, and what its environment needs besides sigdb.
+
+    Without packages it runs in the environment of this script, with the learners, baselines and the bound.
+    """
+
+    name: str
+    columns: tuple[str, ...] = ()
+    packages: tuple[str, ...] = ()
+
+
+PEERS = {
+    "pipeline": Peer(name="PooledPipeline"),
+    "minirocket": Peer(name="Rocket", columns=("tsa",), packages=("aeon",)),
+    "network": Peer(name="Network", columns=("tsa",), packages=("torch",)),
+}
+
+
+def main() -> int:
+    """Evaluate each peer, print the tables in order of accuracy, and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("database", type=Path, nargs="?", help="a finished database; a sample is made if left out")
-    parser.add_argument("--points", type=int, default=8, help="operating points of the sample; 8 by default")
-    parser.add_argument("--specimens", type=int, default=6, help="gear pairs of the sample; 6 by default")
+    parser.add_argument("database", type=Path, nargs="?", default=ROOT / "build" / "reference", help="its folder")
     parser.add_argument("--environments", type=Path, default=ROOT / "build" / "peers", help="folder of environments")
-    parser.add_argument("--split", default="S1", help="split; S1 by default")
+    parser.add_argument("--split", choices=SPLITS, action="append", help="split; all by default")
     parser.add_argument("--peer", choices=list(PEERS), action="append", help="peer; all by default")
     parser.add_argument("--json", type=Path, help="file for the numbers")
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        database = options.database or _sample(Path(folder), options.points, options.specimens)
-        rows = len(sigdb.open(database).sql("select id from features where status = 'ok'"))
-        facts = {
-            "database": "sample" if options.database is None else options.database.name,
-            "points": options.points,
-            "specimens": options.specimens,
-            "rows": rows,
-            "split": options.split,
-        }
-        table = _stored(options.json, facts)
+    if not options.database.exists():
+        recipe = load_recipe(RECIPE)
+        run(recipe.plan(), options.database, recipe=recipe.text, jobs=-1)
+    stored = _stored(options.json)
+    for split in options.split or SPLITS:
+        facts = _facts(sigdb.open(options.database), split)
+        before = stored.get(split, {})
+        models = before.get("models", {}) if facts.items() <= before.items() else {}
+        stored[split] = {**facts, "models": models}
         for name in options.peer or list(PEERS):
-            python = _environment(options.environments / name, PEERS[name][1])
             began = time.perf_counter()
-            for row in _evaluated(python, name, database, options.split):
-                if row["metric"] in METRICS:
-                    title = name if row["estimator"] == PEERS[name][0] else row["estimator"]
-                    table.setdefault(title, {})[row["metric"]] = [row["value"], row["low"], row["high"]]
-            seconds = time.perf_counter() - began
-            print(f"{name}: {seconds:.0f} s with the learners and baselines of sigdb", file=sys.stderr)
-    order = sorted(table, key=lambda title: -table[title].get("accuracy", [0.0])[0])
-    leaders = [{"model": title, **{metric: _shown(table[title].get(metric)) for metric in METRICS}} for title in order]
-    print_table(f"{rows} rows, split {options.split}", leaders)
-    if options.json:
-        numbers = {
-            "machine": environment("numpy", "scikit-learn"),
-            **facts,
-            "models": table,
-            "tables": {"leaders": leaders},
-        }
-        options.json.write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
+            _add_models(models, _evaluated(name, PEERS[name], options.environments, options.database, split))
+            print(f"{split}, {name}: {time.perf_counter() - began:.0f} s", file=sys.stderr)
+            if options.json:
+                _store(options.json, stored)
+    better = False
+    for split, results in stored.items():
+        print_table(f"{split}: {results['rows']} rows of {results['of']}", _leaders(results["models"]))
+        better |= _better_than_bound(results["models"])
+    return int(better)
 
 
-def _stored(file: Path | None, facts: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the models of a file of the same rows and split; none otherwise."""
+def _stored(file: Path | None) -> dict[str, dict[str, Any]]:
+    """Return the results of a file by split; none without one."""
     if file is None or not file.exists():
         return {}
-    stored = json.loads(file.read_text(encoding="utf-8"))
-    models: dict[str, dict[str, Any]] = stored["models"]
-    return models if all(stored[name] == value for name, value in facts.items()) else {}
+    splits: dict[str, dict[str, Any]] = json.loads(file.read_text(encoding="utf-8"))["splits"]
+    return splits
 
 
-def _sample(folder: Path, points: int, specimens: int) -> Path:
-    """Make a database of the reference recipe with fewer operating points and gear pairs."""
-    text = (ROOT / "pipelines" / "reference.toml").read_text(encoding="utf-8")
-    for key, value in (("points", points), ("specimens", specimens)):
-        text, found = re.subn(rf"^{key} = \d+$", f"{key} = {value}", text, flags=re.MULTILINE)
-        if found != 1:
-            raise ValueError(f"pipelines/reference.toml has {key} {found} times")
-    text = re.sub(r"^evaluate_on = .*\n", "", text, flags=re.MULTILINE)
-    (folder / "sample.toml").write_text(text, encoding="utf-8")
-    recipe = load_recipe(folder / "sample.toml")
-    run(recipe.plan(), folder / "sample", recipe=recipe.text, jobs=1)
-    return folder / "sample"
+def _facts(database: Database, split: str) -> dict[str, Any]:
+    """Return what the numbers of a split are of: database, split, and rows that are tested."""
+    rows, folds = labelled_rows(database), RecognitionSettings().folds
+    parts = make_split(split, rows, seed=database.manifest.seed, folds=folds)
+    of_rows = parts.folds(rows)
+    tested = rows.index.isin(database.cases(TESTED)["id"]) & (of_rows == "test")
+    return {
+        "recipe": RECIPE.name,
+        "database": database.manifest.hash,
+        "split": parts.hash,
+        "of": parts.text,
+        "training_rows": int((of_rows == "training").sum()),
+        "tested": TESTED,
+        "rows": int(tested.sum()),
+    }
 
 
-def _environment(folder: Path, packages: list[str]) -> Path:
+def _evaluated(name: str, peer: Peer, environments: Path, database: Path, split: str) -> list[dict[str, Any]]:
+    """Return the metrics that `sigdb evaluate` prints."""
+    alone = ["--no-baselines", "--no-bound"] if peer.packages else []
+    command = [
+        _environment(environments / name, peer.packages) if peer.packages else sys.executable,
+        *["-m", "sigdb", "evaluate", f"{Path(__file__).parent / 'peers' / name}.py:{peer.name}", database.resolve()],
+        *["--split", split, "--where", TESTED, "--drawn-rows", *alone, "--format", "json"],
+        *[word for column in peer.columns for word in ("--column", column)],
+    ]
+    # From the root, so that an environment runs this checkout and not the sigdb that was installed with its packages.
+    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, cwd=ROOT)
+    rows: list[dict[str, Any]] = json.loads(done.stdout)
+    return rows
+
+
+def _environment(folder: Path, packages: tuple[str, ...]) -> Path:
     """Return the Python of an environment with sigdb and packages, which is made if it is missing."""
     python = folder / "bin" / "python"
     if not python.exists():
@@ -112,21 +144,34 @@ def _environment(folder: Path, packages: list[str]) -> Path:
     return python
 
 
-def _evaluated(python: Path, name: str, database: Path, split: str) -> list[dict[str, Any]]:
-    file = Path(__file__).parent / "peers" / f"{name}.py"
-    command: list[str | Path] = [
-        python,
-        "-m",
-        "sigdb",
-        "evaluate",
-        f"{file}:{PEERS[name][0]}",
-        database,
-        "--column",
-        "tsa",
-    ]
-    done = subprocess.run([*command, "--split", split, "--format", "json"], check=True, stdout=subprocess.PIPE)
-    rows: list[dict[str, Any]] = json.loads(done.stdout)
-    return rows
+def _add_models(models: dict[str, Any], rows: list[dict[str, Any]]) -> None:
+    titles = {peer.name: name for name, peer in PEERS.items()}
+    for row in rows:
+        if row["metric"] in METRICS:
+            title = titles.get(row["estimator"], row["estimator"])
+            models.setdefault(title, {})[row["metric"]] = [row["value"], row["low"], row["high"]]
+
+
+def _leaders(models: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return a line for each model, the most accurate one first and the bound before its equals."""
+    order = sorted(models, key=lambda title: (-models[title]["accuracy"][0], title != BOUND))
+    return [{"model": title, **{metric: _shown(models[title].get(metric)) for metric in METRICS}} for title in order]
+
+
+def _better_than_bound(models: dict[str, Any]) -> bool:
+    """Return whether the interval of the accuracy of a model lies above that of the bound, and say which."""
+    if BOUND not in models:
+        return False
+    better = [title for title in models if models[title]["accuracy"][1] > models[BOUND]["accuracy"][2]]
+    for title in better:
+        print(f"{title} is better than the best possible answer", file=sys.stderr)
+    return bool(better)
+
+
+def _store(file: Path, splits: dict[str, dict[str, Any]]) -> None:
+    tables = {f"leaders_{split}": _leaders(results["models"]) for split, results in splits.items()}
+    numbers = {"machine": environment("numpy", "scikit-learn"), "splits": splits, "tables": tables}
+    file.write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
 
 
 def _shown(estimate: list[float] | None) -> str:
@@ -137,4 +182,4 @@ def _shown(estimate: list[float] | None) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -20,7 +20,7 @@ class Selection:
     Attributes
     ----------
     split
-        Name of the split: ``S0`` to ``S4`` or ``S6``, or ``S5`` for another model form.
+        Name of the split: ``S0`` to ``S4``, ``S6`` or ``S7``, or ``S5`` for another model form.
     text
         Description of the split.
     seen

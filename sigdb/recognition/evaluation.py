@@ -131,6 +131,8 @@ def evaluate(
     target: str = "location",
     split: str = "",
     columns: Sequence[str] = (),
+    drawn_rows: bool = False,
+    baselines: bool = True,
     where: str | None = None,
     settings: RecognitionSettings | None = None,
     on_step: OnStep = ignore,
@@ -159,6 +161,11 @@ def evaluate(
     target, split, columns
         Question, split (S1 if left out, of recordings ``recording``) and input columns of an estimator of one's own;
         see :meth:`sigdb.database.Database.xy`.
+    drawn_rows
+        Whether an estimator of one's own is trained on the rows that are drawn for the baselines
+        (:data:`~sigdb.recognition.training.DRAWN_ROWS`), in place of all.
+    baselines
+        Whether the learners and baselines of sigdb are trained and evaluated beside an estimator of one's own.
     where
         A condition on the rows to evaluate on, in SQL.
     settings
@@ -178,9 +185,17 @@ def evaluate(
         split has changed.
     """
     if not isinstance(model, Model):
-        estimator = user_estimator(model, target_named(target).name, database, columns)
-        name = split or default_split(database)
-        model = train(database, target, settings, split=name, user_estimator=estimator, on_step=on_step)
+        name = target_named(target).name
+        estimator = user_estimator(model, name, database, columns, drawn_rows=drawn_rows)
+        model = train(
+            database,
+            target,
+            settings,
+            split=split or default_split(database),
+            user_estimator=estimator,
+            baselines=baselines,
+            on_step=on_step,
+        )
     question = target_named(model.target)
     rows, selection = select_rows(model, database, where)
     measured, prevalence = database.manifest.is_measured, float((rows["tooth"] > 0).mean())

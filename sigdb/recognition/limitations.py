@@ -43,7 +43,7 @@ def _features_only(learner: str) -> Note:
 
 
 def _of_selection(selection: Selection) -> Iterator[Note]:
-    if selection.split in ("S2", "S3", "S4", "S6"):
+    if selection.split in ("S2", "S3", "S4", "S6", "S7"):
         text = f"The rows are of cases that training has not seen; {selection.text}."
         yield Note(code="unseen-cases", text=text, values={"split": selection.split})
     if selection.changed_parts:

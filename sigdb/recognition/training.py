@@ -83,6 +83,7 @@ def train(
     split: str = "S1",
     allow_leak: bool = False,
     user_estimator: UserEstimator | None = None,
+    baselines: bool = True,
     on_step: OnStep = ignore,
 ) -> Model:
     """Train on a database, with one fold of specimens left out for :func:`evaluate`.
@@ -100,11 +101,13 @@ def train(
     settings
         Learner, folds, seed and false-alarm rate.
     split
-        Split, ``S0`` to ``S4`` or ``S6``, whose test rows training leaves out; see :func:`make_split`.
+        Split, ``S0`` to ``S4``, ``S6`` or ``S7``, whose test rows training leaves out; see :func:`make_split`.
     allow_leak
         Whether the split ``random`` of recordings may be made, in which averages of one recording are on both sides.
     user_estimator
         An estimator of one's own that takes the place of the learner; see :func:`evaluate`.
+    baselines
+        Whether the others are trained beside an estimator of one's own.
     on_step
         Called with the name of each estimator before it is trained, and with a sentence on what is left out.
 
@@ -134,9 +137,9 @@ def train(
     parts = make_split(split, rows, seed=database.manifest.seed, folds=settings.folds, allow_leak=allow_leak)
     rows = rows[parts.folds(rows) == TRAINING]
     _check_labels(database, question, rows, "training ")
-    bank = _bank(database, rows, needs_bank, on_step)
+    bank = _bank(database, rows, needs_bank, on_step) if baselines else None
     learner = wanted or default_learner(None if columns else bank)
-    unfitted = question.estimators(settings, bank)
+    unfitted = question.estimators(settings, bank) if baselines else {}
     if columns and user_estimator is None and learner in unfitted and not unfitted[learner].columns:
         able = ", ".join(name for name, each in unfitted.items() if each.columns)
         raise InputError(

@@ -42,6 +42,17 @@ if TYPE_CHECKING:
     multiple=True,
     help="Input column of an estimator of yours, such as tsa; may be repeated. By default all of features.",
 )
+@click.option(
+    "--drawn-rows",
+    is_flag=True,
+    help="Train an estimator of yours on the 25 000 rows that are drawn for the baselines, in place of all.",
+)
+@click.option(
+    "--baselines/--no-baselines",
+    default=True,
+    help="Train and evaluate the learners and baselines of sigdb beside an estimator of yours.",
+)
+@click.option("--bound/--no-bound", default=True, help="Compute the best possible answer, which takes longest.")
 @click.option("--where", help="Evaluate only on rows that meet this condition, in SQL, such as \"sensor = 'a1'\".")
 @format_option("table", "json")
 def evaluate(
@@ -51,6 +62,9 @@ def evaluate(
     target: str | None,
     split: str | None,
     columns: tuple[str, ...],
+    drawn_rows: bool,
+    baselines: bool,
+    bound: bool,
     where: str | None,
     form: str,
 ) -> int:
@@ -76,16 +90,16 @@ def evaluate(
     from sigdb.report import Terminal, evaluation_text, write_evaluation_report
 
     opened, options = open_database(database), {"target": target, "split": split, "columns": columns}
-    options = {name: value for name, value in options.items() if value}
+    options = {name: value for name, value in (options | {"drawn_rows": drawn_rows}).items() if value}
+    options |= {} if baselines else {"baselines": False}
     if is_user_model(model):
         step = partial(_report_step, model)
-        evaluation = evaluate_model(load_user_model(model), opened, **options, where=where, on_step=step)
+        own = load_user_model(model)
+        evaluation = evaluate_model(own, opened, **options, bound=bound, where=where, on_step=step)
     elif options:
-        raise InputError(
-            f"--{next(iter(options)).removesuffix('s')} is for an estimator of one's own; {model} has its own"
-        )
+        raise InputError(f"{_FLAGS[next(iter(options))]} is for an estimator of one's own; {model} has its own")
     else:
-        evaluation = evaluate_model(load_model(model), opened, where=where)
+        evaluation = evaluate_model(load_model(model), opened, bound=bound, where=where)
     if form == "json":
         echo_json(list(_rows(evaluation)))
     else:
@@ -99,6 +113,16 @@ def evaluate(
         click.echo(f"sigdb: {error}", err=True)
         return ExitCode.WRONG
     return ExitCode.DONE
+
+
+_FLAGS = {
+    "target": "--target",
+    "split": "--split",
+    "columns": "--column",
+    "drawn_rows": "--drawn-rows",
+    "baselines": "--no-baselines",
+}
+"""Options of an estimator of one's own, by argument."""
 
 
 def _report_step(model: str, step: str) -> None:

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     "--split",
     type=NameChoice("sigdb.database", "SPLIT_NAMES"),
     help="Cases held out: new noise only (S0); specimens (S1), and with them severities between (S2) or beyond (S3) "
-    "those of training, or a tooth count (S4), or rigs of an ensemble (S6). Recordings: a part of the recordings, "
-    "machines, loads or sets. By default S1, for recordings recording.",
+    "those of training, or a tooth count (S4), or rigs of an ensemble (S6), or operating points (S7). Recordings: a "
+    "part of the recordings, machines, loads or sets. By default S1, for recordings recording.",
 )
 @click.option(
     "--allow-leak",

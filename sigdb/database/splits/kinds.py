@@ -1,4 +1,4 @@
-"""The splits S0 to S4 and S6 of one database, and the model form by which another database is the split S5."""
+"""The splits S0 to S4, S6 and S7 of one database, and the model form by which another database is the split S5."""
 
 import hashlib
 import json
@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import BoolArray, InputError, suggestion, without_keys
-from sigdb.database.splits.names import MEASURED_SPLITS, MEMBER, QUANTITIES
+from sigdb.database.splits.names import MEASURED_SPLITS, MEMBER, POINT, QUANTITIES
 from sigdb.database.splits.split import ASIDE, TEST, TRAINING, Split, specimen_folds
 
 
@@ -84,6 +84,7 @@ def make_split(
     ``S3``  other specimens, severities beyond those of training (:func:`~sigdb.database.splits.kinds.beyond`)
     ``S4``  other specimens, a tooth count that training has not seen: the middle one, the greater of two
     ``S6``  other specimens, rigs of an ensemble that training has not seen: one in ``folds``, drawn by the seed
+    ``S7``  other specimens, operating points between those of training: one in ``folds``, drawn by the seed
     ======  ===========================================================================================
 
     Measured rows are split by ``recording``, ``machine``, ``load`` or ``set`` (a published set is S6 of recordings):
@@ -98,7 +99,8 @@ def make_split(
         Name of the split.
     rows
         ``specimen``, ``draw``, ``tooth``, ``teeth``, ``stiffness_loss``, ``phase_shift_deg`` and ``damaged_teeth`` of
-        each row; ``rig_member`` for S6.
+        each row; ``rig_member`` for S6, ``speed_rpm`` and
+        ``torque`` for S7.
     seed
         Seed of the database, by which specimens are dealt into folds.
     folds
@@ -276,6 +278,26 @@ def _unknown_rig(rows: pd.DataFrame, folds: Folds) -> Split:
     )
 
 
+def _operating_points(rows: pd.DataFrame, folds: Folds) -> Split:
+    points = rows[list(POINT)].drop_duplicates().sort_values(list(POINT)).reset_index(drop=True)
+    varying = points.loc[:, points.nunique() > 1]
+    between_others = np.flatnonzero(((varying > varying.min()) & (varying < varying.max())).all(axis=1))
+    number = max(1, round(len(points) / folds.number))
+    if varying.empty or len(between_others) < number:
+        raise InputError(
+            "split S7 needs operating points whose speed and torque are between those of others; sweep more of them"
+        )
+    drawn = np.random.default_rng(folds.seed).permutation(between_others)
+    unseen = np.roll(drawn, -folds.held_out * number)[:number]
+    out = points.index.isin(unseen)
+    return Split(
+        name="S7",
+        text=f"unknown operating points: {number} of {len(points)}, between the others, and specimens, both absent "
+        "from training",
+        table=_crossed(rows, points.assign(trained=~out, tested=out), folds),
+    )
+
+
 def _crossed(rows: pd.DataFrame, cases: pd.DataFrame, folds: Folds) -> pd.DataFrame:
     """Return folds of specimens crossed with cases, which are trained on, tested, or both."""
     keys = [name for name in cases.columns if name not in ("trained", "tested")]
@@ -298,6 +320,7 @@ SPLITS: dict[str, Callable[[pd.DataFrame, Folds], Split]] = {
     "S3": _beyond,
     "S4": _tooth_counts,
     "S6": _unknown_rig,
+    "S7": _operating_points,
     **{name: _by_column(name) for name in MEASURED_SPLITS[:-1]},
     "random": _random,
 }

@@ -205,11 +205,12 @@ def _check_input(name: str, places: Mapping[str, str]) -> None:
 
 
 def _numbers(database: Database, table: str, schema: pa.Schema, names: Sequence[str], ids: IntArray) -> pd.DataFrame:
-    """Return columns of numbers from the least to the greatest id; lists as a column for each element."""
+    """Return columns of numbers of rows, by id; lists as a column for each element."""
     listed = ", ".join(f'"{name}"' for name in names)
     batches = database.stream(f"select id, {listed} from {table} where id between {ids.min()} and {ids.max()}")
     stored, parts = list[IntArray](), {name: list[FloatArray]() for name in names}
-    for batch in batches:
+    for every in batches:
+        batch = every.filter(pa.array(np.isin(every["id"].to_numpy(zero_copy_only=False), ids)))
         stored.append(batch["id"].to_numpy(zero_copy_only=False))
         for name in names:
             parts[name].append(_matrix(batch[name]))

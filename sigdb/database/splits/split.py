@@ -22,7 +22,7 @@ class Split:
     Attributes
     ----------
     name
-        ``S0`` to ``S4``, or ``S6``.
+        ``S0`` to ``S4``, ``S6`` or ``S7``.
     text
         Description of the split, in a clause.
     table

@@ -32,6 +32,8 @@ class UserEstimator(Estimator):
         Database of all rows that it will see.
     columns_of_x
         Input columns, see :meth:`sigdb.database.Database.xy`.
+    drawn_rows
+        Whether it is trained on the rows that are drawn for the baselines, in place of all.
 
     Attributes
     ----------
@@ -39,16 +41,24 @@ class UserEstimator(Estimator):
         The trained estimator.
     """
 
-    def __init__(self, estimator: Any, target: str, database: Database, columns_of_x: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        estimator: Any,
+        target: str,
+        database: Database,
+        columns_of_x: Sequence[str] = (),
+        drawn_rows: bool = False,
+    ) -> None:
         self.estimator = estimator
         self.target = target
         self.database = database
         self.columns_of_x = columns_of_x
+        self.drawn_rows = drawn_rows
 
     @property
     def learns_from_all(self) -> bool:
-        """It is trained on all rows."""
-        return True
+        """Whether it is trained on all rows."""
+        return not self.drawn_rows
 
     def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Train on rows of the database, by their ids; of severity on damaged rows.
@@ -144,7 +154,9 @@ class UserEstimator(Estimator):
             raise InputError(f"{self.name}.{method}: {type(error).__name__}: {text}"[:400]) from error
 
 
-def user_estimator(estimator: object, target: str, database: Database, columns: Sequence[str]) -> UserEstimator:
+def user_estimator(
+    estimator: object, target: str, database: Database, columns: Sequence[str], *, drawn_rows: bool = False
+) -> UserEstimator:
     """Return a user's estimator as one of those that are compared.
 
     Raises
@@ -158,4 +170,4 @@ def user_estimator(estimator: object, target: str, database: Database, columns: 
                 f"model = {shown(estimator)} has no method {method}; give a model of sigdb, or an instance of an "
                 "estimator with fit and predict"
             )
-    return UserEstimator(estimator, target, database, columns)
+    return UserEstimator(estimator, target, database, columns, drawn_rows)

@@ -59,6 +59,27 @@ def test_severity_and_detection_without_probabilities(database, registry_of_few)
     assert detection.metrics["DummyClassifier"]["p_detected"].value == 1
 
 
+class Counting(DummyClassifier):
+    """A classifier that keeps the number of rows that it is trained on."""
+
+    trained_on = 0
+
+    def fit(self, X, y):
+        Counting.trained_on = len(X)
+        return super().fit(X, y)
+
+
+def test_it_is_trained_alone_on_all_rows_or_on_those_drawn(database, registry_of_few, monkeypatch):
+    monkeypatch.setattr("sigdb.recognition.training.DRAWN_ROWS", 60)
+    alone = evaluate(Counting(), database, columns=FEW, baselines=False, bound=False)
+    every = Counting.trained_on
+    assert set(alone.metrics) == {"Counting"}
+    assert every == len(database.xy("location", columns=FEW).cv[0][0])
+    beside = evaluate(Counting(), database, columns=FEW, drawn_rows=True, bound=False)
+    assert Counting.trained_on == 60 < every
+    assert set(beside.metrics) == {"Counting", "templates", "majority"}
+
+
 class Wrong(ClassifierMixin, BaseEstimator):
     """A classifier that fails as it is asked to."""
 

@@ -144,7 +144,9 @@ def test_s0_asks_about_other_draws_of_the_same_specimens_and_cases():
         ("S1", a_sweep(specimens=2), "2 specimens cannot be split into 3 folds"),
         ("S6", a_sweep(), r"needs rigs of an ensemble, two or more; give \[sweep\.ensemble\]"),
         ("S6", a_sweep().assign(rig_member=1), "needs rigs of an ensemble, two or more"),
-        ("S7", a_sweep(), "split = 'S7' does not exist"),
+        ("S7", a_sweep().assign(speed_rpm=100.0, torque=1.0), "needs operating points whose speed and torque are"),
+        ("S7", pd.concat([a_sweep().assign(speed_rpm=100.0 * k, torque=1.0 * k) for k in (1, 2)]), "between those of"),
+        ("S8", a_sweep(), "split = 'S8' does not exist"),
     ],
 )
 def test_a_database_that_cannot_be_split_so_says_what_is_needed(name, rows, message):
@@ -302,6 +304,24 @@ def test_s6_holds_out_whole_rigs_of_an_ensemble_and_specimens():
     assert split.hash == make_split("S6", rows, seed=3, folds=3).hash
     assert {frozenset(make_split("S6", rows, seed=seed, folds=3).table.query("fold == 'test'")["rig_member"])
             for seed in range(6)} != {frozenset(unseen)}  # fmt: skip
+
+
+def test_s7_holds_out_operating_points_between_the_others_and_specimens():
+    places = [(100.0 * k, 10.0 * (5 * k % 11)) for k in range(1, 11)]
+    rows = a_sweep(losses=(0.1,), shifts=(0.0,), counts=(1,))
+    rows = pd.concat([rows.assign(speed_rpm=speed, torque=torque) for speed, torque in places])
+    split = make_split("S7", rows, seed=3, folds=3)
+    sides = {fold: rows[split.folds(rows) == fold] for fold in (TRAINING, TEST)}
+    trained, unseen = ({*zip(side["speed_rpm"], side["torque"], strict=True)} for side in sides.values())
+    assert (len(trained), len(unseen)) == (7, 3)
+    assert trained | unseen == set(places)
+    assert not set(sides[TRAINING]["specimen"]) & set(sides[TEST]["specimen"])
+    for axis in range(2):
+        lowest, *_, highest = sorted(place[axis] for place in trained)
+        assert all(lowest < place[axis] < highest for place in unseen)
+    other = make_split("S7", rows, seed=3, folds=3, held_out=1)
+    asked = rows[other.folds(rows) == TEST]
+    assert not unseen & {*zip(asked["speed_rpm"], asked["torque"], strict=True)}
 
 
 ENSEMBLE_GRID = """tooth = [1, 4]
