@@ -6,13 +6,14 @@ their hashes are stored with the numbers:
 - S1: gear pairs that training has not seen;
 - S7: gear pairs and operating points that training has not seen.
 
-Tested are the held-out rows whose id is divisible by 7. All models but the templates learn from the 25 000 training rows
+Tested are the held-out rows whose id is divisible by 7. All but the templates learn from the 25 000 training rows
 that `sigdb.recognition.training.evenly_drawn` draws; the templates are calibrated on all training rows.
 
-Each peer is a file with a class, which `sigdb evaluate FILE:NAME DB` trains and evaluates in an environment of its own,
-since torch and aeon are no dependencies of sigdb. The learners, baselines and the bound come with the peer `pipeline`.
+The learners and baselines of sigdb are those of the model `nasa-location` for S1; for S7 they are trained by
+`sigdb train`. Each peer is a file with a class, which `sigdb evaluate FILE:NAME DB` trains and evaluates, with torch or
+aeon in an environment of its own, since these are no dependencies of sigdb.
 
-    python benchmarks/leaderboard.py [DB] [--split S1] [--peer network] [--environments build/peers]
+    python benchmarks/leaderboard.py [DB] [--split S1] [--peer network] [--folder build/leaders]
         [--json benchmarks/leaderboard.json]
 
 The first run makes the environments, which takes minutes. A file of the same splits keeps the models that are in it, so
@@ -47,15 +48,15 @@ BOUND = "bound"
 
 @dataclass(frozen=True, kw_only=True)
 class Peer:
-    """A class of estimators, the columns that it reads, and what its environment needs besides sigdb.
-
-    Without packages it runs in the environment of this script, with the learners, baselines and the bound.
-    """
+    """A class of estimators, the columns that it reads, and what its environment needs besides sigdb."""
 
     name: str
     columns: tuple[str, ...] = ()
     packages: tuple[str, ...] = ()
 
+
+SIGDB = "sigdb"
+"""The learners and baselines of sigdb, with the bound."""
 
 PEERS = {
     "pipeline": Peer(name="PooledPipeline"),
@@ -68,11 +69,12 @@ def main() -> int:
     """Evaluate each peer, print the tables in order of accuracy, and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("database", type=Path, nargs="?", default=ROOT / "build" / "reference", help="its folder")
-    parser.add_argument("--environments", type=Path, default=ROOT / "build" / "peers", help="folder of environments")
+    parser.add_argument("--folder", type=Path, default=ROOT / "build" / "leaders", help="environments and models")
     parser.add_argument("--split", choices=SPLITS, action="append", help="split; all by default")
-    parser.add_argument("--peer", choices=list(PEERS), action="append", help="peer; all by default")
+    parser.add_argument("--peer", choices=[SIGDB, *PEERS], action="append", help="peer; all by default")
     parser.add_argument("--json", type=Path, help="file for the numbers")
     options = parser.parse_args()
+    options.folder = options.folder.resolve()
     if not options.database.exists():
         recipe = load_recipe(RECIPE)
         run(recipe.plan(), options.database, recipe=recipe.text, jobs=-1)
@@ -82,9 +84,9 @@ def main() -> int:
         before = stored.get(split, {})
         models = before.get("models", {}) if facts.items() <= before.items() else {}
         stored[split] = {**facts, "models": models}
-        for name in options.peer or list(PEERS):
+        for name in options.peer or [SIGDB, *PEERS]:
             began = time.perf_counter()
-            _add_models(models, _evaluated(name, PEERS[name], options.environments, options.database, split))
+            _add_models(models, _evaluated(name, options.folder, options.database.resolve(), split))
             print(f"{split}, {name}: {time.perf_counter() - began:.0f} s", file=sys.stderr)
             if options.json:
                 _store(options.json, stored)
@@ -120,19 +122,35 @@ def _facts(database: Database, split: str) -> dict[str, Any]:
     }
 
 
-def _evaluated(name: str, peer: Peer, environments: Path, database: Path, split: str) -> list[dict[str, Any]]:
-    """Return the metrics that `sigdb evaluate` prints."""
-    alone = ["--no-baselines", "--no-bound"] if peer.packages else []
-    command = [
-        _environment(environments / name, peer.packages) if peer.packages else sys.executable,
-        *["-m", "sigdb", "evaluate", f"{Path(__file__).parent / 'peers' / name}.py:{peer.name}", database.resolve()],
-        *["--split", split, "--where", TESTED, "--drawn-rows", *alone, "--format", "json"],
-        *[word for column in peer.columns for word in ("--column", column)],
-    ]
-    # From the root, so that an environment runs this checkout and not the sigdb that was installed with its packages.
-    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, cwd=ROOT)
-    rows: list[dict[str, Any]] = json.loads(done.stdout)
+def _evaluated(name: str, folder: Path, database: Path, split: str) -> list[dict[str, Any]]:
+    """Return the metrics of a peer, or of the models of sigdb with the bound."""
+    python = Path(sys.executable)
+    if name == SIGDB:
+        words = [str(_model(folder, database, split))]
+    else:
+        peer = PEERS[name]
+        python = _environment(folder / name, peer.packages) if peer.packages else python
+        words = [f"{Path(__file__).parent / 'peers' / name}.py:{peer.name}", "--split", split, "--drawn-rows"]
+        words += ["--no-baselines", "--no-bound", *[word for each in peer.columns for word in ("--column", each)]]
+    text = _sigdb(python, "evaluate", *words, database, "--where", TESTED, "--format", "json")
+    rows: list[dict[str, Any]] = json.loads(text)
     return rows
+
+
+def _model(folder: Path, database: Path, split: str) -> Path:
+    """Return the model of sigdb for a split: that of the reference, or one that is trained if it is missing."""
+    reference, made = ROOT / "models" / "nasa-location", folder / split
+    described = json.loads((reference / "model.json").read_text(encoding="utf-8"))
+    if described["split"] == split and described["database_hash"] == sigdb.open(database).manifest.hash:
+        return reference
+    if not made.exists():
+        _sigdb(Path(sys.executable), "train", database, "--target", "location", "--split", split, "--out", made)
+    return made
+
+
+def _sigdb(python: Path, *words: str | Path) -> bytes:
+    """Return what a command of this checkout prints, also where another sigdb is installed."""
+    return subprocess.run([python, "-m", "sigdb", *words], check=True, stdout=subprocess.PIPE, cwd=ROOT).stdout
 
 
 def _environment(folder: Path, packages: tuple[str, ...]) -> Path:

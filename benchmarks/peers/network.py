@@ -14,8 +14,12 @@ from sklearn.base import BaseEstimator, ClassifierMixin
 from torch import nn
 
 
+_STRIDE = 4
+"""Samples of a step of the first convolution."""
+
+
 class Network(ClassifierMixin, BaseEstimator):
-    """Four circular convolutions, then scores of each tooth and of none.
+    """Circular convolutions along the average, then along the teeth; scores of each tooth and of none.
 
     Parameters
     ----------
@@ -24,7 +28,7 @@ class Network(ClassifierMixin, BaseEstimator):
     """
 
     def __init__(
-        self, epochs: int = 20, batch: int = 128, rate: float = 2e-3, channels: int = 32, seed: int = 0
+        self, epochs: int = 5, batch: int = 128, rate: float = 2e-3, channels: int = 32, seed: int = 0
     ) -> None:
         self.epochs = epochs
         self.batch = batch
@@ -40,6 +44,7 @@ class Network(ClassifierMixin, BaseEstimator):
         self.classes_ = np.arange(tooth.max() + 1)
         self._mean, self._scale = x.mean(), x.std()
         teeth, samples = int(tooth.max()), x.shape[1] // int(tooth.max())
+        place = np.arange(x.shape[1])
         self._network = _layers(self.channels, samples)
         optimiser = torch.optim.Adam(self._network.parameters(), lr=self.rate)
         schedule = torch.optim.lr_scheduler.OneCycleLR(
@@ -49,7 +54,7 @@ class Network(ClassifierMixin, BaseEstimator):
             order = generator.permutation(len(x))
             for some in np.array_split(order, -(-len(x) // self.batch)):
                 turns = generator.integers(0, teeth, len(some))
-                signals = np.stack([np.roll(x[i], samples * turn) for i, turn in zip(some, turns, strict=True)])
+                signals = x[some[:, None], (place - samples * turns[:, None]) % x.shape[1]]
                 turned = np.where(tooth[some] > 0, (tooth[some] - 1 + turns) % teeth + 1, 0)
                 loss = nn.functional.cross_entropy(self._scores(signals), torch.from_numpy(turned))
                 optimiser.zero_grad()
@@ -78,18 +83,19 @@ class Network(ClassifierMixin, BaseEstimator):
 def _layers(channels: int, samples: int) -> nn.Sequential:
     """Return layers from an average (rows, 1, n) to a score of each tooth (rows, 1, teeth)."""
 
-    def convolution(inputs: int, outputs: int, width: int) -> list[nn.Module]:
+    def convolution(inputs: int, outputs: int, width: int, stride: int = 1) -> list[nn.Module]:
         return [
-            nn.Conv1d(inputs, outputs, width, padding=width // 2, padding_mode="circular"),
+            nn.Conv1d(inputs, outputs, width, stride, padding=width // 2, padding_mode="circular"),
             nn.BatchNorm1d(outputs),
             nn.ReLU(),
         ]
 
     return nn.Sequential(
-        *convolution(1, channels, 15),
-        *convolution(channels, channels, 15),
-        nn.AvgPool1d(samples),
-        *convolution(channels, 2 * channels, 5),
+        *convolution(1, channels, 15, _STRIDE),
+        *convolution(channels, channels, 9),
+        nn.Conv1d(channels, 2 * channels, samples // _STRIDE, samples // _STRIDE),
+        nn.ReLU(),
+        *convolution(2 * channels, 2 * channels, 5),
         *convolution(2 * channels, 2 * channels, 5),
         nn.Conv1d(2 * channels, 1, 1),
     )

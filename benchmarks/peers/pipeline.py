@@ -6,7 +6,7 @@ from sklearn.pipeline import Pipeline
 
 
 class PooledPipeline(Pipeline):
-    """Shrinkage discriminant analysis of all input columns of ``features``, with a class for each tooth and for none."""
+    """Shrinkage discriminant analysis of all input columns of ``features``: a class for each tooth and one for none."""
 
     def __init__(self) -> None:
         steps = [("impute", SimpleImputer()), ("lda", LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto"))]

@@ -75,10 +75,10 @@ quantiles, and the root mean square error with that of the posterior's mean.""",
         return {}
 
     def bound_values(self, bound: Bound, rows: pd.DataFrame) -> dict[str, FloatArray]:
-        """Return the values of the posterior; the CRPS by the same quantiles as a model's."""
+        """Return the values of the posterior; the CRPS by the same quantiles as a model's, the bias of its median."""
         values = {str(name): value.to_numpy() for name, value in bound.values.items()}
         scored = severity_values(posterior_answers(bound.rows), rows)
-        return values | {name: scored[name] for name in (f"crps_{quantity}" for quantity in QUANTITIES)}
+        return values | {f"{kind}_{name}": scored[f"{kind}_{name}"] for kind in ("crps", "bias") for name in QUANTITIES}
 
     def bound_quotients(
         self, bound: Bound, rows: pd.DataFrame, specimens: Specimens, false_alarm_rate: float
