@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from sklearn.base import BaseEstimator, ClassifierMixin
 from torch import nn
 
-
 _STRIDE = 4
 """Samples of a step of the first convolution."""
 
@@ -39,6 +38,7 @@ class Network(ClassifierMixin, BaseEstimator):
     def fit(self, X: pd.DataFrame, y: NDArray[np.int64]) -> Self:
         """Train on averages (rows, n) and first damaged teeth, 0 for none."""
         torch.manual_seed(self.seed)
+        torch.set_num_threads(1)
         generator = np.random.default_rng(self.seed)
         x, tooth = np.asarray(X, np.float32), np.asarray(y, int)
         self.classes_ = np.arange(tooth.max() + 1)
