@@ -165,7 +165,7 @@ def evaluate(
         Whether an estimator of one's own is trained on the rows that are drawn for the baselines
         (:data:`~sigdb.recognition.training.DRAWN_ROWS`), in place of all.
     baselines
-        Whether the learners and baselines of sigdb are trained and evaluated beside an estimator of one's own.
+        Whether the learners and baselines of sigdb are trained and evaluated too, where an estimator of one's own is.
     where
         A condition on the rows to evaluate on, in SQL.
     settings

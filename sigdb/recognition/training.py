@@ -107,7 +107,7 @@ def train(
     user_estimator
         An estimator of one's own that takes the place of the learner; see :func:`evaluate`.
     baselines
-        Whether the others are trained beside an estimator of one's own.
+        Whether the others are trained too, where an estimator of one's own is.
     on_step
         Called with the name of each estimator before it is trained, and with a sentence on what is left out.
 

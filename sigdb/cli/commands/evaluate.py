@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 @click.option(
     "--baselines/--no-baselines",
     default=True,
-    help="Train and evaluate the learners and baselines of sigdb beside an estimator of yours.",
+    help="Train and evaluate the learners and baselines of sigdb too.",
 )
 @click.option("--bound/--no-bound", default=True, help="Compute the best possible answer, which takes longest.")
 @click.option("--where", help="Evaluate only on rows that meet this condition, in SQL, such as \"sensor = 'a1'\".")
@@ -94,8 +94,8 @@ def evaluate(
     options |= {} if baselines else {"baselines": False}
     if is_user_model(model):
         step = partial(_report_step, model)
-        own = load_user_model(model)
-        evaluation = evaluate_model(own, opened, **options, bound=bound, where=where, on_step=step)
+        estimator = load_user_model(model)
+        evaluation = evaluate_model(estimator, opened, **options, bound=bound, where=where, on_step=step)
     elif options:
         raise InputError(f"{_FLAGS[next(iter(options))]} is for an estimator of one's own; {model} has its own")
     else:
