@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -89,8 +89,9 @@ def evaluate(
     from sigdb.recognition import EvaluationError, load_model
     from sigdb.report import Terminal, evaluation_text, write_evaluation_report
 
-    opened, options = open_database(database), {"target": target, "split": split, "columns": columns}
-    options = {name: value for name, value in (options | {"drawn_rows": drawn_rows}).items() if value}
+    opened = open_database(database)
+    requested = {"target": target, "split": split, "columns": columns, "drawn_rows": drawn_rows}
+    options: dict[str, Any] = {name: value for name, value in requested.items() if value}
     options |= {} if baselines else {"baselines": False}
     if is_user_model(model):
         step = partial(_report_step, model)
