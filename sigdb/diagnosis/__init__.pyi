@@ -22,6 +22,11 @@ from .change.power import power as power
 from .change.statistics import pulse_statistic as pulse_statistic
 from .diagnose_recording import diagnose as diagnose
 from .diagnosis import Diagnosis as Diagnosis
+from .machine.joint_diagnosis import JointDiagnosis as JointDiagnosis
+from .machine.joint_diagnosis import JointPart as JointPart
+from .machine.joint_diagnosis import diagnose_jointly as diagnose_jointly
+from .machine.joint_diagnosis import joint_answer as joint_answer
+from .machine.joint_posterior import JointPosterior as JointPosterior
 from .row_signatures import row_signature as row_signature
 from .stored_reference import StoredReference as StoredReference
 from .stored_reference import is_reference as is_reference

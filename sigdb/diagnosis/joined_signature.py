@@ -24,7 +24,7 @@ from sigdb.recording import (
 from sigdb.signature import order_spectrum
 from sigdb.transmission import Transmission
 
-_SAME_SPEED, _SAME_LOAD = 0.02, 0.05
+SAME_SPEED, SAME_LOAD = 0.02, 0.05
 """Relative differences of speeds and of loads up to which averages are joined, as for templates of a reference."""
 
 
@@ -96,10 +96,10 @@ def joined_load(loads: Sequence[float | None], name: str) -> float | None:
     stated = [load for load in loads if load is not None]
     if len(stated) < len(loads):
         return None
-    if max(stated) - min(stated) > _SAME_LOAD * max(abs(load) for load in stated):
+    if max(stated) - min(stated) > SAME_LOAD * max(abs(load) for load in stated):
         raise InputError(
             f"{name} of the recordings is {min(stated):g} to {max(stated):g}; recordings are joined at one load, "
-            f"within {100 * _SAME_LOAD:g} %; diagnose the others alone"
+            f"within {100 * SAME_LOAD:g} %; diagnose the others alone"
         )
     return float(np.mean(stated))
 
@@ -110,10 +110,10 @@ def _check_alike(first: RecordedSignature, other: RecordedSignature) -> None:
             f"{other.source} is of the channel {other.channel!r}, {first.source} of {first.channel!r}; recordings are "
             "joined by one channel"
         )
-    if abs(other.speed_rpm - first.speed_rpm) > _SAME_SPEED * first.speed_rpm:
+    if abs(other.speed_rpm - first.speed_rpm) > SAME_SPEED * first.speed_rpm:
         raise InputError(
             f"{other.source} runs at {other.speed_rpm:.5g} rpm, {first.source} at {first.speed_rpm:.5g} rpm; "
-            f"recordings are joined at one speed, within {100 * _SAME_SPEED:g} %; diagnose the others alone"
+            f"recordings are joined at one speed, within {100 * SAME_SPEED:g} %; diagnose the others alone"
         )
 
 

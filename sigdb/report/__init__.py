@@ -21,6 +21,7 @@ __all__ = [
     "history_figure",
     "history_text",
     "identification_figures",
+    "joint_diagnosis_text",
     "overview_text",
     "plan_figures",
     "plan_text",
@@ -34,6 +35,7 @@ __all__ = [
     "write_diagnosis_report",
     "write_evaluation_report",
     "write_identification_report",
+    "write_joint_report",
     "write_plan_report",
     "write_recorded_report",
 ]

@@ -4,6 +4,8 @@ from .comparison import Case as Case
 from .comparison import comparison_figure as comparison_figure
 from .database_card import database_card_markdown as database_card_markdown
 from .database_card import recordings_card_markdown as recordings_card_markdown
+from .diagnosis.joint import joint_diagnosis_text as joint_diagnosis_text
+from .diagnosis.joint import write_joint_report as write_joint_report
 from .diagnosis.report import write_diagnosis_report as write_diagnosis_report
 from .diagnosis.text import diagnosis_text as diagnosis_text
 from .evaluation.page import NUMBERS as NUMBERS

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sigdb.core import InputError
-from sigdb.diagnosis.diagnose_recording import _loads
+from sigdb.diagnosis.machine.machine_recordings import _loads
 from sigdb.recording import Channel, Recording
 
 CHANNEL = Channel(name="a1", samples=np.zeros(10), sampling_rate=1000.0)

@@ -7,7 +7,7 @@ import pytest
 
 import sigdb
 from sigdb.core import InputError
-from sigdb.diagnosis.diagnose_recording import DiagnosisOptions
+from sigdb.diagnosis.machine.machine_recordings import DiagnosisOptions
 from sigdb.recording import (
     AveragingOptions,
     AveragingSettings,

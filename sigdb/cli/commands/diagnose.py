@@ -3,16 +3,17 @@
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
 from sigdb.cli.options.format import echo_json, format_option
 from sigdb.cli.options.places import DATABASE, RECORDING, RECORDING_OR_DATABASE, RIG
 from sigdb.cli.options.quantities import Quantity
-from sigdb.cli.options.recordings import recording_options
+from sigdb.cli.options.recordings import options_of_channels
 
 if TYPE_CHECKING:
+    from sigdb.diagnosis import Diagnosis, JointDiagnosis
     from sigdb.recording import AngleOptions, RecordingOptions
 
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     "--healthy",
     type=RECORDING_OR_DATABASE,
     multiple=True,
-    help="Healthy recording of the same machine by the same channel. Give it several times: recordings at other loads "
+    help="Healthy recording of the same machine by the same channels. Give it several times: recordings at other loads "
     "and speeds make the limits better. Or a file of --save-reference, or a database of recordings.",
 )
 @click.option("--where", help="Healthy rows of a database of --healthy, such as \"date < '2026-03-01'\".")
@@ -56,7 +57,7 @@ if TYPE_CHECKING:
     type=click.Path(dir_okay=False, path_type=Path),
     help="Also write the healthy recordings, or this one if there are none, as a reference: --healthy FILE later.",
 )
-@recording_options
+@options_of_channels
 @format_option("table", "json")
 @click.option("--out", type=click.Path(path_type=Path), help="Also write a page and its numbers into this folder.")
 def diagnose(
@@ -75,6 +76,7 @@ def diagnose(
     load: float | None,
     healthy_load: tuple[float, ...],
     save_reference: Path | None,
+    channels: tuple[str, ...],
     form: str,
     out: Path | None,
     reading: "RecordingOptions",
@@ -82,7 +84,7 @@ def diagnose(
 ) -> int:
     """Diagnose a recording: whether a tooth stands out, which, how severely, and what would have been seen.
 
-    Several recordings of the machine in one state, at one speed and load, are joined and have one answer.
+    Several recordings of the machine in one state, several channels, and several speeds and loads have one answer.
 
     The exit code is 0 if no tooth stands out, 1 if one does, 2 for bad input, and 3 if it cannot be judged.
 
@@ -92,41 +94,68 @@ def diagnose(
     """
     from sigdb.database import is_database
     from sigdb.diagnosis import diagnose as diagnose_recording
-    from sigdb.diagnosis import is_reference
+    from sigdb.diagnosis import diagnose_jointly, is_reference
     from sigdb.ingest import database_defaults
     from sigdb.recording import read_of_any_size
-    from sigdb.report import Terminal, diagnosis_text
 
+    if save_reference is not None and len(channels) > 1:
+        raise click.UsageError("A reference is of one channel: give --channel once with --save-reference.")
     stated = {name: value for name, value in reading.items() if value is not None}
     database_reading = next((database_defaults(each).reading for each in healthy if is_database(each)), {})
     reading = cast("RecordingOptions", database_reading | stated)
-    diagnosis = diagnose_recording(
-        [each if is_reference(each) else read_of_any_size(each, **reading) for each in recordings],
-        rig,
-        healthy=[
+    read = [each if is_reference(each) else read_of_any_size(each, **reading) for each in recordings]
+    facts: dict[str, Any] = {
+        "rig": rig,
+        "healthy": [
             each if is_database(each) or is_reference(each) else read_of_any_size(each, **reading) for each in healthy
         ],
-        where=where,
-        teeth=teeth,
-        module=module,
-        model=model,
-        database=database,
-        gear=gear,
-        sensor=sensor,
-        torque=torque,
-        healthy_torque=healthy_torque,
-        load=load,
-        healthy_load=healthy_load,
-        save_reference=save_reference,
+        "where": where,
+        "teeth": teeth,
+        "module": module,
+        "model": model,
+        "database": database,
+        "gear": gear,
+        "sensor": sensor,
+        "torque": torque,
+        "healthy_torque": healthy_torque,
+        "load": load,
+        "healthy_load": healthy_load,
         **averaging,
-    )
+    }
+    if save_reference is None and max(len(read), len(channels)) > 1:
+        joint = diagnose_jointly(read, of_channels=channels, **facts)
+        if len(joint.parts) > 1:
+            return _show_joint(joint, form, out)
+        diagnosis = joint.parts[0].diagnosis
+    else:
+        facts |= {"channel": channels[0]} if channels else {}
+        diagnosis = diagnose_recording(read, save_reference=save_reference, **facts)
+    return _show(diagnosis, form, out)
+
+
+def _show(diagnosis: "Diagnosis", form: str, out: Path | None) -> int:
+    from sigdb.report import Terminal, diagnosis_text, write_diagnosis_report
+
     if form == "json":
         echo_json(diagnosis.as_json(), indent=None)
     else:
         click.echo(diagnosis_text(diagnosis, terminal=Terminal.of(sys.stdout)), nl=False)
     if out is not None:
-        from sigdb.report import write_diagnosis_report
-
-        command = shlex.join(["sigdb", *sys.argv[1:]])
-        click.echo(f"page: {write_diagnosis_report(diagnosis, out, command=command)}", err=True)
+        click.echo(f"page: {write_diagnosis_report(diagnosis, out, command=_command())}", err=True)
     return diagnosis.exit_code
+
+
+def _show_joint(joint: "JointDiagnosis", form: str, out: Path | None) -> int:
+    from sigdb.report import Terminal, joint_diagnosis_text, write_joint_report
+
+    if form == "json":
+        echo_json(joint.as_json(), indent=None)
+    else:
+        click.echo(joint_diagnosis_text(joint, terminal=Terminal.of(sys.stdout)), nl=False)
+    if out is not None:
+        click.echo(f"page: {write_joint_report(joint, out, command=_command())}", err=True)
+    return joint.exit_code
+
+
+def _command() -> str:
+    return shlex.join(["sigdb", *sys.argv[1:]])

@@ -117,6 +117,17 @@ def recording_options(command: Callable[..., int | None]) -> Callable[..., int |
     return _with_options(command, _ANGLE)
 
 
+def options_of_channels(command: Callable[..., int | None]) -> Callable[..., int | None]:
+    """Add the options of :func:`recording_options` to a command, with ``channels``: any number of them."""
+    of_channels = click.option(
+        "--channel",
+        "channels",
+        multiple=True,
+        help="Signal; by default the first one. Give it several times for one answer from several channels.",
+    )
+    return of_channels(_with_options(command, {name: each for name, each in _ANGLE.items() if name != "channel"}))
+
+
 def options_of_recordings(command: Callable[..., int | None]) -> Callable[..., int | None]:
     """Add the options of :func:`recording_options` that many recordings share: not channel and length."""
     return _with_options(

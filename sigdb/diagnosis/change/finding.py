@@ -5,12 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sigdb.core import FloatArray
 from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
 from sigdb.diagnosis.change.change import Change, change_from
 from sigdb.diagnosis.change.healthy_set import HealthySet
 from sigdb.diagnosis.change.statistics import (
+    INDEPENDENT,
     NOISE_ALARMS,
     Statistic,
+    pulse_evidence,
     pulse_statistic,
     template_statistic,
 )
@@ -46,6 +49,8 @@ class HealthyLaw:
         Number n of independent healthy pieces.
     pulse, template, likelihood
         Greatest statistic of the pieces; 0 for one that is not used.
+    evidence
+        Greatest evidence of a pulse in the pieces, over that which noise has once in 1000.
     widest
         Greatest median energy of pieces of one recording.
     recordings
@@ -56,6 +61,7 @@ class HealthyLaw:
     pulse: float
     template: float
     likelihood: float
+    evidence: float
     widest: float
     recordings: int
 
@@ -79,6 +85,9 @@ class Finding:
         Limits above which they are an alarm.
     wider
         Whether the change is wider than within healthy recordings, for which limits are raised.
+    evidence
+        (8 Z,) logarithm of the density of the change with a pulse at each place over that without, and over its limit
+        from the healthy pieces.
     """
 
     change: Change
@@ -89,6 +98,15 @@ class Finding:
     template_limit: float
     likelihood_limit: float
     wider: bool
+    evidence: FloatArray
+
+    @property
+    def template_evidence(self) -> FloatArray | None:
+        """The same of the templates of a described rig, (8 Z,) at each place of the first contact; None without."""
+        if self.likelihood is None:
+            return None
+        # The statistic is that of the mean over independent places; at one of them the evidence is greater.
+        return np.asarray((self.likelihood.ratio + np.log(INDEPENDENT * self.change.teeth)) / self.likelihood_limit)
 
     @property
     def score(self) -> float:
@@ -114,7 +132,8 @@ def healthy_law(healthy: HealthySet, templates: BehindPath | None) -> HealthyLaw
     independent.
     """
     within = list(changes_within(healthy))
-    statistics = [_statistics(change, templates) for change in (*within, *changes_between(healthy))]
+    every = [*within, *changes_between(healthy)]
+    statistics = [_statistics(change, templates) for change in every]
     pulse, template, likelihood = (
         max(0.0 if each is None else each.greatest for each in some) for some in zip(*statistics, strict=True)
     )
@@ -123,6 +142,7 @@ def healthy_law(healthy: HealthySet, templates: BehindPath | None) -> HealthyLaw
         pulse=pulse,
         template=template,
         likelihood=likelihood,
+        evidence=max(float(pulse_evidence(change).max()) for change in every) / -np.log(NOISE_ALARMS),
         widest=max(change.middle for change in within),
         recordings=len(healthy),
     )
@@ -184,6 +204,7 @@ def find(
         template_limit=_limit(law.template, wider),
         likelihood_limit=_limit(law.likelihood, wider),
         wider=wider,
+        evidence=pulse_evidence(change) / _limit(law.evidence, wider),
     )
 
 

@@ -17,10 +17,10 @@ USUAL_LAG = 1.1
 """Place of a damaged tooth's pulse after its first contact, in tooth passes: the median of 384 simulated averages of
 spur gears with 18 to 56 teeth, of drawn sizes, at all sensors and behind random paths."""
 
-_EARLY, _LATE = 0.75, 1.05
+EARLY, LATE = 0.75, 1.05
 """Distances from it of the limits within which 95 % of those lags lie."""
 
-_PLACE_ERROR = 0.75
+PLACE_ERROR = 0.75
 """Error of the place of the templates of a described rig that fit a change, in tooth passes. With the rig itself 192 of
 195 simulated cases were within it, 130 of 130 of them by a tacho."""
 
@@ -71,7 +71,7 @@ def locate(finding: Finding, templates: BehindPath | None, fit: TemplateFit | No
     if not finding.stands_out:
         return ()
     if fit is not None:
-        low, high = fit.low - fit.place - _PLACE_ERROR, fit.high - fit.place + _PLACE_ERROR
+        low, high = fit.low - fit.place - PLACE_ERROR, fit.high - fit.place + PLACE_ERROR
         first = _tooth(fit.place, finding.change.teeth, low=low, high=high)
     else:
         first = _location(finding)
@@ -99,7 +99,7 @@ def _further(finding: Finding, templates: BehindPath | None) -> Iterator[Locatio
         if rest.max() <= finding.pulse_limit or rest.max() * change.middle <= least:
             return
         place = int(np.argmax(rest))
-        yield _tooth(place / PLACES - USUAL_LAG, Z, low=-_LATE, high=_EARLY)
+        yield _tooth(place / PLACES - USUAL_LAG, Z, low=-LATE, high=EARLY)
         far &= _distance(rest.size, place) > _APART * PLACES
 
 
@@ -135,7 +135,7 @@ def _location(finding: Finding) -> Location:
     off = _offsets(widest.size, place)
     likely = (np.abs(off) <= _NEAR * PLACES) & (widest >= widest[place] - _LIKELY)
     low, high = (float(end) / PLACES for end in (off[likely].min(), off[likely].max()))
-    return _tooth(place / PLACES - USUAL_LAG, change.teeth, low=low - _LATE, high=high + _EARLY)
+    return _tooth(place / PLACES - USUAL_LAG, change.teeth, low=low - LATE, high=high + EARLY)
 
 
 def _tooth(place: float, teeth: int, *, low: float, high: float) -> Location:

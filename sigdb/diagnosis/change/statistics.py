@@ -1,6 +1,6 @@
 """Statistics of a change that one damaged tooth raises: short pulses of any shape, and the templates of rigs."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from math import lgamma, log
@@ -8,7 +8,7 @@ from math import lgamma, log
 import numpy as np
 from scipy.fft import ifft
 from scipy.optimize import brentq
-from scipy.special import gammaincc
+from scipy.special import gammaincc, logsumexp
 
 from sigdb.core import ComplexArray, FloatArray, IntArray
 from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
@@ -27,6 +27,12 @@ sides of a harmonic are independent."""
 
 _WIDTHS_THAT_DIFFER = 2
 """Number of independent pulses of the three widths."""
+
+_SIZES = np.geomspace(0.1, 1000.0, 9)
+"""Energies of a pulse in a band that shows it, over that of noise, for its evidence: equally likely; assumed."""
+
+_SHOWN = 0.5
+"""Share of the bands that show a pulse, for its evidence; assumed."""
 
 _EXPECTED = 50.0
 """Energy of a template over noise, of all bands, for which the bands are weighted: that of damage that is just seen."""
@@ -124,17 +130,41 @@ def pulse_statistic(change: Change) -> Statistic:
 
 def pulse_energy(change: Change) -> FloatArray:
     """Return the energy (3, 8 Z) of pulses of the three widths at each place, before it is divided by the median."""
+    return np.array([energies.sum(axis=0) for energies in _energies_of_bands(change)])
+
+
+def _energies_of_bands(change: Change) -> Iterator[FloatArray]:
+    """Yield the energy (bands, 8 Z) of a pulse in each band, of each width."""
     Z = change.teeth
-    values = np.zeros((len(WIDTHS), PLACES * Z))
-    for number, width in enumerate(WIDTHS):
+    for width in WIDTHS:
         shapes = [
             np.exp(-0.5 * ((band.orders - band.harmonic * Z) * np.pi / Z * width) ** 2) / band.deviation
             for band in change.bands
         ]
         parts = [shape * band.residual for shape, band in zip(shapes, change.bands, strict=True)]
         powers = np.array([np.sum(shape**2) for shape in shapes])
-        values[number] = (envelopes(change, parts) / powers[:, None]).sum(axis=0)
-    return values
+        yield envelopes(change, parts) / powers[:, None]
+
+
+def pulse_evidence(change: Change) -> FloatArray:
+    """Return the logarithm (8 Z,) of the density of a change with a pulse at each place, over that of noise.
+
+    In noise the energy e of a pulse in a band follows the exponential law. A pulse with a complex normal amplitude in
+    that band, whose mean energy is v, changes its density by the factor ``exp(e v / (1 + v)) / (1 + v)``. Half of the
+    bands show the pulse, in the same size v. Sizes and widths are equally likely. So the mean of the density ratio is 1
+    in noise, which makes it as large as 1000 once in 1000 or more seldom.
+
+    The energy is relative to what the other teeth show in its band, as in :func:`template_statistic`.
+    """
+    if not change.bands:
+        return np.zeros(PLACES * change.teeth)
+    noise = excess(change, change.others)[:, None]
+    size = _SIZES[:, None, None]
+    logs = []
+    for energies in _energies_of_bands(change):
+        shown = energies / noise * size / (1 + size) - np.log1p(size)
+        logs.append(np.logaddexp(np.log(1 - _SHOWN), np.log(_SHOWN) + shown).sum(axis=1))
+    return np.asarray(logsumexp(logs, axis=(0, 1)) - np.log(len(WIDTHS) * len(_SIZES)))
 
 
 def template_statistic(change: Change, templates: BehindPath) -> Statistic:

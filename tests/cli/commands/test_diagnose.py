@@ -240,3 +240,36 @@ def test_two_sources_of_the_angle_are_refused(leave, files):
     code, out, err = leave("diagnose", files / "sixth.csv", *TACHO, "--mesh-phase")
     assert (code, out) == (2, "")
     assert "Give either --tacho or --mesh-phase." in err
+
+
+@pytest.fixture
+def two_channels(files, tmp_path):
+    """Files whose second channel is the first one inverted, with noise of its own."""
+    for number, name in enumerate(("sixth", "healthy")):
+        x, tacho = np.loadtxt(files / f"{name}.csv", delimiter=",", skiprows=1).T
+        noise = 0.5 * x.std() * np.random.default_rng(number).standard_normal(x.size)
+        columns = np.column_stack([x, noise - x, tacho])
+        header = "pinion-vertical,a2,tacho"
+        np.savetxt(tmp_path / f"{name}.csv", columns, delimiter=",", header=header, comments="", fmt="%.6g")
+    return tmp_path
+
+
+def test_two_channels_have_one_answer(leave, two_channels):
+    reading = ("--sampling-rate", RATE, "--tacho", "tacho", "--teeth", 12)
+    given = (two_channels / "sixth.csv", *reading, "--healthy", two_channels / "healthy.csv")
+    channels = ("--channel", "pinion-vertical", "--channel", "a2")
+    code, out, err = leave("diagnose", *given, *channels, "--out", two_channels / "page")
+    assert code == 1
+    assert out.startswith("One tooth stands out: ")
+    assert "Probability of no damage " in out
+    assert "log10 odds alone" in out
+    assert err.startswith("page: ")
+    page = (two_channels / "page" / "index.html").read_text(encoding="utf-8")
+    assert out.splitlines()[0] in page
+    assert (two_channels / "page" / "average-2" / "index.html").is_file()
+    numbers = json.loads((two_channels / "page" / "diagnosis.json").read_text(encoding="utf-8"))
+    assert 6 in numbers["candidates"]
+    assert [part["channel"] for part in numbers["parts"]] == ["pinion-vertical", "a2"]
+    code, out, err = leave("diagnose", *given, *channels, "--save-reference", two_channels / "machine.npz")
+    assert (code, out) == (2, "")
+    assert "A reference is of one channel" in err

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sigdb.diagnosis.change.change import PLACES, Band, Change, excess
-from sigdb.diagnosis.change.statistics import pulse_statistic, without_shape
+from sigdb.diagnosis.change.statistics import NOISE_ALARMS, pulse_evidence, pulse_statistic, without_shape
 
 Z, HARMONICS = 24, 8
 
@@ -40,6 +40,20 @@ def test_a_pulse_is_as_strong_relative_to_noise_of_any_level():
     loud = change(1, levels=np.full(HARMONICS, 9.0), pulse=30.0)
     quiet = change(1, levels=np.full(HARMONICS, 1.0), pulse=10.0)
     assert pulse_statistic(loud).value.max() == pytest.approx(pulse_statistic(quiet).value.max() * 1, rel=0.1)
+
+
+def test_evidence_of_noise_exceeds_its_inverse_rate_no_more_often():
+    """At one place, since the mean of the density ratio is 1 there (Markov's inequality); at levels of any band."""
+    found = np.array([pulse_evidence(change(s, levels=(1.0, 4.0) * 4))[::PLACES] for s in range(150)]).ravel()
+    for rate in (0.2, 0.05, 0.01):
+        assert np.mean(found > -np.log(rate)) <= rate
+    assert np.mean(found > np.log(NOISE_ALARMS) / 2) > 0.5
+
+
+def test_evidence_of_a_pulse_grows_with_it_at_its_place():
+    found = [pulse_evidence(change(3, pulse=size, place=9.0)) for size in (0.0, 3.0, 6.0)]
+    assert [each.argmax() / PLACES for each in found[1:]] == pytest.approx([9.0, 9.0], abs=0.25)
+    assert found[0].max() < found[1].max() < found[2].max()
 
 
 def test_the_excess_of_a_band_is_the_energy_of_its_noise():
