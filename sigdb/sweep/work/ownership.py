@@ -14,11 +14,13 @@ from typing import TypedDict, cast
 
 from filelock import FileLock, Timeout
 
-from sigdb.core import DatabaseError, InputError, make_folder
+from sigdb.core import DatabaseError, make_folder
 from sigdb.database import Store
 
 OWNER, LOCK, JOBS = ".owner", ".lock", ".jobs"
 """Files of the owner and of the lock, and the folder of the jobs that own a place together."""
+_PASSING = 5.0
+"""Seconds that a job waits for another one that begins at the same instant."""
 _BEAT, _STALE = 20.0, 90.0
 """Seconds between signs of life in an object store, and without one until an owner counts as dead."""
 
@@ -62,34 +64,28 @@ def _locked(store: Store, folder: Path, job: str) -> Iterator[None]:
     with ExitStack() as locks:
         try:
             make_folder(folder)
-            locks.enter_context(_shared(folder / LOCK) if job else FileLock(folder / LOCK, timeout=0))
-        except (Timeout, BlockingIOError):
+            if job:
+                # A job passes through the lock of the place, so that it does not begin while somebody else owns it.
+                make_folder(folder / JOBS)
+                with FileLock(folder / LOCK, timeout=_PASSING):
+                    locks.enter_context(FileLock(folder / f"{mine}{LOCK}", timeout=0))
+            else:
+                locks.enter_context(FileLock(folder / LOCK, timeout=0))
+                for other in (folder / JOBS).glob(f"*{LOCK}"):
+                    with FileLock(other, timeout=0):
+                        pass
+                shutil.rmtree(folder / JOBS, ignore_errors=True)  # of jobs that have ended
+        except Timeout:
             raise _busy(store, next(iter(_owners(store, "")), None)) from None
         except OSError as error:
             raise DatabaseError(
                 f"{store}: cannot be written ({error.strerror or error}); nothing that is finished is lost"
             ) from None
         try:
-            if not job:
-                shutil.rmtree(folder / JOBS, ignore_errors=True)  # of jobs that were killed
             store.put(mine, _signature())
             yield
         finally:
             (folder / mine).unlink(missing_ok=True)
-            with suppress(OSError):  # other jobs are there
-                (folder / JOBS).rmdir()
-
-
-@contextmanager
-def _shared(path: Path) -> Iterator[None]:
-    """Hold a lock together with others who share it."""
-    try:
-        import fcntl
-    except ImportError:
-        raise InputError("jobs that share a directory need a POSIX system; run the sweep without --job") from None
-    with path.open("a") as file:
-        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        yield
 
 
 @contextmanager

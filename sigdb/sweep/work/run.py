@@ -221,10 +221,10 @@ def _make_templates(plans: Sequence[Plan], store: Store, engine: Engine, on_prog
         if not missing:
             break
         plan, parts = missing[0]
-        _run_stage("templates", [(plan, parts[:_TEMPLATE_PARTS_AT_ONCE])], store, engine, ignore)
+        _run_stage("templates", [(plan, parts[:_TAKEN_OVER])], store, engine, ignore)
 
 
-_TEMPLATE_PARTS_AT_ONCE = 8
+_TAKEN_OVER = 8
 """Parts of templates that a job makes of another's share before it looks what is missing."""
 
 Share = Sequence[tuple[Plan, Sequence[int]]]

@@ -169,7 +169,8 @@ def test_bad_input_is_exit_code_2_and_a_sentence(command, tmp_path, text, says, 
         ([], "Missing argument 'RECIPE'"),
         (["none.toml", "--jobs", "0"], "0; give 1 or more, or -1"),
         (["none.toml", "--jobs", "two"], "'two' is not a valid int"),
-        (["none.toml", "--job", "2"], "--jobs"),
+        (["none.toml", "--jbos", "2"], "--jobs"),
+        ([__file__, "--job", "2"], "job '2' must be the number of a job and that of all jobs, such as 2/8"),
     ],
 )
 def test_bad_arguments_are_exit_code_2(command, arguments, says):
