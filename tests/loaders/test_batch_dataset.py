@@ -47,6 +47,14 @@ def test_the_order_is_that_of_the_seed_and_another_each_time(rows):
     assert not np.array_equal(one, np.concatenate(ids_of(BatchDataset(rows, seed=6))))
 
 
+def test_runs_come_in_random_order(rows):
+    runs = [
+        int(np.searchsorted(rows.ids, batch[0])) // 32 for batch in ids_of(BatchDataset(rows, batch_size=32, mixed=1))
+    ]
+    assert runs != sorted(runs)
+    assert len({*runs}) > len(runs) // 2
+
+
 def test_without_shuffling_rows_come_in_order(rows):
     assert np.array_equal(np.concatenate(ids_of(BatchDataset(rows, batch_size=48, shuffle=False))), rows.ids)
 
