@@ -29,6 +29,7 @@ PACKAGES = [
         "database",
         "sweep",
         "recognition",
+        "loaders",
         "recording",
         "explorer",
         "ingest",

@@ -69,6 +69,9 @@ _BYTES_AT_ONCE = 1024 * 1024
 """Bytes of blocks that are compared together; a whole number of blocks."""
 
 
+_WILL_NEED = getattr(os, "POSIX_FADV_WILLNEED", 0)
+
+
 class _Groups:
     """Row groups of a column: length of their lists, and where each begins."""
 
@@ -175,9 +178,10 @@ class PlainLists:
 
 def _read_ahead(file: io.FileIO, runs: Sequence[tuple[int, int]]) -> None:
     """Let the system read all runs of bytes at once, from a first byte to a last, where it offers that."""
-    if len(runs) > 1 and hasattr(os, "posix_fadvise"):
+    advise = getattr(os, "posix_fadvise", None)
+    if advise is not None:
         for first, stop in runs:
-            os.posix_fadvise(file.fileno(), first, stop - first, os.POSIX_FADV_WILLNEED)
+            advise(file.fileno(), first, stop - first, _WILL_NEED)
 
 
 def _fill(file: io.FileIO, first: int, content: memoryview) -> None:
