@@ -199,10 +199,9 @@ def evaluate(
     question = target_named(model.target)
     rows, selection = select_rows(model, database, where)
     measured, prevalence = database.manifest.is_measured, float((rows["tooth"] > 0).mean())
-    answers = {
-        name: with_prevalence(each, model.estimators[name].trained_prevalence, prevalence)
-        for name, each in model.answers(database, rows).items()
-    }
+    answers = model.answers(database, rows)
+    for name in answers:  # in place, so that memory holds those of one estimator twice at most
+        answers[name] = with_prevalence(answers[name], model.estimators[name].trained_prevalence, prevalence)
     floor = healthy_only_answers(database, rows, model.false_alarm_rate) if measured else None
     if floor is not None and question.name == DETECTION:
         answers[HEALTHY_ONLY] = floor

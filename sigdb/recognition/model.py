@@ -357,15 +357,19 @@ class Model:
             order.append(places)
             for name in list(parts):
                 try:
-                    answers = self.estimators[name].answer(some)
                     outside = self._outside(some) if name == self.learner else None
-                    parts[name].append(replace(answers, outside=outside))
+                    parts[name].append(replace(self.estimators[name].answer(some), outside=outside))
                 except NotApplicableError:
                     if name == self.learner:
                         raise
                     del parts[name]
-        back = np.argsort(np.concatenate(order))
-        return {name: Answers.concatenate(pieces).select(back) for name, pieces in parts.items()}
+        every = np.concatenate(order)
+        back = None if (np.diff(every) > 0).all() else np.argsort(every)
+        answers = {}
+        for name in list(parts):  # forgotten one by one, so that memory holds one estimator's answers twice at most
+            of_name = Answers.concatenate(parts.pop(name))
+            answers[name] = of_name if back is None else of_name.select(back)
+        return answers
 
     def read(self, database: Database, rows: pd.DataFrame) -> Batch:
         """Return rows, not too many of them, with all that the model reads; ``rows`` has their scalars by id."""

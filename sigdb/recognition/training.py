@@ -150,20 +150,27 @@ def train(
         others = {name: each for name, each in unfitted.items() if name != user_estimator.name}
         unfitted = {user_estimator.name: user_estimator} | others
     on_step("reading averages")
+    fitted: dict[str, Estimator] = {}
+
+    def fit(names: Collection[str], seen: Batch) -> None:
+        labels, specimens = question.labels(seen.table), seen.table["specimen"].to_numpy()
+        for name in names:
+            on_step(name)
+            try:
+                fitted[name] = unfitted[name].fit(seen, labels, specimens)
+            except NotApplicableError as error:
+                if name == learner:
+                    raise
+                on_step(f"{name} is left out: {error}")
+
+    scored = [name for name, estimator in unfitted.items() if estimator.learns_from_all]
     drawn = _read(database, evenly_drawn(rows, DRAWN_ROWS), unfitted.values())
-    scored = {name: estimator for name, estimator in unfitted.items() if estimator.learns_from_all}
-    reducers = reducers_of(scored.values())
-    every = reduce_averages(database, Batch(table=rows), reducers, sensor=database.sensors[0])
-    estimators = {}
-    for name, estimator in unfitted.items():
-        on_step(name)
-        try:
-            seen = every if name in scored else drawn
-            estimators[name] = estimator.fit(seen, question.labels(seen.table), seen.table["specimen"].to_numpy())
-        except NotApplicableError as error:
-            if name == learner:
-                raise
-            on_step(f"{name} is left out: {error}")
+    drawn_rows = len(drawn)
+    fit([name for name in unfitted if name not in scored], drawn)
+    del drawn  # memory holds either these averages or the scores of all rows
+    reducers = reducers_of(unfitted[name] for name in scored)
+    fit(scored, reduce_averages(database, Batch(table=rows), reducers, sensor=database.sensors[0]))
+    estimators = {name: fitted[name] for name in unfitted if name in fitted}
     return Model(
         target=target,
         learner=learner,
@@ -177,7 +184,7 @@ def train(
         split_hash=parts.hash,
         sensor=database.sensors[0],
         rows=len(rows),
-        drawn_rows=len(drawn),
+        drawn_rows=drawn_rows,
         false_alarm_rate=settings.false_alarm_rate,
         trained_range=TrainedRange.of_rows(database, rows),
         columns=columns,

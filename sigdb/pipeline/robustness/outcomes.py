@@ -49,7 +49,8 @@ class Robustness:
         rows
             Rows that it has not seen, of :func:`requested_rows`.
         """
-        answers = model.answers(database, rows)[model.learner]
+        alone = replace(model, estimators={model.learner: model.estimator})
+        answers = alone.answers(database, rows)[model.learner]
         thresholds = dict.fromkeys(RATES, np.nan)
         if answers.scores is not None:
             healthy = np.sort(damage_score(answers.scores)[rows["tooth"].to_numpy() == 0])

@@ -357,8 +357,12 @@ class TemplateBank:
                 f"teeth = {lacking[0]:g} is not in the bank of templates, which has {', '.join(map(str, self.teeth))}; "
                 "train on a database with this tooth count"
             )
-        distance = np.stack([_distance(point, speed_rpm, torque, teeth) for point in self.points], axis=1)
-        return np.asarray(distance.argmin(axis=1))
+        nearest, least = np.zeros(len(speed_rpm), int), np.full(len(speed_rpm), np.inf)
+        for i, point in enumerate(self.points):
+            distance = _distance(point, speed_rpm, torque, teeth)
+            closer = distance < least
+            nearest[closer], least[closer] = i, distance[closer]
+        return nearest
 
 
 def _distance(
