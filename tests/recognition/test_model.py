@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from numpy.testing import assert_array_equal
 from pandas.testing import assert_frame_equal
 
 from sigdb.core.errors import InputError, NotApplicableError
-from sigdb.recognition import Detector, OutsideWarning
+from sigdb.recognition import Detector, OutsideWarning, requested_rows
 from sigdb.recognition.rows.batch import Batch
 
 ARRAYS = ("speed_rpm", "torque", "averages", "scatter")
@@ -227,3 +228,12 @@ def test_noise_by_order_is_an_argument_and_white_noise_changes_nothing(location_
     for wrong, said in ((white[:, 1:], "give it at orders 0 to"), (-white, "at least 0"), (0 * white, "above 0")):
         with pytest.raises(InputError, match=said):
             model.assess(**some, noise=wrong)
+
+
+def test_answers_to_a_database_are_in_the_order_of_the_rows(location, database):
+    rows = requested_rows(location, database).iloc[::37]
+    answers, turned = (location.answers(database, some) for some in (rows, rows.iloc[::-1]))
+    assert list(answers) == list(location.estimators)
+    for name, of_name in answers.items():
+        assert_array_equal(turned[name].predicted, of_name.predicted[::-1])
+    assert_array_equal(turned[location.learner].outside, answers[location.learner].outside[::-1])

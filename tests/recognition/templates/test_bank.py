@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import multivariate_normal
 
 from sigdb.core import InputError
@@ -161,6 +161,14 @@ def test_too_few_speeds_are_answered_by_the_nearest(count):
     ((local, _, coefficients),) = bank.locals(np.array([901.0]), np.array([points[0][1]]), np.array([TEETH]))
     assert local is bank.points[0].local
     assert coefficients is None
+
+
+def test_the_nearest_point_has_the_least_relative_difference():
+    bank = made_bank(spread(5, np.random.default_rng(5)))
+    speed, torque = np.random.default_rng(6).uniform([[850], [7]], [[1150], [13]], (2, 50))
+    place = np.array([(point.speed_rpm, point.torque) for point in bank.points])
+    apart = [np.hypot(*(np.array(row) / place - 1).T) for row in zip(speed, torque, strict=True)]
+    assert_array_equal(bank.nearest(speed, torque, np.full(50, TEETH)), np.argmin(apart, axis=1))
 
 
 def test_one_speed_holds_at_every_torque():
