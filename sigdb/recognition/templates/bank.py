@@ -359,8 +359,7 @@ class TemplateBank:
             )
         nearest, least = np.zeros(len(speed_rpm), int), np.full(len(speed_rpm), np.inf)
         for i, point in enumerate(self.points):
-            distance = _distance(point, speed_rpm, torque, teeth)
-            closer = distance < least
+            closer = (distance := _distance(point, speed_rpm, torque, teeth)) < least
             nearest[closer], least[closer] = i, distance[closer]
         return nearest
 
