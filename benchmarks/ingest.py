@@ -4,7 +4,8 @@
 ``read_recording`` and resamples all channels with ``numpy.interp``, and ingests the same files in one process, in turn.
 The angle comes from the tacho, or from the phase of the mesh. The latter is also compared with a peer that searches
 too: it scores speeds in spectra of frames, and demodulates three mesh harmonics twice each, with NumPy. The ratios of
-processor times are printed by format, and the memory for few and for many recordings. ``--json FILE`` writes them.
+processor times are printed by format, and the memory for few and for many recordings. A database that grows by one
+small file at a time gives the processor time of an ingest by the number of those before. ``--json FILE`` writes them.
 """
 
 import argparse
@@ -156,6 +157,35 @@ def memory(files: int) -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
+def grown(count: int) -> dict[str, float]:
+    """Return processor times of single ingests and of opening, by the number of ingests, and the description's size."""
+    settings = IngestSettings(teeth="8", averages_of="tsa", samples_per_tooth=16)
+    stream, spent = np.random.default_rng(0), []
+    with tempfile.TemporaryDirectory() as place:
+        folder, database = Path(place) / "averages", Path(place) / "db"
+        folder.mkdir()
+        for number in range(count):
+            np.savez(folder / f"r{number:05d}.npz", tsa=stream.normal(size=(1, 128)))
+            started = time.process_time()
+            ingest(folder, database, settings=settings, jobs=1)
+            spent.append(time.process_time() - started)
+        sigdb.open(database)
+        started = time.process_time()
+        sigdb.open(database)
+        opened = time.process_time() - started
+        size = (database / "sigdb.toml").stat().st_size
+    tenth = count // 10
+    early, late = (float(np.median(some)) for some in (spent[tenth : 2 * tenth], spent[-tenth:]))
+    return {
+        "ingests": count,
+        "early_ingest_s": early,
+        "late_ingest_s": late,
+        "growth_per_ingest_s": (late - early) / (0.8 * count),
+        "open_s": opened,
+        "description_bytes": size,
+    }
+
+
 def main() -> None:
     """Print the results as JSON, or write them."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
@@ -163,6 +193,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3, help="Rounds; the best one counts.")
     parser.add_argument("--formats", default=",".join(FORMATS), help="Formats, joined by commas.")
     parser.add_argument("--memory", type=int, help="Only print the memory for so many recordings, MB.")
+    parser.add_argument("--single", type=int, default=200, help="Ingests of one small file each into one database.")
     parser.add_argument("--json", type=Path, help="File for the results.")
     options = parser.parse_args()
     if options.memory:
@@ -180,6 +211,7 @@ def main() -> None:
             [sys.executable, __file__, "--memory", str(files)], capture_output=True, text=True, check=True
         )
         results[f"memory_mb_{files}"] = float(done.stdout)
+    results["single_ingests"] = grown(options.single)
     if options.json is None:
         print(json.dumps(results, indent=1))
     else:
