@@ -14,6 +14,7 @@ __all__ = [
     "LearningSet",
     "Manifest",
     "Match",
+    "OpenTable",
     "Split",
     "database_card",
     "make_split",
