@@ -9,7 +9,7 @@ from typing import Self, TypeAlias
 import numpy as np
 import pyarrow as pa
 
-from sigdb.core import FloatArray, InputError, NotApplicableError, validated
+from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError, validated
 from sigdb.database.store.schema import StatusCode, suffixed
 from sigdb.database.stored_tables import StoredTables
 from sigdb.transmission import Transmission
@@ -89,6 +89,8 @@ class Template:
     nuisance_modes
         (sensors, n, modes) changes of the averages per standard deviation of the nuisances; without modes where none
         are stated, or where contact is lost.
+    nuisance_counts
+        (nuisances,) number of modes of each nuisance.
     """
 
     case: Mapping[str, CaseValue]
@@ -114,7 +116,8 @@ class Template:
     signals: FloatArray = field(default_factory=_none)
     specimen_response: FloatArray = field(default_factory=_none)
     harmonic_response: FloatArray = field(default_factory=_none)
-    nuisance_modes: FloatArray = field(default_factory=_none)
+    nuisance_modes: FloatArray = field(default_factory=lambda: np.empty((0, 0, 0)))
+    nuisance_counts: IntArray = field(default_factory=lambda: np.empty(0, int))
 
     @property
     def tooth(self) -> int:
@@ -179,6 +182,7 @@ class Template:
             arrays += ["compression_response", "compression_harmonic", "mesh_force_response", "mesh_force_harmonic"]
             of_sensors |= {"specimen_response": self.specimen_response, "harmonic_response": self.harmonic_response}
             of_sensors |= {"nuisance_modes": self.nuisance_modes} if self.nuisance_modes.size else {}
+            arrays += ["nuisance_counts"] if self.nuisance_modes.shape[1] else []
         row |= {"orders": np.asarray(self.orders, float)} | {name: _flat(getattr(self, name)) for name in arrays}
         for i, sensor in enumerate(sensors):
             row[suffixed("reference_variance", sensors, sensor)] = float(self.reference_variance[i])
@@ -242,6 +246,7 @@ class Template:
             specimen_response=response(each_sensor("specimen_response"), s, n, teeth),
             harmonic_response=response(each_sensor("harmonic_response"), s, n, len(orders), 2),
             nuisance_modes=modes.reshape(s, n, modes.shape[1] // max(n, 1)),
+            nuisance_counts=array("nuisance_counts").astype(int),
         )
 
 
@@ -310,7 +315,8 @@ def stored_templates(
         for name in ("tsa", "specimen_response", "harmonic_response", "nuisance_modes")
     ]
     arrays = [name for name in arrays if name in schema.names]
-    batches = database.batches(chosen, table="templates", columns=[*scalars, "orders", *arrays], rows=_ROWS_AT_ONCE)
+    lists = [name for name in ("orders", "nuisance_counts") if name in schema.names]
+    batches = database.batches(chosen, table="templates", columns=[*scalars, *lists, *arrays], rows=_ROWS_AT_ONCE)
     templates = [
         Template.from_row({name: batch[name][i] for name in batch.schema.names}, database.sensors, only=[sensor])
         for batch in batches

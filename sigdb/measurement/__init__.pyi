@@ -1,9 +1,13 @@
 from .nuisance import MOST_MODES as MOST_MODES
 from .nuisance import NEPER_DB as NEPER_DB
 from .nuisance import NuisanceSettings as NuisanceSettings
+from .nuisance import late as late
+from .nuisance import late_slope as late_slope
 from .nuisance import measured_columns as measured_columns
 from .nuisance import principal_modes as principal_modes
-from .nuisance import smooth_components as smooth_components
+from .nuisance_mixture import MOST_LATE as MOST_LATE
+from .nuisance_mixture import NuisanceMixture as NuisanceMixture
+from .nuisance_mixture import NuisancePart as NuisancePart
 from .pitch_error_law import PitchTolerances as PitchTolerances
 from .pitch_error_law import pitch_errors as pitch_errors
 from .pitch_error_law import pitch_tolerances as pitch_tolerances

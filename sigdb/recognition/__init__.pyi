@@ -48,6 +48,8 @@ from .fusion.joint_law import AverageLaw as AverageLaw
 from .fusion.joint_law import JointLaw as JointLaw
 from .fusion.kind_posterior import gear_probabilities as gear_probabilities
 from .fusion.teeth_apart import damaged_tooth_probabilities as damaged_tooth_probabilities
+from .laws.mixture_laws import Nuisances as Nuisances
+from .laws.mixture_laws import stacked_modes as stacked_modes
 from .metrics.coverage import ENOUGH as ENOUGH
 from .metrics.estimate import Estimate as Estimate
 from .metrics.metric import Metric as Metric

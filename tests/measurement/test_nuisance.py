@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from sigdb.core.errors import InputError
-from sigdb.measurement import NuisanceSettings, measured_columns, principal_modes, smooth_components
+from sigdb.measurement import NuisanceSettings, late, measured_columns, principal_modes
+from sigdb.measurement.nuisance import path_components
 
 TEETH, N = 4, 32
 SIGNAL = np.fft.irfft([0, *np.random.default_rng(1).standard_normal(12) + 1j, *np.zeros(4)], N)
@@ -13,16 +14,11 @@ ANGLE = 2 * np.pi * np.arange(N) / N
 STEP = 1e-6
 
 
-def late(passes):
-    """The average whose mark comes later: a band-limited signal, shifted."""
-    return np.fft.irfft(np.fft.rfft(SIGNAL) * np.exp(-2j * np.pi * passes / TEETH * np.arange(N // 2 + 1)), N)
-
-
 @pytest.mark.parametrize(
     ("settings", "exact"),
     [
         ({"gain_db": 3.0}, [lambda z: SIGNAL * 10 ** (3.0 * z / 20)]),
-        ({"mark": 0.2}, [lambda z: late(0.2 * z)]),
+        ({"mark": 0.2}, [lambda z: late(SIGNAL[None], np.array([0.2 * z]), TEETH)[0]]),
         (
             {"modulation": 0.1},
             [lambda z: SIGNAL * (1 + 0.1 * z * np.cos(ANGLE)), lambda z: SIGNAL * (1 + 0.1 * z * np.sin(ANGLE))],
@@ -35,20 +31,31 @@ def test_columns_are_the_derivatives_of_the_exact_changes(settings, exact):
     assert_allclose(columns, expected, atol=1e-8)
 
 
-@pytest.mark.parametrize("distance", [0.5, 2.0, 12.0])
-def test_a_smooth_path_has_the_stated_correlation(distance):
-    smooth = smooth_components(40, distance)
-    apart = np.subtract.outer(np.arange(40), np.arange(40))
-    assert_allclose(smooth @ smooth.T, np.exp(-(apart**2) / (2 * distance**2)), atol=0.02)
+@pytest.mark.parametrize(("distance", "gain", "phase"), [(0.5, 0.2, 0.3), (2.0, 0.6, 0.7), (12.0, 1e-3, 0.0)])
+def test_a_path_has_the_second_moments_of_random_ones(distance, gain, phase):
+    stream = np.random.default_rng(3)
+    apart = np.subtract.outer(np.arange(10), np.arange(10)) / distance
+    root = np.linalg.cholesky(np.exp(-(apart**2) / 2) + 1e-9 * np.eye(10))
+    a, b = (stream.standard_normal((100_000, 10)) @ root.T for _ in range(2))
+    paths = np.exp(gain * a + 1j * phase * b) - 1
+    real, imaginary = path_components(10, distance, gain, phase)
+    size = np.mean(np.abs(paths) ** 2)
+    for part, components in ((paths.real, real), (paths.imag, imaginary)):
+        assert_allclose(components @ components.T, part.T @ part / len(part), atol=0.03 * size)
 
 
-def test_a_path_changes_each_order_by_its_gain_and_phase():
-    settings = NuisanceSettings(path_db=1.0, path_deg=10.0)
+def test_a_small_path_changes_each_order_by_its_gain_and_phase():
+    settings = NuisanceSettings(path_db=0.1, path_deg=1.0)
     columns = np.fft.rfft(measured_columns(SIGNAL, TEETH, settings), axis=0)
     spectrum = np.fft.rfft(SIGNAL)
     relative = columns[1:13] / spectrum[1:13, None]
-    assert_allclose((relative.real**2).sum(axis=1), (np.log(10) / 20) ** 2, rtol=0.02)
-    assert_allclose((relative.imag**2).sum(axis=1), np.radians(10) ** 2, rtol=0.02)
+    assert_allclose((relative.real**2).sum(axis=1), (0.1 * np.log(10) / 20) ** 2, rtol=0.02)
+    assert_allclose((relative.imag**2).sum(axis=1), np.radians(1) ** 2, rtol=0.02)
+
+
+def test_a_mark_that_is_late_by_a_pass_turns_the_average_by_a_tooth():
+    turned = late(np.stack([SIGNAL, SIGNAL]), np.array([0.0, 1.0]), TEETH)
+    assert_allclose(turned, [SIGNAL, np.roll(SIGNAL, N // TEETH)], atol=1e-12)
 
 
 def test_nothing_stated_has_no_columns():

@@ -198,6 +198,11 @@ _NUISANCE_MODES = Column(
     unit="signal",
     help="Modes of the nuisances: changes of the average per standard deviation, (n, modes) row-major.",
 )
+_NUISANCE_COUNTS = Column(
+    name="nuisance_counts",
+    type=_LIST,
+    help="Number of modes of each nuisance, in the order of [nuisance].",
+)
 
 
 def database_schema(
@@ -332,6 +337,7 @@ def database_schema(
                 ),
                 *((_NUISANCE_MODES,) if nuisances else ()),
             ),
+            *((_NUISANCE_COUNTS,) if nuisances else ()),
         ),
         features=(
             Column(name="id", type=pa.int64(), help="Number of the row in the plan."),

@@ -1,18 +1,23 @@
 """The best possible answers under each disturbance: by a law whose only nuisance is that disturbance."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
-from sigdb.core import FloatArray
 from sigdb.database import Database
 from sigdb.dynamics import PeriodicRig, prepare_periodic
-from sigdb.measurement import NuisanceSettings
+from sigdb.measurement import NuisanceMixture, NuisanceSettings
 from sigdb.pipeline.robustness.disturbances import Disturbance
-from sigdb.recognition import Hypotheses, OperatingPoint, error_curve, operating_points
+from sigdb.recognition import (
+    Hypotheses,
+    Nuisances,
+    OperatingPoint,
+    error_curve,
+    operating_points,
+    stacked_modes,
+)
 from sigdb.sweep import NuisanceModes, Plan, plan_from
 
 _DRAWS = 500
@@ -87,14 +92,14 @@ class NuisanceBounds:
         laws = point.hypotheses
         numbers = {"rigs": self.rigs, **disturbance.nuisance(laws.teeth)}
         settings = NuisanceSettings.model_validate(numbers)
-        laws = replace(laws, nuisance=self._modes(laws, settings) if settings.exist else None)
+        laws = replace(laws, nuisances=self._nuisances(laws, settings) if settings.exist else None)
         if disturbance.colour is not None:
             laws = laws.whitened(disturbance.colour(laws.signal.shape[1], laws.teeth))
         rows = point.rows.assign(index_error=point.rows["index_error"] * disturbance.index_error)
         return replace(point, hypotheses=laws, rows=rows)
 
-    def _modes(self, laws: Hypotheses, settings: NuisanceSettings) -> FloatArray:
-        """Return the modes of nuisances of each template, (templates, n, modes)."""
+    def _nuisances(self, laws: Hypotheses, settings: NuisanceSettings) -> Nuisances:
+        """Return the nuisances of the templates, all of which each machine has."""
         numbers = laws.cases["template"].tolist()
         plan = replace(self._plan, nuisance=settings)
         point = plan.case(numbers[0]).rig_point
@@ -102,12 +107,15 @@ class NuisanceBounds:
         damages = [plan.case(number).damage.on_teeth(laws.teeth) for number in numbers]
         states = self._stated(point).steady_state(damages)
         at = list(plan.sensors).index(self.sensor)
-        every: Sequence[FloatArray] = [
-            modes_of.of(damage, states[i], np.full(len(plan.sensors), laws.reference_variance[i]))[at]
-            for i, damage in enumerate(damages)
-        ]
-        most = max(modes.shape[1] for modes in every)
-        return np.stack([np.pad(modes, ((0, 0), (0, most - modes.shape[1]))) for modes in every])
+        modes, counts = [], []
+        for i, damage in enumerate(damages):
+            variance = np.full(len(plan.sensors), laws.reference_variance[i])
+            of_template, of_each = modes_of.of(damage, states[i], variance)
+            modes.append(of_template[at])
+            counts.append(of_each)
+        stacked, most = stacked_modes(modes, counts)
+        mixture = NuisanceMixture.certain(len(most), settings.mark)
+        return Nuisances(modes=stacked, counts=most, mixture=mixture)
 
     def _stated(self, point: int) -> PeriodicRig:
         """Return the rig of a rig point as it is stated."""

@@ -87,8 +87,7 @@ class OperatingPoint:
     def distances(self, between: ContinuousSeverity, rows: pd.DataFrame) -> list[FloatArray]:
         """Return the distances of templates, as of :meth:`ContinuousSeverity.evidence`, for averages of rows."""
         noise, index_error = (rows[name].to_numpy() for name in ("noise", "index_error"))
-        laws = self.hypotheses.turned_at(float(index_error[0]))
-        of_grids = [TemplateDistances(laws, templates) for templates in between.templates]
+        of_grids = [TemplateDistances(self.hypotheses.turned, templates) for templates in between.templates]
         return [each.at(noise=noise, index_error=index_error) for each in of_grids]
 
     @property
@@ -146,16 +145,14 @@ class OperatingPoint:
     @cached_property
     def continuous_severity(self) -> ContinuousSeverity | None:
         """Posteriors over severities between the templates; None where these show too little of what lies there."""
-        if self.hypotheses.untied:
+        if self.hypotheses.untied or self.hypotheses.nuisances is not None:
             return None
         laws, severity = self.hypotheses, self.hypotheses.cases[list(QUANTITIES)].to_numpy(float)
         noise = float(self.rows["noise"].min())
         between = severity_interpolation(laws.teeth, [severity], [laws.healthy], [laws.signal], noise=noise)
         if between is None or not between.holds:
             return None
-        share, sizes = np.exp(self.log_prior).sum(axis=1), self.rows["index_error"].unique()
-        if laws.nuisance is not None and len(sizes) > 1:
-            return None
+        share = np.exp(self.log_prior).sum(axis=1)
         return ContinuousSeverity(severity_grids(severity, laws.healthy), laws.healthy, share)
 
     @cached_property

@@ -51,7 +51,7 @@ class KindScores(TemplateScores):
         return np.array([*self.bank.kinds[1:], "reduced_chi2", "surprise", "surprise_place"], dtype=object)
 
     def _ratio_and_severity(
-        self, local: LocalTemplates, likelihood: FloatArray, law: Law
+        self, local: LocalTemplates, each: FloatArray, likelihood: FloatArray, law: Law
     ) -> tuple[FloatArray, FloatArray]:
         after = posterior(likelihood, local.log_prior, local.healthy)
         places = places_of_kinds(local.kinds, self.bank.kinds)

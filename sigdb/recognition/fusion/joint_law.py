@@ -89,7 +89,7 @@ class AverageLaw:
         """
         if law.untied:
             raise NotApplicableError(NOT_TURNED)
-        if law.nuisance is not None:
+        if law.nuisances is not None:
             raise NotApplicableError(NOT_FUSED)
         if law.response is None:
             raise NotApplicableError("the templates do not say how index errors act; make their database again")

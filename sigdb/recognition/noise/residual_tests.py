@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from sigdb.core import FloatArray, IntArray
+from sigdb.recognition.laws.turned_laws import TurnedLaws
 from sigdb.recognition.rows.turned_products import TurnedProducts
-from sigdb.recognition.templates.turned_laws import TurnedLaws
 
 _LEAST_DIFFERENCE = 1e-3
 """Least size of a difference of templates, over the greatest, that a residual is freed of."""

@@ -188,6 +188,7 @@ class TemplateBank:
                 points=[points[place] for place in places],
                 index_error=index_error,
                 tolerance=_PRECISION * noise,
+                noise=noise,
             )
 
         kept = stored(range(len(points)))
@@ -339,6 +340,7 @@ class TemplateBank:
             phases=np.array([point.phases[i] for point, i in first]),
             kinds=[point.kinds[i] for point, i in first if point.kinds],
             nuisances=nearest_nuisances(points, keys).at,
+            least_mode=points[0].least_mode,
         )
 
     def nearest(self, speed_rpm: FloatArray, torque: FloatArray, teeth: FloatArray | IntArray) -> IntArray:

@@ -8,9 +8,9 @@ from typing import TypeAlias
 import numpy as np
 
 from sigdb.core import BoolArray, FloatArray, IntArray, blocks
+from sigdb.recognition.laws.turned_laws import TurnedLaws
 from sigdb.recognition.metrics.location_and_severity import crps_sample
 from sigdb.recognition.templates.severity_grid import SeverityGrid, severity_weights
-from sigdb.recognition.templates.turned_laws import TurnedLaws
 
 _STEPS = np.array([5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64])
 """Numbers of steps in which an axis may be divided. The least one has all six ends of :func:`_quadrature`."""

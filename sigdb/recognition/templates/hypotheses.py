@@ -9,11 +9,18 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from sigdb.core import BoolArray, FloatArray, IntArray, plain_array
+from sigdb.core import BoolArray, FloatArray, IntArray, plain_array, validated
 from sigdb.database import Database, Template, mate_teeth, rig_of, stored_templates
-from sigdb.measurement import independent_responses, index_error_covariance
+from sigdb.measurement import (
+    NuisanceMixture,
+    NuisanceSettings,
+    independent_responses,
+    index_error_covariance,
+    late,
+)
+from sigdb.recognition.laws.mixture_laws import MixtureLaws, Nuisances, stacked_modes
+from sigdb.recognition.laws.turned_laws import TurnedLaws, UntiedLaws
 from sigdb.recognition.noise.noise_shape import whitened
-from sigdb.recognition.templates.turned_laws import TurnedLaws, UntiedLaws, joint_modes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -27,7 +34,8 @@ class Hypotheses:
     y_k the nominal clean average, H_k that under unbalance, run-out and a fluctuating load, whose phases phi_t are
     fixed to the shaft. U_k diag(d_k) U_k' = Y_k C Y_k' is the singular value decomposition of the response to index
     errors Y_k C^(1/2), C their covariance (:func:`sigdb.measurement.index_error_covariance`). C is circulant, so
-    turning the hypothesis is turning x. A healthy gear has no turn. Nuisances add ``W_k W_k'`` to the covariance.
+    turning the hypothesis is turning x. A healthy gear has no turn. With nuisances the law is a mixture of such laws
+    (:class:`~sigdb.recognition.laws.mixture_laws.MixtureLaws`).
 
     Attributes
     ----------
@@ -53,8 +61,8 @@ class Hypotheses:
     response
         (templates, n, r) Y_k C^(1/2), whose columns stand for the same index errors at all operating points; None where
         it is not known.
-    nuisance
-        (templates, n, q) W_k, the change of the average per standard deviation of each nuisance; None without any.
+    nuisances
+        The nuisances; None without any.
     untied
         Whether each template is of damage at the tooth of its case and of no other, as in a rig with several meshes,
         where damage at another tooth is not a turn of it. The likelihood at other teeth is then -inf.
@@ -70,7 +78,7 @@ class Hypotheses:
     reference_variance: FloatArray
     turn_invariant: bool = False
     response: FloatArray | None = None
-    nuisance: FloatArray | None = None
+    nuisances: Nuisances | None = None
     untied: bool = False
 
     @classmethod
@@ -116,7 +124,13 @@ class Hypotheses:
         runout = float(database.manifest.resolved["sweep"].get("runout", 0.0))
         laws = cls.from_templates(templates, teeth=teeth, mate_teeth=mates, runout=runout)
         rig, gear = rig_of(database)
-        return replace(laws, untied=not rig.turns_exactly(gear))
+        settings = validated(
+            NuisanceSettings, database.manifest.resolved.get("nuisance", {}), owner=str(database.store)
+        )
+        nuisances = laws.nuisances
+        if nuisances is not None and len(nuisances.counts) == len(settings.each):
+            nuisances = replace(nuisances, mixture=NuisanceMixture.of(settings))
+        return replace(laws, untied=not rig.turns_exactly(gear), nuisances=nuisances)
 
     @classmethod
     def from_templates(
@@ -134,6 +148,10 @@ class Hypotheses:
             Tooth count of its mate: one for all, or (templates,).
         runout
             Amplitude of the slow orders of the index errors, over ``index_error``.
+
+        Notes
+        -----
+        If the templates have modes of nuisances, each machine has them all.
         """
         mates = np.broadcast_to(np.asarray(mate_teeth, int), len(templates))
         covariances = [index_error_covariance(teeth, int(mate), runout=runout) for mate in mates]
@@ -146,8 +164,6 @@ class Hypotheses:
         modes, gains, _ = np.linalg.svd(response, full_matrices=False)
         harmonic = [template.harmonic_response[0].reshape(template.signals.shape[1], -1) for template in templates]
         widest = max(columns.shape[1] for columns in harmonic)
-        nuisance = [template.nuisance_modes[0] for template in templates if template.nuisance_modes.size]
-        most = max((columns.shape[1] for columns in nuisance), default=0)
         return cls(
             teeth=teeth,
             cases=pd.DataFrame([template.case for template in templates]),
@@ -158,7 +174,7 @@ class Hypotheses:
             phases=np.stack([_padded(_phases(template.orders, teeth), 0, widest) for template in templates]),
             reference_variance=np.array([template.reference_variance[0] for template in templates]),
             response=response,
-            nuisance=np.stack([_padded(columns, 1, most) for columns in nuisance]) if nuisance else None,
+            nuisances=_nuisances(templates),
         )
 
     @property
@@ -170,9 +186,8 @@ class Hypotheses:
         """Some of the hypotheses, by their places in ``cases``."""
         arrays = ("signal", "modes", "gains", "harmonic", "phases", "reference_variance")
         some = {name: getattr(self, name)[places] for name in arrays}
-        for name in ("response", "nuisance"):
-            value = getattr(self, name)
-            some[name] = None if value is None else value[places]
+        some["response"] = None if self.response is None else self.response[places]
+        some["nuisances"] = None if self.nuisances is None else self.nuisances.only(places)
         return replace(self, cases=self.cases.iloc[places].reset_index(drop=True), **some)
 
     def whitened(self, shape: FloatArray) -> Self:
@@ -189,7 +204,7 @@ class Hypotheses:
             gains=gains,
             harmonic=of(self.harmonic),
             response=None if self.response is None else of(self.response),
-            nuisance=None if self.nuisance is None else of(self.nuisance),
+            nuisances=None if self.nuisances is None else self.nuisances.whitened(shape),
         )
 
     def log_likelihood(self, x: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
@@ -220,51 +235,33 @@ class Hypotheses:
         InputError
             If the averages are not of the templates' length, or the noise is not above 0.
         """
-        if self.nuisance is None:
+        if self.nuisances is None:
             return self.turned.log_likelihood(x, noise=noise, index_error=index_error)
         x = plain_array("log_likelihood", "x", x, float)
         noise, index_error = (np.broadcast_to(np.asarray(value, float), len(x)) for value in (noise, index_error))
         likelihood = np.empty((len(x), len(self.signal), self.teeth))
         for size, at in _equal(index_error):
-            likelihood[at] = self.turned_at(size).log_likelihood(x[at], noise=noise[at], index_error=size)
+            likelihood[at] = self.mixture_at(size).log_likelihood(x[at], noise=noise[at], index_error=size)
         return likelihood
 
-    def chi2(self, log_likelihood: FloatArray, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
-        """Return the squared residual of averages under each hypothesis, whitened: chi-square of n degrees.
+    def chi2(self, log_likelihood: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
+        """Squared residual of averages under each hypothesis without nuisances; see :meth:`TurnedLaws.chi2`."""
+        likelihood = plain_array("chi2", "log_likelihood", log_likelihood, float)
+        return self.turned.chi2(likelihood, noise=noise, index_error=index_error)
 
-        Parameters
-        ----------
-        log_likelihood
-            (rows, templates, teeth) of :meth:`log_likelihood` with the same noise and index errors.
-        noise, index_error
-            As there.
-
-        Returns
-        -------
-        ndarray, (rows, templates, teeth)
-            No unit. Over the number of samples it is the reduced chi-square, about 1 under the true hypothesis.
-        """
-        if self.nuisance is None:
-            return self.turned.chi2(log_likelihood, noise=noise, index_error=index_error)
-        rows = len(log_likelihood)
-        noise, index_error = (np.broadcast_to(np.asarray(value, float), rows) for value in (noise, index_error))
-        chi2 = np.empty_like(log_likelihood)
-        for size, at in _equal(index_error):
-            chi2[at] = self.turned_at(size).chi2(log_likelihood[at], noise=noise[at], index_error=size)
-        return chi2
-
-    def turned_at(self, index_error: float) -> TurnedLaws:
-        """Return the laws for one size of the index errors, m; with nuisances they hold for no other."""
-        if self.nuisance is None:
-            return self.turned
-        if index_error not in self._turned_at:
+    def mixture_at(self, index_error: float, *, least: float = 0.0) -> MixtureLaws:
+        """Return the laws with nuisances for one size of the index errors, m, without modes of at most some norm."""
+        key = index_error, least
+        if key not in self._mixtures:
+            if self.nuisances is None:
+                raise TypeError("laws without nuisances are no mixture")
             independent = self.modes * self.gains[:, None] if self.response is None else self.response
-            modes, gains = joint_modes(index_error * independent, self.nuisance)
-            self._turned_at[index_error] = replace(self.turned, modes=modes, gains=gains, with_nuisances=True)
-        return self._turned_at[index_error]
+            errors = index_error * independent
+            self._mixtures[key] = MixtureLaws.of(self.turned, errors, self.nuisances, self.signal, least=least)
+        return self._mixtures[key]
 
     @cached_property
-    def _turned_at(self) -> dict[float, TurnedLaws]:
+    def _mixtures(self) -> dict[tuple[float, float], MixtureLaws]:
         return {}
 
     @cached_property
@@ -323,15 +320,22 @@ class Hypotheses:
         )
         x = noise[:, None] * stream.standard_normal((len(template), self.signal.shape[1]))
         amplitude = index_error[:, None] * stream.standard_normal((len(template), self.gains.shape[1]))
-        nuisance = np.zeros((*self.signal.shape, 0)) if self.nuisance is None else self.nuisance
-        amounts = stream.standard_normal((len(template), nuisance.shape[2]))
+        amounts, passes = self._drawn_nuisances(stream, len(template))
         step = self.signal.shape[1] // self.teeth
         for k, t, at in self._alike(template, tooth):
             clean = self._means[t, k] + (amplitude[at] * self.gains[k]) @ self.modes[k].T
-            if amounts.size:
-                clean += amounts[at] @ nuisance[k].T
+            if self.nuisances is not None:
+                clean = late(clean + amounts[at] @ self.nuisances.modes[k].T, passes[at], self.teeth)
             x[at] += np.roll(clean, t * step, axis=1)
         return x
+
+    def _drawn_nuisances(self, stream: np.random.Generator, rows: int) -> tuple[FloatArray, FloatArray]:
+        """Return the amounts (rows, q) of the modes of nuisances, and by how many passes the mark is late, (rows,)."""
+        if self.nuisances is None:
+            return np.empty((rows, 0)), np.zeros(rows)
+        part, passes = self.nuisances.mixture.draw(stream, rows)
+        factors = self.nuisances.mixture.factors(self.nuisances.counts)[part]
+        return factors * stream.standard_normal(factors.shape), passes
 
     def _alike(self, template: IntArray, tooth: IntArray) -> Iterator[tuple[int, int, IntArray]]:
         """Templates and turns with the places of their rows."""
@@ -351,6 +355,18 @@ def _phases(orders: FloatArray, teeth: int) -> FloatArray:
     """(2 orders, teeth) cosine and sine of harmonic excitations, seen from a damage at each tooth."""
     angle = np.outer(orders, np.arange(teeth)) * 2 * np.pi / teeth
     return np.stack([np.cos(angle), np.sin(angle)], axis=1).reshape(-1, teeth)
+
+
+def _nuisances(templates: Sequence[Template]) -> Nuisances | None:
+    """Return the nuisances of templates, all of which each machine has; None without any."""
+    if not all(template.nuisance_modes.shape[-1] or len(template.nuisance_counts) for template in templates):
+        return None
+    counts = [
+        template.nuisance_counts if len(template.nuisance_counts) else np.array([template.nuisance_modes.shape[2]])
+        for template in templates
+    ]
+    modes, most = stacked_modes([template.nuisance_modes[0] for template in templates], counts)
+    return Nuisances(modes=modes, counts=most, mixture=NuisanceMixture.certain(len(most)))
 
 
 def _padded(array: FloatArray, axis: int, width: int) -> FloatArray:

@@ -8,13 +8,14 @@ from typing import Self
 import numpy as np
 
 from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.recognition.laws.mixture_laws import MixtureLaws, Nuisances
+from sigdb.recognition.laws.turned_laws import TurnedLaws
 from sigdb.recognition.noise.noise_shape import shape_of, whitened
 from sigdb.recognition.noise.residual_tests import ResidualTests
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, TemplateDistances
 from sigdb.recognition.templates.outward import outward_changes
 from sigdb.recognition.templates.severity_grid import severity_grids
 from sigdb.recognition.templates.speed_curve import PLACES, Powers, SpeedCurve, parabola, range_middles
-from sigdb.recognition.templates.turned_laws import TurnedLaws, joint_modes
 
 _KEPT_SHAPES = 16
 """Shapes of noise whose laws are in memory at once, for each range."""
@@ -33,7 +34,9 @@ class LocalTemplates:
     Attributes
     ----------
     laws
-        Their laws. The modes are those in the middle of the range.
+        Their laws without nuisances. The modes are those in the middle of the range.
+    mixture
+        Their laws with nuisances; None without any.
     share
         (templates,) share of each among the rows of its kind, healthy or damaged.
     severity
@@ -60,6 +63,7 @@ class LocalTemplates:
     outward: FloatArray
     change: FloatArray
     kinds: tuple[str, ...] = ()
+    mixture: MixtureLaws | None = None
 
     @property
     def teeth(self) -> int:
@@ -89,8 +93,30 @@ class LocalTemplates:
                 del self._whitened[next(iter(self._whitened))]
             shape = shape_of(levels, self.samples, self.teeth)
             outward, change = whitened(self.outward, shape), whitened(self.change, shape)
-            self._whitened[key] = replace(self, laws=self.laws.whitened(shape), outward=outward, change=change)
+            mixture = None if self.mixture is None else self.mixture.whitened(shape)
+            laws = self.laws.whitened(shape)
+            self._whitened[key] = replace(self, laws=laws, mixture=mixture, outward=outward, change=change)
         return self._whitened[key]
+
+    def each_log_likelihood(
+        self, x: FloatArray, *, noise: FloatArray, index_error: float, coefficients: FloatArray | None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return log-likelihoods under each part of the mixture, and log weights, as of :class:`MixtureLaws`."""
+        if self.mixture is None:
+            only = self.laws.log_likelihood(x, noise=noise, index_error=index_error, coefficients=coefficients)
+            return only[None], np.zeros((1, len(x)))
+        return self.mixture.each_log_likelihood(x, noise=noise, index_error=index_error, coefficients=coefficients)
+
+    def seen(self, part: int, x: FloatArray, coefficients: FloatArray | None) -> FloatArray:
+        """Return averages as a part of the mixture sees them."""
+        return x if self.mixture is None else self.mixture.seen(part, x, coefficients)
+
+    @cached_property
+    def parts(self) -> tuple[Self, ...]:
+        """The templates under the law of each part of the mixture."""
+        if self.mixture is None:
+            return (self,)
+        return tuple(replace(self, laws=laws, mixture=None) for laws in self.mixture.parts)
 
     @cached_property
     def _whitened(self) -> dict[tuple[int, ...], Self]:
@@ -178,7 +204,9 @@ class SpeedRanges:
     healthy, share, severity, phases, kinds
         As of :class:`PointTemplates`, for the curve's templates.
     nuisances
-        Returns the modes of nuisances at a speed and a torque, (templates, n, modes), or None without any.
+        Returns the nuisances at a speed and a torque, or None without any.
+    least_mode
+        Greatest norm of modes of nuisances that laws leave out.
     """
 
     def __init__(
@@ -196,12 +224,13 @@ class SpeedRanges:
         severity: FloatArray,
         phases: FloatArray,
         kinds: Sequence[str],
-        nuisances: Callable[[float, float], FloatArray | None],
+        nuisances: Callable[[float, float], Nuisances | None],
+        least_mode: float,
     ) -> None:
         self._curve, self._basis, self._reach, self._teeth = curve, basis, reach, teeth
         self._index_error, self._healthy, self._share = index_error, healthy, share
         self._severity, self._phases, self._count, self._torque = severity, phases, count, torque
-        self._nuisances, self._kinds = nuisances, kinds
+        self._nuisances, self._least_mode, self._kinds = nuisances, least_mode, kinds
         self._kept: dict[int, LocalTemplates] = {}
 
     def place(self, speed_rpm: FloatArray) -> IntArray:
@@ -240,13 +269,9 @@ class SpeedRanges:
         carriers = np.concatenate([part[:, existing][:, :, columns].transpose(1, 0, 2, 3) for part in parts], axis=1)
         modes, spread, _ = np.linalg.svd(response[existing, 1:last].transpose(0, 2, 1), full_matrices=False)
         modes, gains = self._basis.T @ modes, spread / self._index_error if self._index_error else spread
-        nuisances = self._nuisances(middle, self._torque)
-        if nuisances is not None:
-            errors = self._basis.T @ response[existing, 1:last].transpose(0, 2, 1)
-            modes, gains = joint_modes(errors, nuisances[existing])
         healthy, phases = self._healthy[existing], self._phases[existing]
         first = np.ones((len(existing), 1, self._teeth if self._harmonics else 1))
-        signals = self._curve.signals(np.array([middle]), np.array([self._torque]))[0, existing, 0]
+        signals = self._curve.signals(np.array([middle]), np.array([self._torque]))[0, existing, 0] @ self._basis
         laws = TurnedLaws(
             teeth=self._teeth,
             healthy=healthy,
@@ -255,9 +280,12 @@ class SpeedRanges:
             carriers=carriers @ self._basis,
             phases=np.concatenate([first, phases[:, :, : first.shape[2]]], axis=1),
             turn_invariant=True,
-            with_nuisances=nuisances is not None,
             precision=_PRECISION,
         )
+        mixture, nuisances = None, self._nuisances(middle, self._torque)
+        if nuisances is not None:
+            errors = self._basis.T @ response[existing, 1:last].transpose(0, 2, 1)
+            mixture = MixtureLaws.of(laws, errors, nuisances.only(existing), signals, least=self._least_mode)
         share = self._share[existing].copy()
         for kind in (healthy, ~healthy):
             share[kind] /= share[kind].sum()
@@ -268,7 +296,8 @@ class SpeedRanges:
             middle=middle,
             half_width=half,
             powers=[self._curve.column_powers[column] for column in columns],
-            outward=outward_changes(self._severity[existing], healthy, signals @ self._basis),
-            change=(signals - signals[healthy].mean(axis=0)) @ self._basis,
+            outward=outward_changes(self._severity[existing], healthy, signals),
+            change=signals - signals[healthy].mean(axis=0),
             kinds=tuple(self._kinds[i] for i in existing.tolist()) if self._kinds else (),
+            mixture=mixture,
         )

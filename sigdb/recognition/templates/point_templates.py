@@ -12,6 +12,8 @@ import pandas as pd
 
 from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.database import QUANTITIES, damage_kinds
+from sigdb.measurement import NuisanceMixture, NuisancePart
+from sigdb.recognition.laws.mixture_laws import MixtureLaws, Nuisances, stacked_modes
 from sigdb.recognition.templates.compact_signals import CompactSignals
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.local_templates import LocalTemplates
@@ -44,6 +46,13 @@ class PointTemplates:
         (templates, 3) stiffness loss, phase shift (deg) and number of damaged teeth; nan for a pattern.
     nuisance
         (templates, modes) modes of the nuisances of each template; None without any.
+    nuisance_counts
+        Number of modes of each nuisance; None without any.
+    nuisance_parts, mark
+        The parts of the mixture of nuisances, and the standard deviation of the mark's place, tooth passes; see
+        :class:`sigdb.measurement.NuisanceMixture`.
+    least_mode
+        Greatest norm of modes of nuisances that laws leave out.
     tooth
         (templates,) first damaged tooth of templates that are not to be turned, as in a train; None where they are.
     kinds
@@ -63,6 +72,10 @@ class PointTemplates:
     nuisance: CompactSignals | None = None
     tooth: IntArray | None = None
     kinds: tuple[str, ...] = ()
+    nuisance_counts: tuple[int, ...] | None = None
+    nuisance_parts: tuple[tuple[float, tuple[int, ...], float, bool], ...] | None = None
+    mark: float = 0.0
+    least_mode: float = 0.0
 
     @classmethod
     def of(
@@ -73,6 +86,7 @@ class PointTemplates:
         points: Sequence[tuple[float, float]],
         index_error: float,
         tolerance: float = 0.0,
+        noise: float = 0.0,
     ) -> list[Self]:
         """Templates of all operating points of one tooth count, stored compactly.
 
@@ -88,9 +102,11 @@ class PointTemplates:
             Size of the index errors, m.
         tolerance
             Tolerance of the compact signals, see :meth:`CompactSignals.of`.
+        noise
+            Standard deviation of the noise of the quietest average: laws leave out what is far below it.
         """
         stored = CompactSignals.of([_signals(law, index_error) for law in laws], tolerance=tolerance)
-        modes = [law.nuisance.transpose(0, 2, 1) for law in laws if law.nuisance is not None]
+        modes = [law.nuisances.modes.transpose(0, 2, 1) for law in laws if law.nuisances is not None]
         nuisances: Sequence[CompactSignals | None] = [None] * len(laws)
         if len(modes) == len(laws):
             nuisances = CompactSignals.of(modes, tolerance=_NUISANCE_TOLERANCE * tolerance)
@@ -109,6 +125,10 @@ class PointTemplates:
                 nuisance=nuisance,
                 tooth=law.cases["tooth"].to_numpy(int) if law.untied else None,
                 kinds=tuple(damage_kinds(law.cases)),
+                nuisance_counts=None if law.nuisances is None else law.nuisances.counts,
+                nuisance_parts=None if law.nuisances is None else law.nuisances.mixture.plain,
+                mark=0.0 if law.nuisances is None else law.nuisances.mixture.mark,
+                least_mode=_LEAST_MODE * noise,
             )
             for (speed_rpm, torque), law, share, signals, nuisance in zip(
                 points, laws, shares, stored, nuisances, strict=True
@@ -140,14 +160,21 @@ class PointTemplates:
             phases=self.phases,
             reference_variance=self.reference_variance,
             turn_invariant=True,
-            nuisance=self.nuisance_modes,
+            nuisances=self.nuisances,
             untied=self.tooth is not None,
         )
 
     @property
-    def nuisance_modes(self) -> FloatArray | None:
-        """(templates, n, modes) modes of the nuisances, in the signals' unit; None without any."""
-        return None if self.nuisance is None else self.nuisance.expanded().transpose(0, 2, 1)
+    def nuisances(self) -> Nuisances | None:
+        """The nuisances, in the signals' unit; None without any."""
+        if self.nuisance is None:
+            return None
+        modes = self.nuisance.expanded().transpose(0, 2, 1)
+        counts = self.nuisance_counts or (modes.shape[2],)
+        if self.nuisance_parts is None:  # of an earlier version
+            return Nuisances(modes=modes, counts=counts, mixture=NuisanceMixture.certain(len(counts)))
+        parts = tuple(NuisancePart(*part) for part in self.nuisance_parts)
+        return Nuisances(modes=modes, counts=counts, mixture=NuisanceMixture(parts=parts, mark=self.mark))
 
     @cached_property
     def local(self) -> LocalTemplates:
@@ -158,13 +185,20 @@ class PointTemplates:
             at = np.flatnonzero(self.healthy | (self.hypotheses.cases["tooth"] == tooth))
             outward[at] = outward_changes(self.severity[at], self.healthy[at], signal[at])
         return LocalTemplates(
-            laws=self.hypotheses.turned_at(self.index_error),
+            laws=self.hypotheses.turned,
+            mixture=self._mixture,
             share=self.share,
             severity=self.severity,
             outward=outward,
             change=signal - signal[self.healthy].mean(axis=0),
             kinds=self.kinds,
         )
+
+    @property
+    def _mixture(self) -> MixtureLaws | None:
+        if self.nuisance is None:
+            return None
+        return self.hypotheses.mixture_at(self.index_error, least=self.least_mode)
 
     @property
     def log_prior(self) -> FloatArray:
@@ -174,6 +208,9 @@ class PointTemplates:
 
 TemplateKey: TypeAlias = tuple[bool, tuple[float, ...], int]
 """A template by whether it is healthy, its severity, and its place among those that have the same."""
+
+_LEAST_MODE = 0.1
+"""Greatest norm of modes of nuisances that laws leave out, over the noise: a hundredth of its variance."""
 
 _NUISANCE_TOLERANCE = 50.0
 """Tolerance of the modes of nuisances over that of the signals: they are no part of any mean."""
@@ -236,25 +273,29 @@ class NearestNuisances:
     points: Sequence[PointTemplates]
     places: Sequence[Sequence[int | None]]
 
-    def at(self, speed_rpm: float, torque: float) -> FloatArray | None:
-        """Return the modes at an operating point, (templates, n, modes); None without any.
+    def at(self, speed_rpm: float, torque: float) -> Nuisances | None:
+        """Return the nuisances at an operating point; None without any.
 
         A template that the nearest point lacks has those of the nearest point that has it.
         """
         away = [abs(point.speed_rpm - speed_rpm) for point in self.points]
         order = np.argsort(away, kind="stable").tolist()
-        some, modes = [], []
+        some = []
         for template in range(len(self.places[0])):
             number, place = next((i, at) for i in order if (at := self.places[i][template]) is not None)
             some.append((number, place))
-        expanded = {number: self.points[number].nuisance_modes for number, _ in some}
+        expanded = {number: self.points[number].nuisances for number, _ in some}
+        modes, counts = [], []
         for number, place in some:
             of_point = expanded[number]
             if of_point is None:
                 return None
-            modes.append(of_point[place] * (torque / self.points[number].torque if self.points[number].torque else 1.0))
-        most = max(each.shape[1] for each in modes)
-        return np.stack([np.pad(each, ((0, 0), (0, most - each.shape[1]))) for each in modes])
+            share = torque / self.points[number].torque if self.points[number].torque else 1.0
+            modes.append(of_point.modes[place] * share)
+            counts.append(np.array(of_point.counts))
+        stacked, most = stacked_modes(modes, counts)
+        nearest = expanded[some[0][0]]
+        return None if nearest is None else Nuisances(modes=stacked, counts=most, mixture=nearest.mixture)
 
 
 def nearest_nuisances(points: Sequence[PointTemplates], keys: Sequence[TemplateKey]) -> NearestNuisances:

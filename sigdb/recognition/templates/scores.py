@@ -6,7 +6,7 @@ from typing import Self, TypedDict
 import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 from sklearn.base import BaseEstimator, TransformerMixin
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError, blocks
@@ -22,6 +22,9 @@ COLUMNS: frozenset[Column] = frozenset({*POINT, *NOISE, TSA})
 """Columns that scores are made of."""
 
 OF_SEVERITY = tuple(f"{kind}_{target}" for kind in ("mean", "median", "spread") for target in QUANTITIES)
+
+_LEAST_SHARE = 0.01
+"""Least probability of a part of the mixture that counts in distances of templates."""
 
 _ROWS_AT_ONCE = 512
 """Rows of a task, so that every thread has some."""
@@ -178,12 +181,21 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         coefficients: FloatArray | None,
     ) -> tuple[IntArray, FloatArray]:
         law: Law = {"noise": noise, "index_error": self.bank.index_error, "coefficients": coefficients}
-        likelihood = local.laws.log_likelihood(x, **law)
+        each, weight = local.each_log_likelihood(x, **law)
+        each += weight[:, :, None, None]
+        likelihood = logsumexp(each, axis=0) if len(each) > 1 else each[0]
         best = likelihood.reshape(len(x), -1).argmax(axis=1)
         place = np.column_stack(np.unravel_index(best, likelihood.shape[1:]))
-        greatest = likelihood.reshape(len(x), -1)[np.arange(len(x)), best]
-        ratio, severity = self._ratio_and_severity(local, likelihood, law)
-        tests = self._tests(local, x, place, greatest, uneven, law)
+        greatest = each.reshape(len(each), len(x), -1)[:, np.arange(len(x)), best]
+        of_parts, part = greatest - weight, greatest.argmax(axis=0)
+        ratio, severity = self._ratio_and_severity(local, each, likelihood, law)
+        tests = np.empty((len(x), 4))
+        for number in np.unique(part).tolist():
+            rows = np.flatnonzero(part == number)
+            seen = local.seen(number, x[rows], _of_rows(coefficients, rows))
+            tests[rows] = self._tests(
+                local.parts[number], seen, place[rows], of_parts[number, rows], uneven[rows], _law_of(law, rows)
+            )
         return at, np.hstack([ratio, tests[:, :3], *([severity, tests[:, 3:]] if self.severity else [])])
 
     def _tests(
@@ -209,7 +221,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         return np.column_stack([chi2 / local.samples, each.max(axis=0), place, more])
 
     def _ratio_and_severity(
-        self, local: LocalTemplates, likelihood: FloatArray, law: "Law"
+        self, local: LocalTemplates, each: FloatArray, likelihood: FloatArray, law: "Law"
     ) -> tuple[FloatArray, FloatArray]:
         """Return the first scores, (rows, most teeth), and mean, median and spread of each severity, (rows, 9).
 
@@ -223,7 +235,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
             ratio[:, : local.teeth] = after.location[:, 1:] - after.location[:, :1]
             return ratio, _severity_of_templates(after, local.severity) if self.severity else severity
         none = logsumexp(likelihood[:, local.healthy, 0] + np.log(local.share[local.healthy]), axis=1)
-        distances = [each.at(**law) for each in local.distances]
+        distances = _distances(local, each, law)
         if not self.severity:
             evidence = continuous.evidence(likelihood, distances)
         else:
@@ -233,6 +245,33 @@ class TemplateScores(TransformerMixin, BaseEstimator):
                 severity[some] = np.hstack([marginals.mean(), marginals.quantile(0.5), marginals.spread()])
         ratio[:, : local.teeth] = evidence - np.log(local.teeth) - none[:, None]
         return ratio, severity
+
+
+def _distances(local: LocalTemplates, each: FloatArray, law: "Law") -> list[FloatArray]:
+    """Return the distances of the templates of each grid, (rows, pairs): the mean over the parts of the mixture."""
+    if len(each) == 1:
+        return [grid.at(**law) for grid in local.distances]
+    share = softmax(logsumexp(each + local.log_prior, axis=(2, 3)), axis=0)
+    share = np.where(share > _LEAST_SHARE, share, 0.0)
+    share /= share.sum(axis=0)
+    total: list[FloatArray] = []
+    for part, of_part in zip(local.parts, share, strict=True):
+        rows = np.flatnonzero(of_part)
+        if len(rows):
+            some = [of_part[rows, None] * grid.at(**_law_of(law, rows)) for grid in part.distances]
+            total = total or [np.zeros((len(of_part), distances.shape[1])) for distances in some]
+            for sums, distances in zip(total, some, strict=True):
+                sums[rows] += distances
+    return total
+
+
+def _of_rows(coefficients: FloatArray | None, rows: IntArray) -> FloatArray | None:
+    return None if coefficients is None else coefficients[rows]
+
+
+def _law_of(law: "Law", rows: IntArray) -> "Law":
+    """Return the arguments of the laws of some averages."""
+    return {**law, "noise": law["noise"][rows], "coefficients": _of_rows(law["coefficients"], rows)}
 
 
 class Law(TypedDict):

@@ -176,6 +176,8 @@ def _template_lengths(plan: Plan, table: pa.Table, numbers: IntArray) -> dict[st
         "harmonic_response": n * orders * 2,
     }
     responses |= {name: _whole_modes(table, name, n) for name in table.schema.names if name == "nuisance_modes"}
+    if "nuisance_counts" in table.schema.names:
+        responses["nuisance_counts"] = np.full(len(n), len(plan.nuisance.each))
     return {name: np.where(ok, values, _NULL) for name, values in whole.items()} | {
         name: np.where(linear, values, _NULL) for name, values in responses.items()
     }

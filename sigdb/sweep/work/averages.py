@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 from sigdb.core import SIGNALS_AT_ONCE, BoolArray, FloatArray, IntArray, blocks, specimen_stream
 from sigdb.database import StatusCode, Template
 from sigdb.dynamics import superpose
-from sigdb.measurement import MOST_MODES, index_errors, noise_deviation, revolution_scatter
+from sigdb.measurement import (
+    MOST_MODES,
+    NuisanceMixture,
+    index_errors,
+    late,
+    noise_deviation,
+    revolution_scatter,
+)
 from sigdb.sweep.plan.plan import Plan, RigPoint
 from sigdb.sweep.work.templates import TemplateReader
 
@@ -115,7 +122,10 @@ class Averages:
         # Every row's noise is drawn, whether it will have a result or not: a row depends on nothing but its id.
         self._white = stream.standard_normal((rows, sensors, n))
         self.scatter = revolution_scatter(stream, np.ones((rows, sensors)), n, cases["averages"][:, None])
-        self._nuisances = stream.standard_normal((rows, MOST_MODES if plan.nuisance.exist else 0))
+        if plan.nuisance.exist:
+            self._mixture = NuisanceMixture.of(plan.nuisance)
+            self._nuisances = stream.standard_normal((rows, MOST_MODES))
+            self._part, self._late = self._mixture.draw(stream, rows)
         for number in np.unique(cases["template"]):
             point = plan.rig_points[plan.case(int(number)).rig_point]
             here = np.flatnonzero(cases["template"] == number)
@@ -151,8 +161,11 @@ class Averages:
         errors = _turn_back(self._index_errors(point, rows), turns)
         phases = _phases(template.orders, turns * 2 * np.pi / point.teeth)
         clean = superpose(template.signals, template.specimen_response, template.harmonic_response, errors, phases)
-        if modes := template.nuisance_modes.shape[-1]:
-            clean += np.einsum("rm,snm->rsn", self._nuisances[rows, :modes], template.nuisance_modes, optimize=True)
+        if self._plan.nuisance.exist:
+            factors = self._mixture.factors(template.nuisance_counts.tolist())[self._part[rows]]
+            amounts = factors * self._nuisances[rows, : factors.shape[1]]
+            clean += np.einsum("rm,snm->rsn", amounts, template.nuisance_modes, optimize=True)
+            clean = late(clean, self._late[rows], self.teeth)
         compression = superpose(
             template.relative_compression,
             template.relative_compression_response,

@@ -127,8 +127,8 @@ def _templates(plan: Plan, cases: Mapping[int, TemplateCase], point: _PreparedPo
         for i, number in enumerate(numbers):
             template = _template(plan, columns[number], point, states, i)
             if point.nuisances is not None and template.status == "ok" and not template.contact_loss:
-                modes = point.nuisances.of(damages[i], states[i], template.reference_variance)
-                template = replace(template, nuisance_modes=modes)
+                modes, counts = point.nuisances.of(damages[i], states[i], template.reference_variance)
+                template = replace(template, nuisance_modes=modes, nuisance_counts=counts)
             yield template
 
 

@@ -5,12 +5,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sigdb
+from sigdb.measurement import NEPER_DB, NuisanceMixture
 from sigdb.pipeline import load_recipe, train_model
 from sigdb.pipeline.robustness import nuisance_bounds
 from sigdb.pipeline.robustness.disturbances import DISTURBANCES, NOTHING
 from sigdb.pipeline.robustness.off_law_rows import OffLawRows
 from sigdb.pipeline.robustness.robustness import with_robustness
 from sigdb.recognition import (
+    Batch,
     RobustnessSettings,
     evaluate,
     load_model,
@@ -75,15 +77,9 @@ def test_rows_without_a_disturbance_follow_the_law(database, trained):
     rows = requested_rows(model, database)
     rows = rows.join(cases[[name for name in cases if name not in rows]])
     made = OffLawRows(database, rows, database.sensors[0]).disturbed_rows(NOTHING, np.random.default_rng(1))
-    (point,) = model.estimator.bank.points
-    noise = (made["scatter"] / np.sqrt(made["averages"])).to_numpy()
-    x = np.stack(made["tsa"])
-    laws, index_error = point.local.laws, model.estimator.bank.index_error
-    likelihood = laws.log_likelihood(x, noise=noise, index_error=index_error)
-    chi2 = laws.chi2(likelihood, noise=noise, index_error=index_error)
-    healthy = (made["tooth"] == 0).to_numpy()
-    reduced = chi2[healthy][:, point.healthy][:, 0, 0] / x.shape[1]
-    assert abs(reduced.mean() - 1) < 5 * np.sqrt(2 / x.shape[1] / healthy.sum()) + 3 / x.shape[1]
+    reduced = model.estimator.reducer.reduced_chi2(Batch.from_rows(made, model.estimator.columns_read))
+    samples = len(made["tsa"].iloc[0])
+    assert abs(reduced.mean() - 1) < 5 * np.sqrt(2 / samples / len(made)) + 3 / samples
     assert_allclose(made["tooth"], rows.loc[made.index, "tooth"])
 
 
@@ -111,17 +107,17 @@ def test_a_gain_that_was_stated_does_no_harm_and_another_shape_is_outside(traine
 
 
 def test_the_best_answer_knows_a_disturbance_by_its_kind_and_size(database, trained, monkeypatch):
-    """A mark that is late turns the average: its mode is the derivative of the signal by 0.4 tooth pass."""
+    """A gain changes the average in proportion; a late mark is known by its standard deviation."""
     monkeypatch.setattr(nuisance_bounds, "_LEVELS", tuple(np.arange(0.0, 60.0, 12.0)))
     rows = requested_rows(load_model(trained[1]), database)
     bounds = nuisance_bounds.NuisanceBounds(database, rows, database.sensors[0], 2)
     named = {each.name: each for each in DISTURBANCES}
-    law = bounds._point(bounds._points[0], named["mark 0.4"]).hypotheses
-    n = law.signal.shape[1]
-    slope = np.fft.irfft(2j * np.pi * np.arange(n // 2 + 1) * np.fft.rfft(law.signal), n)
-    modes = law.nuisance / np.sign(np.sum(law.nuisance[:, :, 0] * slope, axis=1))[:, None, None]
-    assert_allclose(modes[:, :, 0], 0.4 / law.teeth * slope, atol=1e-3 * np.abs(slope).max() / law.teeth)
-    assert bounds._point(bounds._points[0], named["nothing"]).hypotheses.nuisance is None
+    law = bounds._point(bounds._points[0], named["gain 3 dB"]).hypotheses
+    modes = law.nuisances.modes[:, :, 0]
+    assert_allclose(modes * np.sign(np.sum(modes * law.signal, axis=1))[:, None], law.signal * 3 / NEPER_DB, rtol=1e-5)
+    late = bounds._point(bounds._points[0], named["mark 0.4"]).hypotheses.nuisances
+    assert late.mixture == NuisanceMixture.certain(0, mark=0.4)
+    assert bounds._point(bounds._points[0], named["nothing"]).hypotheses.nuisances is None
     usual = bounds.loss_db(named["nothing"], 0.02)
     assert 0 < usual < 48.0
     assert usual == bounds.loss_db(named["bursts"], 0.02)

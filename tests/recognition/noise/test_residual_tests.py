@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.linalg import sqrtm
 from scipy.stats import kstest
 
+from sigdb.recognition.laws.turned_laws import TurnedLaws, UntiedLaws
 from sigdb.recognition.noise.residual_tests import ResidualTests
-from sigdb.recognition.templates.turned_laws import TurnedLaws, UntiedLaws
 
 TEETH, STEP, TEMPLATES = 8, 4, 5
 N = TEETH * STEP

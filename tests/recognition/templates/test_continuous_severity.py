@@ -11,9 +11,9 @@ import pandas as pd
 import pytest
 from scipy.special import logsumexp
 
+from sigdb.recognition.laws.turned_laws import TurnedLaws
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, TemplateDistances
 from sigdb.recognition.templates.severity_grid import severity_grids, severity_interpolation, severity_weights
-from sigdb.recognition.templates.turned_laws import TurnedLaws
 
 TEETH, N, INDEX_ERROR = 4, 24, 2.0
 LOSSES, SHIFTS, COUNTS = (0.0, 0.1, 0.4), (0.0, 1.0, 3.0), (1.0, 2.0)

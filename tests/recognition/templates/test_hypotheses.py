@@ -7,13 +7,21 @@ import numpy as np
 import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
+from scipy.special import logsumexp
 from scipy.stats import chi2, multivariate_normal
 
 from sigdb.core.errors import InputError
 from sigdb.core.streams import specimen_stream
 from sigdb.database import Template
-from sigdb.measurement import index_error_covariance, index_errors, noise_deviation
-from sigdb.recognition import Hypotheses
+from sigdb.measurement import (
+    NuisanceMixture,
+    NuisancePart,
+    index_error_covariance,
+    index_errors,
+    late,
+    noise_deviation,
+)
+from sigdb.recognition import Hypotheses, Nuisances
 from sigdb.recognition.noise.noise_shape import shape_of, whitened
 from sigdb.transmission import Transmission
 
@@ -81,7 +89,6 @@ def test_nuisances_add_their_covariance(stored):
     hypotheses = Hypotheses.from_templates(some, teeth=TEETH, mate_teeth=MATE)
     x, noise, index_error = stream.standard_normal((3, N)), np.array([0.5, 0.7, 0.1]), np.array([2e-6, 0.0, 2e-6])
     found = hypotheses.log_likelihood(x, noise=noise, index_error=index_error)
-    chi2 = hypotheses.chi2(found, noise=noise, index_error=index_error)
     for row in range(3):
         for k, one in enumerate(some):
             turn = 2 * one.tooth
@@ -89,8 +96,53 @@ def test_nuisances_add_their_covariance(stored):
             turned = np.roll(one.nuisance_modes[0], turn * STEP, axis=0)
             covariance += turned @ turned.T
             assert_allclose(found[row, k, turn], multivariate_normal.logpdf(x[row], mean, covariance), rtol=1e-9)
-            away = x[row] - mean
-            assert_allclose(chi2[row, k, turn], away @ np.linalg.solve(covariance, away), rtol=1e-7)
+
+
+def test_a_mixture_adds_the_densities_of_its_parts(stored):
+    stream = np.random.default_rng(11)
+    some = [
+        replace(one, nuisance_modes=stream.standard_normal((1, N, 3)), nuisance_counts=np.array([2, 1]))
+        for one in stored
+    ]
+    parts = (NuisancePart(0.5), NuisancePart(0.2, (0,), 0.5), NuisancePart(0.3, (0, 1)))
+    certain = Hypotheses.from_templates(some, teeth=TEETH, mate_teeth=MATE)
+    hypotheses = replace(certain, nuisances=replace(certain.nuisances, mixture=NuisanceMixture(parts=parts)))
+    x = stream.standard_normal((2, N))
+    found = hypotheses.log_likelihood(x, noise=0.5, index_error=2e-6)
+    for k, one in enumerate(some):
+        turn = 2 * one.tooth
+        mean, covariance = law(one, turn, 0.5, 2e-6)
+        turned = np.roll(one.nuisance_modes[0], turn * STEP, axis=0)
+        first, every = 0.25 * turned[:, :2] @ turned[:, :2].T, turned @ turned.T
+        expected = sum(
+            part.weight * multivariate_normal.pdf(x, mean, covariance + added)
+            for part, added in zip(parts, (0.0, first, every), strict=True)
+        )
+        assert_allclose(found[:, k, turn], np.log(expected), rtol=1e-9)
+
+
+def test_a_late_mark_costs_a_law_little(stored):
+    """The likelihood of an average whose mark is late is the integral over its lateness."""
+    stream, sigma, teeth = np.random.default_rng(12), 0.2, TEETH
+    certain = Hypotheses.from_templates(stored, teeth=TEETH, mate_teeth=MATE)
+    nothing = Nuisances(modes=np.zeros((len(stored), N, 0)), counts=(), mixture=NuisanceMixture.certain(0, mark=sigma))
+    signal = 0.3 * certain.signal + 20 * np.cos(2 * np.pi * teeth * np.arange(N) / N)
+    certain = replace(certain, signal=signal)
+    hypotheses = replace(certain, nuisances=nothing)
+    rows = np.array([0, 1, 2])
+    case = {"noise": 0.1, "index_error": 0.0}
+    x = late(certain.draw(stream, rows, np.ones(3, int), **case), np.array([0.3, -0.25, 0.02]), teeth)
+    found = hypotheses.log_likelihood(x, **case)
+    places = np.linspace(-0.5, 0.5, 8001)
+    for row in range(3):
+        each = certain.log_likelihood(late(np.repeat(x[row : row + 1], len(places), 0), -places, teeth), **case)
+        expected = logsumexp(
+            each[:, row, 0]
+            - (places / sigma) ** 2 / 2
+            - np.log(sigma * np.sqrt(2 * np.pi))
+            + np.log(places[1] - places[0])
+        )
+        assert_allclose(found[row, row, 0], expected, atol=0.15)  # of first order, and by Laplace
 
 
 def test_draws_have_the_covariance_of_the_nuisances(stored):

@@ -19,7 +19,7 @@ def _products(some: FloatArray, others: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("...m,...m->...", some, others))
 
 
-_ROWS_AT_ONCE = 32
+ROWS_AT_ONCE = 32
 """Rows worked on together: their products stay in the cache."""
 
 
@@ -34,8 +34,9 @@ class TurnedLaws:
     The coefficients c belong to the average: they say where its operating point lies. Without any they are 1, and s_kt
     is the sum of the carriers times their phases.
 
-    With nuisances the covariance is ``noise^2 I + index_error^2 Y C Y' + W W'``. Its modes and gains are then those of
-    the responses to index errors of one size and of the nuisances W together (:func:`joint_modes`).
+    As a part of :class:`~sigdb.recognition.laws.mixture_laws.MixtureLaws` the covariance is ``noise^2 I +
+    index_error^2 Y C Y' + W W'``. Its modes and gains are then those of the responses to index errors of one size and
+    of nuisances W together.
 
     Attributes
     ----------
@@ -116,30 +117,55 @@ class TurnedLaws:
         InputError
             If the averages are not of the templates' length, or the noise is not above 0.
         """
-        x = plain_array("log_likelihood", "x", x, float)
-        self._check(x, plain_array("log_likelihood", "noise", noise, float))
+        x = self.checked(x, noise)
         noise, index_error = (np.broadcast_to(np.asarray(value, float), len(x)) for value in (noise, index_error))
         likelihood = np.empty((len(x), len(self.carriers), self.teeth))
-        for some in blocks(len(x), _ROWS_AT_ONCE):
-            weights = self._weights(None if coefficients is None else coefficients[some])
+        for some in blocks(len(x), ROWS_AT_ONCE):
+            weights = self.weights(None if coefficients is None else coefficients[some])
             likelihood[some] = self._log_likelihood(x[some], noise[some], index_error[some], weights)
+        return self.completed(likelihood)
+
+    def completed(self, likelihood: FloatArray) -> FloatArray:
+        """Return log-likelihoods (rows, templates, teeth) in which a healthy gear has one for all its turns."""
         none = likelihood[:, self.healthy]
         likelihood[:, self.healthy] = none.mean(axis=2, keepdims=True) if self.turn_invariant else none[:, :, :1]
         return likelihood
 
-    def _check(self, x: FloatArray, noise: FloatArray) -> None:
+    def checked(self, x: ArrayLike, noise: ArrayLike) -> FloatArray:
+        """Return averages as an array, if they and their noise can have a likelihood."""
+        x = plain_array("log_likelihood", "x", x, float)
+        noise = plain_array("log_likelihood", "noise", noise, float)
         if x.ndim != 2 or x.shape[1] != self.samples:
             raise InputError(f"x has the shape {x.shape}; give rows of {self.samples} samples, as the templates have")
         if not (noise > 0).all():
             raise InputError(f"noise = {noise.min():g} must be above 0: without noise there is no density")
+        return x
 
     def _log_likelihood(
         self, x: FloatArray, noise: FloatArray, index_error: FloatArray, weights: FloatArray
     ) -> FloatArray:
         along = self._products(x)
-        amplitude = (along @ self._of_modes).reshape(self.teeth, len(x), *self.gains.shape)
-        amplitude -= self._times(weights, self._projected)
         square = self._squared_distance(x, along, weights)
+        return self.density(along @ self._of_modes, square, noise, index_error, weights)
+
+    def density(
+        self, along: FloatArray, square: FloatArray, noise: FloatArray, index_error: FloatArray, weights: FloatArray
+    ) -> FloatArray:
+        """Return the log-likelihood (rows, templates, teeth) from products and distances.
+
+        Parameters
+        ----------
+        along
+            (teeth, rows, templates r) products of averages with the modes, turned.
+        square
+            (teeth, rows, templates) squared distances from the turned means.
+        noise, index_error
+            (rows,) as of :meth:`log_likelihood`.
+        weights
+            As of :meth:`weights`.
+        """
+        amplitude = along.reshape(self.teeth, len(noise), *self.gains.shape)
+        amplitude -= self._times(weights, self._projected)
         d = self._gain_ratio(noise, index_error)
         explained = np.einsum("trkm,rkm->trk", np.square(amplitude, out=amplitude), d / (1 + d))
         chi2 = (square - explained).transpose(1, 2, 0) / (noise**2)[:, None, None]
@@ -147,8 +173,11 @@ class TurnedLaws:
 
     def squared_distance(self, x: FloatArray, coefficients: FloatArray | None = None) -> FloatArray:
         """Return the squared distance of averages from each turned mean, (rows, templates, teeth); without modes."""
-        square = self._squared_distance(x, self._products(x), self._weights(coefficients))
-        return np.asarray(square.transpose(1, 2, 0))
+        return np.asarray(self.turned_square(x, self.weights(coefficients)).transpose(1, 2, 0))
+
+    def turned_square(self, x: FloatArray, weights: FloatArray) -> FloatArray:
+        """Return the same, (teeth, rows, templates), for weights of the carriers."""
+        return self._squared_distance(x, self._products(x), weights)
 
     def _squared_distance(self, x: FloatArray, along: FloatArray, weights: FloatArray) -> FloatArray:
         """Return |x turned back - s_kt|^2, (teeth, rows, templates), from the products with the basis."""
@@ -225,7 +254,7 @@ class TurnedLaws:
         constant = self.samples * np.log(2 * np.pi * noise**2) + np.log1p(d).sum(axis=1)
         return np.asarray(-2 * log_likelihood - constant)
 
-    def _weights(self, coefficients: FloatArray | None) -> FloatArray:
+    def weights(self, coefficients: FloatArray | None) -> FloatArray:
         """Return c_ab phi_kbt, (teeth or 1, rows or 1, templates, a b)."""
         a, b = self.carriers.shape[1:3]
         c = np.ones((1, a, b)) if coefficients is None else coefficients
@@ -312,12 +341,9 @@ class UntiedLaws(TurnedLaws):
         """Tooth count of the damaged gear."""
         return self.of_teeth
 
-    def log_likelihood(
-        self, x: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike, coefficients: FloatArray | None = None
-    ) -> FloatArray:
+    def completed(self, likelihood: FloatArray) -> FloatArray:
         """Return the same (rows, templates, teeth): -inf at teeth that a template is not of."""
-        likelihood = super().log_likelihood(x, noise=noise, index_error=index_error, coefficients=coefficients)
-        return self._at_its_tooth(likelihood, -np.inf)
+        return self._at_its_tooth(super().completed(likelihood), -np.inf)
 
     def squared_distance(self, x: FloatArray, coefficients: FloatArray | None = None) -> FloatArray:
         """Return the same (rows, templates, teeth): infinite at teeth that a template is not of."""
@@ -329,17 +355,3 @@ class UntiedLaws(TurnedLaws):
         damaged = np.flatnonzero(~self.healthy)
         values[:, damaged, self.tooth[damaged] - 1] = single[:, damaged, 0]
         return values
-
-
-def joint_modes(responses: FloatArray, nuisances: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return orthonormal modes (templates, n, r) and gains (templates, r) of index errors and nuisances together.
-
-    Parameters
-    ----------
-    responses
-        (templates, n, errors) responses to independent index errors of their size, in the unit of the signal.
-    nuisances
-        (templates, n, modes) changes per standard deviation of the nuisances.
-    """
-    modes, gains, _ = np.linalg.svd(np.concatenate([responses, nuisances], axis=2), full_matrices=False)
-    return modes, gains
