@@ -58,6 +58,12 @@ from .splits.names import MEMBER as MEMBER
 from .splits.names import NO_DAMAGE as NO_DAMAGE
 from .splits.names import QUANTITIES as QUANTITIES
 from .splits.names import SPLIT_NAMES as SPLIT_NAMES
+from .splits.severity_quantities import SHOWN_QUANTITIES as SHOWN_QUANTITIES
+from .splits.severity_quantities import damage_columns as damage_columns
+from .splits.severity_quantities import database_quantities as database_quantities
+from .splits.severity_quantities import has_several_kinds as has_several_kinds
+from .splits.severity_quantities import severity_levels as severity_levels
+from .splits.severity_quantities import severity_quantities as severity_quantities
 from .splits.split import ASIDE as ASIDE
 from .splits.split import TEST as TEST
 from .splits.split import TRAINING as TRAINING

@@ -12,12 +12,13 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import TEMPORARY, InputError, OnStep
-from sigdb.database import KIND, NO_DAMAGE, QUANTITIES, Database, damage_kinds
+from sigdb.database import KIND, NO_DAMAGE, Database, damage_kinds, severity_levels, severity_quantities
 from sigdb.pipeline.models import train_model
 from sigdb.pipeline.recipe import Recipe
 from sigdb.pipeline.robustness.robustness import with_robustness
 from sigdb.pipeline.stages import Stage, content_of, run_stage
 from sigdb.recognition import (
+    FACTORS,
     TARGETS,
     CriteriaSettings,
     Estimate,
@@ -26,6 +27,7 @@ from sigdb.recognition import (
     RobustnessSettings,
     evaluate,
     load_model,
+    metric_among,
 )
 from sigdb.sweep import Plan
 
@@ -48,7 +50,8 @@ class ModelResult:
     metric
         Name of the metric that sums the model up.
     value, bound
-        That metric of the model and of the best possible answer; None where it is not estimated.
+        That metric of the model and of the best possible answer, in the unit of its title; None where it is not
+        estimated.
     above
         Names of the model's metrics that are better than the bound, which no honest model's are.
     """
@@ -86,10 +89,11 @@ def check_models(recipe: Recipe, plan: Plan, others: Mapping[str, Plan]) -> None
             f"{recipe.path}: sweep.specimens = {sweep.specimens} cannot be split into recognition.folds = "
             f"{settings.folds}; give more specimens, or fewer folds"
         )
-    if "severity" in settings.targets and not any(_varies(plan, name) for name in QUANTITIES):
+    if "severity" in settings.targets and not _severity_varies(plan):
         raise InputError(
-            f"{recipe.path}: recognition.targets: severity cannot be learnt, since {', '.join(QUANTITIES)} do not vary "
-            "over the damages of [sweep]; give several values of one of them"
+            f"{recipe.path}: recognition.targets: severity cannot be learnt, since no size of the damages of "
+            "[sweep] varies that all their damaged teeth share; give several values of one, such as stiffness_loss or "
+            "crack_depth"
         )
     if KIND in settings.targets and len({*damage_kinds(_damages(plan))} - {NO_DAMAGE}) < 2:
         raise InputError(
@@ -109,13 +113,15 @@ def _damages(plan: Plan) -> pd.DataFrame:
     damages = plan.damages
     columns = pd.DataFrame({name: damages.column(name) for name in damages.fields})
     pattern = np.where(damages.pattern > 0, "pattern", "")
+    columns = columns.assign(damaged_teeth=damages.column("damaged_teeth"))
     return columns.assign(tooth=damages.is_damage.astype(int), pattern=pattern)
 
 
-def _varies(plan: Plan, name: str) -> bool:
+def _severity_varies(plan: Plan) -> bool:
     """Return whether a severity varies over the damages that have one severity for all teeth."""
-    alike = plan.damages.pattern == 0
-    return len(np.unique(plan.damages.column(name)[alike])) > 1
+    cases = _damages(plan)
+    alike = cases[(cases["pattern"] == "") & (cases["tooth"] > 0)]
+    return bool((severity_levels(alike, severity_quantities(alike)).nunique() > 1).any())
 
 
 def make_models(
@@ -245,23 +251,24 @@ def _evaluated(
 
 
 def _result(model: Path, page: Path, facts: Mapping[str, Any]) -> ModelResult:
-    metric = TARGETS[facts["target"]].headline
+    target, metrics = TARGETS[facts["target"]], facts["metrics"][facts["learner"]]
+    metric = metric_among(target, target.headline, metrics)
     return ModelResult(
         target=facts["target"],
         split=facts["split"],
         model=model,
         page=page,
         metric=metric,
-        value=_estimate(facts["metrics"][facts["learner"]].get(metric)),
-        bound=_estimate((facts["bound"] or {}).get(metric)),
+        value=_estimate(metrics.get(metric), FACTORS[metric]),
+        bound=_estimate((facts["bound"] or {}).get(metric), FACTORS[metric]),
         above=tuple(facts["above"]),
     )
 
 
-def _estimate(ends: Mapping[str, float | None] | None) -> Estimate | None:
+def _estimate(ends: Mapping[str, float | None] | None, factor: float) -> Estimate | None:
     if ends is None or ends["value"] is None:
         return None
-    return Estimate(**{name: np.nan if value is None else value for name, value in ends.items()})
+    return Estimate(**{name: np.nan if value is None else value for name, value in ends.items()}).times(factor)
 
 
 def _files(folder: Path) -> list[Path]:

@@ -78,9 +78,11 @@ from .storage.model_card import robustness_text as robustness_text
 from .storage.model_folder import built_in_models as built_in_models
 from .storage.model_folder import load_model as load_model
 from .storage.model_folder import save_model as save_model
+from .targets.all_targets import FACTORS as FACTORS
 from .targets.all_targets import TARGETS as TARGETS
 from .targets.all_targets import TITLES as TITLES
 from .targets.target import Target as Target
+from .targets.target import metric_among as metric_among
 from .templates.bank import TemplateBank as TemplateBank
 from .templates.compact_signals import CompactSignals as CompactSignals
 from .templates.hypotheses import Hypotheses as Hypotheses

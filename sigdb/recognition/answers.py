@@ -1,6 +1,6 @@
 """Answers of an estimator to rows, with scores, probabilities and sets where it gives them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
 from sigdb.core import Answer, BoolArray, FloatArray, IntArray
+from sigdb.database import SHOWN_QUANTITIES
+from sigdb.transmission import SIZES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,6 +141,82 @@ MORE_SEVERE = "the damage is more severe than that of all templates"
 def answer_table(answers: Sequence[Answer]) -> pd.DataFrame:
     """Return ``kind`` and ``answer``, the sentence, of answers."""
     return pd.DataFrame({"kind": [each.kind for each in answers], "answer": [each.sentence for each in answers]})
+
+
+def without_improbable(predicted: pd.DataFrame) -> pd.DataFrame:
+    """Return severities without the sizes, and their details, that damage hardly has: nan for these.
+
+    Damage hardly has a size where its probability is below 0.01.
+
+    Parameters
+    ----------
+    predicted
+        Severities as an estimator predicts them, see :func:`severity_sentences`.
+    """
+    kept = predicted.copy()
+    for size in SIZES:
+        if f"{size}_probability" in kept:
+            names = [f"{name}{end}" for name in (size, *SIZES[size]) for end in ("", "_low", "_high")]
+            improbable = kept[f"{size}_probability"] < _IMPROBABLE
+            kept.loc[improbable, [name for name in names if name in kept]] = np.nan
+    return kept
+
+
+def severity_sentences(predicted: pd.DataFrame, most: Mapping[str, float] | None = None) -> list[str]:
+    """Return a sentence on the severity of each row: its sizes with their intervals, and the number of damaged teeth.
+
+    Where damage is of several kinds, sizes that it probably does not have are left out.
+
+    Parameters
+    ----------
+    predicted
+        Severities as an estimator predicts them.
+    most
+        By quantity, the greatest value in the training: an interval that ends there says that it may be more.
+
+    Examples
+    --------
+    >>> severity_sentences(pd.DataFrame({"crack_depth": [2e-3], "crack_depth_low": 1e-3, "crack_depth_high": 3e-3}))
+    ['If a tooth is damaged, its crack depth is 2 mm (1 to 3).']
+    """
+    names = [name for name in SHOWN_QUANTITIES if name in predicted]
+    return [_severity_sentence(row, names, most or {}) for row in predicted.to_dict("records")]
+
+
+def _severity_sentence(row: Mapping[Hashable, float], names: Sequence[str], most: Mapping[str, float]) -> str:
+    shares = {name: row[f"{name}_probability"] for name in names if f"{name}_probability" in row}
+    likely = max(shares, key=lambda name: shares[name], default="")
+    texts = []
+    for name in names:
+        shown = SHOWN_QUANTITIES[name]
+        size = next((size for size, details in SIZES.items() if name in details), name)
+        if np.isnan(row[name]) or (size in shares and size != likely and shares[size] < _PROBABLE):
+            continue
+        ends = [row.get(f"{name}_{end}", np.nan) * shown.factor for end in ("low", "high")]
+        more = " or more" if row.get(f"{name}_high", -np.inf) >= most.get(name, np.inf) else ""
+        interval = f" ({ends[0]:.3g} to {ends[1]:.3g}{more})" if ends[0] < ends[1] else more
+        share = f", with probability {shares[name]:.2f}" if name in shares else ""
+        subject = "the number of damaged teeth" if name == "damaged_teeth" else f"its {shown.title}"
+        texts.append(f"{subject} is {shown.text(row[name])}{interval}{share}")
+    return f"If a tooth is damaged, {listed(texts)}."
+
+
+def listed(texts: Sequence[str]) -> str:
+    """Return texts as part of a sentence.
+
+    Examples
+    --------
+    >>> listed(["a", "b", "c"])
+    'a, b and c'
+    """
+    return " and ".join(filter(None, [", ".join(texts[:-1]), *texts[-1:]]))
+
+
+_IMPROBABLE = 0.01
+"""Probability below which damage counts as not having a size."""
+
+_PROBABLE = 0.5
+"""Probability from which on damage counts as having a size."""
 
 
 def _stacked(arrays: Sequence[np.ndarray], absent: float) -> np.ndarray:

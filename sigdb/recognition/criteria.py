@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import Note
+from sigdb.database import SHOWN_QUANTITIES
 from sigdb.recognition.bound.error_curve import ERROR_RANGE
 from sigdb.recognition.bound.noise_bands import ALL
 from sigdb.recognition.metrics.calibration import ENOUGH
@@ -236,7 +237,7 @@ def _assess_cells(title: str, limit: float, cells: pd.DataFrame | None) -> Crite
 
 def _least_coverage(below: pd.DataFrame, cells: int) -> Note:
     worst = below.iloc[int(below["coverage"].argmin())]
-    where = ", ".join(text.format(worst[name]) for name, text in _CELL_TEXT.items() if name in worst)
+    where = ", ".join(_cell_texts(worst))
     return Note(
         code="undercovered",
         text=f"{len(below)} of {cells} cells; the least coverage is {worst['coverage']:.3f}, of "
@@ -252,3 +253,12 @@ _CELL_TEXT = {
     "speed_rpm": "{:g} rpm",
     "torque": "{:g} N m",
 }
+
+
+def _cell_texts(cell: "pd.Series[float]") -> Iterator[str]:
+    """Yield what a cell is of, in words."""
+    for name, value in cell.items():
+        if name in _CELL_TEXT and value == value:
+            yield _CELL_TEXT[str(name)].format(value)
+        elif name in SHOWN_QUANTITIES and value == value:
+            yield f"{SHOWN_QUANTITIES[str(name)].title} {SHOWN_QUANTITIES[str(name)].text(value)}"

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import FloatArray
-from sigdb.database import QUANTITIES
+from sigdb.database import SHOWN_QUANTITIES
 from sigdb.recognition.bound.bayes_bound import Bound
 from sigdb.recognition.bound.noise_bands import NoiseBand, noise_bands
 from sigdb.recognition.metrics.coverage import value_bands
@@ -59,7 +59,8 @@ def evaluation_tables(
     values = {name: _shown(target, target.values(each)) for name, each in evaluated.items()}
     if bound_values:
         values["bound"] = dict(bound_values)
-    tables = {axis: _against(rows[axis], values, specimens) for axis in AXES if axis in rows}
+    shares = {metric.name: not metric.continuous for metric in target.metrics}
+    tables = {axis: _against(rows[axis], values, specimens, shares) for axis in AXES if axis in rows}
     tables |= target.tables(evaluated, learner, bound)
     return {name: table for name, table in tables.items() if len(table)}
 
@@ -69,14 +70,17 @@ def _shown(target: Target, values: Mapping[str, FloatArray]) -> dict[str, FloatA
 
 
 def _against(
-    axis: "pd.Series[float]", values: Mapping[str, Mapping[str, FloatArray]], specimens: Specimens
+    axis: "pd.Series[float]",
+    values: Mapping[str, Mapping[str, FloatArray]],
+    specimens: Specimens,
+    shares: Mapping[str, bool],
 ) -> pd.DataFrame:
-    """Return the mean of each metric at each level of an axis."""
+    """Return the mean of each metric at each level of an axis; it may be a share, or not."""
     at = value_bands(axis, most=12).to_numpy()
     return pd.DataFrame(
         [
             {"estimator": name, "at": level, "rows": int((at == level).sum()), "metric": metric}
-            | vars(specimens.mean(np.where(at == level, value, np.nan)))
+            | vars(specimens.mean(np.where(at == level, value, np.nan), may_be_share=shares.get(metric, True)))
             for name, metrics in values.items()
             for metric, value in metrics.items()
             for level in np.unique(at)
@@ -127,7 +131,7 @@ def efficiency_table(target: Target, evaluated: Evaluated, bound: Bound | None =
     )
     if "quantity" not in table:
         return table
-    order = table["quantity"].map(QUANTITIES.index).sort_values(kind="stable").index
+    order = table["quantity"].map(list(SHOWN_QUANTITIES).index).sort_values(kind="stable").index
     return table.loc[order].reset_index(drop=True)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import Note
-from sigdb.database import QUANTITIES
+from sigdb.database import severity_levels
 from sigdb.recognition.estimators.user_estimator import UserEstimator
 from sigdb.recognition.evaluated_rows import Selection
 from sigdb.recognition.model import Model
@@ -85,8 +85,11 @@ def _of_points(bank: TemplateBank, rows: pd.DataFrame) -> Iterator[Note]:
 
 
 def _of_severities(bank: TemplateBank, rows: pd.DataFrame) -> Iterator[Note]:
-    held = {tuple(severity) for point in bank.points for severity in point.severity[~point.healthy].round(9).tolist()}
-    plain = rows.loc[rows["tooth"] > 0, list(QUANTITIES)].dropna().round(9).drop_duplicates()
+    held = {
+        tuple(row) for point in bank.points for row in np.nan_to_num(point.severity[~point.healthy]).round(9).tolist()
+    }
+    damaged = severity_levels(rows[rows["tooth"] > 0], bank.quantities)
+    plain = damaged[damaged.iloc[:, -1].notna()].fillna(0).round(9).drop_duplicates()
     lacking = [row for row in plain.itertuples(index=False, name=None) if tuple(map(float, row)) not in held]
     if lacking:
         yield Note(

@@ -9,8 +9,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from sigdb.core import Answer, BoolArray, FloatArray, InputError, IntArray, NotApplicableError
-from sigdb.database import QUANTITIES, Database
-from sigdb.recognition.answers import Answers, answer_table
+from sigdb.database import Database
+from sigdb.recognition.answers import Answers, answer_table, severity_sentences, without_improbable
 from sigdb.recognition.decision import NO_KIND, NO_TOOTH, Costs, check_decision, decided_answers, warn_of_outside
 from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Reducer, Rows
@@ -310,9 +310,9 @@ class Model:
         answers = decided_answers(self.estimator, batch, prevalence, costs)
         predicted, probabilities = answers.predicted, answers.probabilities
         if isinstance(predicted, pd.DataFrame):
-            losses = predicted[QUANTITIES[0]]
-            sentences = [f"If a tooth is damaged, its stiffness loss is {loss:.2g}." for loss in losses]
-            return predicted.assign(kind=None, answer=sentences)[["kind", "answer", *predicted.columns]]
+            predicted = without_improbable(predicted)
+            sentences = severity_sentences(predicted, getattr(self.estimator, "greatest", {}))
+            return predicted.assign(kind=None, answer=sentences)[["kind", "answer", *predicted]]
         probability = np.nan if probabilities is None else probabilities[np.arange(len(batch)), predicted]
         numbers: dict[str, Any] = {"probability": probability, "decision": answers.named}
         if answers.sets is None:
@@ -324,7 +324,7 @@ class Model:
     def _no_verdict(self) -> pd.DataFrame:
         """Return the columns of a verdict without a row."""
         sets = ("candidates",) if self.target in ("location", "kind") else ()
-        numbers = QUANTITIES if self.target == "severity" else ("probability", "decision", *sets)
+        numbers = getattr(self.estimator, "quantities_", ("probability", "decision", *sets))
         return pd.DataFrame(columns=["kind", "answer", *numbers])
 
     def answers(self, database: Database, rows: pd.DataFrame) -> dict[str, Answers]:

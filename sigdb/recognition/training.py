@@ -1,12 +1,14 @@
 """Training on a database: a model and its baselines, by a split that keeps specimens apart."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 
 import numpy as np
 import pandas as pd
 
 from sigdb.core import InputError, NotApplicableError, OnStep, ignore
-from sigdb.database import TRAINING, Database, labelled_rows, make_split, model_form
+from sigdb.database import SHOWN_QUANTITIES, TRAINING, Database, damage_columns, labelled_rows, make_split, model_form
+from sigdb.recognition.answers import listed
+from sigdb.recognition.calibration.conformal import COVERAGE, least_specimens
 from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.estimators.registry import columns_read, default_learner, learner_class
 from sigdb.recognition.estimators.user_estimator import UserEstimator
@@ -47,7 +49,7 @@ def evenly_drawn(rows: pd.DataFrame, most: int) -> pd.DataFrame:
     Parameters
     ----------
     rows
-        With ``specimen``, ``draw`` and the columns of :data:`CASE`.
+        With ``specimen``, ``draw``, the columns of :data:`CASE`, and sizes of damage where there are any.
     most
         Greatest number of rows.
 
@@ -58,7 +60,8 @@ def evenly_drawn(rows: pd.DataFrame, most: int) -> pd.DataFrame:
     """
     if len(rows) <= most:
         return rows
-    case = rows.groupby(list(CASE), dropna=False).ngroup().to_numpy()
+    sizes = [name for name in SHOWN_QUANTITIES if name in rows and name not in CASE]
+    case = rows.groupby([*CASE, *sizes], dropna=False).ngroup().to_numpy()
     specimen = np.unique(rows["specimen"], return_inverse=True)[1]
     key = np.sqrt(2) * case + np.sqrt(3) * specimen + np.sqrt(5) * rows["draw"].to_numpy()
     kept = np.lexsort((rows.index, key % 1))[:most]
@@ -138,6 +141,11 @@ def train(
     rows = rows[parts.folds(rows) == TRAINING]
     _check_labels(database, question, rows, "training ")
     bank = _bank(database, rows, needs_bank, on_step) if baselines else None
+    if (specimens := rows["specimen"].nunique()) < least_specimens(COVERAGE):
+        on_step(
+            f"the training rows are of {specimens} specimens, and sets and intervals of {COVERAGE:g} need "
+            f"{least_specimens(COVERAGE)}, so that they hold all answers"
+        )
     learner = wanted or default_learner(None if columns else bank)
     unfitted = question.estimators(settings, bank) if baselines else {}
     if columns and user_estimator is None and learner in unfitted and not unfitted[learner].columns:
@@ -214,10 +222,11 @@ def _check_labels(database: Database, target: Target, rows: pd.DataFrame, kind: 
     if damaged.empty:
         only = f" for {target.name}, which is of rows with {target.row_condition}" if target.row_condition else ""
         raise InputError(f"{of_them.format('damaged')}{only}; {remedy[0]}")
-    if target.varying and all(damaged[name].nunique() < 2 for name in target.varying):
+    varying = [name for name in target.varying if name in damaged]
+    if target.varying and all(damaged[name].nunique() < 2 for name in varying):
         raise InputError(
-            f"{database.store}: {target.name} cannot be learnt, since {_listed(target.varying)} "
-            f"{'do' if len(target.varying) > 1 else 'does'} not vary over its damaged {kind}rows"
+            f"{database.store}: {target.name} cannot be learnt, since {listed(varying)} "
+            f"{'do' if len(varying) > 1 else 'does'} not vary over its damaged {kind}rows"
             f"{_what_varies(database, target)}; {remedy[1]}"
         )
 
@@ -231,11 +240,7 @@ def _what_varies(database: Database, target: Target) -> str:
         f"select {', '.join(f'count(distinct {name}) as {name}' for name in names)} from features where tooth > 0"
     ).iloc[0]
     varying = [name for name in names if counts[name] > 1]
-    return f" (what varies is {_listed(varying)}, which {target.name} is not about)" if varying else ""
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+    return f" (what varies is {listed(varying)}, which {target.name} is not about)" if varying else ""
 
 
 def _bank(database: Database, rows: pd.DataFrame, needed: bool, on_step: OnStep) -> TemplateBank | None:
@@ -274,4 +279,6 @@ def usable_rows(database: Database, target: str, further: Collection[str] = ()) 
         If the sweep is not finished.
     """
     question = target_named(target)
-    return labelled_rows(database, question.row_condition, (*question.columns, *sorted(columns_read()), *further))
+    sizes = damage_columns(database) if target == "severity" else []
+    further = (*question.columns, *sorted(columns_read()), *further, *sizes)
+    return labelled_rows(database, question.row_condition, further)

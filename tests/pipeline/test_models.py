@@ -221,7 +221,7 @@ def test_a_model_better_than_the_bound_fails_the_run_after_its_report(first, fol
         (
             "stiffness_loss = [0.2, 0.4]",
             "stiffness_loss = [0.4]",
-            "severity cannot be learnt, since stiffness_loss, phase_shift_deg, damaged_teeth do not vary",
+            "severity cannot be learnt, since no size of the damages of [sweep] varies",
         ),
         ("healthy = 10", "healthy = 0", "recognition.targets needs healthy rows; set healthy in [sweep]"),
         ('["damped.toml"]', '["damped"]', "'damped' is not the path of a recipe, which ends in .toml"),

@@ -9,7 +9,7 @@ import pytest
 from scipy.special import softmax
 
 from sigdb.core import InputError, NotApplicableError
-from sigdb.database import QUANTITIES
+from sigdb.database import SHOWN_QUANTITIES
 from sigdb.recognition import (
     TARGETS,
     Bound,
@@ -204,7 +204,7 @@ def test_metrics_that_can_be_traded_are_no_bound():
     assert not traded & bounded
     assert bounded == {
         *("accuracy", "log_loss", "brier", "pd_at_1e-2", "pd_at_1e-3", "pd_at_1e-4"),
-        *(f"{kind}_{quantity}" for kind in ("mae", "rmse", "crps") for quantity in QUANTITIES),
+        *(f"{kind}_{quantity}" for kind in ("mae", "rmse", "crps") for quantity in SHOWN_QUANTITIES),
     }
 
 

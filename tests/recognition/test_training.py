@@ -47,6 +47,8 @@ def test_an_estimator_that_does_not_apply_is_left_out_and_a_wrong_input_is_not(d
     monkeypatch.setattr(Fm4Location, "fit", raises(NotApplicableError("too few rows")))
     assert "fm4" not in train(database, "location", SETTINGS, on_step=steps.append).estimators
     assert "fm4 is left out: too few rows" in steps
+    few = "the training rows are of 4 specimens, and sets and intervals of 0.9 need 9, so that they hold all answers"
+    assert few in steps
     monkeypatch.setattr(Fm4Location, "fit", raises(InputError("a wrong column")))
     with pytest.raises(InputError, match="a wrong column"):
         train(database, "location", SETTINGS)
@@ -69,18 +71,16 @@ def test_a_reducer_that_does_not_apply_is_left_out_and_a_wrong_input_is_not(data
 
 @pytest.fixture(scope="module")
 def one_severity(make_database):
-    """One loss at two teeth, over two extents of the contact."""
-    return make_database(
-        specimens=3, healthy=2, grid="tooth = [3, 5]\nstiffness_loss = [0.4]\nloss_extent = [0.5, 1.0]"
-    )
+    """One loss at two teeth."""
+    return make_database(specimens=3, healthy=2, grid="tooth = [3, 5]\nstiffness_loss = [0.4]")
 
 
 def test_severities_that_do_not_vary_are_not_learnt(one_severity):
     with pytest.raises(InputError) as caught:
         train(one_severity, "severity", SETTINGS)
     assert str(caught.value).endswith(
-        ": severity cannot be learnt, since stiffness_loss, phase_shift_deg and damaged_teeth do not vary over its "
-        "damaged rows (what varies is loss_extent and tooth, which severity is not about); sweep one of them"
+        ": severity cannot be learnt, since stiffness_loss, phase_shift_deg, loss_extent, friction and damaged_teeth "
+        "do not vary over its damaged rows (what varies is tooth, which severity is not about); sweep one of them"
     )
 
 

@@ -12,6 +12,7 @@ from sigdb.database.database import Database
 from sigdb.database.splits.kinds import make_split
 from sigdb.database.splits.labelled_rows import labelled_rows
 from sigdb.database.splits.names import KIND, MEASURED_SPLITS, QUANTITIES
+from sigdb.database.splits.severity_quantities import damage_columns, severity_levels, severity_quantities
 from sigdb.database.splits.split import TEST, TRAINING
 from sigdb.database.store.roles import Role, role_of
 
@@ -29,7 +30,8 @@ class LearningSet(NamedTuple):
         lists is the column ``NAME[i]``.
     y : pandas.Series or pandas.DataFrame
         Labels by id. Location: first damaged tooth, 0 for none. Detection: 1 for damage, 0 for none. Kind: name of the
-        kind of damage, ``none`` for a healthy gear. Severity: a column for each quantity, of damaged rows only.
+        kind of damage, ``none`` for a healthy gear. Severity: a column for each quantity, of damaged rows only;
+        nan where the damage does not have it.
     groups : pandas.Series
         Specimen of each row, by id; of a measured row its recording. Rows of a group resemble each other.
     cv : list of (ndarray, ndarray)
@@ -49,7 +51,7 @@ _LABELS: Mapping[str, tuple[str, Callable[[pd.DataFrame], Labels]]] = {
     KIND: ("", lambda rows: rows[KIND]),
     "severity": (
         " and ".join(f"{name} is not null" for name in ("pattern", *QUANTITIES)) + " and pattern = ''",
-        lambda rows: rows[list(QUANTITIES)].astype(float),
+        lambda rows: severity_levels(rows, severity_quantities(rows)),
     ),
 }
 """Condition on the rows and labels of each target."""
@@ -98,7 +100,8 @@ def target_rows(database: Database, target: str, where: str | None = None) -> tu
     """
     check_target(target, _LABELS)
     conditions = [f"({condition})" for condition in (_LABELS[target][0], where) if condition]
-    rows = labelled_rows(database, " and ".join(conditions), [KIND] if target == KIND else ())
+    further = {KIND: [KIND], "severity": damage_columns(database)}.get(target, [])
+    rows = labelled_rows(database, " and ".join(conditions), further)
     damaged = (rows["tooth"] > 0).to_numpy()
     return rows, damaged if target == "severity" else np.full(len(rows), True)
 

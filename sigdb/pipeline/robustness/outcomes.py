@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import BoolArray, IntArray
-from sigdb.database import KIND, QUANTITIES, Database, places_of_kinds
+from sigdb.database import KIND, SHOWN_QUANTITIES, Database, places_of_kinds, severity_levels
 from sigdb.recognition import (
     TSA,
     Answers,
@@ -108,11 +108,10 @@ class Robustness:
         """Return whether each answer is right, and whether the model is sure of it, (rows,) each."""
         every = np.ones(len(rows), bool)
         if isinstance(answers.predicted, pd.DataFrame):
-            inside = [
-                rows[name].between(answers.predicted[f"{name}_low"], answers.predicted[f"{name}_high"]).to_numpy()
-                for name in QUANTITIES
-                if f"{name}_low" in answers.predicted
-            ]
+            names = [name for name in SHOWN_QUANTITIES if f"{name}_low" in answers.predicted]
+            ends = {name: (answers.predicted[f"{name}_low"], answers.predicted[f"{name}_high"]) for name in names}
+            levels = severity_levels(rows, names)
+            inside = [(value.between(*ends[str(name)]) | value.isna()).to_numpy() for name, value in levels.items()]
             return np.all([every, *inside, rows["tooth"].to_numpy() > 0], axis=0), every
         true = self._true(rows, answers)
         if answers.sets is None:

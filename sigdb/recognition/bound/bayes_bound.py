@@ -161,7 +161,8 @@ def bayes_bound(
     points = [replace(point, known_cells=known_cells or not rule.continuous) for point in points]
     applied = (apply_rule(rule, point, point.stored(database, sensor)) for point in points)
     answers = pd.concat(applied).sort_index()
-    losses, scores = list(rule.losses), [str(name) for name in answers if str(name).startswith("score_")]
+    losses = [name for name in rule.losses if name in answers]
+    scores = [str(name) for name in answers if str(name).startswith("score_")]
     classes = [name.removeprefix("score_") for name in scores]
     columns = [int(name) if name.isdigit() else name for name in classes]
     posterior = answers[scores].fillna(-np.inf).set_axis(columns, axis=1)

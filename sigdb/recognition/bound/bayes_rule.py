@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import FloatArray, IntArray
-from sigdb.database import KIND, NO_DAMAGE, QUANTITIES, kind_classes, places_of_kinds
+from sigdb.database import KIND, NO_DAMAGE, SHOWN_QUANTITIES, kind_classes, places_of_kinds, severity_levels
 from sigdb.recognition.bound.operating_points import OperatingPoint
 from sigdb.recognition.calibration.conformal import COVERAGE
 from sigdb.recognition.metrics.location_and_severity import kind_values, location_values
 from sigdb.recognition.templates.continuous_severity import SeverityMarginals
-from sigdb.recognition.templates.posterior import Posterior, entropy_of, risk_of
+from sigdb.recognition.templates.posterior import Posterior, entropy_of, quantity_posterior, risk_of
 
 _ROW = ["tooth", "teeth", "specimen"]
 
@@ -151,41 +151,49 @@ class KindRule(ClassRule):
 
 
 class SeverityRule:
-    """The rule that gives the posterior's median, its mean or the posterior itself."""
+    """The rule that gives the posterior's median, its mean or the posterior itself, given damage with the quantity."""
 
     name = "severity"
     losses: tuple[str, ...] = tuple(
-        f"{kind}_{quantity}" for kind in ("absolute", "square", "crps") for quantity in QUANTITIES
+        f"{kind}_{quantity}" for kind in ("absolute", "square", "crps") for quantity in SHOWN_QUANTITIES
     )
     damaged_only = True
     continuous = True
 
     def answer(self, point: OperatingPoint, rows: pd.DataFrame, posterior: Posterior) -> pd.DataFrame:
         """Return mean, median, 5 and 95 % quantiles of each quantity, and the losses."""
-        # Templates with a pattern have no severity; they have no share in the rows either.
-        levels = np.nan_to_num(point.hypotheses.cases[list(QUANTITIES)].to_numpy(float)).T
-        true = rows[list(QUANTITIES)].to_numpy(float).T
+        true = severity_levels(rows, point.quantities)
+        parts = [quantity_posterior(posterior, level) for level in point.severity.T]
+        of_parts = zip(parts, true.to_numpy().T, strict=True)
         return self._answer(
             rows,
-            mean=np.column_stack([posterior.mean(level) for level in levels]),
-            quantile=lambda p: np.column_stack([posterior.quantile(level, p) for level in levels]),
-            crps=np.column_stack([posterior.crps(level, of) for level, of in zip(levels, true, strict=True)]),
+            true,
+            mean=np.column_stack([part.mean for part in parts]),
+            quantile=lambda p: np.column_stack([part.quantile(p) for part in parts]),
+            crps=np.column_stack([part.crps(value) for part, value in of_parts]),
         )
 
-    def answer_between(self, rows: pd.DataFrame, posterior: SeverityMarginals) -> pd.DataFrame:
+    def answer_between(self, point: OperatingPoint, rows: pd.DataFrame, posterior: SeverityMarginals) -> pd.DataFrame:
         """Return the same of a posterior over severities between the templates."""
-        crps = posterior.crps(rows[list(QUANTITIES)].to_numpy(float))
-        return self._answer(rows, mean=posterior.mean(), quantile=posterior.quantile, crps=crps)
+        true = severity_levels(rows, point.quantities)
+        crps = posterior.crps(true.to_numpy())
+        return self._answer(rows, true, mean=posterior.mean(), quantile=posterior.quantile, crps=crps)
 
     def _answer(
-        self, rows: pd.DataFrame, *, mean: FloatArray, quantile: Callable[[float], FloatArray], crps: FloatArray
+        self,
+        rows: pd.DataFrame,
+        truth: pd.DataFrame,
+        *,
+        mean: FloatArray,
+        quantile: Callable[[float], FloatArray],
+        crps: FloatArray,
     ) -> pd.DataFrame:
         """Return the columns; arrays are (rows, quantities)."""
         tail = (1 - COVERAGE) / 2
         median, low, high = (quantile(p) for p in (0.5, tail, 1 - tail))
         columns: dict[str, FloatArray] = {}
-        for i, quantity in enumerate(QUANTITIES):
-            true = rows[quantity].to_numpy(float)
+        for i, quantity in enumerate(truth):
+            true = truth[quantity].to_numpy()
             columns |= {
                 f"mean_{quantity}": mean[:, i],
                 f"median_{quantity}": median[:, i],
@@ -199,11 +207,12 @@ class SeverityRule:
 
     def values(self, answers: pd.DataFrame, losses: pd.DataFrame) -> dict[str, FloatArray]:
         """Return absolute error and CRPS of each row, and the error whose root mean square is a metric."""
-        errors = {f"rmse_{quantity}": np.sqrt(losses[f"square_{quantity}"].to_numpy()) for quantity in QUANTITIES}
+        present = [name for name in SHOWN_QUANTITIES if f"square_{name}" in losses]
+        errors = {f"rmse_{quantity}": np.sqrt(losses[f"square_{quantity}"].to_numpy()) for quantity in present}
         means = {
             f"{metric}_{quantity}": losses[f"{loss}_{quantity}"].to_numpy()
             for loss, metric in (("absolute", "mae"), ("crps", "crps"))
-            for quantity in QUANTITIES
+            for quantity in present
         }
         return means | errors
 
@@ -234,5 +243,5 @@ def apply_rule(
     for rows, x in parts:
         likelihood = point.log_likelihood(x, rows)
         for at, _, posterior in between.marginals(likelihood, point.distances(between, rows)):
-            answers.append(rule.answer_between(rows.iloc[at], posterior))
+            answers.append(rule.answer_between(point, rows.iloc[at], posterior))
     return pd.concat(answers)

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import FloatArray
-from sigdb.database import QUANTITIES
+from sigdb.database import SHOWN_QUANTITIES
 from sigdb.recognition.bound.bayes_bound import Bound
 from sigdb.recognition.bound.bayes_rule import RULES, ClassRule
 from sigdb.recognition.bound.error_curve import INFORMATION_RANGE
@@ -15,7 +15,7 @@ from sigdb.recognition.bound.operating_points import OperatingPoint
 from sigdb.recognition.metrics.calibration import calibration_error, calibration_values
 from sigdb.recognition.metrics.estimate import UNKNOWN, Estimate, Specimens, columns_of
 from sigdb.recognition.metrics.evaluated import Evaluated
-from sigdb.recognition.metrics.location_and_severity import severity_values
+from sigdb.recognition.metrics.location_and_severity import quantities_of, severity_values
 from sigdb.recognition.metrics.probability_of_detection import LOSS_COLUMNS, Pod, detection_by_loss
 
 Columns = Mapping[str, float | str]
@@ -147,8 +147,8 @@ def severity_efficiency(evaluated: Evaluated, bound: Bound) -> list[Columns]:
             "quantity": quantity,
             **_ratios(quantity, *values, best[f"mean_{quantity}"].to_numpy(), rows, evaluated.specimens),
         }
-        for quantity in QUANTITIES
-        if rows[quantity].nunique() > 1
+        for quantity in quantities_of(evaluated.severities)
+        if f"mean_{quantity}" in best and rows[quantity].nunique() > 1
     ]
 
 
@@ -163,8 +163,9 @@ def posterior_answers(rows: pd.DataFrame) -> pd.DataFrame:
         :attr:`Bound.rows` of severity.
     """
     ends = {"": "median", "_low": "low", "_high": "high"}
+    present = [name for name in SHOWN_QUANTITIES if f"median_{name}" in rows]
     return pd.DataFrame(
-        {f"{quantity}{end}": rows[f"{kind}_{quantity}"] for quantity in QUANTITIES for end, kind in ends.items()}
+        {f"{quantity}{end}": rows[f"{kind}_{quantity}"] for quantity in present for end, kind in ends.items()}
     )
 
 
@@ -176,7 +177,9 @@ def _ratios(
     rows: pd.DataFrame,
     specimens: Specimens,
 ) -> dict[str, float]:
-    true = rows[quantity].to_numpy(float)
+    present = rows[quantity].notna().to_numpy()
+    model, bound = ({name: value[present] for name, value in values.items()} for values in (model, bound))
+    true, mean, specimens = rows[quantity].to_numpy(float)[present], mean[present], specimens.select(present)
     error, best = model[f"mae_{quantity}"], bound[f"mae_{quantity}"]
     return {"chance": float(np.abs(true - np.median(true)).mean())} | columns_of(
         error=specimens.mean(error),

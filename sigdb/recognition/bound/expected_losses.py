@@ -58,8 +58,9 @@ def expected_losses(
         for point, count in zip(points, counts.tolist(), strict=True)
         if count
     )
-    means = {name: answers[_EXPECTED.get(name, name)] for name in rule.losses}
-    return {name: (float(loss.mean()), float(loss.std() / np.sqrt(draws))) for name, loss in means.items()}
+    losses = {name: _EXPECTED.get(name, name) for name in rule.losses}
+    means = {name: answers[loss] for name, loss in losses.items() if loss in answers}
+    return {name: (float(loss.mean()), float(loss.std() / np.sqrt(loss.count()))) for name, loss in means.items()}
 
 
 def error_curve(

@@ -11,7 +11,14 @@ from numpy.typing import ArrayLike
 from scipy.special import log_softmax, logsumexp
 
 from sigdb.core import FloatArray, NotApplicableError, blocks
-from sigdb.database import QUANTITIES, Database, damage_kinds
+from sigdb.database import (
+    QUANTITIES,
+    Database,
+    damage_columns,
+    damage_kinds,
+    database_quantities,
+    severity_levels,
+)
 from sigdb.measurement import noise_deviation
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, TemplateDistances
 from sigdb.recognition.templates.hypotheses import Hypotheses
@@ -37,16 +44,24 @@ class OperatingPoint:
         Laws that rows may follow.
     rows
         All rows inside the law, by id: ``place`` (of its template among the hypotheses), ``tooth``, ``teeth``,
-        ``specimen``, ``noise`` (standard deviation of the average's noise), ``index_error``, the severities, and
+        ``specimen``, ``noise`` (standard deviation of the average's noise), ``index_error``, the damage, and
         ``requested`` (whether the row is one of those requested).
     known_cells
         Whether severities are those of the templates. If not, they may be any between them, where the templates show
         how signals lie there.
+    quantities
+        Quantities of the severity of the database.
     """
 
     hypotheses: Hypotheses
     rows: pd.DataFrame
     known_cells: bool = True
+    quantities: tuple[str, ...] = QUANTITIES
+
+    @cached_property
+    def severity(self) -> FloatArray:
+        """(templates, quantities) severities; nan where the damage does not have a quantity, or there is a pattern."""
+        return severity_levels(self.hypotheses.cases, self.quantities).to_numpy()
 
     @property
     def place(self) -> Place:
@@ -147,7 +162,7 @@ class OperatingPoint:
         """Posteriors over severities between the templates; None where these show too little of what lies there."""
         if self.hypotheses.untied or self.hypotheses.nuisances is not None:
             return None
-        laws, severity = self.hypotheses, self.hypotheses.cases[list(QUANTITIES)].to_numpy(float)
+        laws, severity = self.hypotheses, self.severity
         noise = float(self.rows["noise"].min())
         between = severity_interpolation(laws.teeth, [severity], [laws.healthy], [laws.signal], noise=noise)
         if between is None or not between.holds:
@@ -219,14 +234,19 @@ def operating_points(
     outside = {reason: count for reason, count in counts.items() if count}
     inside = rows.assign(requested=wanted)[~np.any(list(reasons.values()), axis=0)]
     laws = {point.place: point.hypotheses for point in like}
-    points = [_point(database, some, sensor, laws) for _, some in inside.groupby(_POINT) if some["requested"].any()]
+    quantities = database_quantities(database)
+    points = [
+        replace(_point(database, some, sensor, laws), quantities=quantities)
+        for _, some in inside.groupby(_POINT)
+        if some["requested"].any()
+    ]
     if not points:
         raise NotApplicableError(f"{database.store}: no row follows the law of the bound ({outside})")
     return points, outside
 
 
 def _rows(database: Database) -> pd.DataFrame:
-    columns = ", ".join(dict.fromkeys((*_COLUMNS, *_POINT, *QUANTITIES)))
+    columns = ", ".join(dict.fromkeys((*_COLUMNS, *_POINT, *QUANTITIES, *damage_columns(database))))
     answers = "status = 'ok' as done, pattern <> '' as patterned"
     return database.sql(f"select {columns}, {answers} from cases order by id").set_index("id")
 

@@ -8,6 +8,7 @@ from sigdb.core import FloatArray, IntArray, blocks
 from sigdb.recognition.calibration.cells import band_edges, band_thresholds, bands, cells_of, levels_of
 from sigdb.recognition.calibration.conformal import BY_CELL, OVER_ALL, greatest_quantile, specimen_quantile
 from sigdb.recognition.rows.batch import ROWS_AT_ONCE
+from sigdb.transmission import SIZES
 
 _CANDIDATES = 101
 
@@ -38,24 +39,34 @@ class SeverityIntervals:
     levels_: list[FloatArray]
     edges_: FloatArray
     thresholds_: list[FloatArray]
+    quantities_: tuple[str, ...]
+
+    @property
+    def greatest(self) -> dict[str, float]:
+        """By size of damage, the greatest value that intervals hold."""
+        names = zip(self.quantities_, self.levels_, strict=True)
+        return {name: float(levels[-1]) for name, levels in names if name in SIZES}
 
     def _fit_intervals(
         self, strange: FloatArray, true: FloatArray, *, point: IntArray, noise: FloatArray, groups: IntArray
     ) -> None:
-        """Set the thresholds from errors in units of the scale, and true values, both (rows, severities)."""
+        """Set the thresholds from errors in units of the scale, and true values, both (rows, severities).
+
+        Values are nan where the damage does not have the severity; these do not count for it.
+        """
         if self.coverage_by == OVER_ALL:
             self.edges_ = np.array([])
-            self.levels_ = [levels_of(value)[0] for value in true.T]
+            self.levels_ = [_levels(value)[0] for value in true.T]
             self.thresholds_ = [
-                np.full((1, len(levels)), specimen_quantile(error, groups, self.coverage))
-                for error, levels in zip(strange.T, self.levels_, strict=True)
+                np.full((1, len(levels)), specimen_quantile(error[has], groups[has], self.coverage))
+                for error, has, levels in zip(strange.T, np.isfinite(true.T), self.levels_, strict=True)
             ]
             return
         self.edges_ = band_edges(noise, groups, self.coverage)
         band, cells = bands(self.edges_, noise), cells_of(point, true)
         self.levels_, self.thresholds_ = [], []
         for error, value in zip(strange.T, true.T, strict=True):
-            levels, nearest = levels_of(value)
+            levels, nearest = _levels(value)
             quantiles = [
                 [
                     greatest_quantile(error[some], cells[some], groups[some], self.coverage)
@@ -77,6 +88,12 @@ class SeverityIntervals:
             low, high = conforming(estimates[:, i], scale[:, i], self.levels_[i], limit)
             columns |= {name: estimates[:, i], f"{name}_low": low, f"{name}_high": high}
         return columns
+
+
+def _levels(values: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return levels as :func:`levels_of` does, 0 alone where no value is known."""
+    levels, nearest = levels_of(values)
+    return (levels, nearest) if len(levels) else (np.zeros(1), nearest + 1)
 
 
 def conforming(

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from sklearn.base import BaseEstimator
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError, plain_array
+from sigdb.database import QUANTITIES
 from sigdb.recognition.answers import NO_TEMPLATE_FITS, Answers
 from sigdb.recognition.rows.batch import TSA, Batch, Column, Reducer, Rows
 from sigdb.recognition.settings import RecognitionSettings
@@ -157,7 +158,15 @@ class Scorer(Estimator):
 
 
 class SeverityEstimator(Estimator):
-    """An estimator of severities."""
+    """An estimator of severities.
+
+    Attributes
+    ----------
+    quantities_
+        Quantities that it was trained on; those of models of earlier versions if it does not say.
+    """
+
+    quantities_: tuple[str, ...] = QUANTITIES
 
     @abstractmethod
     def predict(self, X: Rows) -> pd.DataFrame:
@@ -173,7 +182,7 @@ def tooth_and_severity(y: Labels) -> tuple[IntArray, FloatArray]:
 
 
 def severity_labels(y: Labels) -> pd.DataFrame:
-    """Return labels of severity, a frame.
+    """Return labels of severity, a frame of ``tooth`` and a column for each quantity.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Severity of damage: stiffness loss, phase shift and number of damaged teeth, each with an interval."""
+"""Severity of damage: the quantities that it has, such as a stiffness loss, each with an interval."""
 
 from typing import Self
 
@@ -9,7 +9,7 @@ from sklearn.base import RegressorMixin, clone
 from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core import FloatArray
-from sigdb.database import QUANTITIES
+from sigdb.database import SHOWN_QUANTITIES
 from sigdb.recognition.calibration.cells import points_of
 from sigdb.recognition.calibration.probabilities import specimen_folds_of
 from sigdb.recognition.calibration.severity_intervals import SeverityIntervals
@@ -60,13 +60,14 @@ class SeverityRegressor(PooledEstimator, SeverityIntervals, RegressorMixin, Seve
             Rows with the columns ``teeth``, ``speed_rpm``, ``torque``, ``wigner_ville``; for intervals that follow the
             noise also ``averages`` and ``scatter``.
         y
-            ``tooth``, ``stiffness_loss``, ``phase_shift_deg`` and ``damaged_teeth`` of each row.
+            ``tooth`` of each row and a column for each quantity, nan where its damage does not have it.
         groups
             Specimen of each row.
         """
         batch, labels = self._batch(X), severity_labels(y)
         groups = own_groups(groups, len(batch))
-        true, damaged = labels[list(QUANTITIES)].to_numpy(float), (labels["tooth"] > 0).to_numpy()
+        self.quantities_ = tuple(str(name) for name in labels if name != "tooth")
+        true, damaged = labels[list(self.quantities_)].to_numpy(float), (labels["tooth"] > 0).to_numpy()
         errors = np.empty(true.shape)
         for inner, outer in specimen_folds_of(groups, FOLDS):
             other = clone(self)._learn(batch.take(inner), labels.iloc[inner])
@@ -85,22 +86,25 @@ class SeverityRegressor(PooledEstimator, SeverityIntervals, RegressorMixin, Seve
         self.location_ = location.fit_scorer(batch, tooth)
         seen = self.location_.views_.view_from(batch.take(damaged), tooth[damaged])
         regressor = pooled_learner(self.learner).regressor
-        self.regressors_ = [
-            regressor(self.random_state).fit(seen, labels[name].to_numpy(float)[damaged]) for name in QUANTITIES
-        ]
+        self.quantities_ = tuple(str(name) for name in labels if name != "tooth")
+        self.regressors_ = []
+        for name in self.quantities_:
+            true = labels[name].to_numpy(float)[damaged]
+            has = np.isfinite(true)
+            self.regressors_.append(regressor(self.random_state).fit(seen[has], true[has]))
         return self
 
     def _estimates(self, batch: Batch) -> FloatArray:
         tooth = 1 + self.location_.tooth_scores(batch).argmax(axis=1)
         seen = self.location_.views_.view_from(batch, tooth)
         estimates = np.column_stack([regressor.predict(seen) for regressor in self.regressors_])
-        limits = np.array([[0.0, -np.inf, 1.0], [1.0, np.inf, np.inf]])
-        return np.asarray(np.clip(estimates, *limits))
+        shown = [SHOWN_QUANTITIES[name] for name in self.quantities_]
+        return np.clip(estimates, [each.least for each in shown], [each.most for each in shown])
 
     def predict(self, X: Rows) -> pd.DataFrame:
         """Return estimates and the ends of their intervals, ``NAME_low`` and ``NAME_high``, one row for each of X."""
         check_is_fitted(self)
         batch = self._batch(X)
         estimates = self._estimates(batch)
-        columns = self._with_intervals(QUANTITIES, estimates, np.ones(estimates.shape), batch.noise_db())
+        columns = self._with_intervals(self.quantities_, estimates, np.ones(estimates.shape), batch.noise_db())
         return pd.DataFrame(columns, index=batch.index)

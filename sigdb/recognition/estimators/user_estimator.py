@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from sklearn.base import clone
 
 from sigdb.core import FloatArray, InputError, IntArray, shown
-from sigdb.database import KIND, QUANTITIES, Database, inputs, kind_classes, labels_of, places_of_kinds
+from sigdb.database import KIND, Database, inputs, kind_classes, labels_of, places_of_kinds
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.estimators.contract import Estimator, Labels
 from sigdb.recognition.rows.batch import Batch, Rows
@@ -72,6 +72,7 @@ class UserEstimator(Estimator):
         rows = rows[rows["tooth"] > 0] if self.target == "severity" else rows
         self.estimator_ = clone(self.estimator, safe=False)
         labels = labels_of(self.target, rows)
+        self.quantities_ = tuple(map(str, labels.columns)) if isinstance(labels, pd.DataFrame) else ()
         self.kinds_ = kind_classes(map(str, np.ravel(labels))) if self.target == KIND else ()
         self._called("fit", self._inputs(rows.index), labels.to_numpy())
         return self
@@ -92,13 +93,15 @@ class UserEstimator(Estimator):
         x = self._inputs(batch.index)
         predicted = np.asarray(self._called("predict", x))
         if self.target == "severity":
-            expected: tuple[int, ...] = (len(batch), len(QUANTITIES))
+            expected: tuple[int, ...] = (len(batch), len(self.quantities_))
         else:
             expected = (len(batch),)
         if predicted.shape != expected:
             raise InputError(f"{self.name}: predict returned the shape {predicted.shape}; return {expected}")
         if self.target == "severity":
-            return Answers(predicted=pd.DataFrame(predicted.astype(float), columns=list(QUANTITIES), index=batch.index))
+            return Answers(
+                predicted=pd.DataFrame(predicted.astype(float), columns=list(self.quantities_), index=batch.index)
+            )
         predicted = self._places(predicted)
         if not hasattr(self.estimator_, "predict_proba"):
             return Answers(predicted=predicted, classes=self.kinds_)

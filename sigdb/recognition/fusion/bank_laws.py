@@ -81,6 +81,7 @@ class BankLaws:
             response=response / size if size else response,
             harmonic=signals[:, last:].transpose(0, 2, 1),
             phases=phases,
+            quantities=self._bank.quantities,
         )
 
     def has_continuous_severity(self, teeth: int) -> bool:

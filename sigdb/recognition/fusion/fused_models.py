@@ -10,7 +10,6 @@ from scipy.special import log_softmax, logsumexp
 from scipy.stats import binom
 
 from sigdb.core import Answer, FloatArray, InputError, NotApplicableError
-from sigdb.database import QUANTITIES
 from sigdb.recognition.answers import NO_TEMPLATE_FITS
 from sigdb.recognition.calibration.conformal import COVERED
 from sigdb.recognition.fusion.bank_laws import BankLaws
@@ -19,7 +18,7 @@ from sigdb.recognition.model import Model
 from sigdb.recognition.rows.batch import NOISE, POINT, TSA, Batch
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, SeverityMarginals
-from sigdb.recognition.templates.posterior import Posterior, posterior
+from sigdb.recognition.templates.posterior import Posterior, posterior, quantity_posterior
 from sigdb.recognition.templates.severity_grid import severity_grids
 
 CREDIBILITY = 0.9
@@ -141,7 +140,7 @@ def _answer(rows: pd.DataFrame, laws: Sequence[BankLaws], sizes: Sequence[float]
         none = logsumexp(likelihood[:, joint.healthy] + prior[joint.healthy], axis=(1, 2))
         location = np.column_stack([none, evidence - np.log(2 * joint.teeth)])
         after = Posterior(location=log_softmax(location, axis=1), damage=np.empty((1, 0)))
-        severity = _severity_between(marginals)
+        severity = _severity_between(marginals, joint)
     share_of_teeth = np.exp(after.location[0])
     candidates = credible_set(share_of_teeth)
     tooth = int(after.tooth[0])
@@ -189,15 +188,12 @@ def credible_set(probabilities: FloatArray) -> tuple[int, ...]:
 
 def _severity(after: Posterior, joint: JointLaw) -> dict[str, float]:
     """Return median and interval of each severity; templates with a pattern have none, and do not take part."""
-    plain = np.isfinite(joint.severity).all(axis=1)
-    some = Posterior(location=after.location, damage=np.where(plain, after.damage, -np.inf))
-    levels = dict(zip(QUANTITIES, np.nan_to_num(joint.severity.T), strict=True))
-    return {
-        f"{name}{end}": float(some.quantile(level, p)[0]) for name, level in levels.items() for end, p in _ENDS.items()
-    }
+    parts = [quantity_posterior(after, level) for level in joint.severity.T]
+    named = zip(joint.laws[0].quantities, parts, strict=True)
+    return {f"{name}{end}": float(part.quantile(p)[0]) for name, part in named for end, p in _ENDS.items()}
 
 
-def _severity_between(marginals: SeverityMarginals) -> dict[str, float]:
+def _severity_between(marginals: SeverityMarginals, joint: JointLaw) -> dict[str, float]:
     """Return the same of a posterior over severities between the templates."""
-    quantiles = {end: marginals.quantile(p)[0] for end, p in _ENDS.items()}
-    return {f"{name}{end}": float(quantiles[end][i]) for i, name in enumerate(QUANTITIES) for end in _ENDS}
+    quantiles, names = {end: marginals.quantile(p)[0] for end, p in _ENDS.items()}, joint.laws[0].quantities
+    return {f"{name}{end}": float(quantiles[end][i]) for i, name in enumerate(names) for end in _ENDS}

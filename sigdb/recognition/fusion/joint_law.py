@@ -64,9 +64,11 @@ class AverageLaw:
     healthy
         (templates,) whether a template is of a healthy gear.
     severity
-        (templates, 3) stiffness loss, phase shift (deg) and number of damaged teeth; nan for a pattern.
+        (templates, quantities) severities; nan for a pattern, and where the damage does not have a quantity.
     signal, response, harmonic, phases
         As of :class:`Hypotheses`; the columns of ``response`` stand for the same index errors in all laws.
+    quantities
+        Quantities of the severities.
     """
 
     teeth: int
@@ -77,6 +79,7 @@ class AverageLaw:
     response: FloatArray
     harmonic: FloatArray
     phases: FloatArray
+    quantities: tuple[str, ...] = QUANTITIES
 
     @classmethod
     def of(cls, law: Hypotheses) -> Self:

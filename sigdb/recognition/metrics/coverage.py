@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.database import SHOWN_QUANTITIES
 from sigdb.recognition.metrics.estimate import Specimens
 from sigdb.recognition.metrics.metric import Metric
 from sigdb.recognition.metrics.significance import above_bound
@@ -69,8 +70,8 @@ def coverage_cells(
     """
     counted = rows[~np.isnan(inside)].assign(inside=inside[~np.isnan(inside)])
     columns = [name for name in by if name in rows]
-    severity = [value_bands(counted[name]).to_numpy() for name in columns if name in SEVERITY]
-    halved = counted[[name for name in columns if name not in SEVERITY]].to_numpy(float)
+    severity = [value_bands(counted[name]).to_numpy() for name in columns if name in SHOWN_QUANTITIES]
+    halved = counted[[name for name in columns if name not in SHOWN_QUANTITIES]].to_numpy(float)
     table = [
         counted.iloc[at][columns].median().to_dict() | {"rows": len(at)} | _share(counted.iloc[at], seed)
         for places in counted.groupby(severity or np.zeros(len(counted)), dropna=False).indices.values()

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -40,6 +40,11 @@ class Estimate:
         if np.isnan(self.low):
             return f"{self.value:.3f}"
         return f"{self.value:.3f} [{self.low:.3f}, {self.high:.3f}]"
+
+    def times(self, factor: float) -> Self:
+        """Return the estimate in another unit."""
+        ends = {"value": self.value, "low": self.low, "high": self.high}
+        return self if factor == 1 else replace(self, **{name: factor * number for name, number in ends.items()})
 
 
 UNKNOWN = Estimate(value=np.nan, low=np.nan, high=np.nan)

@@ -7,9 +7,10 @@ from typing import Self, cast
 import pandas as pd
 
 from sigdb.core import BoolArray, FloatArray, IntArray
-from sigdb.database import KIND, places_of_kinds
+from sigdb.database import KIND, places_of_kinds, severity_levels
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.metrics.estimate import Specimens
+from sigdb.recognition.metrics.location_and_severity import quantities_of
 from sigdb.recognition.metrics.metric import Metric
 
 OUTSIDE_METRICS = (Metric(name="outside", title="share outside"),)
@@ -23,7 +24,8 @@ class Evaluated:
     Attributes
     ----------
     rows
-        By id: ``tooth``, ``teeth``, ``specimen``, operating point, noise and severity of each row.
+        By id: ``tooth``, ``teeth``, ``specimen``, operating point, noise and severity of each row; of answers of
+        severity, nan where its damage does not have a quantity.
     answers
         Answers of the estimator to these rows.
     specimens
@@ -37,13 +39,15 @@ class Evaluated:
     @classmethod
     def of(cls, answers: Answers, rows: pd.DataFrame) -> Self:
         """Return rows and answers with specimens of their own resamples."""
-        return cls(rows=rows, answers=answers, specimens=Specimens(rows["specimen"]))
+        return cls(rows=_labelled(rows, answers), answers=answers, specimens=Specimens(rows["specimen"]))
 
     @classmethod
     def of_each(cls, answers: Mapping[str, Answers], rows: pd.DataFrame) -> dict[str, Self]:
         """Return the same rows with the answers of each estimator, by its name; their specimens are resampled once."""
         specimens = Specimens(rows["specimen"])
-        return {name: cls(rows=rows, answers=each, specimens=specimens) for name, each in answers.items()}
+        return {
+            name: cls(rows=_labelled(rows, each), answers=each, specimens=specimens) for name, each in answers.items()
+        }
 
     def select(self, inside: BoolArray) -> Self:
         """Return some of the rows, by a mask (rows,)."""
@@ -85,3 +89,10 @@ class Evaluated:
     def healthy(self) -> BoolArray:
         """(rows,) whether a row is of a healthy gear."""
         return (self.rows["tooth"] == 0).to_numpy()
+
+
+def _labelled(rows: pd.DataFrame, answers: Answers) -> pd.DataFrame:
+    """Return rows with the true values of the quantities of answers of severity; others as they are."""
+    if not isinstance(answers.predicted, pd.DataFrame):
+        return rows
+    return rows.assign(**severity_levels(rows, quantities_of(answers.predicted)))

@@ -5,7 +5,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, FloatArray, IntArray
-from sigdb.database import QUANTITIES
+from sigdb.database import SHOWN_QUANTITIES
 from sigdb.recognition.calibration.conformal import COVERAGE
 from sigdb.recognition.metrics.metric import Kind, Metric
 
@@ -159,12 +159,14 @@ def _each(prefix: str, title: str, *, kind: Kind = Kind.MEAN, better: int = 0, b
     return [
         Metric(
             name=f"{prefix}_{quantity}",
-            title=title.format(quantity),
+            title=title.format(quantity) + (f", {shown.unit}" if shown.factor != 1 else ""),
             kind=kind,
             better=better,
             bounded=bounded,
+            continuous=quantity != "damaged_teeth",
+            factor=shown.factor,
         )
-        for quantity in QUANTITIES
+        for quantity, shown in SHOWN_QUANTITIES.items()
     ]
 
 
@@ -173,9 +175,17 @@ SEVERITY_METRICS = (
     *_each("rmse", "RMSE {}", kind=Kind.ROOT_MEAN_SQUARE, better=-1, bounded=True),
     *_each("bias", "bias {}"),
     *_each("crps", "CRPS {}", better=-1, bounded=True),
-    *(Metric(name=f"coverage_{quantity}", title=f"coverage of 90 % interval, {quantity}") for quantity in QUANTITIES),
+    *(
+        Metric(name=f"coverage_{quantity}", title=f"coverage of 90 % interval, {quantity}")
+        for quantity in SHOWN_QUANTITIES
+    ),
 )
 """Metrics of predicted severities: mean absolute and root-mean-square error, bias, CRPS and coverage of intervals."""
+
+
+def quantities_of(predicted: pd.DataFrame) -> tuple[str, ...]:
+    """Return the quantities that predictions hold, in order."""
+    return tuple(name for name in SHOWN_QUANTITIES if name in predicted)
 
 
 def severity_errors(predicted: pd.DataFrame, rows: pd.DataFrame, quantity: str) -> FloatArray:
@@ -194,10 +204,10 @@ def severity_values(predicted: pd.DataFrame, rows: pd.DataFrame) -> dict[str, Fl
     predicted
         Estimates as :meth:`SeverityRegressor.predict` returns them.
     rows
-        True severity of each row.
+        True severity of each row, nan where its damage does not have a quantity.
     """
     values: dict[str, FloatArray] = {}
-    for quantity in QUANTITIES:
+    for quantity in quantities_of(predicted):
         error = severity_errors(predicted, rows, quantity)
         values |= {f"mae_{quantity}": np.abs(error), f"rmse_{quantity}": error, f"bias_{quantity}": error}
         values[f"crps_{quantity}"] = _crps(predicted, rows, quantity)
@@ -207,10 +217,10 @@ def severity_values(predicted: pd.DataFrame, rows: pd.DataFrame) -> dict[str, Fl
 
 
 def interval_coverage(predicted: pd.DataFrame, rows: pd.DataFrame, quantity: str) -> FloatArray:
-    """Return 1 for each row whose truth lies in the interval, its ends included, else 0."""
+    """Return 1 for each row whose truth lies in the interval, its ends included, else 0; nan without a truth."""
     true = rows[quantity].to_numpy(float)
     low, high = (predicted[f"{quantity}_{end}"].to_numpy() for end in ("low", "high"))
-    return ((low <= true) & (true <= high)).astype(float)
+    return np.where(np.isnan(true), np.nan, (low <= true) & (true <= high))
 
 
 def _crps(predicted: pd.DataFrame, rows: pd.DataFrame, quantity: str) -> FloatArray:

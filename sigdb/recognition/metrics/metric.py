@@ -38,6 +38,10 @@ class Metric:
         answers 'none' to everything raises no false alarm.
     share
         Whether it is a share of the damaged rows, so that its standard error is at least that of independent rows.
+    continuous
+        Whether its values are of a quantity that is no count, so that those of 0 or 1 are no shares.
+    factor
+        Number by which it is multiplied for readers, in the unit of the title.
     """
 
     name: str
@@ -46,6 +50,8 @@ class Metric:
     better: int = 0
     bounded: bool = False
     share: bool = False
+    continuous: bool = False
+    factor: float = 1.0
 
 
 def estimates(metrics: Iterable[Metric], values: Mapping[str, FloatArray], specimens: Specimens) -> dict[str, Estimate]:
@@ -60,8 +66,13 @@ def estimates(metrics: Iterable[Metric], values: Mapping[str, FloatArray], speci
     specimens
         Specimens of the rows.
     """
-    statistic = {Kind.MEAN: specimens.mean, Kind.ROOT_MEAN_SQUARE: specimens.root_mean_square}
-    return {metric.name: statistic[metric.kind](values[metric.name]) for metric in metrics if metric.name in values}
+    valued = [metric for metric in metrics if metric.name in values]
+    return {
+        metric.name: specimens.root_mean_square(values[metric.name])
+        if metric.kind is Kind.ROOT_MEAN_SQUARE
+        else specimens.mean(values[metric.name], may_be_share=not metric.continuous)
+        for metric in valued
+    }
 
 
 def differences(

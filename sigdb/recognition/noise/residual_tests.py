@@ -35,7 +35,7 @@ class ResidualTests:
     laws
         Laws of the templates.
     severity
-        (templates, 3) severities, see :class:`PointTemplates`.
+        (templates, quantities) severities, see :class:`PointTemplates`.
     outward
         (templates, k, n) changes of the signal beyond the templates, of any size, 0 where there are none; see
         :func:`~sigdb.recognition.templates.outward.outward_changes`.
@@ -148,7 +148,7 @@ class ResidualTests:
 
     def _other_severities(self, template: int) -> FloatArray:
         """Return a basis (b, n) of the differences of templates of as many damaged teeth from one."""
-        alike = self.severity[:, 2] == self.severity[template, 2]
+        alike = self.severity[:, -1] == self.severity[template, -1]
         differences = self.change[alike | self.laws.healthy] - self.change[template]
         _, sizes, basis = np.linalg.svd(differences, full_matrices=False)
         return np.asarray(basis[sizes > _LEAST_DIFFERENCE * sizes[0]])

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sigdb.core import markdown_table
+from sigdb.database import SHOWN_QUANTITIES
 from sigdb.recognition.bound.noise_bands import ALL
 from sigdb.recognition.criteria import CriterionResult
 from sigdb.recognition.estimators.registry import LEARNERS
@@ -70,11 +71,15 @@ def metric_table(evaluation: Evaluation) -> EstimateTable:
     if evaluation.bound_whole_grid is not None:
         columns["bound, whole grid"] = evaluation.bound_whole_grid
     rows = [
-        [metric.title, *(metrics.get(metric.name, "") for metrics in columns.values())]
+        [metric.title, *(_shown(metrics.get(metric.name), metric.factor) for metrics in columns.values())]
         for metric in TARGETS[evaluation.target].metrics
         if any(_is_known(metrics.get(metric.name)) for metrics in columns.values())
     ]
     return EstimateTable(head=["metric", *columns], rows=rows)
+
+
+def _shown(estimate: Estimate | None, factor: float) -> Cell:
+    return "" if estimate is None else estimate.times(factor)
 
 
 def _is_known(estimate: Estimate | None) -> bool:
@@ -90,7 +95,7 @@ def efficiency_cells(evaluation: Evaluation) -> EstimateTable:
     quantity = ["quantity"] if "quantity" in table else []
     rows = [
         [
-            *(str(row[name]) for name in quantity),
+            *(_quantity_title(str(row[name])) for name in quantity),
             noise_text(row),
             str(row["rows"]),
             *(_efficiency_cell(name, row) for name in shown),
@@ -98,6 +103,15 @@ def efficiency_cells(evaluation: Evaluation) -> EstimateTable:
         for row in table.to_dict("records")
     ]
     return EstimateTable(head=[*quantity, "noise", "rows", *(_EFFICIENCY[name] for name in shown)], rows=rows)
+
+
+def _quantity_title(name: str) -> str:
+    shown = SHOWN_QUANTITIES[name]
+    return name if shown.factor == 1 else f"{name}, {shown.unit}"
+
+
+def _factor(row: Mapping[Hashable, float | str]) -> float:
+    return SHOWN_QUANTITIES[str(row["quantity"])].factor if "quantity" in row else 1.0
 
 
 def noise_text(row: Mapping[Hashable, float | str]) -> str:
@@ -109,7 +123,7 @@ def noise_text(row: Mapping[Hashable, float | str]) -> str:
 
 def _efficiency_cell(name: str, row: Mapping[Hashable, float]) -> Cell:
     if name in _WITHOUT_INTERVAL:
-        return f"{row[name]:.3f}"
+        return f"{row[name] * _factor(row):.3f}"
     estimate = Estimate(**{end: row[f"{name}{suffix}"] for end, suffix in _ENDS.items()})
     return "beyond" if np.isinf(estimate.value) else estimate
 

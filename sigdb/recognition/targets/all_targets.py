@@ -14,6 +14,9 @@ _ALL: tuple[Target, ...] = (Location(), Severity(), Detection(), Kind())
 TARGETS: Mapping[str, Target] = {target.name: target for target in _ALL}
 """Targets by name."""
 
+FACTORS = {metric.name: metric.factor for target in _ALL for metric in target.metrics}
+"""Factors by which metrics are multiplied for readers, in the units of their titles."""
+
 TITLES = {metric.name: metric.title for target in _ALL for metric in target.metrics}
 """Headings of metrics by name."""
 

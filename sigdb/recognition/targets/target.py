@@ -1,6 +1,6 @@
 """The contract of a target: a question that models answer, with its labels, metrics, bound and tables."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -148,3 +148,20 @@ class Target(Protocol):
     def efficiency(self, evaluated: Evaluated, bound: Bound | None) -> list[Columns]:
         """Return the rows of the table of efficiency for one band of noise."""
         ...
+
+
+def metric_among(target: Target, name: str, metrics: Collection[str]) -> str:
+    """Return the name of a metric, or of the first pictured one in its place where the model has no such metric.
+
+    A model of cracks has no error of a stiffness loss.
+
+    Parameters
+    ----------
+    target
+        Target of the model.
+    name
+        Such as the target's headline.
+    metrics
+        Names of the model's metrics.
+    """
+    return next((each for each in (name, *target.pictured_metrics) if each in metrics), name)

@@ -10,7 +10,15 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from sigdb.core import FloatArray, IntArray, NotApplicableError
-from sigdb.database import MEMBER, QUANTITIES, Database, kind_classes, suffixed
+from sigdb.database import (
+    MEMBER,
+    QUANTITIES,
+    Database,
+    database_quantities,
+    kind_classes,
+    severity_levels,
+    suffixed,
+)
 from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.local_templates import LocalTemplates, SpeedRanges
@@ -19,6 +27,7 @@ from sigdb.recognition.templates.point_templates import (
     nearest_nuisances,
     stored_signals,
     template_keys,
+    template_shares,
 )
 from sigdb.recognition.templates.severity_grid import SeverityInterpolation, severity_interpolation
 from sigdb.recognition.templates.speed_curve import Interpolation, SpeedCurve, interpolation
@@ -46,6 +55,8 @@ class TemplateBank:
         How far the templates hold between the operating points, by tooth count; none in a bank of points alone.
     severities
         Severities between which they hold, by tooth count; none where they are those of the templates alone.
+    quantities
+        Quantities of the severity of the templates, the number of damaged teeth last.
     """
 
     sensor: str
@@ -53,6 +64,7 @@ class TemplateBank:
     points: tuple[PointTemplates, ...]
     interpolations: tuple[Interpolation, ...] = ()
     severities: tuple[SeverityInterpolation, ...] = ()
+    quantities: tuple[str, ...] = QUANTITIES
 
     def __getstate__(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in fields(self)}
@@ -133,19 +145,20 @@ class TemplateBank:
         if index_error is None:
             index_error = float(np.sqrt(rows["square"].sum() / rows["n"].sum()))
         noise = float(rows["noise"].min())
+        quantities = database_quantities(database)
+        facts: dict[str, Any] = {"sensor": sensor, "index_error": index_error, "quantities": quantities}
         parts = []
         for teeth in sorted(set(points["teeth"].astype(int))):
             alike = points.loc[points["teeth"] == teeth, ["speed_rpm", "torque"]].to_numpy(float)
             at = [(float(speed), float(torque)) for speed, torque in alike]
             laws = [_laws(database, sensor, *point, teeth=teeth, cases=cases) for point in at]
-            shares = [_share(law, weight) for law in laws]
-            parts.append(cls.of_laws(laws, shares, points=at, sensor=sensor, index_error=index_error, noise=noise))
+            shares = [template_shares(law, weight) for law in laws]
+            parts.append(cls.of_laws(laws, shares, points=at, noise=noise, **facts))
         return cls(
-            sensor=sensor,
-            index_error=index_error,
             points=tuple(point for part in parts for point in part.points),
             interpolations=tuple(between for part in parts for between in part.interpolations),
             severities=tuple(between for part in parts for between in part.severities),
+            **facts,
         )
 
     @classmethod
@@ -158,6 +171,7 @@ class TemplateBank:
         sensor: str,
         index_error: float,
         noise: float,
+        quantities: tuple[str, ...] = QUANTITIES,
     ) -> Self:
         """The bank of the laws of one tooth count at some operating points.
 
@@ -179,6 +193,8 @@ class TemplateBank:
         noise
             Standard deviation of the noise of the quietest average, which errors are compared with, in the unit of the
             signal.
+        quantities
+            Quantities of the severity, see :func:`sigdb.database.severity_quantities`.
         """
 
         def stored(places: Sequence[int]) -> list[PointTemplates]:
@@ -189,11 +205,12 @@ class TemplateBank:
                 index_error=index_error,
                 tolerance=_PRECISION * noise,
                 noise=noise,
+                quantities=quantities,
             )
 
         kept = stored(range(len(points)))
         if laws[0].untied:
-            return cls(sensor=sensor, index_error=index_error, points=tuple(kept))
+            return cls(sensor=sensor, index_error=index_error, points=tuple(kept), quantities=quantities)
         between: tuple[Interpolation, ...] = ()
         if (signals := stored_signals(kept)) is not None:
             estimated, places = interpolation(signals[0], teeth=laws[0].teeth, noise=noise)
@@ -202,7 +219,7 @@ class TemplateBank:
                 kept = kept if len(places) == len(points) else stored(places.tolist())
         sizes = severity_interpolation(
             laws[0].teeth,
-            [law.cases[list(QUANTITIES)].to_numpy(float) for law in laws],
+            [severity_levels(law.cases, quantities).to_numpy() for law in laws],
             [law.healthy for law in laws],
             [law.signal for law in laws],
             noise=noise,
@@ -213,6 +230,7 @@ class TemplateBank:
             points=tuple(kept),
             interpolations=between,
             severities=(sizes,) if sizes is not None and sizes.holds else (),
+            quantities=quantities,
         )
 
     @property
@@ -361,20 +379,9 @@ class TemplateBank:
             )
         nearest, least = np.zeros(len(speed_rpm), int), np.full(len(speed_rpm), np.inf)
         for i, point in enumerate(self.points):
-            closer = (distance := _distance(point, speed_rpm, torque, teeth)) < least
+            closer = (distance := point.distance(speed_rpm, torque, teeth)) < least
             nearest[closer], least[closer] = i, distance[closer]
         return nearest
-
-
-def _distance(
-    point: PointTemplates, speed_rpm: FloatArray, torque: FloatArray, teeth: FloatArray | IntArray
-) -> FloatArray:
-    tiny = np.finfo(float).tiny
-    relative = np.hypot(
-        (speed_rpm - point.speed_rpm) / max(abs(point.speed_rpm), tiny),
-        (torque - point.torque) / max(abs(point.torque), tiny),
-    )
-    return np.where(teeth == point.teeth, relative, np.inf)
 
 
 def _laws(
@@ -392,11 +399,3 @@ def _laws(
                 f"{torque:g}, teeth = {teeth}; set healthy in [sweep], or reduce the damage"
             )
     return laws
-
-
-def _share(laws: Hypotheses, weight: pd.Series) -> FloatArray:
-    """(templates,) share of each among the rows of its kind; equal shares where the kind has no rows."""
-    rows = weight.reindex(laws.cases["template"]).fillna(0).to_numpy(float, copy=True)
-    for some in (laws.healthy, ~laws.healthy):
-        rows[some] = rows[some] / rows[some].sum() if rows[some].any() else 1 / some.sum()
-    return rows

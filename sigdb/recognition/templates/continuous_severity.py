@@ -1,8 +1,8 @@
-"""The posterior of a continuous stiffness loss and phase shift, from the likelihoods of templates on a grid."""
+"""The posterior of continuous sizes of damage, from the likelihoods of templates on a grid."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache, reduce
 from typing import TypeAlias
 
 import numpy as np
@@ -21,8 +21,8 @@ _NUMBERS_AT_ONCE = 150_000
 _ROWS_AT_ONCE = 64
 """Rows whose distances are computed together."""
 
-Levels: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]
-"""Stiffness losses and phase shifts (deg) of a grid."""
+Levels: TypeAlias = tuple[tuple[float, ...], ...]
+"""Values of each size of a grid."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,42 +31,38 @@ class SeverityMarginals:
 
     Attributes
     ----------
-    losses, shifts, counts
-        (a,), (b,) and (c,) values of stiffness loss, phase shift (deg) and number of damaged teeth.
+    axes
+        Values of each size, such as stiffness loss and phase shift (deg), and numbers of damaged teeth.
     masses
-        (rows, a), (rows, b), (rows, c) probabilities; those of the first two are a density times the weights of a sum.
+        (rows, values) probabilities for each; those of sizes are a density times the weights of a sum.
     """
 
-    losses: FloatArray
-    shifts: FloatArray
-    counts: FloatArray
-    masses: tuple[FloatArray, FloatArray, FloatArray]
-
-    @cached_property
-    def _axes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        return self.losses, self.shifts, self.counts
+    axes: tuple[FloatArray, ...]
+    masses: tuple[FloatArray, ...]
 
     def mean(self) -> FloatArray:
-        """Return the posterior means, (rows, 3)."""
-        return np.column_stack([mass @ axis for mass, axis in zip(self.masses, self._axes, strict=True)])
+        """Return the posterior means, (rows, quantities)."""
+        pairs = zip(self.masses, self.axes, strict=True)
+        return np.column_stack([(mass @ axis).clip(axis.min(), axis.max()) for mass, axis in pairs])
 
     def spread(self) -> FloatArray:
-        """Return the posterior standard deviations, (rows, 3)."""
-        square = np.column_stack([mass @ axis**2 for mass, axis in zip(self.masses, self._axes, strict=True)])
+        """Return the posterior standard deviations, (rows, quantities)."""
+        square = np.column_stack([mass @ axis**2 for mass, axis in zip(self.masses, self.axes, strict=True)])
         return np.sqrt((square - self.mean() ** 2).clip(min=0))
 
     def crps(self, true: FloatArray) -> FloatArray:
-        """Return the continuous ranked probability scores against true values (rows, 3), of the same shape."""
-        pairs = zip(self._axes, self.masses, true.T, strict=True)
+        """Return the continuous ranked probability scores against true values (rows, quantities), of the
+        same shape."""
+        pairs = zip(self.axes, self.masses, true.T, strict=True)
         return np.column_stack(
             [crps_sample(np.broadcast_to(axis, mass.shape), value, mass) for axis, mass, value in pairs]
         )
 
     def quantile(self, p: float) -> FloatArray:
-        """Return the p-quantiles (rows, 3): of a density for both sizes, one of the values for the number of teeth."""
-        sizes = [_density_quantile(axis, mass, p) for axis, mass in zip(self._axes[:2], self.masses[:2], strict=True)]
-        below = np.cumsum(self.masses[2], axis=1)
-        return np.column_stack([*sizes, self.counts[(below >= p).argmax(axis=1)]])
+        """Return the p-quantiles (rows, quantities): of a density for sizes, one of the values for the teeth."""
+        sizes = [_density_quantile(axis, mass, p) for axis, mass in zip(self.axes[:-1], self.masses[:-1], strict=True)]
+        below = np.cumsum(self.masses[-1], axis=1)
+        return np.column_stack([*sizes, self.axes[-1][(below >= p).argmax(axis=1)]])
 
 
 def _density_quantile(axis: FloatArray, mass: FloatArray, p: float) -> FloatArray:
@@ -137,7 +133,7 @@ class ContinuousSeverity:
 
     The covariances of templates differ a little; the distance of two is taken under the mean of their S^-1.
 
-    The prior is uniform over stiffness loss and phase shift within the range of the templates; numbers of damaged teeth
+    The prior is uniform over each size within the range of the templates; numbers of damaged teeth
     have their shares. The posterior is summed over a grid whose steps are no wider than the standard deviation of an
     estimate from the average. Its sums then err by less than a hundredth, and by a few hundredths where the density
     falls steeply from an end of the range.
@@ -158,7 +154,7 @@ class ContinuousSeverity:
         with np.errstate(divide="ignore"):
             self._log_share = np.log(shares / shares.sum())
         self._levels: tuple[Levels, ...] = tuple(
-            (tuple(grid.levels[0].tolist()), tuple(grid.levels[1].tolist())) for grid in grids
+            tuple(tuple(level.tolist()) for level in grid.levels) for grid in grids
         )
 
     @property
@@ -194,16 +190,14 @@ class ContinuousSeverity:
         """
         counts = np.array([grid.damaged_teeth for grid in self._grids])
         for at, nodes, density in self._densities(log_likelihood, distances):
-            masses = density.masses().reshape(len(at), len(counts), len(nodes.losses), -1)
-            axes = ((1, 3), (1, 2), (2, 3))
+            shape = tuple(map(len, nodes.axes))
+            masses = np.moveaxis(density.masses().reshape(len(at), len(counts), *shape), 1, -1)
+            others = [tuple(k for k in range(1, masses.ndim) if k != axis) for axis in range(1, masses.ndim)]
             yield (
                 at,
                 density.evidence(),
                 SeverityMarginals(
-                    losses=nodes.losses,
-                    shifts=nodes.shifts,
-                    counts=counts,
-                    masses=(masses.sum(axis=axes[0]), masses.sum(axis=axes[1]), masses.sum(axis=axes[2])),
+                    axes=(*nodes.axes, counts), masses=tuple(masses.sum(axis=summed) for summed in others)
                 ),
             )
 
@@ -211,7 +205,7 @@ class ContinuousSeverity:
         self, log_likelihood: FloatArray, distances: Sequence[FloatArray]
     ) -> Iterator[tuple[IntArray, "_Nodes", "_Densities"]]:
         """Yield places of rows that take an equally fine grid, the grid, and their densities there."""
-        steps = np.stack([self._steps(axis, distances) for axis in range(2)], axis=1)
+        steps = np.stack([self._steps(axis, distances) for axis in range(len(self._levels[0]))], axis=1)
         for alike in np.unique(steps, axis=0).tolist():
             rows, nodes = np.flatnonzero((steps == alike).all(axis=1)), _nodes(self._levels, tuple(alike))
             at_once = max(1, _NUMBERS_AT_ONCE // (log_likelihood.shape[2] * len(self._grids) * nodes.count))
@@ -243,7 +237,8 @@ class ContinuousSeverity:
         if high <= low:
             return np.zeros(len(greatest), int)
         for grid, distance in zip(self._grids, distances, strict=True):
-            lines = np.moveaxis(np.arange(grid.places.size).reshape(grid.places.shape), axis, 0)
+            places = np.arange(grid.places.size).reshape(grid.places.shape)
+            lines = np.moveaxis(places, axis, 0).reshape(places.shape[axis], -1)
             pair = np.full((grid.places.size, grid.places.size), -1)
             pair[np.triu_indices(len(pair), 1)] = np.arange(distance.shape[1])
             between = distance[:, pair[lines[:-1], lines[1:]]].max(axis=2)
@@ -288,29 +283,29 @@ class _Nodes:
 
     Attributes
     ----------
-    losses, shifts
-        Values along both axes.
+    axes
+        Values along each axis.
     weights
         For each grid, weights of its templates, (nodes, templates).
     log_weights
         For each grid, logarithms of the weights of the sum (nodes,); -inf beyond the grid.
     """
 
-    losses: FloatArray
-    shifts: FloatArray
+    axes: Sequence[FloatArray]
     weights: Sequence[FloatArray]
     log_weights: Sequence[FloatArray]
 
     @property
     def count(self) -> int:
         """Number of severities."""
-        return len(self.losses) * len(self.shifts)
+        return int(np.prod([len(axis) for axis in self.axes]))
 
 
 @lru_cache(maxsize=64)
-def _nodes(levels: tuple[Levels, ...], steps: tuple[int, int]) -> _Nodes:
+def _nodes(levels: tuple[Levels, ...], steps: tuple[int, ...]) -> _Nodes:
     """Return the severities for a number of steps along each axis, for grids of these levels."""
-    ends = [(min(of_grid[i][0] for of_grid in levels), max(of_grid[i][-1] for of_grid in levels)) for i in range(2)]
+    of_axes = zip(*levels, strict=True)
+    ends = [(min(level[0] for level in of_axis), max(level[-1] for level in of_axis)) for of_axis in of_axes]
     axes = [np.linspace(*end, count + 1) for end, count in zip(ends, steps, strict=True)]
     weights, log_weights = [], []
     for of_grid in levels:
@@ -320,8 +315,8 @@ def _nodes(levels: tuple[Levels, ...], steps: tuple[int, int]) -> _Nodes:
         ]
         weights.append(severity_weights([np.array(level) for level in of_grid], *axes))
         with np.errstate(divide="ignore"):
-            log_weights.append(np.log(np.kron(*within)))
-    return _Nodes(losses=axes[0], shifts=axes[1], weights=weights, log_weights=log_weights)
+            log_weights.append(np.log(reduce(np.kron, within)))
+    return _Nodes(axes=axes, weights=weights, log_weights=log_weights)
 
 
 def _pair_products(weights: FloatArray) -> FloatArray:

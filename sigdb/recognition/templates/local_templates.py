@@ -40,13 +40,13 @@ class LocalTemplates:
     share
         (templates,) share of each among the rows of its kind, healthy or damaged.
     severity
-        (templates, 3) severities, see :class:`PointTemplates`.
+        (templates, quantities) severities, see :class:`PointTemplates`.
     middle, half_width
         Middle and half the width of the range, rpm; the width is 0 for laws at one speed.
     powers
         For each column of the carriers, the powers of the torque; none for laws at one torque.
     outward
-        (templates, 2, n) change of the signal beyond the greatest stiffness loss and phase shift, of any size, see
+        (templates, sizes, n) change of the signal beyond the greatest value of each size, of any length, see
         :func:`~sigdb.recognition.templates.outward.outward_changes`.
     change
         (templates, n) change of the signal by the damage, of any size.

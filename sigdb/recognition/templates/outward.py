@@ -4,21 +4,18 @@ import numpy as np
 
 from sigdb.core import BoolArray, FloatArray
 
-_SIZES = 2
-"""The first severities, stiffness loss and phase shift, are sizes; the third is the number of damaged teeth."""
-
 
 def outward_changes(severity: FloatArray, healthy: BoolArray, signals: FloatArray) -> FloatArray:
-    """Return the change of the signal beyond the greatest stiffness loss and phase shift.
+    """Return the change of the signal beyond the greatest value of each size of damage.
 
-    Templates that differ in one of the two only lie on a line; a healthy template is at 0 on lines through it. The
+    Templates that differ in one size only lie on a line; a healthy template is at 0 on lines through it. The
     change at the end of a line is the slope of the parabola through its last three templates, or of the straight line
-    through two. A phase shift may have an end below 0 too.
+    through two. A size such as a phase shift may have an end below 0 too.
 
     Parameters
     ----------
     severity
-        (templates, 3) stiffness loss, phase shift (deg) and number of damaged teeth.
+        (templates, quantities) sizes, and number of damaged teeth; nan where the damage does not have a size.
     healthy
         (templates,) whether a template is of a healthy gear.
     signals
@@ -26,17 +23,18 @@ def outward_changes(severity: FloatArray, healthy: BoolArray, signals: FloatArra
 
     Returns
     -------
-    (templates, 2, n) float64
+    (templates, sizes, n) float64
         0 for templates that are not at an end.
     """
-    changes = np.zeros((len(severity), _SIZES, signals.shape[1]))
+    changes = np.zeros((len(severity), severity.shape[1] - 1, signals.shape[1]))
     none = np.flatnonzero(healthy)[:1]
-    for size in range(_SIZES):
-        others = np.delete(severity, size, axis=1)
-        plain = np.flatnonzero(~healthy & np.isfinite(severity).all(axis=1))
+    severity = np.where(np.isnan(severity[:, -1:]), np.nan, severity)
+    for size in range(severity.shape[1] - 1):
+        others = np.nan_to_num(np.delete(severity, size, axis=1))
+        plain = np.flatnonzero(~healthy & np.isfinite(severity[:, size]))
         for line in np.unique(others[plain], axis=0):
             at = plain[(others[plain] == line).all(axis=1)]
-            if line[0] == 0 and 0.0 not in severity[at, size]:
+            if (line[:-1] == 0).all() and 0.0 not in severity[at, size]:
                 at = np.concatenate([at, none])
             levels, first = np.unique(severity[at, size], return_index=True)
             at = at[first]

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from sigdb.core import BoolArray, FloatArray, IntArray
-from sigdb.database import QUANTITIES, damage_kinds
+from sigdb.database import QUANTITIES, damage_kinds, severity_levels
 from sigdb.measurement import NuisanceMixture, NuisancePart
 from sigdb.recognition.laws.mixture_laws import MixtureLaws, Nuisances, stacked_modes
 from sigdb.recognition.templates.compact_signals import CompactSignals
@@ -43,7 +43,8 @@ class PointTemplates:
     share
         (templates,) share of each among the rows of its kind, healthy or damaged.
     severity
-        (templates, 3) stiffness loss, phase shift (deg) and number of damaged teeth; nan for a pattern.
+        (templates, quantities) values of the bank's quantities; nan where the damage does not have one, or differs from
+        tooth to tooth.
     nuisance
         (templates, modes) modes of the nuisances of each template; None without any.
     nuisance_counts
@@ -87,6 +88,7 @@ class PointTemplates:
         index_error: float,
         tolerance: float = 0.0,
         noise: float = 0.0,
+        quantities: Sequence[str] = QUANTITIES,
     ) -> list[Self]:
         """Templates of all operating points of one tooth count, stored compactly.
 
@@ -104,6 +106,8 @@ class PointTemplates:
             Tolerance of the compact signals, see :meth:`CompactSignals.of`.
         noise
             Standard deviation of the noise of the quietest average: laws leave out what is far below it.
+        quantities
+            Quantities of the severity, see :func:`sigdb.database.severity_quantities`.
         """
         stored = CompactSignals.of([_signals(law, index_error) for law in laws], tolerance=tolerance)
         modes = [law.nuisances.modes.transpose(0, 2, 1) for law in laws if law.nuisances is not None]
@@ -121,7 +125,7 @@ class PointTemplates:
                 reference_variance=law.reference_variance,
                 healthy=law.healthy,
                 share=share,
-                severity=law.cases[list(QUANTITIES)].to_numpy(float),
+                severity=severity_levels(law.cases, quantities).to_numpy(),
                 nuisance=nuisance,
                 tooth=law.cases["tooth"].to_numpy(int) if law.untied else None,
                 kinds=tuple(damage_kinds(law.cases)),
@@ -180,7 +184,7 @@ class PointTemplates:
     def local(self) -> LocalTemplates:
         """The templates at this point alone."""
         signal = self.hypotheses.signal
-        outward = np.zeros((len(self.healthy), 2, self.samples))
+        outward = np.zeros((len(self.healthy), self.severity.shape[1] - 1, self.samples))
         for tooth in np.unique(self.hypotheses.cases["tooth"])[1:]:
             at = np.flatnonzero(self.healthy | (self.hypotheses.cases["tooth"] == tooth))
             outward[at] = outward_changes(self.severity[at], self.healthy[at], signal[at])
@@ -193,6 +197,15 @@ class PointTemplates:
             change=signal - signal[self.healthy].mean(axis=0),
             kinds=self.kinds,
         )
+
+    def distance(self, speed_rpm: FloatArray, torque: FloatArray, teeth: FloatArray | IntArray) -> FloatArray:
+        """Return relative distances of operating points in speed and torque, (rows,); inf for other tooth counts."""
+        tiny = np.finfo(float).tiny
+        relative = np.hypot(
+            (speed_rpm - self.speed_rpm) / max(abs(self.speed_rpm), tiny),
+            (torque - self.torque) / max(abs(self.torque), tiny),
+        )
+        return np.where(teeth == self.teeth, relative, np.inf)
 
     @property
     def _mixture(self) -> MixtureLaws | None:
@@ -224,7 +237,7 @@ def template_keys(point: PointTemplates) -> dict[TemplateKey, int]:
     keys: dict[TemplateKey, int] = {}
     counts: Counter[tuple[bool, tuple[float, ...]]] = Counter()
     for place, (healthy, severity) in enumerate(zip(point.healthy.tolist(), point.severity.tolist(), strict=True)):
-        kind = healthy, tuple(round(value, 9) if value == value else -1.0 for value in severity)
+        kind = healthy, tuple(round(value, 9) if value == value else np.inf for value in severity)
         keys[*kind, counts[kind]] = place
         counts[kind] += 1
     return keys
@@ -309,3 +322,19 @@ def _signals(laws: Hypotheses, index_error: float) -> FloatArray:
     independent = laws.modes * laws.gains[:, None] if laws.response is None else laws.response
     response = index_error * independent
     return np.concatenate([laws.signal[:, :, None], response, laws.harmonic], axis=2).transpose(0, 2, 1)
+
+
+def template_shares(laws: Hypotheses, weight: pd.Series) -> FloatArray:
+    """Return the share of each template among the rows of its kind, healthy or damaged; equal shares without rows.
+
+    Parameters
+    ----------
+    laws
+        Laws of the templates.
+    weight
+        Number of rows by template.
+    """
+    rows = weight.reindex(laws.cases["template"]).fillna(0).to_numpy(float, copy=True)
+    for some in (laws.healthy, ~laws.healthy):
+        rows[some] = rows[some] / rows[some].sum() if rows[some].any() else 1 / some.sum()
+    return rows

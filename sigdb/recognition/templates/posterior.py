@@ -1,6 +1,7 @@
 """Bayes' rule over the hypotheses of an operating point: which tooth, and how severe."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -61,6 +62,10 @@ class Posterior:
         parts[0] = np.logaddexp(parts[0], self.location[:, 0])
         return np.column_stack(parts)
 
+    def among(self, some: BoolArray) -> "Posterior":
+        """Return the posterior given that the damage is of one of some templates, by a mask (templates,)."""
+        return replace(self, damage=np.where(some, self.damage, -np.inf))
+
     @cached_property
     def severity(self) -> FloatArray:
         """(rows, templates) probability of each template given that there is damage."""
@@ -86,6 +91,55 @@ class Posterior:
     def crps(self, level: FloatArray, true: FloatArray) -> FloatArray:
         """Return the continuous ranked probability score (rows,) of a quantity against its true value."""
         return crps_sample(np.broadcast_to(level, self.severity.shape), true, self.severity)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class QuantityPosterior:
+    """The posterior of a quantity of severity, given damage that has it. All is nan where no template has it.
+
+    Attributes
+    ----------
+    damage
+        Posterior of averages, given such damage.
+    level
+        (templates,) values; 0 for other templates.
+    exists
+        Whether some template has the quantity.
+    """
+
+    damage: Posterior
+    level: FloatArray
+    exists: bool
+
+    @property
+    def mean(self) -> FloatArray:
+        """(rows,) mean."""
+        some = np.isfinite(self.damage.damage).any(axis=0)
+        return self._or_nan(lambda: self.damage.mean(self.level).clip(*np.quantile(self.level[some], [0, 1])))
+
+    @property
+    def spread(self) -> FloatArray:
+        """(rows,) standard deviation."""
+        return np.sqrt(self._or_nan(lambda: self.damage.severity @ self.level**2 - self.mean**2).clip(min=0))
+
+    def quantile(self, p: float) -> FloatArray:
+        """Return the p-quantile, (rows,)."""
+        return self._or_nan(lambda: self.damage.quantile(self.level, p))
+
+    def crps(self, true: FloatArray) -> FloatArray:
+        """Return the continuous ranked probability score (rows,) against true values; nan where these are."""
+        return self._or_nan(lambda: self.damage.crps(self.level, true))
+
+    def _or_nan(self, value: Callable[[], FloatArray]) -> FloatArray:
+        return value() if self.exists else np.full(len(self.damage.location), np.nan)
+
+
+def quantity_posterior(after: Posterior, level: FloatArray) -> QuantityPosterior:
+    """Return the posterior of a quantity with the values ``level`` (templates,), nan where damage does not have it."""
+    has = np.isfinite(level)
+    some = after.among(has)
+    exists = bool(np.isfinite(some.damage).any(axis=1).all()) if len(some.damage) else True
+    return QuantityPosterior(damage=some, level=np.where(has, level, 0.0), exists=exists)
 
 
 def risk_of(log_probabilities: FloatArray) -> FloatArray:

@@ -9,19 +9,17 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import logsumexp, softmax
 from sklearn.base import BaseEstimator, TransformerMixin
 
-from sigdb.core import BoolArray, FloatArray, InputError, IntArray, NotApplicableError, blocks
-from sigdb.database import QUANTITIES
+from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError, blocks
+from sigdb.database import has_several_kinds
 from sigdb.recognition.noise.noise_shape import RowNoise, shape_of, whitened
 from sigdb.recognition.noise.surprise import ANOTHER_TOOTH, MORE_DAMAGE, normal_surprise, surprise
 from sigdb.recognition.rows.batch import NOISE, POINT, TSA, Batch, Column, Rows
 from sigdb.recognition.templates.bank import TemplateBank
 from sigdb.recognition.templates.local_templates import LocalTemplates
-from sigdb.recognition.templates.posterior import Posterior, posterior
+from sigdb.recognition.templates.posterior import Posterior, posterior, quantity_posterior
 
 COLUMNS: frozenset[Column] = frozenset({*POINT, *NOISE, TSA})
 """Columns that scores are made of."""
-
-OF_SEVERITY = tuple(f"{kind}_{target}" for kind in ("mean", "median", "spread") for target in QUANTITIES)
 
 _LEAST_SHARE = 0.01
 """Least probability of a part of the mixture that counts in distances of templates."""
@@ -39,8 +37,9 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     of the most likely template in standard deviations, divided by the number of samples; it is about 1 for a row that
     the bank covers. ``surprise`` and ``surprise_place`` say how uneven that residual is, and where
     (:func:`~sigdb.recognition.noise.surprise.surprise`). Then come posterior mean, median and standard deviation
-    (``spread``) of each severity given damage, whatever the tooth. The last score is ``beyond``, by how many standard
-    deviations the average asks for a greater stiffness loss or phase shift than the most severe templates have; 0 where
+    (``spread``) of each quantity of severity given damage which has it, whatever the tooth; where damage is of several
+    kinds, also the ``probability`` that damage has it. The last score is ``beyond``, by how many standard
+    deviations the average asks for more damage than the most severe templates have; 0 where
     the most likely template is not one of these. Where the bank holds between its severities, these are continuous
     (:class:`ContinuousSeverity`).
 
@@ -96,7 +95,13 @@ class TemplateScores(TransformerMixin, BaseEstimator):
 
     @property
     def _further(self) -> tuple[str, ...]:
-        return (*OF_SEVERITY, "beyond") if self.severity else ()
+        return (*self._of_severity, "beyond") if self.severity else ()
+
+    @property
+    def _of_severity(self) -> tuple[str, ...]:
+        several = ("probability",) if has_several_kinds(self.bank.quantities) else ()
+        kinds = ("mean", "median", "spread", *several)
+        return tuple(f"{kind}_{quantity}" for kind in kinds for quantity in self.bank.quantities)
 
     def transform(self, X: Rows) -> FloatArray:
         """Return the scores of rows.
@@ -109,7 +114,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
 
         Returns
         -------
-        (rows, most teeth + 13) float64, or (rows, most teeth + 3) without severity
+        (rows, scores) float64
             As ``get_feature_names_out``; -inf for teeth that a gear does not have.
 
         Raises
@@ -144,10 +149,15 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         """Return by how many standard deviations averages ask for more than the most severe templates, (rows,)."""
         return batch.reduce(self)[:, -1]
 
-    def severities(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
-        """Return posterior median and standard deviation of each severity, (rows, severities) each."""
-        median, spread = np.split(batch.reduce(self)[:, -2 * len(QUANTITIES) - 1 : -1], 2, axis=1)
-        return median, spread
+    def severities(self, batch: Batch) -> dict[str, FloatArray]:
+        """Return ``mean``, ``median``, ``spread`` and ``probability`` of each quantity, (rows, quantities) each.
+
+        The probability, that damage has the quantity, is there where damage is of several kinds.
+        """
+        scores, names = batch.reduce(self), list(self._of_severity)
+        every = scores[:, -1 - len(names) : -1]
+        count = len(self.bank.quantities)
+        return {names[i].partition("_")[0]: every[:, i : i + count] for i in range(0, len(names), count)}
 
     def _pieces(
         self, batch: Batch, noise: RowNoise
@@ -215,7 +225,8 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         tests = local.residual_tests(self.bank.has_continuous_severity(local.teeth))
         white, more, others = tests.results(x, best, **law)
         even, place = surprise(white, local.teeth, uneven)
-        each = np.stack([even, normal_surprise(more, 2), normal_surprise(others, max(1, tests.other_teeth))])
+        sizes, teeth = local.outward.shape[1], max(1, tests.other_teeth)
+        each = np.stack([even, normal_surprise(more, sizes), normal_surprise(others, teeth)])
         place = np.choose(each.argmax(axis=0), [place, MORE_DAMAGE, ANOTHER_TOOTH])
         more = np.where(np.isneginf(more), 0.0, more)
         return np.column_stack([chi2 / local.samples, each.max(axis=0), place, more])
@@ -223,17 +234,17 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     def _ratio_and_severity(
         self, local: LocalTemplates, each: FloatArray, likelihood: FloatArray, law: "Law"
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the first scores, (rows, most teeth), and mean, median and spread of each severity, (rows, 9).
+        """Return the first scores, (rows, most teeth), and mean, median and spread of each quantity, (rows, scores).
 
         The latter are empty where they are not wanted.
         """
         ratio = np.full((len(likelihood), self._most_teeth), -np.inf)
-        severity = np.empty((len(likelihood), len(OF_SEVERITY)))
+        severity = np.empty((len(likelihood), len(self._of_severity)))
         continuous = local.continuous_severity if self.bank.has_continuous_severity(local.teeth) else None
         if continuous is None:
             after = posterior(likelihood, local.log_prior, local.healthy)
             ratio[:, : local.teeth] = after.location[:, 1:] - after.location[:, :1]
-            return ratio, _severity_of_templates(after, local.severity) if self.severity else severity
+            return ratio, self._severity_of_templates(after, local.severity) if self.severity else severity
         none = logsumexp(likelihood[:, local.healthy, 0] + np.log(local.share[local.healthy]), axis=1)
         distances = _distances(local, each, law)
         if not self.severity:
@@ -245,6 +256,17 @@ class TemplateScores(TransformerMixin, BaseEstimator):
                 severity[some] = np.hstack([marginals.mean(), marginals.quantile(0.5), marginals.spread()])
         ratio[:, : local.teeth] = evidence - np.log(local.teeth) - none[:, None]
         return ratio, severity
+
+    def _severity_of_templates(self, after: Posterior, level: FloatArray) -> FloatArray:
+        """Return the scores of severity; templates with a pattern do not take part."""
+        single = np.isfinite(level[:, -1])
+        parts = [quantity_posterior(after, values) for values in level.T]
+        columns = [[part.mean, part.quantile(0.5), part.spread] for part in parts]
+        if has_several_kinds(self.bank.quantities):
+            share = after.among(single).severity
+            for column, values in zip(columns, level.T, strict=True):
+                column.append(share @ np.isfinite(values))
+        return np.column_stack([column[i] for i in range(len(columns[0])) for column in columns])
 
 
 def _distances(local: LocalTemplates, each: FloatArray, law: "Law") -> list[FloatArray]:
@@ -301,16 +323,3 @@ def _check_averages(x: FloatArray, point: LocalTemplates) -> None:
         )
     if not np.isfinite(x).all():
         raise InputError("tsa holds values that are not finite; keep rows whose status is 'ok'")
-
-
-def _severity_of_templates(after: Posterior, level: FloatArray) -> FloatArray:
-    """Return mean, median and spread of each severity, (rows, 9); templates with a pattern do not take part."""
-    plain: BoolArray = np.isfinite(level.sum(axis=1))
-    some = Posterior(location=after.location, damage=np.where(plain, after.damage, -np.inf))
-    if not np.isfinite(some.damage).any(axis=1).all():
-        return np.full((len(after.location), len(OF_SEVERITY)), np.nan)
-    levels = np.where(plain[:, None], level, 0.0).T
-    mean = [some.mean(quantity) for quantity in levels]
-    median = [some.median(quantity) for quantity in levels]
-    square = [some.severity @ quantity**2 - m**2 for quantity, m in zip(levels, mean, strict=True)]
-    return np.column_stack([*mean, *median, *(np.sqrt(variance.clip(min=0)) for variance in square)])

@@ -1,7 +1,8 @@
-"""Grids of templates over stiffness loss and phase shift, and the error of what lies between them."""
+"""Grids of templates over the sizes of their damage, and the error of what lies between them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import TypeAlias
 
 import numpy as np
@@ -40,15 +41,15 @@ class SeverityInterpolation:
         Tooth count of the damaged gear.
     error
         Estimated greatest error of an interpolated signal, in norm, in standard deviations of the noise of the quietest
-        average; the sum of those along both axes.
-    stiffness_loss, phase_shift_deg
-        Least and greatest severity; equal where there is one.
+        average; the sum of those along all axes.
+    sizes
+        Least and greatest value of each size, in the order of the bank's quantities; empty in a model of an earlier
+        version.
     """
 
     teeth: int
     error: float
-    stiffness_loss: Range
-    phase_shift_deg: Range
+    sizes: tuple[Range, ...] = ()
 
     @property
     def holds(self) -> bool:
@@ -58,72 +59,77 @@ class SeverityInterpolation:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeverityGrid:
-    """Templates at all crossings of some stiffness losses and phase shifts, for one number of damaged teeth.
+    """Templates at all crossings of some values of each size, for one number of damaged teeth.
 
     Attributes
     ----------
     damaged_teeth
         Number of damaged teeth.
     levels
-        Stiffness losses, and phase shifts (deg), each rising.
+        Values of each size, rising.
     places
-        (losses, shifts) places of the templates; that without loss and shift is the healthy one.
+        (values of the first size, ...) places of the templates; that at 0 of each size is the healthy one.
     """
 
     damaged_teeth: float
-    levels: tuple[FloatArray, FloatArray]
+    levels: tuple[FloatArray, ...]
     places: IntArray
 
     def error(self, signals: FloatArray) -> float:
         """Return the estimated greatest error, in norm, of signals (templates, n) between those of the grid."""
         placed = signals[self.places]
-        lines = placed, placed.swapaxes(0, 1)
-        return sum(_line_error(levels, line) for levels, line in zip(self.levels, lines, strict=True))
+        errors = []
+        for axis, levels in enumerate(self.levels):
+            along = np.moveaxis(placed, axis, 0)
+            errors.append(_line_error(levels, along.reshape(len(levels), -1, along.shape[-1])))
+        return float(sum(errors))
 
 
 def severity_grids(severity: FloatArray, healthy: BoolArray) -> list[SeverityGrid]:
     """Return the grids that templates form, one for each number of damaged teeth.
 
-    There are none where a crossing is missing or there are two templates at one, as for severities drawn at random.
+    There are none where a crossing is missing or there are two templates at one, as for severities drawn at random;
+    nor where the damage is of several kinds, which have no size in common.
 
     Parameters
     ----------
     severity
-        (templates, 3) stiffness loss, phase shift (deg) and number of damaged teeth; nan for a pattern.
+        (templates, quantities) sizes, and number of damaged teeth; nan for a pattern.
     healthy
         (templates,) whether a template is of a healthy gear.
     """
+    if (np.isfinite(severity[:, -1]) & ~np.isfinite(severity).all(axis=1)).any():
+        return []
     none = np.flatnonzero(healthy)
     plain = np.flatnonzero(~healthy & np.isfinite(severity).all(axis=1))
     grids = []
-    for count in np.unique(severity[plain, 2]):
-        at = plain[severity[plain, 2] == count]
-        sizes = severity[at, :2]
-        through_none = len(none) == 1 and bool((sizes == 0).any(axis=0).all() or (sizes == 0).all(axis=0).any())
-        if through_none:
-            at, sizes = np.append(at, none), np.vstack([sizes, [0.0, 0.0]])
-        losses, loss = np.unique(sizes[:, 0], return_inverse=True)
-        shifts, shift = np.unique(sizes[:, 1], return_inverse=True)
-        places = np.full((len(losses), len(shifts)), -1)
-        places[loss, shift] = at
+    for count in np.unique(severity[plain, -1]):
+        at = plain[severity[plain, -1] == count]
+        sizes = severity[at, :-1]
+        absent = (sizes == 0).all(axis=0)
+        one_size = (~absent).sum() <= 1
+        if len(none) == 1 and bool((sizes == 0).any(axis=0).all() or one_size):
+            at, sizes = np.append(at, none), np.vstack([sizes, np.zeros(sizes.shape[1])])
+        levels, place = zip(*(np.unique(column, return_inverse=True) for column in sizes.T), strict=True)
+        places = np.full(tuple(map(len, levels)), -1)
+        places[place] = at
         if places.min() < 0 or places.size != len(at):
             return []
-        grids.append(SeverityGrid(damaged_teeth=float(count), levels=(losses, shifts), places=places))
+        grids.append(SeverityGrid(damaged_teeth=float(count), levels=levels, places=places))
     return grids
 
 
-def severity_weights(levels: Sequence[FloatArray], losses: FloatArray, shifts: FloatArray) -> FloatArray:
-    """Return the weights (losses shifts, losses and shifts of levels) of a grid's templates in interpolated signals.
+def severity_weights(levels: Sequence[FloatArray], *sizes: FloatArray) -> FloatArray:
+    """Return the weights (crossings of sizes, crossings of levels) of a grid's templates in interpolated signals.
 
     Parameters
     ----------
     levels
         Those of a :class:`SeverityGrid`.
-    losses, shifts
-        Stiffness losses and phase shifts (deg) between them.
+    *sizes
+        Values between them of each size, such as stiffness losses and phase shifts (deg).
     """
-    along = [spline_weights(level, at) for level, at in zip(levels, (losses, shifts), strict=True)]
-    return np.kron(*along)
+    return reduce(np.kron, (spline_weights(level, at) for level, at in zip(levels, sizes, strict=True)))
 
 
 def severity_interpolation(
@@ -154,13 +160,8 @@ def severity_interpolation(
     if not all(grids):
         return None
     errors = [grid.error(at) for of_point, at in zip(grids, signals, strict=True) for grid in of_point]
-    losses, shifts = zip(*(grid.levels for of_point in grids for grid in of_point), strict=True)
-    return SeverityInterpolation(
-        teeth=teeth,
-        error=max(errors) / noise,
-        stiffness_loss=_ends(losses),
-        phase_shift_deg=_ends(shifts),
-    )
+    levels = zip(*(grid.levels for of_point in grids for grid in of_point), strict=True)
+    return SeverityInterpolation(teeth=teeth, error=max(errors) / noise, sizes=tuple(map(_ends, levels)))
 
 
 def _ends(levels: Sequence[FloatArray]) -> Range:

@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from sigdb.recognition import ALL, TARGETS, Evaluation
+from sigdb.database import SHOWN_QUANTITIES
+from sigdb.recognition import ALL, FACTORS, TARGETS, Evaluation
 from sigdb.report.evaluation.style import BOUND_STYLE, Styles, by_estimator, drawing, lay_grid
 from sigdb.report.page import CaptionedFigure
 from sigdb.report.panels import DAMAGE, INK
@@ -23,9 +24,9 @@ _METRICS = {
     "p_kind": ("P(correct kind)", "Kind of damaged rows"),
     "p_detected": ("share of damaged rows detected", "Damaged rows detected"),
     "false_alarm_rate": ("false-alarm rate", "False alarms"),
-    "mae_stiffness_loss": ("MAE of the stiffness loss", "Error of the stiffness loss"),
-    "mae_phase_shift_deg": ("MAE of the phase shift, deg", "Error of the phase shift"),
-    "mae_damaged_teeth": ("MAE of the damaged teeth", "Error of the number of damaged teeth"),
+} | {
+    f"mae_{name}": (f"MAE of the {shown.label}", f"Error of the {shown.title}")
+    for name, shown in SHOWN_QUANTITIES.items()
 }
 _SHARES = ("accuracy", "p_exact", "p_kind", "p_detected")
 
@@ -39,6 +40,9 @@ def noise_figures(evaluation: Evaluation, styles: Styles) -> Iterator[CaptionedF
             continue
         for metric in TARGETS[evaluation.target].pictured_metrics:
             rows, heading = table[table["metric"] == metric], _METRICS[metric][1]
+            if rows.empty:
+                continue
+            rows = rows.assign(**rows[["value", "low", "high"]] * FACTORS[metric])
             if rows["at"].nunique() > 1:
                 caption = f"Bars: 95 % intervals over specimens; {bound}."
                 figure = _lines(rows, styles, label, metric, logarithmic=axis == "averages")
@@ -123,7 +127,14 @@ def _banded(bands: pd.DataFrame, column: str, best: float, limit: float | None, 
         groups = list(bands.groupby("quantity", sort=False)) if "quantity" in bands else [("", bands)]
         for i, (name, rows) in enumerate(groups):
             shift = (i - (len(groups) - 1) / 2) / 6
-            _draw(axes, rows[np.isfinite(rows[column])], column, shift, str(name), _COLOURS[i])
+            _draw(
+                axes,
+                rows[np.isfinite(rows[column])],
+                column,
+                shift,
+                str(name),
+                f"C{i}" if i >= len(_COLOURS) else _COLOURS[i],
+            )
         if limit is not None:
             axes.axhline(limit, color="#888888", linewidth=0.9, linestyle="--")
         axes.axhline(best, color="#111111", linewidth=0.8)

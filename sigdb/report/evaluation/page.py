@@ -8,6 +8,7 @@ import numpy as np
 from sigdb.core import __version__, json_text, plain, publish_all
 from sigdb.recognition import (
     ENOUGH,
+    FACTORS,
     TARGETS,
     TITLES,
     Estimate,
@@ -17,6 +18,7 @@ from sigdb.recognition import (
     criteria_table,
     efficiency_cells,
     limitation_texts,
+    metric_among,
     metric_table,
     robustness_cells,
     robustness_text,
@@ -141,11 +143,13 @@ def _cell(cell: Estimate | str) -> Cell:
 
 def _differences(evaluation: Evaluation) -> str:
     """Return the model's lead over its baselines in one metric, as a sentence; nothing without baselines."""
-    metric = TARGETS[evaluation.target].paired_metric
+    target = TARGETS[evaluation.target]
+    metric = metric_among(target, target.paired_metric, evaluation.metrics[evaluation.learner])
     leads = [
-        f"{other} {metrics[metric].value:+.3f} [{metrics[metric].low:+.3f}, {metrics[metric].high:+.3f}]"
+        f"{other} {lead.value:+.3f} [{lead.low:+.3f}, {lead.high:+.3f}]"
         for other, metrics in evaluation.differences.items()
         if metric in metrics
+        for lead in [metrics[metric].times(FACTORS[metric])]
     ]
     if not leads:
         return ""

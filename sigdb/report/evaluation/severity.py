@@ -7,16 +7,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from sigdb.database import SHOWN_QUANTITIES
 from sigdb.recognition import Evaluation
 from sigdb.report.evaluation.style import drawing, lay_grid
 from sigdb.report.page import CaptionedFigure
 from sigdb.report.panels import DAMAGE, INK
-
-_UNITS = {
-    "stiffness_loss": "stiffness loss",
-    "phase_shift_deg": "phase shift, deg",
-    "damaged_teeth": "number of damaged teeth",
-}
 
 
 def severity_figures(evaluation: Evaluation) -> Iterator[CaptionedFigure]:
@@ -29,8 +24,10 @@ def severity_figures(evaluation: Evaluation) -> Iterator[CaptionedFigure]:
             "Dots: single rows, spread sideways so that they show. Bars: the median estimate at each true value, and "
             "the median ends of its interval. The dashed line is the truth."
         )
-        label = _UNITS[str(quantity)]
-        yield CaptionedFigure(f"Estimates of the {label.split(',')[0]}", caption, _scatter(rows, label))
+        shown = SHOWN_QUANTITIES[str(quantity)]
+        numbers = [name for name in ("true", "estimate", "low", "high") if name in rows]
+        scaled = rows.assign(**rows[numbers] * shown.factor)
+        yield CaptionedFigure(f"Estimates of the {shown.title}", caption, _scatter(scaled, shown.label))
 
 
 def _scatter(rows: pd.DataFrame, label: str) -> Figure:
@@ -84,13 +81,12 @@ _CELL_TEXT = {
 
 
 def _cells(cells: pd.DataFrame) -> Figure:
-    varying = [name for name in cells.columns if name in _CELL_TEXT and cells[name].nunique(dropna=False) > 1]
+    shown = [name for name in cells.columns if name in _CELL_TEXT or name in SHOWN_QUANTITIES]
+    varying = [name for name in shown if cells[name].nunique() > 1]
     with drawing(height=1.1 + 0.2 * len(cells)) as figure:
         axes = figure.subplots()
         _intervals(axes, cells)
-        names = [
-            ", ".join(_CELL_TEXT[name].format(row[name]) for name in varying) or "all" for _, row in cells.iterrows()
-        ]
+        names = [", ".join(_cell_text(name, row[name]) for name in varying) or "all" for _, row in cells.iterrows()]
         axes.set_yticks(range(len(cells)), names, fontsize=8)
         axes.invert_yaxis()
         axes.axvline(0.9, color="#888888", linewidth=1, linestyle="--")
@@ -98,6 +94,12 @@ def _cells(cells: pd.DataFrame) -> Figure:
         axes.set_xlim(min(0.75, float(cells["low"].min()) - 0.02), 1.005)
         lay_grid(axes)
     return figure
+
+
+def _cell_text(name: str, value: float) -> str:
+    if name in _CELL_TEXT:
+        return _CELL_TEXT[name].format(value)
+    return f"{SHOWN_QUANTITIES[name].title} {SHOWN_QUANTITIES[name].text(value)}"
 
 
 def _intervals(axes: Axes, cells: pd.DataFrame) -> None:

@@ -60,7 +60,7 @@ def orthogonal(distance, *, teeth=8, count=16_000):
 
 def bound_of(point, x, target):
     answers = apply_rule(RULES[target], point, [(point.rows, x)])
-    losses = list(RULES[target].losses)
+    losses = [name for name in RULES[target].losses if name in answers]
     return Bound(
         target=target,
         rows=answers.drop(columns=losses),

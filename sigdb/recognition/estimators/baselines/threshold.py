@@ -12,7 +12,6 @@ from sklearn.isotonic import IsotonicRegression
 from sklearn.utils.validation import check_is_fitted
 
 from sigdb.core import FloatArray, IntArray
-from sigdb.database import QUANTITIES
 from sigdb.recognition.answers import Answers
 from sigdb.recognition.estimators.contract import (
     Estimator,
@@ -160,12 +159,13 @@ class MajoritySeverity(RegressorMixin, SeverityEstimator):
     def fit(self, X: Rows, y: Labels, groups: ArrayLike | None = None) -> Self:
         """Take the medians."""
         labels = severity_labels(y)
-        self.medians_ = labels.loc[labels["tooth"] > 0, list(QUANTITIES)].median().to_numpy(float)
+        medians = labels[labels["tooth"] > 0].drop(columns="tooth").median()
+        self.quantities_, self.medians_ = tuple(map(str, medians.index)), medians.to_numpy(float)
         return self
 
     def predict(self, X: Rows) -> pd.DataFrame:
         """Return the same estimates for every row."""
-        return pd.DataFrame([self.medians_] * len(X), columns=QUANTITIES, index=X.index)
+        return pd.DataFrame([self.medians_] * len(X), columns=list(self.quantities_), index=X.index)
 
 
 class Fm4Location(ThresholdLocation):
@@ -191,14 +191,17 @@ class Fm4Severity(RegressorMixin, SeverityEstimator):
         labels = severity_labels(y)
         damaged = (labels["tooth"] > 0).to_numpy()
         fm4 = self._batch(X).column("fm4")[damaged]
-        self.regressors_ = [_monotonic(fm4, labels[name].to_numpy(float)[damaged]) for name in QUANTITIES]
+        true = labels.drop(columns="tooth")[damaged]
+        self.quantities_ = tuple(map(str, true.columns))
+        has = true.notna().to_numpy()
+        self.regressors_ = [_monotonic(fm4[some], true.to_numpy(float)[some, i]) for i, some in enumerate(has.T)]
         return self
 
     def predict(self, X: Rows) -> pd.DataFrame:
         """Return estimates for each row."""
         fm4 = self._batch(X).column("fm4")
         return pd.DataFrame(
-            {name: regressor.predict(fm4) for name, regressor in zip(QUANTITIES, self.regressors_, strict=True)},
+            {name: regressor.predict(fm4) for name, regressor in zip(self.quantities_, self.regressors_, strict=True)},
             index=X.index,
         )
 
