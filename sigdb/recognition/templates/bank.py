@@ -141,18 +141,17 @@ class TemplateBank:
         if cases is not None:
             cases = cases[[*_CASE, *({MEMBER} & {*cases.columns})]].drop_duplicates()
             points = points[points["teeth"].isin(cases["teeth"])]
-        weight = rows.set_index("template")["n"]
         if index_error is None:
             index_error = float(np.sqrt(rows["square"].sum() / rows["n"].sum()))
         noise = float(rows["noise"].min())
-        quantities = database_quantities(database)
-        facts: dict[str, Any] = {"sensor": sensor, "index_error": index_error, "quantities": quantities}
+        facts: dict[str, Any] = {"sensor": sensor, "index_error": index_error}
+        facts["quantities"] = database_quantities(database)
         parts = []
         for teeth in sorted(set(points["teeth"].astype(int))):
             alike = points.loc[points["teeth"] == teeth, ["speed_rpm", "torque"]].to_numpy(float)
             at = [(float(speed), float(torque)) for speed, torque in alike]
             laws = [_laws(database, sensor, *point, teeth=teeth, cases=cases) for point in at]
-            shares = [template_shares(law, weight) for law in laws]
+            shares = [template_shares(law, rows.set_index("template")["n"]) for law in laws]
             parts.append(cls.of_laws(laws, shares, points=at, noise=noise, **facts))
         return cls(
             points=tuple(point for part in parts for point in part.points),
