@@ -99,7 +99,7 @@ def part_rows(joint: JointDiagnosis) -> list[list[str]]:
             "" if np.isnan(part.speed_rpm) else f"{part.speed_rpm:.5g}",
             ", ".join(str(number + 1) for number in part.recordings),
             part.diagnosis.kind,
-            "" if part.contribution is None else f"{part.contribution[tooth] / np.log(10):+.2g}",
+            "" if part.contribution is None else f"{part.contribution[tooth] / np.log(10):+.1f}",
         ]
         for part in joint.parts
     ]
