@@ -203,7 +203,6 @@ class TemplateBank:
                 points=[points[place] for place in places],
                 index_error=index_error,
                 tolerance=_PRECISION * noise,
-                noise=noise,
                 quantities=quantities,
             )
 
@@ -356,8 +355,7 @@ class TemplateBank:
             severity=np.array([point.severity[i] for point, i in first]),
             phases=np.array([point.phases[i] for point, i in first]),
             kinds=[point.kinds[i] for point, i in first if point.kinds],
-            nuisances=nearest_nuisances(points, keys).at,
-            least_mode=points[0].least_mode,
+            nuisances=nearest_nuisances(points, keys),
         )
 
     def nearest(self, speed_rpm: FloatArray, torque: FloatArray, teeth: FloatArray | IntArray) -> IntArray:

@@ -1,9 +1,9 @@
 """Templates near an operating point: their laws within a short range of speeds, at every torque."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -184,6 +184,19 @@ class LocalTemplates:
         return np.concatenate([of_speed[:, :, None] * part[:, None] for part in parts], axis=1)
 
 
+class LocalNuisances(Protocol):
+    """Nuisances by operating point, and the greatest norm of modes that laws leave out."""
+
+    @property
+    def least_mode(self) -> float:
+        """Greatest norm of modes that laws leave out."""
+        ...
+
+    def at(self, speed_rpm: float, torque: float) -> Nuisances | None:
+        """Return the nuisances at a speed, rpm, and a torque, N m; None without any."""
+        ...
+
+
 class SpeedRanges:
     """Templates of a tooth count in ranges of speed, as many as their laws take to be those of each speed.
 
@@ -204,9 +217,7 @@ class SpeedRanges:
     healthy, share, severity, phases, kinds
         As of :class:`PointTemplates`, for the curve's templates.
     nuisances
-        Returns the nuisances at a speed and a torque, or None without any.
-    least_mode
-        Greatest norm of modes of nuisances that laws leave out.
+        The nuisances at a speed and a torque, if there are any.
     """
 
     def __init__(
@@ -224,13 +235,12 @@ class SpeedRanges:
         severity: FloatArray,
         phases: FloatArray,
         kinds: Sequence[str],
-        nuisances: Callable[[float, float], Nuisances | None],
-        least_mode: float,
+        nuisances: "LocalNuisances",
     ) -> None:
         self._curve, self._basis, self._reach, self._teeth = curve, basis, reach, teeth
         self._index_error, self._healthy, self._share = index_error, healthy, share
         self._severity, self._phases, self._count, self._torque = severity, phases, count, torque
-        self._nuisances, self._least_mode, self._kinds = nuisances, least_mode, kinds
+        self._nuisances, self._kinds = nuisances, kinds
         self._kept: dict[int, LocalTemplates] = {}
 
     def place(self, speed_rpm: FloatArray) -> IntArray:
@@ -282,10 +292,10 @@ class SpeedRanges:
             turn_invariant=True,
             precision=_PRECISION,
         )
-        mixture, nuisances = None, self._nuisances(middle, self._torque)
+        mixture, nuisances = None, self._nuisances.at(middle, self._torque)
         if nuisances is not None:
             errors = self._basis.T @ response[existing, 1:last].transpose(0, 2, 1)
-            mixture = MixtureLaws.of(laws, errors, nuisances.only(existing), signals, least=self._least_mode)
+            mixture = MixtureLaws.of(laws, errors, nuisances.only(existing), signals, least=self._nuisances.least_mode)
         share = self._share[existing].copy()
         for kind in (healthy, ~healthy):
             share[kind] /= share[kind].sum()

@@ -87,7 +87,6 @@ class PointTemplates:
         points: Sequence[tuple[float, float]],
         index_error: float,
         tolerance: float = 0.0,
-        noise: float = 0.0,
         quantities: Sequence[str] = QUANTITIES,
     ) -> list[Self]:
         """Templates of all operating points of one tooth count, stored compactly.
@@ -104,8 +103,6 @@ class PointTemplates:
             Size of the index errors, m.
         tolerance
             Tolerance of the compact signals, see :meth:`CompactSignals.of`.
-        noise
-            Standard deviation of the noise of the quietest average: laws leave out what is far below it.
         quantities
             Quantities of the severity, see :func:`sigdb.database.severity_quantities`.
         """
@@ -132,7 +129,7 @@ class PointTemplates:
                 nuisance_counts=None if law.nuisances is None else law.nuisances.counts,
                 nuisance_parts=None if law.nuisances is None else law.nuisances.mixture.plain,
                 mark=0.0 if law.nuisances is None else law.nuisances.mixture.mark,
-                least_mode=_LEAST_MODE * noise,
+                least_mode=_LEAST_MODE * tolerance,
             )
             for (speed_rpm, torque), law, share, signals, nuisance in zip(
                 points, laws, shares, stored, nuisances, strict=True
@@ -222,8 +219,8 @@ class PointTemplates:
 TemplateKey: TypeAlias = tuple[bool, tuple[float, ...], int]
 """A template by whether it is healthy, its severity, and its place among those that have the same."""
 
-_LEAST_MODE = 0.1
-"""Greatest norm of modes of nuisances that laws leave out, over the noise: a hundredth of its variance."""
+_LEAST_MODE = 500.0
+"""Greatest norm of modes of nuisances that laws leave out over the tolerance of the signals: a tenth of the noise."""
 
 _NUISANCE_TOLERANCE = 50.0
 """Tolerance of the modes of nuisances over that of the signals: they are no part of any mean."""
@@ -285,6 +282,11 @@ class NearestNuisances:
 
     points: Sequence[PointTemplates]
     places: Sequence[Sequence[int | None]]
+
+    @property
+    def least_mode(self) -> float:
+        """Greatest norm of modes that laws leave out."""
+        return self.points[0].least_mode
 
     def at(self, speed_rpm: float, torque: float) -> Nuisances | None:
         """Return the nuisances at an operating point; None without any.
