@@ -143,8 +143,8 @@ def train(
     bank = _bank(database, rows, needs_bank, on_step) if baselines else None
     if (specimens := rows["specimen"].nunique()) < least_specimens(COVERAGE):
         on_step(
-            f"the training rows are of {specimens} specimens, and sets and intervals of {COVERAGE:g} need "
-            f"{least_specimens(COVERAGE)}, so that they hold all answers"
+            f"sets and intervals of {COVERAGE:g} need {least_specimens(COVERAGE)} specimens; the training rows are of "
+            f"{specimens}, so these hold all answers"
         )
     learner = wanted or default_learner(None if columns else bank)
     unfitted = question.estimators(settings, bank) if baselines else {}

@@ -130,6 +130,10 @@ NOT_RUN = {
     "sigdb train data/quick/signatures --target detection --learner lda --column": "trains for seconds",
     "sigdb add-features signatures series:tsfresh_features": "needs tsfresh",
     "sigdb evaluate model bench.db ": "other tests evaluate a model on a database of recordings",
+    "sigdb diagnose slow.csv ": "other tests diagnose several channels and speeds",
+    "sigdb sweep cracks.toml ": "the tests of sizes make a database of cracks",
+    "sigdb train cracks ": "the tests of sizes train on a database of cracks",
+    "sigdb assess crack-depth ": "the tests of sizes answer rows of cracks",
     "sigdb diagnose run.csv ": "the example in Python on the same page makes this diagnosis",
 }
 """Beginnings of commands of pages that are parsed only, each with the reason."""

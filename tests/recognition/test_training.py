@@ -47,7 +47,7 @@ def test_an_estimator_that_does_not_apply_is_left_out_and_a_wrong_input_is_not(d
     monkeypatch.setattr(Fm4Location, "fit", raises(NotApplicableError("too few rows")))
     assert "fm4" not in train(database, "location", SETTINGS, on_step=steps.append).estimators
     assert "fm4 is left out: too few rows" in steps
-    few = "the training rows are of 4 specimens, and sets and intervals of 0.9 need 9, so that they hold all answers"
+    few = "sets and intervals of 0.9 need 9 specimens; the training rows are of 4, so these hold all answers"
     assert few in steps
     monkeypatch.setattr(Fm4Location, "fit", raises(InputError("a wrong column")))
     with pytest.raises(InputError, match="a wrong column"):

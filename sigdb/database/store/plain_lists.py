@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pyarrow.parquet as pq
 
-from sigdb.core import FloatArray, IntArray
+from sigdb.core import FloatArray, IntArray, blocks
 from sigdb.database.store.checked import block_sums, damaged_block
 from sigdb.database.store.receipts import FileRecord, PlainRuns
 from sigdb.database.store.store import Store
@@ -166,8 +166,8 @@ class PlainLists:
         runs = [*zip((new[edges[:-1]] * size).tolist(), stops.tolist(), strict=True)]
         _read_ahead(file, runs)
         for first, stop in runs:
-            for at in range(first, stop, _BYTES_AT_ONCE):
-                content = memoryview(bytearray(min(stop - at, _BYTES_AT_ONCE)))
+            for some in blocks(stop - first, _BYTES_AT_ONCE):
+                at, content = first + some.start, memoryview(bytearray(some.stop - some.start))
                 _fill(file, at, content)
                 for within in range(0, len(content), size):
                     number = (at + within) // size

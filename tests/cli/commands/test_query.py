@@ -233,9 +233,10 @@ def test_show_draws_into_the_file_that_it_names(invoke, folder, tmp_path, monkey
 def test_train_writes_a_model_that_evaluates_to_what_it_printed(invoke, folder, tmp_path):
     out = tmp_path / "model"
     result = invoke("train", folder / "signatures", "--target", "location", "--out", out, "--learner", "boosting")
-    assert result.stderr.splitlines() == [
-        f"training location: {step}" for step in ("reading averages", *load_model(out).estimators)
-    ]
+    few = "sets and intervals of 0.9 need 9 specimens; the training rows are of 2, so these hold all answers"
+    first, second, *others = (line.removeprefix("training location: ") for line in result.stderr.splitlines())
+    assert (first, second) == (few, "reading averages")
+    assert sorted(others) == sorted(load_model(out).estimators)
     *table, last = result.stdout.splitlines()
     assert last == f"model and card: {out}"
     assert invoke("evaluate", out, folder / "signatures").stdout.splitlines() == table

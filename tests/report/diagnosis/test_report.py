@@ -52,6 +52,7 @@ def finding():
         template_limit=1.25,
         likelihood_limit=1.15,
         wider=False,
+        evidence=np.zeros(8 * TEETH),
     )
 
 
@@ -74,7 +75,7 @@ def diagnosis(kind, answer, *, compared=True, missing=(), notes=("Mind <this>.",
             Detector(name="pulse", value=2.0, limit=1.15, pieces=24, false_alarm_rate=0.04),
             Detector(name="FM4", value=2.9, limit=3.6, pieces=24, false_alarm_rate=0.04),
         ),
-        "law": HealthyLaw(pieces=24, pulse=0.8, template=0.7, likelihood=0.0, widest=1.0, recordings=1),
+        "law": HealthyLaw(pieces=24, pulse=0.8, template=0.7, likelihood=0.0, evidence=0.9, widest=1.0, recordings=1),
         "locations": (Location(tooth=2, low=1, high=3, place=1.0),) if damaged else (),
         "level": level,
         "severity": severity if damaged else None,
