@@ -12,6 +12,7 @@ averages. With nuisances the bank is that of `pipelines/nuisances.toml`. All tim
 import argparse
 import json
 import tempfile
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -102,18 +103,20 @@ def plain_posteriors(bank: TemplateBank, batch: Batch) -> FloatArray:
     ((_, _, x),) = batch.averages()
     answers = np.empty((len(x), teeth))
     for local, at, coefficients in bank.locals(*batch.operating_point()):
-        laws, signals = local.laws, local.signals(coefficients)
-        step, size = laws.samples // teeth, float(laws.size(bank.index_error))
+        signals, step = local.signals(coefficients), local.samples // teeth
+        mixture = (
+            [(0.0, local.laws)] if local.mixture is None else [*zip(local.mixture.log_weights, local.mixture.parts)]
+        )
         for i, row in enumerate(at):
             turned = np.stack([np.roll(x[row], -turn * step) for turn in range(teeth)])
             each = []
-            for k in np.flatnonzero(~local.healthy):
-                spread = laws.modes[k] * laws.gains[k] * size / noise[row]
+            for k, (weight, laws) in product(np.flatnonzero(~local.healthy), mixture):
+                spread = laws.modes[k] * laws.gains[k] * float(laws.size(bank.index_error)) / noise[row]
                 inner = np.eye(spread.shape[1]) + spread.T @ spread
                 residual = (turned - signals[i if len(signals) > 1 else 0, k]) / noise[row]
                 along = residual @ spread
                 chi2 = (residual**2).sum(axis=1) - np.einsum("ti,ij,tj->t", along, np.linalg.inv(inner), along)
-                each.append(np.log(local.share[k]) - 0.5 * (chi2 + np.linalg.slogdet(inner)[1]))
+                each.append(weight + np.log(local.share[k]) - 0.5 * (chi2 + np.linalg.slogdet(inner)[1]))
             answers[row] = logsumexp(each, axis=0)
     return answers
 
