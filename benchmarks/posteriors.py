@@ -3,8 +3,9 @@
 The averages follow the law of each model: its templates at some of its operating points, gears with index errors, and
 noise of -30 to -10 dB for one of 102 revolutions. A posterior is all scores of an average: of each tooth and severity,
 with the tests of the residual. The peer is what is done by hand: the normal law of each template and tooth in plain
-NumPy, with a small inverse for each average, without severities in between and without tests. Its time is that of a few
-averages. With nuisances the bank is that of `pipelines/nuisances.toml`, and both sum over the mixture. All times are of one core in one run.
+NumPy, with a small inverse for each average, without severities in between and without tests. Its time is that of a
+few averages. With nuisances the bank is that of `pipelines/nuisances.toml`, and both sum over the mixture. All times
+are of one core in one run.
 
     python benchmarks/posteriors.py [--rows N] [--json FILE]
 """
