@@ -217,6 +217,11 @@ def _because(reasons: Sequence[str]) -> str:
     return f": {'; '.join(reasons)}" if reasons else ""
 
 
+def _sizes(model: Model) -> str:
+    names = getattr(model.estimator, "quantities_", ())
+    return f" They are: {', '.join(SHOWN_QUANTITIES[name].title for name in names)}." if names else ""
+
+
 def limitation_texts(evaluation: Evaluation) -> list[str]:
     """Return the known limitations of the model on the rows, as sentences."""
     return [note.text for note in evaluation.notes if note.code != "no-bound"]
@@ -241,7 +246,7 @@ def model_card(
     text = TARGETS[model.target].text
     return f"""# {model.target.capitalize()} of tooth damage: {LEARNERS[model.learner]}
 
-**Purpose.** {text.purpose}
+**Purpose.** {text.purpose}{_sizes(model)}
 
 **Not for.** Other rigs, sensors or operating points than those of its training database; decisions about safety. Its
 training data is simulated: on a measured signal its answer is a hypothesis to be checked.
