@@ -131,7 +131,7 @@ def test_a_slow_case_and_a_large_one_are_faults(fuzzing):
     with pytest.raises(fuzzing.FaultError, match="slow"), fuzzing.outcomes.bounded(seconds=0.05):
         _turn_for_ever()
     with pytest.raises(fuzzing.FaultError, match="memory"), fuzzing.outcomes.bounded(mib=20):
-        np.ones(2**23).sum()
+        np.ones(2**25).sum()
 
 
 def test_a_fault_is_reported_with_its_number_and_its_least_choices(fuzzing, monkeypatch, tmp_path):
