@@ -1,4 +1,4 @@
-"""Trees of boosting that were read from a file: compiled code follows their indices without looking at them."""
+"""Trees of boosting in a file: compiled code follows their indices without looking at them."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -33,6 +33,13 @@ def check_boosted_trees(estimators: Mapping[str, object]) -> None:
                 raise InputError("boosting with categories, which sigdb does not make; train the model again")
             for number, tree in enumerate(tree for trees in part._predictors for tree in trees):
                 _check_nodes(number, tree.nodes, part.n_features_in_)
+
+
+def forget_threads(estimators: Mapping[str, object]) -> None:
+    """Forget how many threads trained the trees of estimators, which changes no answer."""
+    for part in _objects(estimators):
+        if isinstance(part, _BOOSTING):
+            part._bin_mapper.n_threads = 1
 
 
 def _check_nodes(number: int, nodes: np.ndarray, features: int) -> None:

@@ -14,7 +14,7 @@ from sklearn.exceptions import InconsistentVersionWarning
 from sigdb.core import InputError
 from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.estimators.registry import own_classes, trusted_types
-from sigdb.recognition.storage.boosted_trees import check_boosted_trees
+from sigdb.recognition.storage.boosted_trees import check_boosted_trees, forget_threads
 from sigdb.recognition.storage.bounded_files import archive_members
 
 Node: TypeAlias = dict[str, Any]
@@ -46,6 +46,7 @@ def skops_bytes(estimators: dict[str, Estimator]) -> bytes:
     Skops names arrays and objects by their addresses in memory, and states the time. Here they are numbered in the
     order of the description, plain values and types by their content, and the time is left out.
     """
+    forget_threads(estimators)
     members = archive_members("model.skops", skops.io.dumps(estimators))
     schema = json.loads(members.pop(_SCHEMA))
     for node in _nodes(schema):

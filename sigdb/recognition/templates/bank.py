@@ -117,15 +117,12 @@ class TemplateBank:
             raise NotApplicableError(f"{database.store} has no templates: recordings have none, only simulations")
         sensor = database.stored_sensor(sensor)
         scatter = suffixed("scatter", database.sensors, sensor)
-        seen = (
-            ""
-            if specimens is None
-            else f" and specimen in ({', '.join(str(int(number)) for number in np.unique(specimens))})"
-        )
+        seen = "from features where status = 'ok' and not coalesce(contact_loss, false)"
+        if specimens is not None:
+            seen += f" and specimen in ({', '.join(str(int(number)) for number in np.unique(specimens))})"
         rows = database.sql(
-            "select template, count(*) as n, min(averages) as averages, sum(index_error ** 2) as square, "
-            f"min({scatter} / sqrt(averages)) as noise from features "
-            f"where status = 'ok' and not coalesce(contact_loss, false){seen} group by template"
+            "select template, count(*) as n, min(averages) as averages, "
+            f"min({scatter} / sqrt(averages)) as noise {seen} group by template"
         )
         if rows.empty:
             raise NotApplicableError(f"{database.store} has no row with a result that keeps contact")
@@ -142,7 +139,10 @@ class TemplateBank:
             cases = cases[[*_CASE, *({MEMBER} & {*cases.columns})]].drop_duplicates()
             points = points[points["teeth"].isin(cases["teeth"])]
         if index_error is None:
-            index_error = float(np.sqrt(rows["square"].sum() / rows["n"].sum()))
+            # Summed in their order, whatever the threads of the query: each training gives the same bytes.
+            errors = database.sql(f"select index_error, count(*) as n {seen} group by index_error order by index_error")
+            size, count = (errors[name].to_numpy(float) for name in ("index_error", "n"))
+            index_error = float(np.sqrt(size**2 @ count / count.sum()))
         noise = float(rows["noise"].min())
         facts: dict[str, Any] = {"sensor": sensor, "index_error": index_error}
         facts["quantities"] = database_quantities(database)

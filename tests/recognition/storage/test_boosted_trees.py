@@ -35,6 +35,12 @@ def fitted(trained):
     return deepcopy(trained)
 
 
+def test_the_number_of_threads_changes_no_byte(fitted):
+    one, other = deepcopy(fitted), deepcopy(fitted)
+    one._bin_mapper.n_threads, other._bin_mapper.n_threads = 2, 3
+    assert skops_bytes(held(one)) == skops_bytes(held(other))
+
+
 @pytest.mark.parametrize("kind", [HistGradientBoostingClassifier, HistGradientBoostingRegressor])
 def test_trees_as_they_were_trained_are_read(kind):
     fitted = kind(**BOOSTING).fit(X, (X[:, 0] * X[:, 1] > 0).astype(int))
