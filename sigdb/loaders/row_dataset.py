@@ -105,7 +105,7 @@ class RowDataset:
         rows, is_labelled = target_rows(opened, target, where)
         if fold:
             sides = row_folds(opened, rows, split=split, folds=folds, held_out=held_out, allow_leak=allow_leak)
-            is_labelled &= sides == fold
+            is_labelled = is_labelled & (sides == fold)
         rows = rows[is_labelled]
         if rows.empty:
             raise InputError(f"{opened.store}: no row with a label is left to learn from; choose other rows")

@@ -73,6 +73,8 @@ def test_severity_is_of_damaged_rows_and_kind_a_place_among_classes(database):
     assert kind.classes == ("none", "loss")
     assert np.array_equal(kind.labels, (database.cases("status = 'ok'")["tooth"] > 0).astype(int))
     assert severity.classes == ()
+    sides = [RowDataset(database, "severity", fold=fold, folds=2) for fold in ("training", "test")]
+    assert sorted(np.concatenate([side.ids for side in sides])) == sorted(severity.ids)
 
 
 def test_another_process_opens_the_database_for_itself(database):
