@@ -134,7 +134,7 @@ def stepped(system, stiffness, period):
 
 @pytest.mark.parametrize("steps", [7, 64, 96])
 def test_parts_that_are_alike_are_marched_once_and_give_what_all_steps_do(steps):
-    """Two meshes, six passes, of which one is weak and its neighbour has another beginning."""
+    """Two meshes and six passes: one pass is weak, and the one after it begins otherwise."""
     system = modal_system(load_transmission("two-stage-gearbox")).truncated(48)
     stream = np.random.default_rng(2)
     once = system.mesh_stiffness[:, None] * (1 + 0.2 * stream.normal(size=(len(system.meshes), steps)))

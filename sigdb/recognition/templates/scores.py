@@ -217,7 +217,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         uneven: FloatArray,
         law: "Law",
     ) -> FloatArray:
-        """Return tests of averages against the most likely law, of which there is the likelihood, (rows, 4).
+        """Return tests of averages against their most likely law, (rows, 4), from the likelihoods.
 
         They are reduced chi-square, surprise and its place, and by how much averages ask for more damage.
         """

@@ -83,7 +83,7 @@ def probabilities(joint: JointDiagnosis) -> list[str]:
         return []
     order = np.argsort(-posterior.teeth, kind="stable")[:_SHOWN]
     teeth = ", ".join(
-        f"{tooth + 1}: {posterior.teeth[tooth]:.3g}" for tooth in order if posterior.teeth[tooth] >= 0.005
+        f"{tooth + 1}: {posterior.teeth[tooth]:.3g}" for tooth in order if posterior.teeth[tooth] >= _LEAST
     )
     gear = f" of {joint.gear}" if joint.gear else ""
     by_tooth = f"; of damage at tooth{gear} {teeth}" if teeth else ""

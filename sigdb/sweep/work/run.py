@@ -59,6 +59,11 @@ class Job:
     of : int
         Number of jobs.
 
+    Raises
+    ------
+    InputError
+        If the number is not one from 1 to the number of jobs.
+
     Examples
     --------
     >>> from sigdb.sweep import Job

@@ -514,7 +514,7 @@ def test_short_records():
 
 @pytest.mark.parametrize("samples", [160, 700], ids=["stretched", "not stretched"])
 def test_the_first_revolution_is_the_average_of_one(samples):
-    """Of several channels, with a kernel as wide as the record's steps and with a wider one."""
+    """Several channels, a kernel as wide as the record's steps, and a wider one."""
     stream, pulses = np.random.default_rng(5), np.arange(1, 39) / 10 + 0.002 * np.sin(np.arange(38))
     x = stream.normal(size=(2, 4000))
     averager = SynchronousAverager(1000.0, samples_per_rev=samples, pulses_per_rev=5, revolutions=1)
