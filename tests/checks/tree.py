@@ -34,6 +34,7 @@ SMALL = {
     "recognition/fusion/teeth_apart.py": "another hypothesis than that of fused averages: two damages",
     "recognition/idle_cores.py": "training and evaluation use it",
     "recording/evidence/kept_power.py": "imports numba",
+    "recognition/laws/explained_squares.py": "importing it imports numba",
     "transmission/system/small_matrices.py": "transmission and dynamics use it",
     "transmission/system/sensitivity.py": "derivatives of a rig, which dynamics and identification use",
     "core/plain_arrays.py": "one check that all packages use",

@@ -1,24 +1,32 @@
 """Laws of averages that are mixtures over nuisances: which of them a machine has, an average says itself."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import ArrayLike
 from scipy.special import logsumexp
 
 from sigdb.core import BoolArray, FloatArray, IntArray, blocks
 from sigdb.measurement import NuisanceMixture, late, late_slope
-from sigdb.recognition.laws.turned_laws import ROWS_AT_ONCE, TurnedLaws
+from sigdb.recognition.laws.turned_laws import TurnedLaws
+from sigdb.recognition.laws.turned_residuals import TurnedBasis, TurnedModes
 from sigdb.recognition.noise.noise_shape import whitened
-from sigdb.recognition.rows.turned_products import TurnedProducts
 
 _PLACES = 128
 """Places of the mark in a tooth pass among which it is sought; the best is refined by a parabola."""
 
 _LEFT_LATE = 0.05
 """Standard deviation of what may be left of the mark's lateness once it is taken out, tooth passes, at most."""
+
+_BASIS_PRECISION = 1e-6
+"""Greatest norm of what a basis leaves out of all modes and carriers together, over that of the greatest mode."""
+
+_ROWS_AT_ONCE = 128
+"""Rows whose parts are compared together."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -147,16 +155,14 @@ class MixtureLaws:
         first, x = self.parts[0], self.parts[0].checked(x, noise)
         noise, size = (np.broadcast_to(np.asarray(value, float), len(x)) for value in (noise, index_error))
         straight, passes = self.in_place(x, coefficients)
-        seen = {False: x, True: straight}
-        terms = [np.empty((len(x), len(part.carriers), part.teeth)) for part in self.parts]
-        for at in blocks(len(x), ROWS_AT_ONCE):
+        weight = self.log_weights[:, None] + self._log_late(passes)
+        each = np.empty((len(self.parts), len(x), len(first.carriers), first.teeth))
+        for at in blocks(len(x), _ROWS_AT_ONCE):
             weights = first.weights(None if coefficients is None else coefficients[at])
-            square = {is_late: first.turned_square(seen[is_late][at], weights) for is_late in set(self.late.tolist())}
-            for part, is_late, products, term in zip(self.parts, self.late, self._products, terms, strict=True):
-                along = products(seen[bool(is_late)][at])
-                term[at] = part.density(along, square[bool(is_late)], noise[at], size[at], weights)
-        each = np.stack([part.completed(term) for part, term in zip(self.parts, terms, strict=True)])
-        return each, self.log_weights[:, None] + self._log_late(passes)
+            for group, numbers, seen in zip(self._groups, self._numbers, (x, straight), strict=True):
+                if group is not None:
+                    each[numbers, at] = group.log_likelihood(seen[at], weights, noise=noise[at], index_error=size[at])
+        return np.stack([part.completed(term) for part, term in zip(self.parts, each, strict=True)]), weight
 
     def log_likelihood(
         self, x: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike, coefficients: FloatArray | None = None
@@ -194,11 +200,14 @@ class MixtureLaws:
         return np.where(self.late[:, None], density, 0.0)
 
     @cached_property
-    def _products(self) -> list[TurnedProducts]:
-        """By part, products with its modes."""
-        return [
-            TurnedProducts(part.modes.transpose(0, 2, 1).reshape(-1, part.samples), part.teeth) for part in self.parts
-        ]
+    def _numbers(self) -> list[IntArray]:
+        """Numbers of the parts whose mark is in its place, and of those whose mark may be late."""
+        return [np.flatnonzero(self.late == is_late) for is_late in (False, True)]
+
+    @cached_property
+    def _groups(self) -> "list[_PartGroup | None]":
+        """The same parts together; None without any."""
+        return [_PartGroup([self.parts[i] for i in numbers]) if len(numbers) else None for numbers in self._numbers]
 
 
 def joint_modes(columns: FloatArray, least: float) -> tuple[FloatArray, FloatArray]:
@@ -209,3 +218,52 @@ def joint_modes(columns: FloatArray, least: float) -> tuple[FloatArray, FloatArr
     modes, gains, _ = np.linalg.svd(columns, full_matrices=False)
     kept = max(1, int((gains > least).any(axis=0).sum()))
     return modes[:, :, :kept], gains[:, :kept]
+
+
+class _PartGroup:
+    """Laws of one mean, and of modes of which each part of a mixture has its own.
+
+    Parameters
+    ----------
+    parts
+        The laws.
+    """
+
+    def __init__(self, parts: Sequence[TurnedLaws]) -> None:
+        self.parts = parts
+
+    def log_likelihood(
+        self, x: FloatArray, weights: FloatArray, *, noise: FloatArray, index_error: FloatArray
+    ) -> FloatArray:
+        """Return log-likelihoods under each part, (parts, rows, templates, teeth).
+
+        Parameters
+        ----------
+        x, noise, index_error
+            As of :class:`TurnedLaws`.
+        weights
+            Weights of the carriers, as of :meth:`TurnedLaws.weights`.
+        """
+        residuals = self._basis.residuals(x, weights)
+        parts = zip(self.parts, self._modes, strict=True)
+        return np.stack([part.density(modes, residuals, noise, index_error) for part, modes in parts])
+
+    @cached_property
+    def _basis(self) -> TurnedBasis:
+        """A basis of the modes of all parts, and of the carriers."""
+        first = self.parts[0]
+        carriers = first.carriers.reshape(len(first.carriers), -1, first.samples)
+        modes = [part.modes * part.gains[:, None] for part in self.parts]
+        tiny = np.finfo(float).tiny
+        greatest = max(part.gains.max(initial=tiny) for part in self.parts)
+        flat = carriers.reshape(-1, first.samples)
+        rows = [each.transpose(0, 2, 1).reshape(-1, first.samples) for each in modes]
+        columns = np.concatenate([*rows, flat * (greatest / max(np.linalg.norm(flat, axis=1).max(), tiny))])
+        squares, vectors = scipy.linalg.eigh(columns.T @ columns)
+        left_out = np.sqrt(np.cumsum(squares.clip(min=0)))
+        return TurnedBasis(vectors[:, left_out > _BASIS_PRECISION * greatest].T, carriers, first.teeth)
+
+    @cached_property
+    def _modes(self) -> list[TurnedModes]:
+        """The modes of each part."""
+        return [part.modes_in(self._basis) for part in self.parts]

@@ -10,16 +10,10 @@ import scipy.linalg
 from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, blocks, plain_array
+from sigdb.recognition.laws.turned_residuals import TurnedBasis, TurnedModes, TurnedResiduals
 from sigdb.recognition.noise.noise_shape import whitened
-from sigdb.recognition.rows.turned_products import TurnedProducts
 
-
-def _products(some: FloatArray, others: FloatArray) -> FloatArray:
-    """Return the sums of products over the last axis."""
-    return np.asarray(np.einsum("...m,...m->...", some, others))
-
-
-ROWS_AT_ONCE = 32
+_ROWS_AT_ONCE = 32
 """Rows worked on together: their products stay in the cache."""
 
 
@@ -120,7 +114,7 @@ class TurnedLaws:
         x = self.checked(x, noise)
         noise, index_error = (np.broadcast_to(np.asarray(value, float), len(x)) for value in (noise, index_error))
         likelihood = np.empty((len(x), len(self.carriers), self.teeth))
-        for some in blocks(len(x), ROWS_AT_ONCE):
+        for some in blocks(len(x), _ROWS_AT_ONCE):
             weights = self.weights(None if coefficients is None else coefficients[some])
             likelihood[some] = self._log_likelihood(x[some], noise[some], index_error[some], weights)
         return self.completed(likelihood)
@@ -144,46 +138,37 @@ class TurnedLaws:
     def _log_likelihood(
         self, x: FloatArray, noise: FloatArray, index_error: FloatArray, weights: FloatArray
     ) -> FloatArray:
-        along = self._products(x)
-        square = self._squared_distance(x, along, weights)
-        return self.density(along @ self._of_modes, square, noise, index_error, weights)
+        return self.density(self._modes, self._turned_basis.residuals(x, weights), noise, index_error)
 
     def density(
-        self, along: FloatArray, square: FloatArray, noise: FloatArray, index_error: FloatArray, weights: FloatArray
+        self, modes: TurnedModes, residuals: TurnedResiduals, noise: FloatArray, index_error: FloatArray
     ) -> FloatArray:
-        """Return the log-likelihood (rows, templates, teeth) from products and distances.
+        """Return the log-likelihood (rows, templates, teeth) from residuals.
 
         Parameters
         ----------
-        along
-            (teeth, rows, templates r) products of averages with the modes, turned.
-        square
-            (teeth, rows, templates) squared distances from the turned means.
+        modes
+            The modes in a basis.
+        residuals
+            Residuals of averages in the same basis.
         noise, index_error
             (rows,) as of :meth:`log_likelihood`.
-        weights
-            As of :meth:`weights`.
         """
-        amplitude = along.reshape(self.teeth, len(noise), *self.gains.shape)
-        amplitude -= self._times(weights, self._projected)
-        d = self._gain_ratio(noise, index_error)
-        explained = np.einsum("trkm,rkm->trk", np.square(amplitude, out=amplitude), d / (1 + d))
-        chi2 = (square - explained).transpose(1, 2, 0) / (noise**2)[:, None, None]
-        return -0.5 * (chi2 + self._constant(noise, d))
+        from sigdb.recognition.laws.explained_squares import shares_and_determinants
+
+        shares, logs = shares_and_determinants(self.size(index_error) / noise, self.gains)
+        left = residuals.square - modes.explained(residuals, shares)
+        chi2 = left.transpose(1, 2, 0) / (noise**2)[:, None, None]
+        return -0.5 * (chi2 + (self.samples * np.log(2 * np.pi * noise**2)[:, None] + logs)[:, :, None])
+
+    def modes_in(self, basis: TurnedBasis) -> TurnedModes:
+        """Return the modes in a basis that holds them and the carriers."""
+        return TurnedModes(basis, self.modes, self._flat)
 
     def squared_distance(self, x: FloatArray, coefficients: FloatArray | None = None) -> FloatArray:
         """Return the squared distance of averages from each turned mean, (rows, templates, teeth); without modes."""
-        return np.asarray(self.turned_square(x, self.weights(coefficients)).transpose(1, 2, 0))
-
-    def turned_square(self, x: FloatArray, weights: FloatArray) -> FloatArray:
-        """Return the same, (teeth, rows, templates), for weights of the carriers."""
-        return self._squared_distance(x, self._products(x), weights)
-
-    def _squared_distance(self, x: FloatArray, along: FloatArray, weights: FloatArray) -> FloatArray:
-        """Return |x turned back - s_kt|^2, (teeth, rows, templates), from the products with the basis."""
-        with_carriers = (along @ self._of_carriers).reshape(self.teeth, len(x), len(self.carriers), -1)
-        square = (x**2).sum(axis=1)[:, None] - 2 * _products(with_carriers, weights)
-        return np.asarray(square + self._energy(weights))
+        square = self._turned_basis.residuals(x, self.weights(coefficients)).square
+        return np.asarray(square.transpose(1, 2, 0))
 
     def whitened(self, shape: FloatArray) -> Self:
         """Return the laws of averages that are divided by a deviation by order, (n / 2 + 1,)."""
@@ -214,18 +199,9 @@ class TurnedLaws:
         c = np.ones((1, first.shape[1])) if coefficients is None else coefficients[:, :, 0]
         return np.einsum("ra,kab,rb->rk", c, centred @ centred.transpose(0, 2, 1), c) / self.samples
 
-    def _gain_ratio(self, noise: FloatArray, index_error: FloatArray) -> FloatArray:
-        """Return rho d, the variance of each mode over that of the noise, (rows, templates, r)."""
-        return np.asarray((self.gains * (self.size(index_error) / noise)[:, None, None]) ** 2)
-
     def size(self, index_error: ArrayLike) -> FloatArray:
         """Return the factor of the gains: the size of the index errors, or 1 with nuisances."""
         return np.ones(np.shape(index_error)) if self.with_nuisances else np.asarray(index_error, float)
-
-    def _constant(self, noise: FloatArray, d: FloatArray) -> FloatArray:
-        """Return the terms of -2 log p other than the squared residual, (rows, templates, 1)."""
-        constant = self.samples * np.log(2 * np.pi * noise**2)[:, None] + np.log1p(d).sum(axis=2)
-        return np.asarray(constant[:, :, None])
 
     def chi2(self, log_likelihood: FloatArray, *, noise: ArrayLike, index_error: ArrayLike) -> FloatArray:
         """Return the squared residual of averages under each hypothesis, whitened: chi-square of n degrees.
@@ -244,7 +220,9 @@ class TurnedLaws:
         """
         rows = len(log_likelihood)
         noise, index_error = (np.broadcast_to(np.asarray(value, float), rows) for value in (noise, index_error))
-        return np.asarray(-2 * log_likelihood - self._constant(noise, self._gain_ratio(noise, index_error)))
+        d = (self.gains * (self.size(index_error) / noise)[:, None, None]) ** 2
+        constant = self.samples * np.log(2 * np.pi * noise**2)[:, None] + np.log1p(d).sum(axis=2)
+        return np.asarray(-2 * log_likelihood - constant[:, :, None])
 
     def chi2_of(
         self, template: IntArray, log_likelihood: FloatArray, *, noise: FloatArray, index_error: float
@@ -261,22 +239,15 @@ class TurnedLaws:
         weights = c[None, :, None] * self.phases.transpose(2, 0, 1)[:, None, :, None]
         return np.asarray(weights.reshape(*weights.shape[:3], a * b))
 
-    @staticmethod
-    def _times(weights: FloatArray, matrices: FloatArray) -> FloatArray:
-        """Return weights (..., templates, a b) times a matrix (a b, m) of each template, (..., templates, m)."""
-        *others, templates, width = weights.shape
-        products = weights.reshape(-1, templates, width).transpose(1, 0, 2) @ matrices
-        return np.asarray(products.transpose(1, 0, 2).reshape(*others, templates, -1))
-
     @cached_property
     def _flat(self) -> FloatArray:
         """(templates, a b, n) carriers."""
         return self.carriers.reshape(len(self.carriers), -1, self.samples)
 
     @cached_property
-    def _products(self) -> TurnedProducts:
-        """Products with a basis of all modes and carriers."""
-        return TurnedProducts(self._basis, self.teeth)
+    def _turned_basis(self) -> TurnedBasis:
+        """The basis of residuals."""
+        return TurnedBasis(self._basis, self._flat, self.teeth)
 
     @cached_property
     def _basis(self) -> FloatArray:
@@ -295,28 +266,9 @@ class TurnedLaws:
         return self.modes.transpose(1, 0, 2).reshape(self.samples, -1)
 
     @cached_property
-    def _of_modes(self) -> FloatArray:
-        """(b, templates r) modes in the basis."""
-        return self._basis @ self._every_mode
-
-    @cached_property
-    def _of_carriers(self) -> FloatArray:
-        """(b, templates a b) carriers in the basis."""
-        return self._basis @ self._flat.reshape(-1, self.samples).T
-
-    @cached_property
-    def _projected(self) -> FloatArray:
-        """(templates, a b, r) amplitudes of the modes in the carriers."""
-        return self._flat @ self.modes
-
-    @cached_property
-    def _gram(self) -> FloatArray:
-        """(templates, a b, a b) products of the carriers."""
-        return self._flat @ self._flat.transpose(0, 2, 1)
-
-    def _energy(self, weights: FloatArray) -> FloatArray:
-        """Return the squared norms of s_kt, (teeth or 1, rows or 1, templates)."""
-        return np.asarray((self._times(weights, self._gram) * weights).sum(axis=-1))
+    def _modes(self) -> TurnedModes:
+        """The modes in the basis."""
+        return self.modes_in(self._turned_basis)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
