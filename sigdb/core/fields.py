@@ -131,6 +131,8 @@ def validated(model: type[S], data: Mapping[str, object], *, owner: str, first: 
 
 def _input_error(model: type[BaseModel], error: ValidationError, owner: str, first: int = 0) -> InputError:
     problems = error.errors()
+    # A default that follows from other values fails where they do, and they are what is to be mended.
+    problems = [problem for problem in problems if problem["type"] != "default_factory_not_called"] or problems
     # A list whose item is wrong is also reported as too short; only the item helps.
     inner = [problem["loc"][:depth] for problem in problems for depth in range(len(problem["loc"]))]
     reported = [problem for problem in problems if problem["type"] != "too_short" or problem["loc"] not in inner]

@@ -124,7 +124,7 @@ def profile_error(mesh: Mesh, x: FloatArray) -> FloatArray:
 
 def over_a_pass(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
     """(SAMPLES_OF_A_PASS,) stiffness of a healthy mesh, N/m, and the force of its profile errors, N."""
-    x = pairs_in_contact(np.arange(SAMPLES_OF_A_PASS) / SAMPLES_OF_A_PASS)
+    x = pairs_in_contact(mesh.profile, np.arange(SAMPLES_OF_A_PASS) / SAMPLES_OF_A_PASS)
     pairs = mesh.stiffness * pair_stiffness(mesh.profile, x)
     return pairs.sum(axis=0), (pairs * profile_error(mesh, x)).sum(axis=0)
 

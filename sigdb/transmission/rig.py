@@ -98,9 +98,17 @@ class Transmission(Described):
                 )
                 continue
             try:
-                mesh.fitted(self.gears[mesh.driving], self.gears[mesh.driven], self.materials)
+                fitted = mesh.fitted(self.gears[mesh.driving], self.gears[mesh.driven], self.materials)
             except ValueError as error:
                 yield f"meshes.{name}.profile: {error}"
+                continue
+            fewest = min((mesh.driving, mesh.driven), key=lambda gear: self.gears[gear].teeth)
+            teeth, contact = self.gears[fewest].teeth, fitted.profile.contact_ratio
+            if contact > teeth - 2:
+                yield (
+                    f"meshes.{name}: a contact of {contact:.4g} passes is more than a revolution of gear {fewest!r} "
+                    f"with {teeth} teeth has room for; it must be at most {teeth - 2}"
+                )
 
     def _dangling(self) -> Iterator[str]:
         """References to parts and nodes that do not exist."""
@@ -196,7 +204,10 @@ class Transmission(Described):
                 mesh = self.meshes[name]
                 driving, driven = self.gears[mesh.driving], self.gears[mesh.driven]
                 ratio = ratios[driving.shaft]
-                geometry = mesh_geometry(mesh, self._member(driving), self._member(driven), int(np.sign(ratio)))
+                try:
+                    geometry = mesh_geometry(mesh, self._member(driving), self._member(driven), int(np.sign(ratio)))
+                except InputError as error:
+                    raise InputError(f"meshes.{name}: {error}") from None
                 speed = geometry.driven_rotation * abs(ratio) * driving.teeth / driven.teeth
                 if not np.isclose(ratios.setdefault(driven.shaft, speed), speed, rtol=1e-9):
                     raise InputError(

@@ -95,7 +95,7 @@ def _static_force(rig: Transmission, mesh: str, system: ModalSystem) -> float:
 
 def _over_a_pass(mesh: Mesh, samples: int) -> FloatArray:
     """(2, samples) stiffness and force of the profile errors of a healthy mesh."""
-    x = pairs_in_contact(np.arange(samples) / samples)
+    x = pairs_in_contact(mesh.profile, np.arange(samples) / samples)
     pairs = mesh.stiffness * pair_stiffness(mesh.profile, x)
     return np.array([pairs.sum(axis=0), (pairs * profile_error(mesh, x)).sum(axis=0)])
 

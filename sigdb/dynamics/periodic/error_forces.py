@@ -34,7 +34,7 @@ class ErrorForces:
         profile = np.zeros((len(meshes), len(u)))
         for i, (mesh, count) in enumerate(zip(meshes, passes, strict=True)):
             if mesh.profile_error is not None:
-                x = pairs_in_contact(count * u)
+                x = pairs_in_contact(mesh.profile, count * u)
                 profile[i] = mesh.stiffness * (pair_stiffness(mesh.profile, x) * profile_error(mesh, x)).sum(axis=0)
         a_pass, mesh = samples // teeth, meshes[0]
         window = np.arange(int(np.ceil(mesh.profile.contact_ratio)) * a_pass)

@@ -164,7 +164,7 @@ def _healthy_stiffness(meshes: tuple[Mesh, ...], period: Period) -> FloatArray:
     u = np.arange(period.samples) / period.samples
     return np.array(
         [
-            mesh.stiffness * pair_stiffness(mesh.profile, pairs_in_contact(count * u)).sum(axis=0)
+            mesh.stiffness * pair_stiffness(mesh.profile, pairs_in_contact(mesh.profile, count * u)).sum(axis=0)
             for mesh, count in zip(meshes, period.passes, strict=True)
         ]
     )

@@ -19,8 +19,6 @@ _STRESS_FACTOR = 6.5
 """Form, stress concentration and application together: 4.3 x 1.5."""
 ALLOWABLE_SHEAR = 2.5e7
 """Torsional shear for which shafts are sized, Pa; it leaves room for bending."""
-_MOST_CONTACT = 2.7
-"""Greatest contact ratio, transverse and overlap together: that of the model is below 3."""
 _LEAST_CONTACT = 1.2
 _MOST_COMPRESSION = 8e-5
 _STEEL_DENSITY = 7850.0
@@ -112,10 +110,7 @@ def size_stage(
         )
     force = 2 * torque * cosine / (module * teeth[0])
     wanted = float(np.clip(force * _STRESS_FACTOR / (module**2 * ALLOWABLE_BENDING), 10, 25)) * module
-    widest = np.inf
-    if helix_angle_deg:
-        widest = (_MOST_CONTACT - pair.contact_ratio) * np.pi * module / np.sin(np.deg2rad(helix_angle_deg))
-    width = rounded(min(wanted, widest / 1.25))
+    width = rounded(wanted)
     stress = force * _STRESS_FACTOR / (width * module)
     if stress > GREATEST_BENDING or force / width / 1.3e10 > _MOST_COMPRESSION:
         enough = next((size for size in MODULES if size * 1e-3 >= needed), None)
@@ -126,7 +121,7 @@ def size_stage(
         )
     return StageSize(
         teeth=teeth, torque=torque, module=module, face_width=width, least_width=rounded(0.7 * width),
-        most_width=rounded(min(1.4 * width, widest)), helix_angle_deg=helix_angle_deg,
+        most_width=rounded(1.4 * width), helix_angle_deg=helix_angle_deg,
         contact_ratio=pair.contact_ratio, bending=stress, damping=rounded(_mesh_damping(pair, width)),
         relief=rounded(max(force / np.cos(pair.pressure_angle) / (iso_mesh_stiffness(pair).single * width), 1e-8)),
     )  # fmt: skip

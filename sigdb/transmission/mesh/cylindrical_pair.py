@@ -7,6 +7,12 @@ import numpy as np
 
 from sigdb.core import InputError
 
+_TIGHT = 1e-6
+"""Fraction by which a stated centre distance may be below the tight one: it is rounded."""
+
+_STEPS = 12
+"""Steps of Newton's method, more than double precision takes from any involute up to that of 60 deg."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Rack:
@@ -40,7 +46,8 @@ class CylindricalPair:
     profile_shifts
         In normal modules.
     centre_distance
-        In m; the reference distance if left out. The tips are shortened so that the rack's clearance stays.
+        In m; if left out that at which the flanks of both sides touch, which is the reference distance where the
+        shifts add up to 0. The tips are shortened where the rack's clearance would be less.
     rack
         The basic rack of both gears.
 
@@ -89,21 +96,70 @@ class CylindricalPair:
         return r1 * cosine, r2 * cosine
 
     @cached_property
-    def _distance(self) -> float:
-        return sum(self.pitch_radii) if self.centre_distance is None else self.centre_distance
+    def distance(self) -> float:
+        """Centre distance, m.
+
+        Raises
+        ------
+        InputError
+            If the teeth would jam at it.
+        """
+        tight = self.tight_distance
+        if self.centre_distance is None:
+            return tight
+        if self.centre_distance < (1 - _TIGHT) * tight:
+            raise InputError(
+                f"centre_distance = {self.centre_distance} is less than {tight:.7g}, at which both flanks of the teeth "
+                "touch; raise it, or lower the profile shifts"
+            )
+        return self.centre_distance
+
+    @cached_property
+    def tight_distance(self) -> float:
+        """Centre distance at which the flanks of both sides touch, m.
+
+        The working pressure angle there has the involute ``inv(alpha_t) + 2 tan(alpha_n) (x_1 + x_2) / (z_1 + z_2)``.
+        """
+        shift = sum(self.profile_shifts)
+        if shift == 0:
+            return sum(self.pitch_radii)
+        alpha = self.pressure_angle
+        involute = np.tan(alpha) - alpha + 2 * np.tan(np.deg2rad(self.pressure_angle_deg)) * shift / sum(self.teeth)
+        if involute <= 0:
+            raise InputError(
+                f"the profile shifts {list(self.profile_shifts)} leave no pressure angle to {self.teeth[0]} and "
+                f"{self.teeth[1]} teeth; raise them"
+            )
+        working = np.cbrt(3 * involute)
+        for _ in range(_STEPS):  # Newton's, from the series of the involute
+            working -= (np.tan(working) - working - involute) / np.tan(working) ** 2
+        return sum(self.base_radii) / float(np.cos(working))
+
+    @cached_property
+    def working_radii(self) -> tuple[float, float]:
+        """Radii of the pitch circles on which the pair runs, m."""
+        z1, z2 = self.teeth
+        return self.distance * z1 / (z1 + z2), self.distance * z2 / (z1 + z2)
+
+    @cached_property
+    def working_angles(self) -> tuple[float, float]:
+        """Normal pressure angle and helix angle on the pitch circles on which the pair runs, rad."""
+        transverse = np.arccos(sum(self.base_radii) / self.distance)
+        helix = np.arctan(np.tan(self.base_helix) / np.cos(transverse))
+        return float(np.arctan(np.tan(transverse) * np.cos(helix))), float(helix)
 
     @cached_property
     def tip_radii(self) -> tuple[float, float]:
         """Tip radii, m."""
         m, shifts = self.normal_module, self.profile_shifts
-        shortening = sum(shifts) * m - (self._distance - sum(self.pitch_radii))
+        shortening = max(0.0, sum(shifts) * m - (self.distance - sum(self.pitch_radii)))
         r1, r2 = (r + (self.rack.addendum + x) * m - shortening for r, x in zip(self.pitch_radii, shifts, strict=True))
         return r1, r2
 
     @cached_property
     def line_of_action(self) -> float:
         """Length of the line of action between the base circles, m."""
-        return float(np.sqrt(self._distance**2 - sum(self.base_radii) ** 2))
+        return float(np.sqrt(self.distance**2 - sum(self.base_radii) ** 2))
 
     @cached_property
     def base_pitch(self) -> float:

@@ -37,7 +37,7 @@ class MeshGeometry:
     Attributes
     ----------
     radii
-        Mean pitch radii of the driving and the driven gear, m.
+        Mean pitch radii of the driving and the driven gear, m; those at which they run.
     pitch_angles_deg
         Pitch-cone angles, 0 for parallel shafts.
     normal
@@ -105,8 +105,9 @@ def mesh_geometry(mesh: Mesh, driving: PairMember, driven: PairMember, rotation:
 
     ``n = cos(phi) (cos(psi) t - H s sin(psi) e) + sin(phi) g``
 
-    with H = 1 for a right-hand driving gear, and s = 1 where it turns right-handed about a1. For a bevel pair this
-    gives the axial force ``Wt / cos(psi) (tan(phi) sin(gamma) -+ sin(psi) cos(gamma))`` on the driving gear.
+    with phi and psi at the pitch circles on which the pair runs, H = 1 for a right-hand driving gear, and s = 1 where
+    it turns right-handed about a1. For a bevel pair this gives the axial force
+    ``Wt / cos(psi) (tan(phi) sin(gamma) -+ sin(psi) cos(gamma))`` on the driving gear.
 
     Parameters
     ----------
@@ -126,6 +127,8 @@ def mesh_geometry(mesh: Mesh, driving: PairMember, driven: PairMember, rotation:
     frame = _parallel if parallel else _bevel
     radii, gammas, a1, e, radial1, radial2 = frame(mesh, driving, driven)
     phi, psi = np.deg2rad(mesh.pressure_angle_deg), np.deg2rad(mesh.helix_angle_deg)
+    if parallel and mesh.is_shifted:
+        phi, psi = mesh.pair((driving.teeth, driven.teeth)).working_angles
 
     spin = rotation * float(np.sign(a1 @ driving.axis))
     t = spin * np.cross(a1, radial1)
@@ -169,10 +172,17 @@ def _parallel(mesh: Mesh, driving: PairMember, driven: PairMember) -> _Frame:
         )
     line /= np.linalg.norm(line)
     radii = (mesh.module * driving.teeth / 2, mesh.module * driven.teeth / 2)
+    if mesh.is_shifted:
+        radii = mesh.pair((driving.teeth, driven.teeth)).working_radii
     return radii, (0.0, 0.0), driving.axis, driving.axis, line, -line
 
 
 def _bevel(mesh: Mesh, driving: PairMember, driven: PairMember) -> _Frame:
+    if mesh.centre_distance is not None:
+        raise InputError(
+            f"centre_distance = {mesh.centre_distance} is for parallel shafts, and those of {mesh.driving!r} and "
+            f"{mesh.driven!r} meet; leave it out"
+        )
     for name, gear in ((mesh.driving, driving), (mesh.driven, driven)):
         if gear.apex is None:
             raise InputError(

@@ -6,14 +6,14 @@ from functools import lru_cache
 from typing import Literal, Self
 
 import numpy as np
-from pydantic import Field, PrivateAttr
+from pydantic import Field, PrivateAttr, field_validator
 
 from sigdb.core import FloatArray, InputError, quantity
 from sigdb.transmission.damage import ToothDamage
 from sigdb.transmission.mesh.cylindrical_pair import CylindricalPair, Rack, corner_separation
 from sigdb.transmission.mesh.energy_method import POINTS, SOUND, ElasticPair, pair_curve
 from sigdb.transmission.mesh.iso_6336 import iso_mesh_stiffness
-from sigdb.transmission.mesh.profiles import Profile, area, check_contact, raised_cosine, smooth_ends, trapezoid
+from sigdb.transmission.mesh.profiles import Profile, Values, area, check_contact, raised_cosine, smooth_ends, trapezoid
 from sigdb.transmission.mesh.tooth_sections import is_missing
 
 
@@ -26,10 +26,10 @@ class GeometryProfile(Profile):
     )  # fmt: skip
     addendum: float = quantity("-", "Addendum of the teeth, in normal modules.", gt=0, default=1.0)
     dedendum: float = quantity("-", "Dedendum of the teeth, in normal modules.", gt=0, default=1.25)
-    profile_shift: float = quantity(
+    profile_shift: float | Values = quantity(
         "-",
-        "Profile shift of the driving gear in normal modules; the driven gear has the opposite, "
-        "since pairs run at their reference distance.",
+        "Profile shifts of the driving and the driven gear in normal modules; a single number is that of the driving "
+        "gear, whose mate then has the opposite.",
         default=0.0,
     )
     material: str | None = Field(default=None, description="Name of the teeth's material; the gears' own if left out.")
@@ -44,11 +44,25 @@ class GeometryProfile(Profile):
         ValueError
             If it does not hold for that pair.
         """
-        shifts = (self.profile_shift, -self.profile_shift)
         profile = self.model_copy()
-        profile._elastic = replace(pair, geometry=replace(pair.geometry, profile_shifts=shifts, rack=self.rack))
+        geometry = replace(pair.geometry, profile_shifts=self.profile_shifts, rack=self.rack)
+        profile._elastic = replace(pair, geometry=geometry)
         check_contact(profile.ideal_contact, self.flank)
         return profile
+
+    @field_validator("profile_shift")
+    @classmethod
+    def _of_two_gears(cls, shift: float | Values) -> float | Values:
+        if isinstance(shift, tuple) and len(shift) != 2:
+            raise ValueError(f"{list(shift)} has {len(shift)} values; give one for each gear of the pair, two in all")
+        return shift
+
+    @property
+    def profile_shifts(self) -> tuple[float, float]:
+        """Profile shifts of the driving and the driven gear, in normal modules."""
+        if isinstance(self.profile_shift, tuple):
+            return self.profile_shift[0], self.profile_shift[1]
+        return self.profile_shift, -self.profile_shift
 
     @property
     def elastic(self) -> ElasticPair:

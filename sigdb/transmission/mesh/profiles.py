@@ -34,7 +34,7 @@ def raised_cosine(x: FloatArray) -> FloatArray:
 
 
 Values = Annotated[tuple[float, ...], Strict(False)]
-MOST_PASSES = 3
+MOST_PASSES = 16
 """A pair's contact is shorter than this, in passes."""
 
 
@@ -224,7 +224,7 @@ def _table_area(places: tuple[float, ...], stiffnesses: tuple[float, ...], flank
 
 
 def check_contact(length: float, flank: float) -> None:
-    """Refuse a contact that is not longer than one pass and shorter than three, or flanks that meet.
+    """Refuse a contact that is shorter than one pass or longer than any, or flanks that meet.
 
     Raises
     ------

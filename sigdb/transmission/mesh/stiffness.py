@@ -35,9 +35,9 @@ def place_in_contact(u: FloatArray, teeth: int) -> FloatArray:
     return (u - np.arange(teeth)[:, None] + 1) % teeth - 1
 
 
-def pairs_in_contact(u: FloatArray) -> FloatArray:
-    """(3, n) places x of the pairs of a healthy mesh that can be in contact, all its teeth being alike."""
-    return u % 1 + np.arange(3)[:, None]
+def pairs_in_contact(profile: AnyProfile, u: FloatArray) -> FloatArray:
+    """(pairs, n) places x of the pairs of a healthy mesh that can be in contact, all its teeth being alike."""
+    return u % 1 + np.arange(int(np.ceil(profile.contact_ratio)))[:, None]
 
 
 def tooth_stiffness(

@@ -92,6 +92,11 @@ class Mesh(Described):
     line_of_centres: Vector | None = quantity(
         "-", "Parallel shafts: direction from the driving to the driven gear, in the casing's frame.", default=None
     )
+    centre_distance: float | None = quantity(
+        "m",
+        "Parallel shafts: distance of their axes; if left out that at which both flanks touch for the profile shifts.",
+        gt=0, default=None,
+    )  # fmt: skip
     damping: float = quantity("N s/m", "Viscous damping along the normal.", ge=0, default=0.0)
     backlash: float | None = quantity(
         "m",
@@ -126,6 +131,25 @@ class Mesh(Described):
         stated = "stiffness" in self.model_fields_set
         return {name: value for name, value in handler(self).items() if name != "stiffness" or stated}
 
+    @property
+    def is_shifted(self) -> bool:
+        """Whether the pair may run at another distance than the reference one."""
+        by_geometry = isinstance(self.profile, GeometryProfile)
+        return self.centre_distance is not None or (by_geometry and sum(self.profile.profile_shifts) != 0)
+
+    def pair(self, teeth: tuple[int, int]) -> CylindricalPair:
+        """Geometry of the pair on parallel shafts, for the teeth of the driving and the driven gear."""
+        by_geometry = isinstance(self.profile, GeometryProfile)
+        return CylindricalPair(
+            teeth=teeth,
+            normal_module=self.module * float(np.cos(np.deg2rad(self.helix_angle_deg))),
+            face_width=self.face_width,
+            pressure_angle_deg=self.pressure_angle_deg,
+            helix_angle_deg=self.helix_angle_deg,
+            profile_shifts=self.profile.profile_shifts if by_geometry else (0.0, 0.0),
+            centre_distance=self.centre_distance,
+        )
+
     def fitted(self, driving: Gear, driven: Gear, materials: Mapping[str, Material]) -> "Mesh":
         """The mesh with a profile that knows its gears, on parallel shafts.
 
@@ -145,13 +169,7 @@ class Mesh(Described):
                     f"{', '.join(materials) or 'those of the table materials'}"
                 )
             elastic.append(Elastic(young_modulus=material.young_modulus, shear_modulus=material.shear_modulus))
-        geometry = CylindricalPair(
-            teeth=(driving.teeth, driven.teeth),
-            normal_module=self.module * float(np.cos(np.deg2rad(self.helix_angle_deg))),
-            face_width=self.face_width,
-            pressure_angle_deg=self.pressure_angle_deg,
-            helix_angle_deg=self.helix_angle_deg,
-        )
+        geometry = self.pair((driving.teeth, driven.teeth))
         pair = ElasticPair(geometry=geometry, materials=(elastic[0], elastic[1]), bores=(driving.bore, driven.bore))
         profile = self.profile.fitted(pair)
         stated = "stiffness" in self.model_fields_set

@@ -56,7 +56,7 @@ USUAL_RANGES: tuple[UsualRange, ...] = (
     UsualRange(
         fields=("shafts.segments.outer_diameter", "shafts.segments.inner_diameter", "disks.outer_diameter",
                 "disks.inner_diameter", "disks.width", "gears.body_length", "gears.bore", "meshes.face_width",
-                "bearings.rolling.pitch_diameter"),
+                "meshes.centre_distance", "bearings.rolling.pitch_diameter"),
         unit="m", least=1e-3, greatest=4, slips=_MILLI,
     ),
     UsualRange(fields=("bearings.rolling.rolling_diameter",), unit="m", least=5e-4, greatest=0.3, slips=_MILLI),

@@ -45,6 +45,8 @@ PAIRS = [
             (parallel_pair, {}),
             (parallel_pair, {"helix_angle_deg": 25.0}),
             (parallel_pair, {"helix_angle_deg": 25.0, "hand": "left", "rotation": -1, "flip": -1.0}),
+            (parallel_pair, {"centre_distance": 0.165}),
+            (parallel_pair, {"centre_distance": 0.165, "helix_angle_deg": 25.0, "hand": "left"}),
             (parallel_pair, {"helix_angle_deg": 25.0, "frame": Rotation.from_rotvec([0.3, -0.8, 1.1]).as_matrix()}),
             (bevel_pair, {}),
             (bevel_pair, {"helix_angle_deg": 35.0}),
@@ -88,8 +90,8 @@ def test_force_per_torque_balances_the_driving_torque(make, options):
     own_axis = options.get("rotation", 1) * first.axis
     assert_allclose(geometry.vector[3:6] @ own_axis * geometry.force_per_torque, 1, rtol=1e-13)
     cosines = np.cos(np.deg2rad(20)) * np.cos(np.deg2rad(mesh.helix_angle_deg))
-    tangential = 1 / geometry.radii[0]
-    assert_allclose(geometry.force_per_torque, tangential / cosines, rtol=1e-14)
+    reference = mesh.module * first.teeth / 2 if mesh.is_shifted else geometry.radii[0]
+    assert_allclose(geometry.force_per_torque, 1 / (reference * cosines), rtol=1e-13)
 
 
 @pytest.mark.parametrize(("make", "options"), PAIRS)
@@ -151,3 +153,23 @@ def test_parallel_gears_need_a_line_of_centres():
     member = PairMember(teeth=15, axis=np.array([0.0, 0.0, 1.0]), apex=None)
     with pytest.raises(InputError, match=r"shafts of 'a' and 'b' are parallel; give the mesh's line_of_centres"):
         mesh_geometry(a_mesh(), member, member, 1)
+
+
+@pytest.mark.parametrize("helix_angle_deg", [0.0, 25.0])
+def test_a_pair_further_apart_runs_on_the_same_base_circles(helix_angle_deg):
+    """The normal stays tangent to the base cylinders: the force of a torque and the base pitch are those at the
+    reference distance, and the angle to the line of centres grows as the involutes say."""
+    reference = parallel_pair(helix_angle_deg=helix_angle_deg)[1]
+    apart = parallel_pair(helix_angle_deg=helix_angle_deg, centre_distance=0.165)[1]
+    assert_allclose(apart.radii, [0.165 * 20 / 65, 0.165 * 45 / 65], rtol=1e-12)
+    assert_allclose(apart.force_per_torque, reference.force_per_torque, rtol=1e-12)
+    assert_allclose(apart.base_pitch, reference.base_pitch, rtol=1e-12)
+    across = [np.hypot(*geometry.normal[:2]) for geometry in (reference, apart)]
+    assert_allclose(across[0], across[1], rtol=1e-12)
+    cosines = [geometry.normal[1] / value for geometry, value in zip((reference, apart), across, strict=True)]
+    assert_allclose(cosines[1] * 0.165, cosines[0] * 0.1625, rtol=1e-12)
+
+
+def test_a_bevel_pair_has_no_centre_distance():
+    with pytest.raises(InputError, match=r"centre_distance = 0\.1 is for parallel shafts"):
+        bevel_pair(centre_distance=0.1)

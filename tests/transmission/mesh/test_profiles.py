@@ -60,7 +60,7 @@ def test_the_mesh_has_its_mean_and_begins_and_ends_without_a_jump(mesh):
     steps = [np.abs(np.diff(pair[::every])).max() for every in (1, 8)]
     assert steps[0] < 0.2 * steps[1]
     u = np.arange(256) / 256
-    whole = pair_stiffness(mesh.profile, pairs_in_contact(u)).sum(axis=0)
+    whole = pair_stiffness(mesh.profile, pairs_in_contact(mesh.profile, u)).sum(axis=0)
     assert_allclose(whole.mean(), 1, rtol=1e-5)
 
 
@@ -146,6 +146,41 @@ def test_profile_shift_of_the_driving_gear_comes_with_its_opposite(rig_with, nam
 
 
 @pytest.mark.parametrize("name", ["energy-method", "iso-6336"])
+def test_each_gear_may_have_a_profile_shift_of_its_own(rig_with, name):
+    """The pair runs further apart, on larger pitch circles."""
+    rig = rig_with(PROFILES[name] + "profile_shift = [0.3, 0.1]\n")
+    mesh, pair = rig.meshes["main"], rig.meshes["main"].profile.pair
+    assert pair.profile_shifts == (0.3, 0.1)
+    assert pair.distance > sum(pair.pitch_radii)
+    assert rig.geometries["main"].radii == pair.working_radii
+    assert Transmission.model_validate(rig.model_dump()) == rig
+    profile = PROFILES[name] + "profile_shift = [0.3, 0.1]\n"
+    apart = rig_with(profile, f"centre_distance = {pair.distance + 1e-3}").meshes["main"]
+    assert apart.profile.contact_ratio < mesh.profile.contact_ratio
+    with pytest.raises(InputError, match=r"meshes.main: .*centre_distance = 0.1 is less than"):
+        rig_with(profile, "centre_distance = 0.1")
+
+
+def test_a_helical_pair_may_have_many_teeth_in_contact(rig_with):
+    """An overlap of 7 passes and more: the mesh still has its mean, and hardly varies."""
+    mesh = rig_with(PROFILES["iso-6336"], "helix_angle_deg = 30.0", width=("face_width = 0.016", "face_width = 0.16"))
+    profile = mesh.meshes["main"].profile
+    u = np.arange(256) / 256
+    whole = pair_stiffness(profile, pairs_in_contact(profile, u)).sum(axis=0)
+    assert profile.contact_ratio > 8
+    assert_allclose(whole.mean(), 1, rtol=1e-9)
+    assert np.ptp(whole) < 0.02
+    rows = tooth_stiffness(mesh.meshes["main"], 19, np.arange(19 * 64) / 64, {}).sum(axis=0)
+    assert_allclose(rows / mesh.meshes["main"].stiffness, np.tile(whole[::4], 19), rtol=1e-9)
+
+
+def test_a_contact_longer_than_a_revolution_is_refused(rig_with):
+    changes = {"width": ("face_width = 0.016", "face_width = 0.22"), "teeth": ("teeth = 19", "teeth = 15")}
+    with pytest.raises(InputError, match=r"a contact of 14.\d+ passes .* gear 'pinion' with 15 teeth has room for; it"):
+        rig_with(PROFILES["iso-6336"], "helix_angle_deg = 30.0", **changes)
+
+
+@pytest.mark.parametrize("name", ["energy-method", "iso-6336"])
 def test_a_profile_by_geometry_follows_the_gears(rig_with, name):
     """Contact ratio of 25/48 teeth by the radii of curvature at both tips, written out here."""
     rig = rig_with(PROFILES[name])
@@ -190,7 +225,10 @@ def test_a_helical_pair_by_iso_takes_up_its_load_over_its_overlap(rig_with):
         ("kind = 3", "meshes.main.profile.kind = '3' must be one of"),
         ('kind = "energy-method"\nflanks = 0.1', "unknown key meshes.main.profile.flanks; did you mean 'flank'?"),
         ('kind = "energy-method"\nflank = 0', "meshes.main.profile.flank = 0 must be greater than 0"),
-        ('kind = "energy-method"\nflank = 1.7', "meshes.main.profile: the contact is 1.646 passes long; it must be 1"),
+        (
+            'kind = "energy-method"\nflank = 1.7',
+            "meshes.main.profile: flank = 1.7 must be at most the contact, 1.646 passes",
+        ),
         ('kind = "energy-method"\naddendum = 1.5', "the gear of 19 teeth would touch below their involute; lower the"),
         ('kind = "energy-method"\nprofile_shift = -0.3', "a gear of 19 teeth is undercut by its rack"),
         ('kind = "energy-method"\nmaterial = "stel"', "the material of gear 'pinion' is not known; give profile.mater"),
@@ -202,7 +240,8 @@ def test_a_helical_pair_by_iso_takes_up_its_load_over_its_overlap(rig_with):
         (TABLE.replace("0.5, 1.2", "1.2, 1.2"), "must begin with 0 and ascend"),
         (TABLE.replace("1e8, ", ""), "places has 4 values and pair_stiffnesses 3; give as many"),
         (TABLE.replace("1e8, ", "0.0, "), "pair_stiffnesses = [0.0, 160000000.0, 180000000.0, 110000000.0] must be gr"),
-        (TABLE.replace("1.6]", "2.9]"), "the contact is 2.9 passes long; it must be 1 to 2.8"),
+        (TABLE.replace("1.6]", "16.0]"), "the contact is 16 passes long; it must be 1 to 15.8"),
+        ('kind = "iso-6336"\nprofile_shift = [0.1]', "meshes.main.profile.profile_shift: [0.1] has 1 values; give one"),
     ],
 )
 def test_a_profile_that_cannot_be_is_refused(rig_with, profile, message):
