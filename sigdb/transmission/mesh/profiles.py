@@ -46,6 +46,11 @@ class Profile(Described):
         """Mean mesh stiffness that follows from the profile, N/m."""
         return None
 
+    @property
+    def profile_shifts(self) -> tuple[float, float]:
+        """Profile shifts of the driving and the driven gear that the profile knows, in normal modules."""
+        return 0.0, 0.0
+
     def separation(self, x: FloatArray) -> FloatArray:
         """Deviation of the flanks of a pair from contact at x passes after first contact, along the normal, m.
 

@@ -134,19 +134,17 @@ class Mesh(Described):
     @property
     def is_shifted(self) -> bool:
         """Whether the pair may run at another distance than the reference one."""
-        by_geometry = isinstance(self.profile, GeometryProfile)
-        return self.centre_distance is not None or (by_geometry and sum(self.profile.profile_shifts) != 0)
+        return self.centre_distance is not None or sum(self.profile.profile_shifts) != 0
 
     def pair(self, teeth: tuple[int, int]) -> CylindricalPair:
         """Geometry of the pair on parallel shafts, for the teeth of the driving and the driven gear."""
-        by_geometry = isinstance(self.profile, GeometryProfile)
         return CylindricalPair(
             teeth=teeth,
             normal_module=self.module * float(np.cos(np.deg2rad(self.helix_angle_deg))),
             face_width=self.face_width,
             pressure_angle_deg=self.pressure_angle_deg,
             helix_angle_deg=self.helix_angle_deg,
-            profile_shifts=self.profile.profile_shifts if by_geometry else (0.0, 0.0),
+            profile_shifts=self.profile.profile_shifts,
             centre_distance=self.centre_distance,
         )
 
