@@ -58,7 +58,7 @@ def table(folder, name):
 
 
 def mixture(nuisances):
-    """Probability, and size of each nuisance, of all that a machine may have: none, one alone, all; whole or a third."""
+    """Probability of each combination of nuisances and their sizes, stated or a third: none, one alone, all."""
     if not nuisances:
         return [(1.0, [])]
     parts = [(0.4, [0.0] * nuisances)]
