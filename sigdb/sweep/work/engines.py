@@ -23,6 +23,9 @@ Make = Callable[[_Work, Store, int], Receipt]
 _WORKER_DEATHS = 3
 """Successive deaths of a worker, with no part finished in between, after which the run gives up."""
 
+_IDLE_SECONDS = 10
+"""Seconds without work after which a worker process ends, and gives back its memory."""
+
 
 class WorkerDiedError(Exception):
     """A worker died, and its part is not finished."""
@@ -105,7 +108,8 @@ class Processes:
         cores = joblib.cpu_count()
         # No more workers than cores unless there are parts for them.
         jobs = self.jobs if self.jobs <= cores else max(cores, min(self.jobs, len(parts)))
-        pool = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
+        options = {"return_as": "generator_unordered", "batch_size": 1, "pre_dispatch": "n_jobs"}
+        pool = joblib.Parallel(n_jobs=jobs, **options, idle_worker_timeout=_IDLE_SECONDS)
         with joblib.parallel_config("loky", inner_max_num_threads=1), warnings.catch_warnings():
             # A worker that has grown is replaced between two parts. Nothing is lost.
             warnings.filterwarnings("ignore", message="A worker stopped while some jobs were given")

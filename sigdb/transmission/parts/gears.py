@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Discriminator, Field, SerializerFunctionWrapHandler, Tag, model_serializer, model_validator
 
-from sigdb.core import InputError, Vector, quantity
+from sigdb.core import InputError, Vector, quantity, without_defaults
 from sigdb.transmission.mesh.cylindrical_pair import CylindricalPair
 from sigdb.transmission.mesh.energy_method import Elastic, ElasticPair
 from sigdb.transmission.mesh.geometry_profiles import EnergyMethod, GeometryProfile, Iso6336
@@ -129,7 +129,8 @@ class Mesh(Described):
     def _as_given(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Without a mean stiffness that follows from the profile, so that it follows again."""
         stated = "stiffness" in self.model_fields_set
-        return {name: value for name, value in handler(self).items() if name != "stiffness" or stated}
+        dumped = without_defaults(self, handler(self), ("centre_distance",))
+        return {name: value for name, value in dumped.items() if name != "stiffness" or stated}
 
     @property
     def is_shifted(self) -> bool:
