@@ -25,6 +25,12 @@ _LEFT_LATE = 0.05
 _BASIS_PRECISION = 1e-6
 """Greatest norm of what a basis leaves out of all modes and carriers together, over that of the greatest mode."""
 
+_MOST_BEND = 0.1
+"""Greatest norm of what bends away from the mode of the mark's lateness, over the noise, for which the mode will do."""
+
+_MOST_TURNS = 4
+"""Times that an average is turned by what is left of the mark's lateness, at most."""
+
 _ROWS_AT_ONCE = 128
 """Rows whose parts are compared together."""
 
@@ -95,6 +101,8 @@ class MixtureLaws:
         Standard deviation of d, tooth passes.
     healthy_signal
         (a, n) mean of the first carriers of the healthy templates.
+    slopes
+        (templates, n) change of the nominal averages per tooth pass that the mark comes late.
     """
 
     parts: tuple[TurnedLaws, ...]
@@ -102,6 +110,7 @@ class MixtureLaws:
     late: BoolArray
     mark: float
     healthy_signal: FloatArray
+    slopes: FloatArray
 
     @classmethod
     def of(
@@ -123,10 +132,11 @@ class MixtureLaws:
             Greatest norm of modes that are left out.
         """
         mixture, parts = nuisances.mixture, []
-        slope = min(_LEFT_LATE, mixture.mark) * late_slope(signals, laws.gear_teeth)[:, :, None]
+        slopes = late_slope(signals, laws.gear_teeth)
+        left = min(_LEFT_LATE, mixture.mark) * slopes[:, :, None]
         for part, factors in zip(mixture.parts, mixture.factors(nuisances.counts), strict=True):
             some = factors > 0
-            columns = [errors, nuisances.modes[:, :, some] * factors[some], *([slope] if part.late else [])]
+            columns = [errors, nuisances.modes[:, :, some] * factors[some], *([left] if part.late else [])]
             modes, gains = joint_modes(np.concatenate(columns, axis=2), least)
             parts.append(replace(laws, modes=modes, gains=gains, with_nuisances=True))
         return cls(
@@ -135,17 +145,21 @@ class MixtureLaws:
             late=np.array([part.late for part in mixture.parts]),
             mark=mixture.mark,
             healthy_signal=laws.carriers[laws.healthy, :, 0].mean(axis=0),
+            slopes=slopes,
         )
 
     def whitened(self, shape: FloatArray) -> Self:
         """Return the laws of averages that are divided by a deviation by order, (n / 2 + 1,)."""
         parts = tuple(part.whitened(shape) for part in self.parts)
-        return replace(self, parts=parts, healthy_signal=whitened(self.healthy_signal, shape))
+        signal, slopes = whitened(self.healthy_signal, shape), whitened(self.slopes, shape)
+        return replace(self, parts=parts, healthy_signal=signal, slopes=slopes)
 
     def each_log_likelihood(
         self, x: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike, coefficients: FloatArray | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return log-likelihoods under each part (parts, rows, templates, teeth), and log weights (parts, rows).
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return log-likelihoods under each part, log weights, and averages with the mark in its place.
+
+        They are (parts, rows, templates, teeth), (parts, rows) and (rows, n).
 
         Parameters
         ----------
@@ -154,24 +168,33 @@ class MixtureLaws:
         """
         first, x = self.parts[0], self.parts[0].checked(x, noise)
         noise, size = (np.broadcast_to(np.asarray(value, float), len(x)) for value in (noise, index_error))
-        straight, passes = self.in_place(x, coefficients)
-        weight = self.log_weights[:, None] + self._log_late(passes)
+        straight, passes = self._in_place(x, coefficients)
         each = np.empty((len(self.parts), len(x), len(first.carriers), first.teeth))
-        for at in blocks(len(x), _ROWS_AT_ONCE):
-            weights = first.weights(None if coefficients is None else coefficients[at])
-            for group, numbers, seen in zip(self._groups, self._numbers, (x, straight), strict=True):
-                if group is not None:
-                    each[numbers, at] = group.log_likelihood(seen[at], weights, noise=noise[at], index_error=size[at])
-        return np.stack([part.completed(term) for part, term in zip(self.parts, each, strict=True)]), weight
+        for is_late, group in self._groups.items():
+            seen = straight if is_late else x
+            each[self._numbers[is_late]] = group.log_likelihood(seen, noise, size, coefficients)
+        rows = np.arange(len(x))
+        for _ in range(_MOST_TURNS if self.late.any() else 0):
+            c = None if coefficients is None else coefficients[rows]
+            more, bent = self._left_late(each[:, rows], straight[rows], noise[rows], c)
+            rows, more = rows[bent], more[bent]
+            if not len(rows):
+                break
+            passes[rows] += more
+            straight[rows] = late(straight[rows], -more, first.gear_teeth)
+            law = (noise[rows], size[rows], None if coefficients is None else coefficients[rows])
+            each[self._numbers[True][:, None], rows] = self._groups[True].log_likelihood(straight[rows], *law)
+        each = np.stack([part.completed(term) for part, term in zip(self.parts, each, strict=True)])
+        return each, self.log_weights[:, None] + self._log_late(passes), straight
 
     def log_likelihood(
         self, x: ArrayLike, *, noise: ArrayLike, index_error: ArrayLike, coefficients: FloatArray | None = None
     ) -> FloatArray:
         """Return the logarithm of the density of averages; parameters and shape as of :class:`TurnedLaws`."""
-        each, weight = self.each_log_likelihood(x, noise=noise, index_error=index_error, coefficients=coefficients)
+        each, weight, _ = self.each_log_likelihood(x, noise=noise, index_error=index_error, coefficients=coefficients)
         return np.asarray(logsumexp(each + weight[:, :, None, None], axis=0))
 
-    def in_place(self, x: FloatArray, coefficients: FloatArray | None) -> tuple[FloatArray, FloatArray]:
+    def _in_place(self, x: FloatArray, coefficients: FloatArray | None) -> tuple[FloatArray, FloatArray]:
         """Return averages (rows, n) with the mark in its place, and by how many passes it was late, (rows,)."""
         if not self.late.any():
             return x, np.zeros(len(x))
@@ -188,9 +211,29 @@ class MixtureLaws:
         passes = places[best] + np.clip((before - after) / (2 * bend), -0.5, 0.5) / _PLACES
         return late(x, -passes, teeth), passes
 
-    def seen(self, part: int, x: FloatArray, coefficients: FloatArray | None) -> FloatArray:
-        """Return averages as a part sees them: with the mark in its place where it may be late."""
-        return self.in_place(x, coefficients)[0] if self.late[part] else x
+    def _left_late(
+        self, each: FloatArray, straight: FloatArray, noise: FloatArray, coefficients: FloatArray | None
+    ) -> tuple[FloatArray, BoolArray]:
+        """Return by how many passes averages are late under their most likely law, and where a mode is too straight.
+
+        Both are (rows,). The mode is too straight where what bends away from it is more than a tenth of the noise.
+        """
+        numbers, rows = self._numbers[True], np.arange(len(straight))
+        weighed = each[numbers] + self.log_weights[numbers][:, None, None, None]
+        best = weighed.transpose(1, 0, 2, 3).reshape(len(rows), -1).argmax(axis=1)
+        part, template, turn = np.unravel_index(best, (len(numbers), *each.shape[2:]))
+        passes, size = np.empty(len(rows)), min(_LEFT_LATE, self.mark)
+        for m, k in sorted(set(zip(part.tolist(), template.tolist(), strict=True))):
+            at = np.flatnonzero((part == m) & (template == k))
+            laws = self.parts[numbers[m]]
+            c = None if coefficients is None else coefficients[at]
+            turned = straight[at[:, None], (np.arange(laws.samples) + turn[at, None] * self._step) % laws.samples]
+            left = turned - laws.weights_of(k, turn[at], c) @ laws.carriers_of(k)
+            shares = 1 / (1 + (noise[at, None] / laws.gains[k]) ** 2)
+            slope = size * self.slopes[k]
+            explained = shares * (left @ laws.modes[k]) @ (laws.modes[k].T @ slope)
+            passes[at] = size * (left @ slope - explained) / noise[at] ** 2
+        return passes, passes**2 / 2 * self._bends[template] > _MOST_BEND * noise
 
     def _log_late(self, passes: FloatArray) -> FloatArray:
         """Return the logarithm of the density of lateness over that of the mode that stands for it, (parts, rows)."""
@@ -200,14 +243,24 @@ class MixtureLaws:
         return np.where(self.late[:, None], density, 0.0)
 
     @cached_property
-    def _numbers(self) -> list[IntArray]:
-        """Numbers of the parts whose mark is in its place, and of those whose mark may be late."""
-        return [np.flatnonzero(self.late == is_late) for is_late in (False, True)]
+    def _bends(self) -> FloatArray:
+        """(templates,) norm of the second derivative of the averages by the lateness of the mark, per pass squared."""
+        return np.asarray(np.linalg.norm(late_slope(self.slopes, self.parts[0].gear_teeth), axis=1))
+
+    @property
+    def _step(self) -> int:
+        """Samples of a turn by one tooth; none where nothing is turned."""
+        return self.parts[0].samples // self.parts[0].teeth
 
     @cached_property
-    def _groups(self) -> "list[_PartGroup | None]":
-        """The same parts together; None without any."""
-        return [_PartGroup([self.parts[i] for i in numbers]) if len(numbers) else None for numbers in self._numbers]
+    def _numbers(self) -> dict[bool, IntArray]:
+        """Numbers of the parts whose mark is in its place, and of those whose mark may be late."""
+        return {is_late: np.flatnonzero(self.late == is_late) for is_late in (False, True)}
+
+    @cached_property
+    def _groups(self) -> "dict[bool, _PartGroup]":
+        """The same parts together, where there are any."""
+        return {late: _PartGroup([self.parts[i] for i in at]) for late, at in self._numbers.items() if len(at)}
 
 
 def joint_modes(columns: FloatArray, least: float) -> tuple[FloatArray, FloatArray]:
@@ -233,20 +286,17 @@ class _PartGroup:
         self.parts = parts
 
     def log_likelihood(
-        self, x: FloatArray, weights: FloatArray, *, noise: FloatArray, index_error: FloatArray
+        self, x: FloatArray, noise: FloatArray, index_error: FloatArray, coefficients: FloatArray | None
     ) -> FloatArray:
-        """Return log-likelihoods under each part, (parts, rows, templates, teeth).
-
-        Parameters
-        ----------
-        x, noise, index_error
-            As of :class:`TurnedLaws`.
-        weights
-            Weights of the carriers, as of :meth:`TurnedLaws.weights`.
-        """
-        residuals = self._basis.residuals(x, weights)
-        parts = zip(self.parts, self._modes, strict=True)
-        return np.stack([part.density(modes, residuals, noise, index_error) for part, modes in parts])
+        """Return log-likelihoods under each part, (parts, rows, templates, teeth); arguments as of TurnedLaws."""
+        first = self.parts[0]
+        likelihood = np.empty((len(self.parts), len(x), len(first.carriers), first.teeth))
+        for at in blocks(len(x), _ROWS_AT_ONCE):
+            weights = first.weights(None if coefficients is None else coefficients[at])
+            residuals = self._basis.residuals(x[at], weights)
+            for part, modes, of_part in zip(self.parts, self._modes, likelihood, strict=True):
+                of_part[at] = part.density(modes, residuals, noise[at], index_error[at])
+        return likelihood
 
     @cached_property
     def _basis(self) -> TurnedBasis:

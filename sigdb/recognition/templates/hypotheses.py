@@ -128,7 +128,10 @@ class Hypotheses:
             NuisanceSettings, database.manifest.resolved.get("nuisance", {}), owner=str(database.store)
         )
         nuisances = laws.nuisances
-        if nuisances is not None and len(nuisances.counts) == len(settings.each):
+        if nuisances is None and settings.mark:  # the place of the mark has no modes
+            none = np.empty((*laws.signal.shape, 0))
+            nuisances = Nuisances(modes=none, counts=(), mixture=NuisanceMixture.of(settings))
+        elif nuisances is not None and len(nuisances.counts) == len(settings.each):
             nuisances = replace(nuisances, mixture=NuisanceMixture.of(settings))
         return replace(laws, untied=not rig.turns_exactly(gear), nuisances=nuisances)
 

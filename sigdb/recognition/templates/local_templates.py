@@ -100,16 +100,16 @@ class LocalTemplates:
 
     def each_log_likelihood(
         self, x: FloatArray, *, noise: FloatArray, index_error: float, coefficients: FloatArray | None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return log-likelihoods under each part of the mixture, and log weights, as of :class:`MixtureLaws`."""
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return log-likelihoods under each part of the mixture, log weights, and averages, as of MixtureLaws."""
         if self.mixture is None:
             only = self.laws.log_likelihood(x, noise=noise, index_error=index_error, coefficients=coefficients)
-            return only[None], np.zeros((1, len(x)))
+            return only[None], np.zeros((1, len(x))), x
         return self.mixture.each_log_likelihood(x, noise=noise, index_error=index_error, coefficients=coefficients)
 
-    def seen(self, part: int, x: FloatArray, coefficients: FloatArray | None) -> FloatArray:
-        """Return averages as a part of the mixture sees them."""
-        return x if self.mixture is None else self.mixture.seen(part, x, coefficients)
+    def is_late(self, part: int) -> bool:
+        """Whether the mark may be late under a part of the mixture."""
+        return self.mixture is not None and bool(self.mixture.late[part])
 
     @cached_property
     def parts(self) -> tuple[Self, ...]:

@@ -109,7 +109,7 @@ class PointTemplates:
         stored = CompactSignals.of([_signals(law, index_error) for law in laws], tolerance=tolerance)
         modes = [law.nuisances.modes.transpose(0, 2, 1) for law in laws if law.nuisances is not None]
         nuisances: Sequence[CompactSignals | None] = [None] * len(laws)
-        if len(modes) == len(laws):
+        if len(modes) == len(laws) and all(columns.size for columns in modes):
             nuisances = CompactSignals.of(modes, tolerance=_NUISANCE_TOLERANCE * tolerance)
         return [
             cls(
@@ -168,10 +168,12 @@ class PointTemplates:
     @property
     def nuisances(self) -> Nuisances | None:
         """The nuisances, in the signals' unit; None without any."""
-        if self.nuisance is None:
+        if self.nuisance is None and self.nuisance_parts is None:
             return None
-        modes = self.nuisance.expanded().transpose(0, 2, 1)
-        counts = self.nuisance_counts or (modes.shape[2],)
+        modes: FloatArray = np.empty((len(self.healthy), self.samples, 0))
+        if self.nuisance is not None:
+            modes = self.nuisance.expanded().transpose(0, 2, 1)
+        counts = (modes.shape[2],) if self.nuisance_counts is None else self.nuisance_counts
         if self.nuisance_parts is None:  # of an earlier version
             return Nuisances(modes=modes, counts=counts, mixture=NuisanceMixture.certain(len(counts)))
         parts = tuple(NuisancePart(*part) for part in self.nuisance_parts)
@@ -206,7 +208,7 @@ class PointTemplates:
 
     @property
     def _mixture(self) -> MixtureLaws | None:
-        if self.nuisance is None:
+        if self.hypotheses.nuisances is None:
             return None
         return self.hypotheses.mixture_at(self.index_error, least=self.least_mode)
 

@@ -191,7 +191,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         coefficients: FloatArray | None,
     ) -> tuple[IntArray, FloatArray]:
         law: Law = {"noise": noise, "index_error": self.bank.index_error, "coefficients": coefficients}
-        each, weight = local.each_log_likelihood(x, **law)
+        each, weight, straight = local.each_log_likelihood(x, **law)
         each += weight[:, :, None, None]
         likelihood = logsumexp(each, axis=0) if len(each) > 1 else each[0]
         best = likelihood.reshape(len(x), -1).argmax(axis=1)
@@ -202,7 +202,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
         tests = np.empty((len(x), 4))
         for number in np.unique(part).tolist():
             rows = np.flatnonzero(part == number)
-            seen = local.seen(number, x[rows], _of_rows(coefficients, rows))
+            seen = (straight if local.is_late(number) else x)[rows]
             tests[rows] = self._tests(
                 local.parts[number], seen, place[rows], of_parts[number, rows], uneven[rows], _law_of(law, rows)
             )

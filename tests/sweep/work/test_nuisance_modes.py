@@ -55,7 +55,7 @@ def with_all(made):
     return made(
         "gain_db = 1.0\npath_db = 0.5\nmark = 0.02\nrigs = 4\nrig = 0.02\nspeed = 0.002\ntorque = 0.1\n"
         "profile = 1e-7\nindex_error = 1e-7",
-        snr_db=-10.0,
+        snr_db=10.0,
     )
 
 
@@ -140,6 +140,19 @@ def test_averages_are_white_under_the_law_of_the_most_likely_part(with_all):
     exact = Hypotheses.of(db, **case).log_likelihood(x[:3], noise=noise[:3], index_error=bank.index_error)
     found = point.local.mixture.log_likelihood(x[:3], noise=noise[:3], index_error=bank.index_error)
     assert_allclose(found, exact, rtol=5e-4, atol=0.3)
+
+
+@pytest.mark.parametrize("snr_db", [-10.0, 30.0])
+@pytest.mark.parametrize("more", ["", "gain_db = 1.0\npath_db = 0.5\nspeed = 0.002\nrigs = 4"], ids=["alone", "others"])
+def test_a_mark_that_may_be_late_leaves_nothing_in_the_residual(made, more, snr_db):
+    """Neither where no other nuisance is stated, nor where the noise shows what bends away from the mode."""
+    _, db = made(f"mark = 0.2\n{more}", snr_db=snr_db)
+    rows = db.features(where="status = 'ok'")
+    x = db.signals(rows["id"].to_numpy())["tsa"].astype(float)
+    scores = TemplateScores(TemplateBank.of(db))
+    reduced = scores.transform(rows.assign(tsa=list(x)))[:, list(scores.get_feature_names_out()).index("reduced_chi2")]
+    assert abs(reduced.mean() - 1) < 5 * np.sqrt(2 / x.shape[1] / len(rows)) + 0.03
+    assert reduced.max() < 1.3
 
 
 def test_between_speeds_a_bank_has_the_modes_of_the_nearest_point(plan_of, tmp_path):
