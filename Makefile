@@ -10,7 +10,7 @@ SEED ?= 1
 # Installations leave compiling to the first import, so that each module must be compiled once, not in each process.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help quickstart test test-browser test-torch lowest fuzz paper paper-search check types lint docs peers wheel clean
+.PHONY: help quickstart test test-browser test-torch lowest fuzz paper paper-search bench check types lint docs peers wheel clean
 
 help:
 	@echo "make quickstart   install, make the quick database, its models and reports, query, draw"
@@ -23,6 +23,7 @@ help:
 	@echo "make paper-search search for such rigs again, by SEED=1, in HOURS=3 at most; a search that was stopped goes on"
 	@echo "make check        lint, format, types, contracts of packages, names and prose"
 	@echo "make docs         build the documentation into docs/_build"
+	@echo "make bench        measure speed against peers, in 20 minutes, for the README and the documentation"
 	@echo "make peers        install what the benchmarks compare with"
 	@echo "make wheel        build the wheel and try it in a clean environment"
 
@@ -86,6 +87,9 @@ lowest: .venv-lowest/test
 
 fuzz: .venv/test
 	$(BIN)/python tests/fuzz/fuzz.py --seconds $(SECONDS) --seed $(SEED) $(if $(KIND),--kind $(KIND)) $(if $(CASE),--case $(CASE))
+
+bench: .venv/all
+	$(BIN)/python benchmarks/bench.py
 
 paper: .venv/base
 	$(BIN)/python benchmarks/paper_identified.py

@@ -6,11 +6,10 @@ by the model and by the Bayes rule of the database itself, which has templates o
 bands of the signal-to-noise ratio: errors, and by how many decibels the noise may grow until the Bayes rule errs as
 often as a model of location. Posteriors a second of processor time are compared with those of plain NumPy.
 
-    python benchmarks/between_points.py [--model NAME] [--rows points|severities] [--database DIR] [--json]
+    python benchmarks/between_points.py [--model NAME] [--rows points|severities] [--database DIR] [--json FILE]
 """
 
 import argparse
-import json
 import tempfile
 import time
 from dataclasses import replace
@@ -19,7 +18,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from measuring import environment, print_table
+from measuring import environment, json_option, publish
 from scipy.special import logsumexp
 from threadpoolctl import threadpool_limits
 
@@ -41,7 +40,7 @@ def main() -> None:
     parser.add_argument("--model", default="nasa-location", help="name or folder of a model with templates")
     parser.add_argument("--rows", choices=("points", "severities"), default="points", help="recipe of the rows")
     parser.add_argument("--database", help="a database of that recipe; by default it is made, and removed")
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    json_option(parser)
     given = parser.parse_args()
     model = sigdb.load_model(given.model)
     with tempfile.TemporaryDirectory() as folder, threadpool_limits(1):
@@ -50,12 +49,7 @@ def main() -> None:
             run(recipe.plan(), folder, recipe=recipe.text, jobs=1)
         tables = measure(model, sigdb.open(given.database or folder))
     machine = environment("numpy", "scipy")
-    if given.json:
-        print(json.dumps({"machine": machine, "tables": tables}, indent=1))
-        return
-    print(", ".join(f"{key} {value}" for key, value in machine.items()))
-    for title, rows in tables.items():
-        print_table(title, rows)
+    publish(machine, tables, given.json)
 
 
 def measure(model: Model, database: Database) -> dict[str, Rows]:

@@ -4,18 +4,17 @@ A case counts where the least force of a mesh, in the linear periodic solution, 
 fractions of the static one. Rows of a recipe have their specimen's index errors; a template has none. The grid has
 every stiffness loss with every phase shift, the latter in tooth passes so that it means the same on every gear.
 
-    python benchmarks/contact_loss.py [--json]
+    python benchmarks/contact_loss.py [--json FILE]
 """
 
 import argparse
-import json
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measuring import environment, print_table
+from measuring import environment, json_option, publish
 from threadpoolctl import threadpool_limits
 
 import sigdb
@@ -37,19 +36,15 @@ SAMPLES_PER_TOOTH = 32
 def main() -> None:
     """Print the tables, or a JSON document with the same numbers and every case of the grid."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--json", action="store_true", help="print JSON")
-    as_json = parser.parse_args().json
+    json_option(parser)
+    given = parser.parse_args()
     with threadpool_limits(1):
         recipes = [of_recipe(load_recipe(path).plan(), path.stem) for path in RECIPES]
         cases = {rig.name: list(grid(rig)) for rig in loaded()}
     rigs = [row for name, found in cases.items() for row in summaries(name, found)]
     machine = environment("numpy", "scipy")
-    if as_json:
-        print(json.dumps({"machine": machine, "recipes": recipes, "rigs": rigs, "cases": cases}, indent=1))
-        return
-    print(", ".join(f"{key} {value}" for key, value in machine.items()))
-    print_table("Recipes", recipes)
-    print_table(f"Losses {LOSSES[0]} to {LOSSES[-1]}, shifts {SHIFTS[0]} to {SHIFTS[-1]} passes", rigs)
+    losses = f"Losses {LOSSES[0]} to {LOSSES[-1]}, shifts {SHIFTS[0]} to {SHIFTS[-1]} passes"
+    publish(machine, {"Recipes": recipes, losses: rigs}, given.json, more={"cases": cases})
 
 
 def loaded() -> Iterator[Transmission]:

@@ -9,7 +9,6 @@ likelihood ratio. They are compared with the share detected of many more gears.
 """
 
 import argparse
-import json
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import tomli_w
-from measuring import environment, print_table
+from measuring import environment, json_option, publish
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
@@ -43,17 +42,14 @@ def main() -> None:
     parser.add_argument("--speed-rpm", type=float, default=14_000.0, help="speed; 14 000 rpm")
     parser.add_argument("--torque", type=float, default=350.0, help="torque of the pinion; 350 N m")
     parser.add_argument("--seed", type=int, default=1, help="seed of sizes, gears and noise; 1")
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    json_option(parser)
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder, threadpool_limits(1):
         laws = templates(Path(folder), given.speed_rpm, given.torque, given.seed)
         model = sigdb.load_model(given.model)
         rows = study(model, laws, given.speed_rpm, given.torque, given.snr_db, given.seed)
     machine = environment("numpy", "scipy")
-    if given.json:
-        print(json.dumps({"machine": machine, "tables": {"Detection": rows}}, indent=1))
-        return
-    print_table("Stiffness loss detected with probability 0.9", rows)
+    publish(machine, {"Stiffness loss detected with probability 0.9": rows}, given.json)
 
 
 def templates(folder: Path, speed_rpm: float, torque: float, seed: int) -> Hypotheses:

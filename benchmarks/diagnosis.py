@@ -10,12 +10,11 @@ tones of the other shaft. All are of one pair of gears with index errors. A heal
 gives the path. Right is no tooth for the healthy ones; for the others an interval with the damaged tooth, or, without a
 tacho mark, any tooth, since its number is relative.
 
-    python benchmarks/diagnosis.py [--json]                             # both
+    python benchmarks/diagnosis.py [--json FILE]                             # both
     python benchmarks/diagnosis.py --cost docs/guide/diagnosis_cost.json   # the cost alone, as the guide shows it
 """
 
 import argparse
-import json
 import os
 import subprocess
 import sys
@@ -26,7 +25,7 @@ from typing import Any
 import numpy as np
 from gearbox_twin import TEETH, Twin
 from healthy_only import MeanTurn, pulse
-from measuring import environment, least_seconds, print_table, timed
+from measuring import environment, json_option, least_seconds, publish, timed
 from threadpoolctl import threadpool_limits
 
 import sigdb
@@ -55,24 +54,17 @@ DAMAGES = (
 def main() -> None:
     """Print the tables, or a JSON document with the same numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    json_option(parser)
     parser.add_argument("--cost", type=Path, help="measure the cost alone, and write it into this file")
     given = parser.parse_args()
     machine = environment("numpy", "scipy")
     costs = cost()
     if given.cost is not None:
-        print_table("Cost of a diagnosis", costs)
-        document = {"machine": machine, "tables": {"cost": costs}}
-        given.cost.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+        publish(machine, {"cost": costs}, given.cost)
         return
     with threadpool_limits(1):
         rows = [diagnosed(angle, level) for angle, levels in LEVELS.items() for level in levels]
-    if given.json:
-        print(json.dumps({"machine": machine, "cost": costs, "rows": rows}, indent=1))
-        return
-    print(", ".join(f"{key} {value}" for key, value in machine.items()))
-    print_table("Cost of a diagnosis", costs)
-    print_table("Diagnoses of a dozen raw recordings", rows)
+    publish(machine, {"cost": costs, "Diagnoses of a dozen raw recordings": rows}, given.json)
 
 
 def cost() -> list[dict[str, Any]]:

@@ -55,7 +55,10 @@ class ModalEquations:
     def _tables(self) -> NDArray:
         """(T + 1, 1 + columns) stiffness less its mean, and the error force of each column, over a revolution."""
         unit = np.vstack([np.zeros(self.prepared.teeth), np.eye(self.prepared.teeth)])[: self.columns]
-        made = [mesh_tables(self.rig, self.prepared.gear, self.damage, error).forces[0] for error in unit]
+        made = [
+            mesh_tables(self.rig, self.prepared.gear, self.damage, error, self.prepared.system).forces[0]
+            for error in unit
+        ]
         error = np.array([one[1] for one in made])
         error[1:] -= error[0]
         return np.ascontiguousarray(np.vstack([made[0][0] - self.prepared.meshes[0].stiffness, error]).T)

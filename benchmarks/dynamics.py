@@ -7,14 +7,13 @@ template with s samples touched, R rows and C columns are 2/3 s^3 of its factors
 on the samples touched, and 2 R s C of what it adds to the healthy response. The rest of both, and so the interpolation
 of a step and a template's estimate of its own error, counts in time but not in operations.
 
-    python benchmarks/dynamics.py [--json]
+    python benchmarks/dynamics.py [--json FILE]
 
 ROSS is measured if it can be imported: ``pip install -e '.[peers]'``.
 """
 
 import argparse
 import contextlib
-import json
 import os
 import warnings
 from collections.abc import Callable, Iterator
@@ -25,7 +24,7 @@ from typing import Any
 
 import numpy as np
 from dop853 import ModalEquations, averaged
-from measuring import environment, least_seconds, peak_flops, peak_megabytes, print_table, timed
+from measuring import environment, json_option, least_seconds, peak_flops, peak_megabytes, publish, timed
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
@@ -53,16 +52,11 @@ Rows = list[dict[str, Any]]
 def main() -> None:
     """Print the tables, or a JSON document with the same numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--json", action="store_true", help="print JSON")
-    as_json = parser.parse_args().json
+    json_option(parser)
+    given = parser.parse_args()
     with threadpool_limits(1):
         machine, tables = measure()
-    if as_json:
-        print(json.dumps({"machine": machine, "rig": RIG, "tables": tables}, indent=1))
-        return
-    print(", ".join(f"{key} {value}" for key, value in machine.items()))
-    for title, rows in tables.items():
-        print_table(title, rows)
+    publish(machine, tables, given.json)
     if "ross" not in machine:
         print("\nROSS is not installed here; it is compared after pip install -e '.[peers]'")
 
@@ -126,7 +120,7 @@ def stepping_seconds(rig: Transmission, system: ModalSystem, steps: int, others:
     """Seconds of a march, with so many further forces."""
     gear = next(iter(rig.meshes.values())).driving
     teeth, speed = rig.gears[gear].teeth, abs(rig.speed(rig.gears[gear].shaft))
-    tables = mesh_tables(rig, gear, {TOOTH: ToothDamage(stiffness_loss=0.5)}, np.zeros(teeth))
+    tables = mesh_tables(rig, gear, {TOOTH: ToothDamage(stiffness_loss=0.5)}, np.zeros(teeth), system)
     step = 2 * np.pi / speed / (teeth * STEPS_PER_TOOTH)
     marcher = Marcher(
         system, elements_from(rig, gear, system), tables, step, np.eye(system.inputs.shape[1])[:, :others]
@@ -177,8 +171,9 @@ def template_seconds(prepared: PeriodicRig, damaged: int, specimens: bool, count
 def template_flops(prepared: PeriodicRig, damaged: int, specimens: bool) -> float:
     """Operations of a template; see the head of this file."""
     (damage,) = damages(1, damaged)
+    mesh, force = prepared.meshes[0], float(prepared.static_force[0])
     made = damage_change(
-        prepared.meshes[0], prepared.gear, prepared.teeth, prepared.base_pitch, damage, prepared.samples_per_tooth
+        mesh, prepared.gear, prepared.teeth, prepared.base_pitch, damage, prepared.samples_per_tooth, force
     )
     s, rows = len(made.samples), len(prepared.response)
     columns = 1 + (prepared.teeth if specimens else 0)
@@ -238,7 +233,7 @@ def revolutions(rig: Transmission, prepared: PeriodicRig, dop853: dict[str, Any]
     """The march with the fewest steps that is accurate enough, against DOP853 on the same equations."""
     (damage,), none, rows = damages(2, 1)[1:], np.zeros(prepared.teeth), []
     fine = averaged(responses(prepare_periodic(rig, samples_per_tooth=256), 1)[0].swapaxes(0, 1)[None], prepared)[0]
-    tables, state = mesh_tables(rig, prepared.gear, damage, none), prepared.modal_state(damage, none)
+    tables, state = mesh_tables(rig, prepared.gear, damage, none, prepared.system), prepared.modal_state(damage, none)
     for per_tooth in MARCHES:
         steps = prepared.teeth * per_tooth
         marcher = Marcher(

@@ -4,17 +4,16 @@ Averages are drawn from the law of a small database of the NASA rig, with specim
 of the noise at which the first sensor alone is wrong as often as all averages together. The last line adds up the
 log-likelihoods of the averages as if each had a pair of gears of its own.
 
-    python benchmarks/fusion.py [--draws N] [--json]
+    python benchmarks/fusion.py [--draws N] [--json FILE]
 """
 
 import argparse
-import json
 import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measuring import environment, print_table
+from measuring import environment, json_option, publish
 from threadpoolctl import threadpool_limits
 
 import sigdb
@@ -54,7 +53,7 @@ def main() -> None:
     """Print the table, or a JSON document with the same numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--draws", type=int, default=1500, help="machines that are drawn; 1500 by default")
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    json_option(parser)
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder, threadpool_limits(1):
         Path(folder, "recipe.toml").write_text(RECIPE, encoding="utf-8")
@@ -62,11 +61,7 @@ def main() -> None:
         run(recipe.plan(), Path(folder, "signatures"), recipe=recipe.text, jobs=1)
         rows = measure(sigdb.open(Path(folder, "signatures")), given.draws)
     machine = environment("numpy", "scipy")
-    if given.json:
-        print(json.dumps({"machine": machine, "tables": {"fusion": rows}}, indent=1))
-        return
-    print(", ".join(f"{key} {value}" for key, value in machine.items()))
-    print_table(f"Wrong answers at {SNR_DB:g} dB, and the gain over the first sensor", rows)
+    publish(machine, {f"Wrong answers at {SNR_DB:g} dB, and the gain over the first sensor": rows}, given.json)
 
 
 def measure(database: Database, draws: int) -> list[dict[str, Any]]:

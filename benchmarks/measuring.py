@@ -1,5 +1,7 @@
 """What the benchmarks share: the machine, times, a core's peak, memory, and tables."""
 
+import argparse
+import json
 import os
 import platform
 import time
@@ -67,6 +69,27 @@ def peak_megabytes(call: Callable[[], Any]) -> float:
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     return peak / 1e6
+
+
+def json_option(parser: argparse._ActionsContainer) -> None:
+    """Add the option for the file that the numbers are stored in."""
+    parser.add_argument("--json", type=Path, metavar="FILE", help="store the numbers in this file too")
+
+
+def publish(
+    machine: Mapping[str, Any],
+    tables: Mapping[str, Sequence[Mapping[str, Any]]],
+    file: Path | None,
+    *,
+    more: Mapping[str, Any] | None = None,
+) -> None:
+    """Print tables with the machine that they are of, and store both, with more, where a file is given."""
+    print(", ".join(f"{key} {value}" for key, value in machine.items()))
+    for title, rows in tables.items():
+        print_table(title, rows)
+    if file is not None:
+        document = {"machine": machine, "tables": tables, **(more or {})}
+        file.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
 def print_table(title: str, rows: Sequence[Mapping[str, Any]]) -> None:

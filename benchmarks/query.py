@@ -9,11 +9,10 @@ templates' spectra into the cache, is told by itself.
 Peers, with the same rows: one .mat and one .npz file a row (of --files rows), pandas reading the whole features,
 DuckDB on the Parquet files without checksums, and NumPy's match in double precision over all turns.
 
-    python benchmarks/query.py [--rows N] [--templates N] [--db DIRECTORY] [--json]
+    python benchmarks/query.py [--rows N] [--templates N] [--db DIRECTORY] [--json FILE]
 """
 
 import argparse
-import json
 import os
 import tempfile
 import time
@@ -26,7 +25,7 @@ import duckdb
 import numpy as np
 import pandas as pd
 import pyarrow as pa
-from measuring import environment
+from measuring import environment, json_option, publish
 from scipy.io import loadmat, savemat
 from threadpoolctl import threadpool_limits
 
@@ -66,18 +65,14 @@ def main() -> None:
     parser.add_argument("--templates", type=int, default=100_000, help="templates of the synthetic database")
     parser.add_argument("--files", type=int, default=1000, help="files of the peer that keeps one a row")
     parser.add_argument("--db", type=Path, help="measure this database instead")
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    json_option(parser)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder, threadpool_limits(1):
         os.environ["SIGDB_CACHE"] = str(Path(folder) / "cache")
         path = options.db or synthetic(Path(folder) / "db", options.rows, options.templates)
         rows = [*lookups(path, Path(folder), options.files), *aggregates(path, Path(folder)), *matches(path)]
     machine = environment("numpy", "scipy", "pandas", "pyarrow", "duckdb")
-    if options.json:
-        print(json.dumps({"machine": machine, "aims_ms": AIMS_MS, "rows": [asdict(row) for row in rows]}, indent=1))
-        return
-    print(", ".join(f"{key} {value}" for key, value in machine.items()))
-    print_table(rows)
+    publish(machine, {"Queries": compared(rows)}, options.json)
 
 
 def synthetic(root: Path, rows: int, templates: int) -> Path:
@@ -268,13 +263,14 @@ def timed(call: Callable[[], Any]) -> float:
     return min(seconds) * 1e3
 
 
-def print_table(rows: list[Row]) -> None:
-    """One line for each way, as a multiple of sigdb's time for the same thing."""
-    print(f"{'':24}  {'':21}  {'of':>24}  {'ms':>9}  {'times sigdb':>11}  {'aim, ms':>8}")
+def compared(rows: list[Row]) -> list[dict[str, Any]]:
+    """One row for each way, with its time as a multiple of sigdb's for the same thing."""
     own = {row.what: row.ms for row in rows if row.by == "sigdb"}
-    for row in rows:
-        aim = f"{AIMS_MS[row.what]:.0f}" if row.by == "sigdb" and row.what in AIMS_MS else ""
-        print(f"{row.what:24}  {row.by:21}  {row.of:>24}  {row.ms:9.2f}  {row.ms / own[row.what]:11.2f}  {aim:>8}")
+    aims = [AIMS_MS.get(row.what) if row.by == "sigdb" else None for row in rows]
+    return [
+        asdict(row) | {"times sigdb": row.ms / own[row.what], "aim, ms": aim}
+        for row, aim in zip(rows, aims, strict=True)
+    ]
 
 
 if __name__ == "__main__":

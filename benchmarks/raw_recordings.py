@@ -14,7 +14,6 @@ bootstrap over cases, each of which has gears of its own.
 """
 
 import argparse
-import json
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -23,7 +22,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from measuring import environment, print_table, timed
+from measuring import environment, json_option, publish, timed
 from threadpoolctl import threadpool_limits
 
 import sigdb
@@ -131,7 +130,7 @@ def main() -> None:
     """Print the tables, the table of the docs, or a JSON document with the same numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     shown = parser.add_mutually_exclusive_group()
-    shown.add_argument("--json", action="store_true", help="print JSON")
+    json_option(shown)
     shown.add_argument("--markdown", action="store_true", help="print the table of docs/theory/measured.md")
     parser.add_argument("--cases", type=int, default=CASES, help=f"damages with a tooth and gears each; {CASES}")
     parser.add_argument("--repeats", type=int, default=REPEATS, help=f"recordings of each case; {REPEATS}")
@@ -141,15 +140,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder, threadpool_limits(1):
         tables, seconds = timed(lambda: measure(Path(folder), given.cases, given.repeats, given.snr_db))
     machine |= {"averages a line": given.cases * given.repeats, "seconds of processor": round(seconds)}
-    if given.json:
-        print(json.dumps({"machine": machine, "snr_db": given.snr_db, "tables": tables}, indent=1))
-        return
-    print(", ".join(f"{key} {value}" for key, value in machine.items()))
     if given.markdown:
         print_markdown(tables)
         return
-    for title, rows in tables.items():
-        print_table(title, rows)
+    publish(machine, tables, given.json)
 
 
 def measure(folder: Path, cases: int, repeats: int, snr_db: float) -> dict[str, Rows]:

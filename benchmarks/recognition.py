@@ -9,18 +9,17 @@ Training is of location, on the training rows of the split S1, and each learner 
 peers are scikit-learn's on the averages as they are, a class for each tooth and one for none; with aeon, if it is
 installed, also its MiniRocket classifier.
 
-    python benchmarks/recognition.py [--json] [--rows N]
+    python benchmarks/recognition.py [--json FILE] [--rows N]
 """
 
 import argparse
-import json
 import tempfile
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measuring import environment, least_seconds, print_table, timed
+from measuring import environment, json_option, least_seconds, publish, timed
 from scipy.stats import multivariate_normal
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.ensemble import HistGradientBoostingClassifier
@@ -56,7 +55,7 @@ Rows = list[dict[str, Any]]
 def main() -> None:
     """Print the tables, or a JSON document with the same numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    json_option(parser)
     parser.add_argument("--rows", type=int, default=ROWS, help=f"averages to judge; {ROWS} by default")
     given = parser.parse_args()
     machine = environment("numpy", "scipy", "pandas", "pyarrow")
@@ -64,12 +63,7 @@ def main() -> None:
         recipe = load_recipe(RECIPE)
         run(recipe.plan(), folder, recipe=recipe.text, jobs=1)
         tables = measure(sigdb.open(folder), given.rows)
-    if given.json:
-        print(json.dumps({"machine": machine, "tables": tables}, indent=1))
-        return
-    print(", ".join(f"{key} {value}" for key, value in machine.items()))
-    for title, rows in tables.items():
-        print_table(title, rows)
+    publish(machine, tables, given.json)
 
 
 def measure(database: Database, rows: int) -> dict[str, Rows]:

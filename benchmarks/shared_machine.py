@@ -5,11 +5,10 @@ runs in a process of its own, --repeats times alone and as often beside --busy p
 the least processor times, children included. A core whose other thread is busy is itself slower: the row ``one thread``
 shows by how much, with a loop in plain Python.
 
-    python benchmarks/shared_machine.py [--busy N] [--repeats N] [--only NAME ...] [--json]
+    python benchmarks/shared_machine.py [--busy N] [--repeats N] [--only NAME ...] [--json FILE]
 """
 
 import argparse
-import json
 import os
 import shutil
 import subprocess
@@ -22,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measuring import environment, print_table
+from measuring import environment, json_option, publish
 
 import sigdb
 from sigdb.recording import synthetic_recording
@@ -54,17 +53,13 @@ def main() -> None:
     parser.add_argument("--busy", type=int, default=8, help="busy processes beside a command")
     parser.add_argument("--repeats", type=int, default=2, help="runs of each command, alone and beside others")
     parser.add_argument("--only", nargs="*", choices=list(COMMANDS), default=list(COMMANDS), help="these commands")
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    json_option(parser)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         write_recordings(Path(folder))
         rows = [row(name, Path(folder), options.busy, options.repeats) for name in options.only]
     machine = environment("numpy", "scipy", "scikit-learn", "numba")
-    if options.json:
-        print(json.dumps({"machine": machine, "busy": options.busy, "aim": AIM, "rows": rows}, indent=1))
-        return
-    print(", ".join(f"{key} {value}" for key, value in machine.items()))
-    print_table(f"alone, and beside {options.busy} busy processes", rows)
+    publish(machine, {f"alone, and beside {options.busy} busy processes": rows}, options.json)
 
 
 def write_recordings(folder: Path) -> None:

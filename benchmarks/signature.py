@@ -8,22 +8,22 @@ and, for tftb's distribution, sigdb's between zeros, as fractions of the largest
 
 tftb is measured if it is installed (`make peers`); scipy and NumPy always are.
 
-    python benchmarks/signature.py [--json]
+    python benchmarks/signature.py [--json FILE]
 """
 
 import argparse
-import json
 import os
 import platform
 import time
 import warnings
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
 import scipy
+from measuring import json_option, publish
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import map_coordinates
 from scipy.signal import hilbert
@@ -61,18 +61,15 @@ class Row:
 def main() -> None:
     """Print the table, or a JSON document with the same numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--json", action="store_true", help="print JSON")
-    as_json = parser.parse_args().json
+    json_option(parser)
+    given = parser.parse_args()
     with threadpool_limits(1):
         machine, peak = environment(), matrix_product_rate()
         rows = [*averaging(), *features(), *distributions()]
-    if as_json:
-        document = {"machine": machine, "gflops": peak / 1e9, "aims_us": AIMS, "rows": [asdict(row) for row in rows]}
-        print(json.dumps(document, indent=1))
-        return
-    print(", ".join(f"{key} {value}" for key, value in machine.items()))
-    print(f"matrix product: {peak / 1e9:.1f} Gflop/s")
-    print_table(rows, peak)
+    machine |= {"gflops": round(peak / 1e9, 1)}
+    publish(machine, {"Signatures": table(rows, peak)}, given.json)
+    if not any(row.by == "tftb" for row in rows):
+        print("tftb is not installed, so not measured; `make peers` installs it")
 
 
 def environment() -> dict[str, Any]:
@@ -263,23 +260,21 @@ def _angle(n: int) -> Any:
     return np.arange(n) / n
 
 
-def print_table(rows: list[Row], peak: float) -> None:
-    """One line for each way, as a multiple of sigdb's time for the same thing."""
-    print(f"{'':20}  {'':21}  {'us':>9}  {'times sigdb':>11}  {'aim, us':>8}  {'of flop bound':>13}  {'error':>8}")
+def table(rows: list[Row], peak: float) -> list[dict[str, Any]]:
+    """One row for each way, with its time as a multiple of sigdb's for the same thing."""
     own = {row.what: row.us for row in reversed(rows) if row.by == "sigdb"}
-    for row in rows:
-        aim = f"{AIMS[row.what]:.0f}" if row.by == "sigdb" and row.what in AIMS else ""
-        bound = "" if row.flops is None else f"{row.flops / (row.us * 1e-6 * peak):.0%}"
-        error = "" if row.error is None else f"{row.error:.1e}"
-        print(
-            f"{row.what:20}  {row.by:21}  {row.us:9.1f}  {row.us / own[row.what]:11.1f}  {aim:>8}  {bound:>13}"
-            f"  {error:>8}"
-        )
-    tftb = next((row.us for row in rows if row.by == "tftb"), None)
-    if tftb is None:
-        print("tftb is not installed, so not measured; `make peers` installs it")
-    else:
-        print(f"tftb's distribution takes {tftb / own['pooled features']:.0f} times as long as the pooled features")
+    return [
+        {
+            "what": row.what,
+            "by": row.by,
+            "us": row.us,
+            "times sigdb": row.us / own[row.what],
+            "aim, us": AIMS.get(row.what) if row.by == "sigdb" else None,
+            "of flop bound": None if row.flops is None else row.flops / (row.us * 1e-6 * peak),
+            "error": row.error,
+        }
+        for row in rows
+    ]
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ of its time. MATLAB's figure is a published one, of another model on another mac
 generateSimulationEnsemble in about 10 minutes, one file each (MathWorks, Predictive Maintenance Toolbox, 'Using
 Simulink to Generate Fault Data', https://www.mathworks.com/help/predmaint/ug/Use-Simulink-to-Generate-Fault-Data.html).
 
-    python benchmarks/sweep.py [--json] [--rows N] [--full]
+    python benchmarks/sweep.py [--json FILE] [--rows N] [--full]
 
 ``--full`` adds 10^6 rows, which take minutes and 5 GB of the temporary directory.
 """
@@ -33,7 +33,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measuring import environment, print_table, timed
+from measuring import environment, json_option, publish, timed
 from scipy.io import savemat
 from threadpoolctl import threadpool_limits
 
@@ -70,7 +70,7 @@ Rows = list[dict[str, Any]]
 def main() -> None:
     """Print the tables, or a JSON document with the same numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    json_option(parser)
     parser.add_argument("--rows", type=int, default=ROWS, help=f"about how many rows to make; {ROWS} by default")
     parser.add_argument("--full", action="store_true", help=f"make {FULL} rows too")
     parser.add_argument("--one", nargs=3, metavar=("ENGINE", "ROWS", "JOBS"), help=argparse.SUPPRESS)
@@ -81,12 +81,7 @@ def main() -> None:
     machine = environment("numpy", "scipy", "numba", "pandas", "pyarrow", "joblib", "distributed")
     sizes = [*(size for size in SCALES if size < given.rows), given.rows, *([FULL] if given.full else [])]
     tables = measure(sizes)
-    if given.json:
-        print(json.dumps({"machine": machine, "tables": tables}, indent=1))
-        return
-    print(", ".join(f"{key} {value}" for key, value in machine.items()))
-    for title, rows in tables.items():
-        print_table(title, rows)
+    publish(machine, tables, given.json)
 
 
 def measure(sizes: list[int]) -> dict[str, Rows]:
@@ -101,6 +96,7 @@ def measure(sizes: list[int]) -> dict[str, Rows]:
     with threadpool_limits(1):
         parts, peers = stages(planned(sizes[0])), one_file_a_row(planned(sizes[0]))
     own = max(row["rows a second"] for row in sweeps if row["jobs"] == 1)
+    peers = [{"by": "sigdb, on one core", "rows a second": own, "bytes a row": None}, *peers]
     for row in peers:
         row["sigdb on one core is faster by"] = own / row["rows a second"]
     return {"Whole sweeps to Parquet": sweeps, "Stages, of one core": parts, "One file a row": peers}

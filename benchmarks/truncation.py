@@ -6,20 +6,20 @@ of it computed here in one run: component modes of the rotors, before the couple
 the coupled system, after it. Errors are the greatest difference of the periodic response over a revolution, as a
 fraction of the full response's peak-to-peak; times are the best of several runs on one thread.
 
-    python benchmarks/truncation.py [--json]
+    python benchmarks/truncation.py [--json FILE]
 """
 
 import argparse
-import json
 import os
 import platform
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import scipy
+from measuring import json_option, publish
 from threadpoolctl import threadpool_limits
 
 import sigdb
@@ -48,15 +48,12 @@ class Row:
 def main() -> None:
     """Print the table, or a JSON document with the same numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    json_option(parser)
+    given = parser.parse_args()
     with threadpool_limits(1):
         machine, rows = environment(), measure()
-    if parser.parse_args().json:
-        print(json.dumps({"machine": machine, "rig": RIG, "rows": [asdict(row) for row in rows]}, indent=1))
-        return
-    print(", ".join(f"{key} {value}" for key, value in machine.items()))
     print(f"{RIG}; damaged: stiffness loss 0.5 at tooth 6; errors as fractions of the full response's peak-to-peak")
-    print_table(rows)
+    publish(machine, {"Truncations": table(rows)}, given.json)
 
 
 def environment() -> dict[str, Any]:
@@ -120,23 +117,21 @@ def timed(call: Callable[[], Any]) -> tuple[Any, float]:
     return result, min(seconds)
 
 
-def print_table(rows: list[Row]) -> None:
-    """One line for each truncation, times as multiples of the full model's."""
-    columns = [(case, output) for case, outputs in rows[0].errors.items() for output in outputs]
-    head = ["kept", "modes", "poles", "synthesis", "response", *(f"{case} {output}" for case, output in columns)]
-    print("  ".join(head))
-    for row in rows:
-        cells = [
-            row.kept,
-            "all" if row.modes is None else str(row.modes),
-            str(row.poles),
-            f"{row.synthesis_s / rows[0].synthesis_s:.3f}",
-            f"{row.response_s / rows[0].response_s:.3f}",
-            *(f"{row.errors[case][output]:.1e}" for case, output in columns),
-        ]
-        print("  ".join(cell.rjust(len(name)) for cell, name in zip(cells, head, strict=True)))
-    full = rows[0]
-    print(f"full: synthesis {full.synthesis_s * 1e3:.1f} ms, response {full.response_s * 1e3:.1f} ms")
+def table(rows: list[Row]) -> list[dict[str, Any]]:
+    """One row for each truncation, times in seconds and as multiples of the full model's."""
+    return [
+        {
+            "kept": row.kept,
+            "modes": "all" if row.modes is None else row.modes,
+            "poles": row.poles,
+            "synthesis, s": row.synthesis_s,
+            "synthesis of the full": row.synthesis_s / rows[0].synthesis_s,
+            "response, s": row.response_s,
+            "response of the full": row.response_s / rows[0].response_s,
+            **{f"{case} {output}": error for case, errors in row.errors.items() for output, error in errors.items()},
+        }
+        for row in rows
+    ]
 
 
 if __name__ == "__main__":

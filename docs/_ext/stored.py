@@ -1,4 +1,7 @@
-"""Tables of stored numbers: the directive ``stored`` takes a JSON file of a benchmark, in this folder, and a title."""
+"""Tables of stored numbers: the directive ``stored`` takes a JSON file of a benchmark and the title of a table.
+
+The title ``machine`` shows the machine and the versions that the numbers are of.
+"""
 
 import json
 from pathlib import Path
@@ -20,7 +23,10 @@ class Stored(SphinxDirective):
         name, title = self.arguments
         path = Path(self.env.doc2path(self.env.docname)).parent / name
         self.env.note_dependency(str(path))
-        rows = json.loads(path.read_text(encoding="utf-8"))["tables"][title]
+        document = json.loads(path.read_text(encoding="utf-8"))
+        if title == "machine":
+            return [nodes.paragraph("", ", ".join(f"{name} {value}" for name, value in document["machine"].items()))]
+        rows = document["tables"][title]
         columns = list(self.content) or list(rows[0])
         return [
             text_table(
