@@ -21,8 +21,8 @@ _SHIFT_MARGIN = 1
 """Passes by which a shifted contact may begin early or end late, at most."""
 _TOUCHING_EDGE = 0.5
 """Range of the static force over the needed one, about 1, in which a pair is taken to touch more and more."""
-_REACH = 2
-"""Teeth on each side that can be in contact together with a tooth: contacts are shorter than three passes."""
+_LEAST_REACH = 2
+"""Teeth on each side that are looked at as those that can be in contact together with a tooth, at least."""
 _SOUND = ToothDamage()
 
 
@@ -91,17 +91,18 @@ def damage_change(
     width = int(np.ceil(mesh.profile.contact_ratio)) + 2 * around
     places = np.arange(min(width, teeth) * samples_per_tooth)
     x = places / samples_per_tooth - around
+    reach = max(_LEAST_REACH, int(np.ceil(mesh.profile.contact_ratio)) - 1)
     pairs = _Pairs(mesh, teeth, gear == mesh.driving, x)
     healthy, relief = pairs.at(_SOUND, 0)[0], profile_error(mesh, x)
 
     stiffness, profile = np.zeros((inputs, n)), np.zeros((inputs, n))
     errors = {}
-    for tooth, kinds in _with_neighbours(damage, teeth).items():
+    for tooth, kinds in _with_neighbours(damage, teeth, reach).items():
         at = (places + (tooth - 1 - around) * samples_per_tooth) % n
         pair, deviation = pairs.loaded(kinds, static_force)
         forces = np.zeros((inputs, len(x)))
         forces[0] = pair
-        if friction := kinds[_REACH].friction:
+        if friction := kinds[reach].friction:
             way = (x - mesh.profile.pitch_point) * base_pitch
             forces[1:] = friction * pair * sliding_sense(mesh.profile, x) * np.array([np.ones_like(x), way])
         change = forces.copy()
@@ -120,12 +121,12 @@ def damage_change(
     )
 
 
-def _with_neighbours(damage: Mapping[int, ToothDamage], teeth: int) -> dict[int, tuple[ToothDamage, ...]]:
-    """Return the teeth whose pairs change, each with the damage of the teeth from two before to two behind it.
+def _with_neighbours(damage: Mapping[int, ToothDamage], teeth: int, reach: int) -> dict[int, tuple[ToothDamage, ...]]:
+    """Return the teeth whose pairs change, each with the damage of the teeth around it, from so many before it on.
 
     A tooth with too much material takes load from its sound neighbours, which change too.
     """
-    steps = range(-_REACH, _REACH + 1)
+    steps = range(-reach, reach + 1)
     proud = [tooth for tooth, kind in damage.items() if kind.flank_deviation < 0]
     changed = dict.fromkeys([*damage, *((tooth + step - 1) % teeth + 1 for tooth in proud for step in steps)])
     return {tooth: tuple(damage.get((tooth + step - 1) % teeth + 1, _SOUND) for step in steps) for tooth in changed}
@@ -161,11 +162,12 @@ class _Pairs:
         is 0 where both are equal, so that the width of the edge hardly matters.
         """
         if kinds not in self._loaded:
-            stiffness, deviation = self.at(kinds[_REACH], 0)
+            reach = len(kinds) // 2
+            stiffness, deviation = self.at(kinds[reach], 0)
             if any(self.at(kind, 0)[1].any() for kind in set(kinds)):
                 needed = np.zeros_like(deviation)
-                for step in (-2, -1, 1, 2):
-                    other, its_deviation = self.at(kinds[_REACH + step], step)
+                for step in (*range(-reach, 0), *range(1, reach + 1)):
+                    other, its_deviation = self.at(kinds[reach + step], step)
                     needed += other * np.maximum(deviation - its_deviation, 0)
                 share = np.full_like(needed, np.inf)
                 np.divide(static_force, needed, out=share, where=needed > 0)

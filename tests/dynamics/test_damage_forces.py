@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from sigdb.dynamics import Transient, prepare_periodic
 from sigdb.dynamics.damage_forces import damage_change
-from sigdb.transmission import ToothDamage, load_transmission
+from sigdb.transmission import ToothDamage, Transmission, load_transmission
 from sigdb.transmission.mesh.energy_method import pair_curve
 from sigdb.transmission.mesh.stiffness import (
     damaged_pair_deviation,
@@ -111,6 +111,18 @@ def test_a_proud_tooth_takes_the_load_off_its_sound_neighbours(rig):
     assert set(passes) == {TOOTH - 1, TOOTH}
     assert_array_equal(change.errors[TOOTH], 0)
     assert max(change.errors[tooth].min() for tooth in (TOOTH - 1, TOOTH + 1)) < 0
+
+
+def test_a_proud_tooth_takes_the_load_off_all_that_it_shares_a_long_contact_with():
+    """In a contact of more than four passes these are four teeth on each side."""
+    profile = {"kind": "iso-6336", "flank": 0.2}
+    data = load_transmission("spur-test-rig").model_dump()
+    data["meshes"]["main"] |= {"profile": profile, "face_width": 0.08, "helix_angle_deg": 20.0}
+    mesh = Transmission.model_validate(data).meshes["main"]
+    assert 4 < mesh.profile.contact_ratio < 5
+    change = damage_change(mesh, "pinion", 19, 0.01, {9: ToothDamage(flank_deviation=-5e-4)}, 64, 1e3)
+    relieved = {tooth for tooth, error in change.errors.items() if error.min() < 0}
+    assert relieved == {5, 6, 7, 8, 10, 11, 12, 13}
 
 
 def test_a_missing_tooth_lets_the_gear_fall_onto_the_corners_of_its_neighbours():
