@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import pandas as pd
 
 from sigdb.core import InputError
-from sigdb.database import KIND, MEASURED_SENSOR, TEST, Database, changed_parts, make_split
+from sigdb.database import KIND, MEASURED_SENSOR, TEST, Database, changed_parts, make_split, severity_quantities
 from sigdb.recognition.model import Model
 from sigdb.recognition.rows.further_columns import check_columns_of
 from sigdb.recognition.splits.across import check_across
 from sigdb.recognition.targets.all_targets import TARGETS
 from sigdb.recognition.training import usable_rows
+from sigdb.transmission import SIZES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,6 +97,12 @@ def select_rows(model: Model, database: Database, where: str | None = None) -> t
         rows = rows[rows["tooth"] > 0]
         if rows.empty:
             raise InputError(f"{database.store} has no damaged rows, and {target.name} is evaluated on them")
+    answered = getattr(model.estimator, "quantities_", ())
+    if answered and (sizes := [name for name in severity_quantities(rows) if name in SIZES and name not in answered]):
+        raise InputError(
+            f"{database.store} has damage whose {', '.join(sizes)} is not 0, and the model answers "
+            f"{', '.join(answered)}; train it on such damage too, or evaluate on other rows"
+        )
     return rows, selection
 
 

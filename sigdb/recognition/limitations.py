@@ -92,8 +92,9 @@ def _of_severities(bank: TemplateBank, rows: pd.DataFrame) -> Iterator[Note]:
     plain = damaged[damaged.iloc[:, -1].notna()].fillna(0).round(9).drop_duplicates()
     lacking = [row for row in plain.itertuples(index=False, name=None) if tuple(map(float, row)) not in held]
     if lacking:
+        text = f"The rows have {len(plain)} severities; the bank has no templates of {len(lacking)} of them."
         yield Note(
             code="no-templates-of-severities",
-            text=f"The rows have {len(plain)} severities; the bank has no templates of {len(lacking)} of them.",
+            text="The bank has no templates of the only severity of the rows." if len(plain) == 1 else text,
             values={"severities": len(plain), "lacking": len(lacking)},
         )

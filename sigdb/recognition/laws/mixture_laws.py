@@ -229,9 +229,9 @@ class MixtureLaws:
             c = None if coefficients is None else coefficients[at]
             turned = straight[at[:, None], (np.arange(laws.samples) + turn[at, None] * self._step) % laws.samples]
             left = turned - laws.weights_of(k, turn[at], c) @ laws.carriers_of(k)
-            shares = 1 / (1 + (noise[at, None] / laws.gains[k]) ** 2)
+            d = (laws.gains[k] / noise[at, None]) ** 2
             slope = size * self.slopes[k]
-            explained = shares * (left @ laws.modes[k]) @ (laws.modes[k].T @ slope)
+            explained = d / (1 + d) * (left @ laws.modes[k]) @ (laws.modes[k].T @ slope)
             passes[at] = size * (left @ slope - explained) / noise[at] ** 2
         return passes, passes**2 / 2 * self._bends[template] > _MOST_BEND * noise
 

@@ -13,6 +13,7 @@ from scipy.special import softmax
 from scipy.stats import binom
 
 import sigdb
+from sigdb.core import InputError
 from sigdb.database import database_quantities, severity_levels
 from sigdb.pipeline import load_recipe
 from sigdb.recognition import RecognitionSettings, evaluate, train
@@ -282,3 +283,10 @@ def test_a_loss_beyond_the_templates_is_outside(severity_model, make_database):
     verdict = model.assess(model.read(severe, damaged_rows(severe, 4)))
     assert verdict["outside"].all()
     assert verdict["stiffness_loss"].isna().all()
+
+
+def test_rows_with_sizes_that_a_model_does_not_answer_are_refused(crack_model, kinds):
+    match = "damage whose flank_deviation, pit_diameter, wear_depth is not 0, and the model answers crack_depth, damaged"
+    with pytest.raises(InputError, match=match):
+        evaluate(crack_model, kinds)
+    assert evaluate(crack_model, kinds, where="pit_diameter = 0 and wear_depth = 0 and flank_deviation = 0").rows
