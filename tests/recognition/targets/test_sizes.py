@@ -286,7 +286,7 @@ def test_a_loss_beyond_the_templates_is_outside(severity_model, make_database):
 
 
 def test_rows_with_sizes_that_a_model_does_not_answer_are_refused(crack_model, kinds):
-    match = "damage whose flank_deviation, pit_diameter, wear_depth is not 0, and the model answers crack_depth, damaged"
+    match = "damage whose flank_deviation, pit_diameter, wear_depth is not 0, and the model answers crack_depth"
     with pytest.raises(InputError, match=match):
         evaluate(crack_model, kinds)
     assert evaluate(crack_model, kinds, where="pit_diameter = 0 and wear_depth = 0 and flank_deviation = 0").rows
