@@ -104,10 +104,13 @@ class PodCurve:
         begin, reach = self.severity(probability), float(np.ptp(self.a))
 
         def excess(a: float) -> float:
-            result = minimize_scalar(
-                lambda b: -self._likelihood(q - b * a, b), bounds=(0, 50 * self.slope), method="bounded"
-            )
-            return 2 * (best + float(result.fun)) - limit
+            def unlikely(slope: float) -> float:
+                return -self._likelihood(q - slope * a, slope)
+
+            # A search of all slopes at once may miss a narrow maximum.
+            ends = ((0.0, self.slope), (self.slope, 50 * self.slope))
+            least = min(float(minimize_scalar(unlikely, bounds=some, method="bounded").fun) for some in ends)
+            return 2 * (best + min(least, unlikely(self.slope))) - limit
 
         far = begin + 0.1 * reach
         while excess(far) < 0:
