@@ -21,8 +21,6 @@ from .conftest import operating_points
 MODELS = Path(__file__).parents[2] / "models"
 loaded = functools.cache(sigdb.load_model)
 NAMES = sorted(path.parent.name for path in MODELS.glob("*/model.json"))
-OF_REFERENCE = [name for name in NAMES if "nuisances" not in name]
-"""Those of reference.toml."""
 MOST_BYTES = 5_000_000
 JUDGED = {
     "location": ("accuracy", "p_exact", "p_detected", "none_on_healthy", "log_loss", "brier", "set_coverage"),
@@ -74,8 +72,7 @@ def disagreements(name, card, evaluation, judged):
 
 
 def test_models_of_the_nasa_rig_are_there():
-    assert {"nasa-detection", "nasa-location", "nasa-severity"} <= set(OF_REFERENCE)
-    assert {"nasa-nuisances-detection", "nasa-nuisances-location"} <= set(NAMES)
+    assert {"nasa-detection", "nasa-location", "nasa-severity"} <= set(NAMES)
     assert built_in_models() == NAMES
 
 
@@ -141,7 +138,7 @@ def test_rows_that_it_was_not_trained_for_have_no_answer(name, kind):
     assert set(model.assess(**rows | changed)["kind"]) == {"cannot be judged"}
 
 
-@pytest.mark.parametrize("name", OF_REFERENCE)
+@pytest.mark.parametrize("name", NAMES)
 def test_its_templates_are_at_points_of_the_reference_recipe_and_hold_between_them(name):
     bank = loaded(name).estimator.template_bank
     recipe = operating_points()[["speed_rpm", "torque"]].to_numpy()
@@ -153,7 +150,7 @@ def test_its_templates_are_at_points_of_the_reference_recipe_and_hold_between_th
     assert between.speed_rpm[1] > recipe[:, 0].max()
 
 
-@pytest.mark.parametrize("name", OF_REFERENCE)
+@pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize(
     ("speed_rpm", "outside"), [(13_500.0, True), (13_520.0, False), (15_240.0, False), (15_260.0, True)]
 )
@@ -222,7 +219,7 @@ def fresh_evaluation(fresh):
     return evaluation
 
 
-@pytest.mark.parametrize("name", OF_REFERENCE)
+@pytest.mark.parametrize("name", NAMES)
 def test_it_is_as_good_as_its_card_says(name, fresh_evaluation):
     judged = JUDGED[described(name)["target"]]
     assert disagreements(name, figures_of_the_card(name), fresh_evaluation(name), judged) == []
