@@ -2,7 +2,8 @@
 
 Each stores its numbers beside itself, in FILE.json: tables, machine and versions. The pages of the documentation show
 them from there, and the README's table of speed is made of them (`benchmarks/speed_table.py`). A benchmark that fails
-or takes too long is named, and the others go on; its old numbers stay.
+or takes too long is named, and the others go on; its old numbers stay. Loaders are not among them, since their peers
+need environments of their own (`benchmarks/loaders.py`), nor are long studies.
 
     python benchmarks/bench.py [NAME ...]
 """
@@ -23,7 +24,6 @@ SHORT: dict[str, tuple[str, ...]] = {
     "query": (),
     "recognition": ("--rows", "2000"),
     "posteriors": ("--rows", "4000"),
-    "loaders": ("--rows", "50000"),
     "ingest": (),
     "truncation": (),
 }
@@ -35,8 +35,10 @@ LONGEST = 400
 def main() -> None:
     """Run benchmarks, and write the table of the README from what they stored."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", choices=[[], *SHORT], help="some of them; all if left out")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"some of {', '.join(SHORT)}; all if left out")
     names = parser.parse_args().names or list(SHORT)
+    if unknown := sorted({*names} - {*SHORT}):
+        parser.error(f"there is no {', '.join(unknown)}; choose from {', '.join(SHORT)}")
     started, failed = time.monotonic(), []
     for number, name in enumerate(names, 1):
         print(f"\n[{number}/{len(names)}] {name}, {time.monotonic() - started:.0f} s after the start", flush=True)

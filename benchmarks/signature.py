@@ -12,8 +12,6 @@ tftb is measured if it is installed (`make peers`); scipy and NumPy always are.
 """
 
 import argparse
-import os
-import platform
 import time
 import warnings
 from collections.abc import Callable
@@ -22,15 +20,13 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
-import scipy
-from measuring import json_option, publish
+from measuring import environment, json_option, publish
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import map_coordinates
 from scipy.signal import hilbert
 from scipy.stats import kurtosis, moment
 from threadpoolctl import threadpool_limits
 
-import sigdb
 from sigdb.signature import (
     indicators,
     mesh_bands,
@@ -64,26 +60,12 @@ def main() -> None:
     json_option(parser)
     given = parser.parse_args()
     with threadpool_limits(1):
-        machine, peak = environment(), matrix_product_rate()
+        machine, peak = environment("numpy", "scipy", "numba"), matrix_product_rate()
         rows = [*averaging(), *features(), *distributions()]
-    machine |= {"gflops": round(peak / 1e9, 1)}
+    machine |= {"gflops": round(peak / 1e9, 1), "tftb": tftb_version() or "not installed"}
     publish(machine, {"Signatures": table(rows, peak)}, given.json)
     if not any(row.by == "tftb" for row in rows):
         print("tftb is not installed, so not measured; `make peers` installs it")
-
-
-def environment() -> dict[str, Any]:
-    """What the times depend on."""
-    return {
-        "platform": platform.platform(),
-        "cpus": os.cpu_count(),
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "numba": version("numba"),
-        "tftb": tftb_version() or "not installed",
-        "sigdb": sigdb.__version__,
-    }
 
 
 def tftb_version() -> str | None:

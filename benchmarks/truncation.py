@@ -10,16 +10,13 @@ fraction of the full response's peak-to-peak; times are the best of several runs
 """
 
 import argparse
-import os
-import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy
-from measuring import json_option, publish
+from measuring import environment, json_option, publish
 from threadpoolctl import threadpool_limits
 
 import sigdb
@@ -51,21 +48,9 @@ def main() -> None:
     json_option(parser)
     given = parser.parse_args()
     with threadpool_limits(1):
-        machine, rows = environment(), measure()
+        machine, rows = environment("numpy", "scipy"), measure()
     print(f"{RIG}; damaged: stiffness loss 0.5 at tooth 6; errors as fractions of the full response's peak-to-peak")
     publish(machine, {"Truncations": table(rows)}, given.json)
-
-
-def environment() -> dict[str, Any]:
-    """What the times depend on."""
-    return {
-        "platform": platform.platform(),
-        "cpus": os.cpu_count(),
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "sigdb": sigdb.__version__,
-    }
 
 
 def measure() -> list[Row]:

@@ -87,7 +87,7 @@ class MixtureLaws:
     W_km are the modes of the nuisances of part m, of the size of that part. Where the mark may be late by d tooth
     passes, x is first turned back by the d at which it resembles the healthy signal most in the orders of the mesh,
     which no damage and no turn by a tooth moves. The error of that d is one more mode, so that p is the integral over d
-    by Laplace's method.
+    by Laplace's method. Where noise is so low that a mode is too straight for the error, x is turned back by it as well.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ class MixtureLaws:
         """
         mixture, parts = nuisances.mixture, []
         slopes = late_slope(signals, laws.gear_teeth)
-        left = min(_LEFT_LATE, mixture.mark) * slopes[:, :, None]
+        left = _left(mixture.mark) * slopes[:, :, None]
         for part, factors in zip(mixture.parts, mixture.factors(nuisances.counts), strict=True):
             some = factors > 0
             columns = [errors, nuisances.modes[:, :, some] * factors[some], *([left] if part.late else [])]
@@ -222,7 +222,7 @@ class MixtureLaws:
         weighed = each[numbers] + self.log_weights[numbers][:, None, None, None]
         best = weighed.transpose(1, 0, 2, 3).reshape(len(rows), -1).argmax(axis=1)
         part, template, turn = np.unravel_index(best, (len(numbers), *each.shape[2:]))
-        passes, size = np.empty(len(rows)), min(_LEFT_LATE, self.mark)
+        passes, size = np.empty(len(rows)), _left(self.mark)
         for m, k in sorted(set(zip(part.tolist(), template.tolist(), strict=True))):
             at = np.flatnonzero((part == m) & (template == k))
             laws = self.parts[numbers[m]]
@@ -239,7 +239,7 @@ class MixtureLaws:
         """Return the logarithm of the density of lateness over that of the mode that stands for it, (parts, rows)."""
         if not self.late.any():
             return np.zeros((len(self.parts), len(passes)))
-        density = np.log(min(_LEFT_LATE, self.mark) / self.mark) - (passes / self.mark) ** 2 / 2
+        density = np.log(_left(self.mark) / self.mark) - (passes / self.mark) ** 2 / 2
         return np.where(self.late[:, None], density, 0.0)
 
     @cached_property
@@ -249,7 +249,7 @@ class MixtureLaws:
 
     @property
     def _step(self) -> int:
-        """Samples of a turn by one tooth; none where nothing is turned."""
+        """Samples of a turn by one tooth; all of them where nothing is turned."""
         return self.parts[0].samples // self.parts[0].teeth
 
     @cached_property
@@ -260,7 +260,12 @@ class MixtureLaws:
     @cached_property
     def _groups(self) -> "dict[bool, _PartGroup]":
         """The same parts together, where there are any."""
-        return {late: _PartGroup([self.parts[i] for i in at]) for late, at in self._numbers.items() if len(at)}
+        return {is_late: _PartGroup([self.parts[i] for i in at]) for is_late, at in self._numbers.items() if len(at)}
+
+
+def _left(mark: float) -> float:
+    """Return the standard deviation of what is left of the lateness of a mark of some standard deviation, passes."""
+    return min(_LEFT_LATE, mark)
 
 
 def joint_modes(columns: FloatArray, least: float) -> tuple[FloatArray, FloatArray]:

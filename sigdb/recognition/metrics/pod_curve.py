@@ -102,6 +102,8 @@ class PodCurve:
         limit = self.inflation * float(ndtri(confidence)) ** 2
         best, q = self._likelihood(self.intercept, self.slope), self.link.inverse(probability)
         begin, reach = self.severity(probability), float(np.ptp(self.a))
+        if abs(begin - self.a[-1]) > _FARTHEST * reach:  # of a curve that hardly rises
+            return np.nan
 
         def excess(a: float) -> float:
             def unlikely(slope: float) -> float:

@@ -108,8 +108,10 @@ class Processes:
         cores = joblib.cpu_count()
         # No more workers than cores unless there are parts for them.
         jobs = self.jobs if self.jobs <= cores else max(cores, min(self.jobs, len(parts)))
-        options = {"return_as": "generator_unordered", "batch_size": 1, "pre_dispatch": "n_jobs"}
-        pool = joblib.Parallel(n_jobs=jobs, **options, idle_worker_timeout=_IDLE_SECONDS)
+        pool = joblib.Parallel(
+            n_jobs=jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs",
+            idle_worker_timeout=_IDLE_SECONDS,
+        )  # fmt: skip
         with joblib.parallel_config("loky", inner_max_num_threads=1), warnings.catch_warnings():
             # A worker that has grown is replaced between two parts. Nothing is lost.
             warnings.filterwarnings("ignore", message="A worker stopped while some jobs were given")

@@ -7,8 +7,8 @@ import numpy as np
 
 from sigdb.core import InputError
 
-_TIGHT = 1e-6
-"""Fraction by which a stated centre distance may be below the tight one: it is rounded."""
+_ROUNDING = 1e-6
+"""Fraction by which a stated centre distance may be below that without backlash: it is rounded."""
 
 _STEPS = 12
 """Steps of Newton's method, more than double precision takes from any involute up to that of 60 deg."""
@@ -104,18 +104,18 @@ class CylindricalPair:
         InputError
             If the teeth would jam at it.
         """
-        tight = self.tight_distance
+        least = self.zero_backlash_distance
         if self.centre_distance is None:
-            return tight
-        if self.centre_distance < (1 - _TIGHT) * tight:
+            return least
+        if self.centre_distance < (1 - _ROUNDING) * least:
             raise InputError(
-                f"centre_distance = {self.centre_distance} is less than {tight:.7g}, at which both flanks of the teeth "
+                f"centre_distance = {self.centre_distance} is less than {least:.7g}, at which both flanks of the teeth "
                 "touch; raise it, or lower the profile shifts"
             )
         return self.centre_distance
 
     @cached_property
-    def tight_distance(self) -> float:
+    def zero_backlash_distance(self) -> float:
         """Centre distance at which the flanks of both sides touch, m.
 
         The working pressure angle there has the involute ``inv(alpha_t) + 2 tan(alpha_n) (x_1 + x_2) / (z_1 + z_2)``.

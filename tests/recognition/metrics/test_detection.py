@@ -10,7 +10,7 @@ from sklearn.metrics import roc_curve
 
 from sigdb.recognition.metrics.detection import detected_share, detection_at_rates, is_resolved, roc, thresholds
 from sigdb.recognition.metrics.estimate import Specimens
-from sigdb.recognition.metrics.pod_curve import LINKS, curve_of_link, pod_curve
+from sigdb.recognition.metrics.pod_curve import LINKS, PodCurve, curve_of_link, pod_curve
 from sigdb.recognition.metrics.probability_of_detection import a90_estimates, detection_by_loss
 
 
@@ -133,6 +133,23 @@ def test_the_bound_of_a90_is_where_the_lower_bound_of_the_curve_has_it():
     assert weak.slope > 0
     assert np.isnan(weak.severity_bound(0.9))
     assert (weak.bound(A) < 0.9).all()
+
+
+@pytest.mark.parametrize("slope", [1e-3, 1e-12, 1e-16])
+@pytest.mark.parametrize(("a", "hits", "rows"), [((0.3, 0.6), (1, 1), 3570), ((0.2, 0.4, 0.6), (43, 43, 43), 105)])
+def test_a_curve_that_hardly_rises_has_no_bound_of_a90(a, hits, rows, slope):
+    """As many are detected of each severity: a90 is so far from them that no likelihood tells."""
+    curve = PodCurve(
+        link=LINKS["logit"],
+        intercept=float(logit(hits[0] / rows)),
+        slope=slope,
+        covariance=np.eye(2),
+        inflation=1.0,
+        a=np.array(a),
+        hits=np.array(hits, float),
+        rows=np.full(len(a), float(rows)),
+    )
+    assert np.isnan(curve.severity_bound())
 
 
 def test_the_bound_of_a90_is_the_profile_of_the_likelihood():
