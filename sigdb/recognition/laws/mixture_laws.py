@@ -87,7 +87,7 @@ class MixtureLaws:
     W_km are the modes of the nuisances of part m, of the size of that part. Where the mark may be late by d tooth
     passes, x is first turned back by the d at which it resembles the healthy signal most in the orders of the mesh,
     which no damage and no turn by a tooth moves. The error of that d is one more mode, so that p is the integral over d
-    by Laplace's method. Where noise is so low that a mode is too straight for the error, x is turned back by it as well.
+    by Laplace's method. Where noise is so low that a mode is too straight for the error, x is turned back by it too.
 
     Attributes
     ----------
