@@ -275,7 +275,7 @@ def joint_modes(columns: FloatArray, least: float) -> tuple[FloatArray, FloatArr
     """
     modes, gains, _ = np.linalg.svd(columns, full_matrices=False)
     kept = max(1, int((gains > least).any(axis=0).sum()))
-    return modes[:, :, :kept], gains[:, :kept]
+    return modes[:, :, :kept].copy(), gains[:, :kept].copy()  # a view would keep those that are left out
 
 
 class _PartGroup:

@@ -138,7 +138,7 @@ class ResidualTests:
         nothing, outward = np.zeros((0, laws.samples)), self.outward[template]
         square = np.tile((self.change[~laws.healthy] ** 2).sum(axis=1), self._far)
         return _TemplateTests(
-            modes=laws.modes[template].T,
+            modes=laws.modes[template],
             carriers=laws.carriers_of(template),
             severities=self._other_severities(template) if self.between and not healthy else nothing,
             outward=outward[outward.any(axis=1)],
@@ -196,7 +196,7 @@ class _TemplateTests:
     Parameters
     ----------
     modes, carriers
-        (r, n) U', and (a b, n) carriers of the template.
+        (n, r) U, and (a b, n) carriers of the template; they are those of the laws, not copies.
     severities, outward
         (b, n) D', orthonormal, and (k, n) changes beyond the template.
     square
@@ -215,12 +215,11 @@ class _TemplateTests:
         square: FloatArray,
         elsewhere: Callable[[FloatArray], FloatArray],
     ) -> None:
-        self._carriers, self._explaining = carriers, np.concatenate([modes, severities])
-        self._patterns = np.concatenate([modes, severities, outward]).T
-        self._ends = np.cumsum([len(modes), len(severities)])
-        self._along = severities @ modes.T
-        self._outward = _Changes(square=(outward**2).sum(axis=1), along=outward @ modes.T)
-        self._elsewhere = _Changes(square=square, along=elsewhere(modes)[:, : len(square)].T)
+        self._carriers, self._modes = carriers, modes
+        self._severities, self._beyond = severities, outward
+        self._along = severities @ modes
+        self._outward = _Changes(square=(outward**2).sum(axis=1), along=outward @ modes)
+        self._elsewhere = _Changes(square=square, along=elsewhere(modes.T)[:, : len(square)].T)
         self._explained_elsewhere = elsewhere(np.concatenate([carriers, severities]))[:, : len(square)]
 
     def results(
@@ -240,12 +239,12 @@ class _TemplateTests:
             Noise and variances.
         """
         residual = back - weights @ self._carriers
-        amplitude, along, beyond = np.split(residual @ self._patterns, self._ends, axis=1)
-        more = self._outward.score(beyond, amplitude, law)
-        amounts = self._amounts(along, amplitude, law)
+        amplitude = residual @ self._modes
+        more = self._outward.score(residual @ self._beyond.T, amplitude, law)
+        amounts = self._amounts(residual @ self._severities.T, amplitude, law)
         amplitude = amplitude - amounts @ self._along
-        explained = np.hstack([amplitude * (1 - 1 / np.sqrt(1 + law.d)), amounts])
-        white = (residual - explained @ self._explaining) / law.noise[:, None]
+        explained = (amplitude * (1 - 1 / np.sqrt(1 + law.d))) @ self._modes.T + amounts @ self._severities
+        white = (residual - explained) / law.noise[:, None]
         elsewhere = elsewhere[:, : len(self._elsewhere.square)]
         elsewhere = elsewhere - np.hstack([weights, amounts]) @ self._explained_elsewhere
         return white, more, self._elsewhere.score(elsewhere, amplitude, law)
