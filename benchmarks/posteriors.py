@@ -112,7 +112,7 @@ def plain_posteriors(bank: TemplateBank, batch: Batch) -> FloatArray:
             turned = np.stack([np.roll(x[row], -turn * step) for turn in range(teeth)])
             each = []
             for k, (weight, laws) in product(np.flatnonzero(~local.healthy), mixture):
-                spread = laws.modes[k] * laws.gains[k] * float(laws.size(bank.index_error)) / noise[row]
+                spread = laws.modes_of(k) * laws.gains[k] * float(laws.size(bank.index_error)) / noise[row]
                 inner = np.eye(spread.shape[1]) + spread.T @ spread
                 residual = (turned - signals[i if len(signals) > 1 else 0, k]) / noise[row]
                 along = residual @ spread

@@ -25,6 +25,9 @@ _LEFT_LATE = 0.05
 _BASIS_PRECISION = 1e-6
 """Greatest norm of what a basis leaves out of all modes and carriers together, over that of the greatest mode."""
 
+_MODE_PRECISION = 1e-7
+"""The same of the basis that modes are kept along."""
+
 _MOST_BEND = 0.1
 """Greatest norm of what bends away from the mode of the mark's lateness, over the noise, for which the mode will do."""
 
@@ -92,7 +95,8 @@ class MixtureLaws:
     Attributes
     ----------
     parts
-        The normal laws of the parts, with the index errors of one size.
+        The normal laws of the parts, with the index errors of one size. Those whose mark is in its place share a basis
+        of modes and carriers, and so do the others: memory holds the modes along it.
     log_weights
         (parts,) log w.
     late
@@ -139,10 +143,11 @@ class MixtureLaws:
             columns = [errors, nuisances.modes[:, :, some] * factors[some], *([left] if part.late else [])]
             modes, gains = joint_modes(np.concatenate(columns, axis=2), least)
             parts.append(replace(laws, modes=modes, gains=gains, with_nuisances=True))
+        late = np.array([part.late for part in mixture.parts])
         return cls(
-            parts=tuple(parts),
+            parts=_along_bases(parts, late),
             log_weights=np.log([part.weight for part in mixture.parts]),
-            late=np.array([part.late for part in mixture.parts]),
+            late=late,
             mark=mixture.mark,
             healthy_signal=laws.carriers[laws.healthy, :, 0].mean(axis=0),
             slopes=slopes,
@@ -150,7 +155,7 @@ class MixtureLaws:
 
     def whitened(self, shape: FloatArray) -> Self:
         """Return the laws of averages that are divided by a deviation by order, (n / 2 + 1,)."""
-        parts = tuple(part.whitened(shape) for part in self.parts)
+        parts = _along_bases([part.whitened(shape) for part in self.parts], self.late)
         signal, slopes = whitened(self.healthy_signal, shape), whitened(self.slopes, shape)
         return replace(self, parts=parts, healthy_signal=signal, slopes=slopes)
 
@@ -231,7 +236,7 @@ class MixtureLaws:
             left = turned - laws.weights_of(k, turn[at], c) @ laws.carriers_of(k)
             d = (laws.gains[k] / noise[at, None]) ** 2
             slope = size * self.slopes[k]
-            explained = d / (1 + d) * (left @ laws.modes[k]) @ (laws.modes[k].T @ slope)
+            explained = d / (1 + d) * laws.along_modes(k, left) @ laws.along_modes(k, slope)
             passes[at] = size * (left @ slope - explained) / noise[at] ** 2
         return passes, passes**2 / 2 * self._bends[template] > _MOST_BEND * noise
 
@@ -278,8 +283,34 @@ def joint_modes(columns: FloatArray, least: float) -> tuple[FloatArray, FloatArr
     return modes[:, :, :kept].copy(), gains[:, :kept].copy()  # a view would keep those that are left out
 
 
+def _along_bases(parts: Sequence[TurnedLaws], late: BoolArray) -> tuple[TurnedLaws, ...]:
+    """Return the laws of parts with their modes along a basis: one of those that may be late, one of the others."""
+    compact = list(parts)
+    for is_late in np.unique(late):
+        at = np.flatnonzero(late == is_late).tolist()
+        basis, compared = _joint_basis([parts[i] for i in at])
+        for i in at:
+            compact[i] = parts[i].along_basis(basis, compared)
+    return tuple(compact)
+
+
+def _joint_basis(parts: Sequence[TurnedLaws]) -> tuple[FloatArray, int]:
+    """Return an orthonormal basis (b, n) of the modes of all parts, and the number of vectors to compare along."""
+    first = parts[0]
+    modes = [part.modes * part.gains[:, None] for part in parts]
+    tiny = np.finfo(float).tiny
+    greatest = max(part.gains.max(initial=tiny) for part in parts)
+    flat = first.carriers.reshape(-1, first.samples)
+    rows = [each.transpose(0, 2, 1).reshape(-1, first.samples) for each in modes]
+    columns = np.concatenate([*rows, flat * (greatest / max(np.linalg.norm(flat, axis=1).max(), tiny))])
+    squares, vectors = scipy.linalg.eigh(columns.T @ columns)
+    left_out = np.sqrt(np.cumsum(squares.clip(min=0))) / greatest
+    compared = int((left_out > _BASIS_PRECISION).sum())
+    return np.ascontiguousarray(vectors[:, left_out > _MODE_PRECISION].T[::-1]), compared
+
+
 class _PartGroup:
-    """Laws of one mean, and of modes of which each part of a mixture has its own.
+    """Laws of one mean, and of modes along one basis of which each part of a mixture has its own.
 
     Parameters
     ----------
@@ -305,18 +336,11 @@ class _PartGroup:
 
     @cached_property
     def _basis(self) -> TurnedBasis:
-        """A basis of the modes of all parts, and of the carriers."""
+        """The basis of the modes of all parts, and of the carriers."""
         first = self.parts[0]
+        assert first.mode_basis is not None
         carriers = first.carriers.reshape(len(first.carriers), -1, first.samples)
-        modes = [part.modes * part.gains[:, None] for part in self.parts]
-        tiny = np.finfo(float).tiny
-        greatest = max(part.gains.max(initial=tiny) for part in self.parts)
-        flat = carriers.reshape(-1, first.samples)
-        rows = [each.transpose(0, 2, 1).reshape(-1, first.samples) for each in modes]
-        columns = np.concatenate([*rows, flat * (greatest / max(np.linalg.norm(flat, axis=1).max(), tiny))])
-        squares, vectors = scipy.linalg.eigh(columns.T @ columns)
-        left_out = np.sqrt(np.cumsum(squares.clip(min=0)))
-        return TurnedBasis(vectors[:, left_out > _BASIS_PRECISION * greatest].T, carriers, first.teeth)
+        return TurnedBasis(first.mode_basis[: first.compared], carriers, first.teeth)
 
     @cached_property
     def _modes(self) -> list[TurnedModes]:

@@ -10,7 +10,7 @@ import scipy.linalg
 from numpy.typing import ArrayLike
 
 from sigdb.core import BoolArray, FloatArray, InputError, IntArray, blocks, plain_array
-from sigdb.recognition.laws.turned_residuals import TurnedBasis, TurnedModes, TurnedResiduals
+from sigdb.recognition.laws.turned_residuals import TurnedBasis, TurnedModes, TurnedResiduals, products_with_means
 from sigdb.recognition.noise.noise_shape import whitened
 
 _ROWS_AT_ONCE = 32
@@ -39,7 +39,7 @@ class TurnedLaws:
     healthy
         (templates,) whether a template is of a healthy gear, which has no turn.
     modes
-        (templates, n, r) U_k, orthonormal columns.
+        (templates, n, r) U_k, orthonormal columns; where there is a basis of them, (templates, b, r) along it.
     gains
         (templates, r) square roots of d_k: rms of each mode's amplitude per index error, unit of the signal per m. With
         nuisances the rms itself, for one size of the index errors.
@@ -52,6 +52,12 @@ class TurnedLaws:
         over the turns, which turning x does not change.
     with_nuisances
         Whether the modes are those of nuisances too.
+    mode_basis
+        (b, n) orthonormal basis of the modes, the strongest first; None where these are in samples.
+    compared
+        Number of vectors of that basis that averages are compared along.
+    with_means
+        (templates, 2 a b, r) of :func:`products_with_means`, where the modes are along a basis.
     precision
         Greatest norm of what may be left out of a mode, and of a carrier over that of the greatest one, so that fewer
         products with averages are needed. At 1e-4 the log-likelihood of a template that resembles the average changes
@@ -66,6 +72,9 @@ class TurnedLaws:
     phases: FloatArray
     turn_invariant: bool = False
     with_nuisances: bool = False
+    mode_basis: FloatArray | None = None
+    compared: int = 0
+    with_means: FloatArray | None = None
     precision: float = 1e-7
 
     @property
@@ -163,7 +172,29 @@ class TurnedLaws:
 
     def modes_in(self, basis: TurnedBasis) -> TurnedModes:
         """Return the modes in a basis that holds them and the carriers."""
-        return TurnedModes(basis, self.modes, self._flat)
+        if self.with_means is not None:
+            return TurnedModes(self.modes[:, : self.compared], self.with_means)
+        return TurnedModes(basis.basis @ self.modes, products_with_means(self.modes, self._flat))
+
+    def along_basis(self, basis: FloatArray, compared: int) -> Self:
+        """Return the same laws with their modes along a basis (b, n), and the number of vectors to compare along."""
+        along = np.ascontiguousarray((basis @ self.modes).transpose(1, 0, 2))  # as products with averages take them
+        means = products_with_means(self.modes, self._flat)
+        return replace(self, modes=along.transpose(1, 0, 2), mode_basis=basis, compared=compared, with_means=means)
+
+    def modes_of(self, templates: int | IntArray) -> FloatArray:
+        """Return the modes of a template (n, r), or of some (templates, n, r), in samples."""
+        modes = self.modes[templates]
+        return modes if self.mode_basis is None else self.mode_basis.T @ modes
+
+    def along_modes(self, template: int, x: FloatArray) -> FloatArray:
+        """Return the products of signals (rows, n) with the modes of a template, (rows, r)."""
+        return (x if self.mode_basis is None else x @ self.mode_basis.T) @ self.modes[template]
+
+    def sum_of_modes(self, template: int, amplitudes: FloatArray) -> FloatArray:
+        """Return the sums (rows, n) of the modes of a template times amplitudes, (rows, r)."""
+        along = amplitudes @ self.modes[template].T
+        return along if self.mode_basis is None else along @ self.mode_basis
 
     def squared_distance(self, x: FloatArray, coefficients: FloatArray | None = None) -> FloatArray:
         """Return the squared distance of averages from each turned mean, (rows, templates, teeth); without modes."""
@@ -172,9 +203,10 @@ class TurnedLaws:
 
     def whitened(self, shape: FloatArray) -> Self:
         """Return the laws of averages that are divided by a deviation by order, (n / 2 + 1,)."""
-        columns = whitened((self.modes * self.gains[:, None]).transpose(0, 2, 1), shape)
-        modes, gains, _ = np.linalg.svd(columns.transpose(0, 2, 1), full_matrices=False)
-        return replace(self, modes=modes, gains=gains, carriers=whitened(self.carriers, shape))
+        columns = (self.modes_of(np.arange(len(self.modes))) * self.gains[:, None]).transpose(0, 2, 1)
+        modes, gains, _ = np.linalg.svd(whitened(columns, shape).transpose(0, 2, 1), full_matrices=False)
+        carriers = whitened(self.carriers, shape)
+        return replace(self, modes=modes, gains=gains, mode_basis=None, with_means=None, carriers=carriers)
 
     def weights_of(self, template: int, turn: IntArray, coefficients: FloatArray | None = None) -> FloatArray:
         """Return the weights c_ab phi_kbt (rows, a b) of a template's carriers, for the turn of each row."""

@@ -61,18 +61,15 @@ class TurnedModes:
 
     Parameters
     ----------
-    basis
-        The basis of the residuals, which holds the modes.
-    modes
-        (templates, n, r) orthonormal modes.
-    carriers
-        (templates, a b, n) carriers of the means.
+    along
+        (templates, b, r) products of the basis of the residuals, which holds the modes, with these.
+    between
+        (templates, 2 a b, r) of :func:`products_with_means`.
     """
 
-    def __init__(self, basis: TurnedBasis, modes: FloatArray, carriers: FloatArray) -> None:
-        self._of_modes = basis.basis @ modes.transpose(1, 0, 2).reshape(modes.shape[1], -1)
-        first = np.broadcast_to(carriers[:1], carriers.shape)
-        self._between = np.concatenate([carriers, -first], axis=1) @ modes
+    def __init__(self, along: FloatArray, between: FloatArray) -> None:
+        self._of_modes = along.transpose(1, 0, 2).reshape(along.shape[1], -1)
+        self._between = between
 
     def explained(self, residuals: TurnedResiduals, shares: FloatArray) -> FloatArray:
         """Return the explained squares, (teeth, rows, templates).
@@ -90,6 +87,20 @@ class TurnedModes:
         first = np.broadcast_to(weights[:, :, :1], weights.shape)
         means = times(np.concatenate([weights, first], axis=3), self._between)
         return explained_squares(residuals.along @ self._of_modes, np.ascontiguousarray(means), shares)
+
+
+def products_with_means(modes: FloatArray, carriers: FloatArray) -> FloatArray:
+    """Return the products (templates, 2 a b, r) of modes with the carriers, and with those of the first template.
+
+    Parameters
+    ----------
+    modes
+        (templates, n, r) orthonormal modes.
+    carriers
+        (templates, a b, n) carriers of the means. The products with those of the first template have the other sign.
+    """
+    first = np.broadcast_to(carriers[:1], carriers.shape)
+    return np.asarray(np.concatenate([carriers, -first], axis=1) @ modes)
 
 
 def times(weights: FloatArray, matrices: FloatArray) -> FloatArray:

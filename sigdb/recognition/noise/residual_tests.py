@@ -138,8 +138,8 @@ class ResidualTests:
         nothing, outward = np.zeros((0, laws.samples)), self.outward[template]
         square = np.tile((self.change[~laws.healthy] ** 2).sum(axis=1), self._far)
         return _TemplateTests(
-            modes=laws.modes[template],
-            carriers=laws.carriers_of(template),
+            laws=laws,
+            template=template,
             severities=self._other_severities(template) if self.between and not healthy else nothing,
             outward=outward[outward.any(axis=1)],
             square=square[:0] if healthy else square,
@@ -195,8 +195,8 @@ class _TemplateTests:
 
     Parameters
     ----------
-    modes, carriers
-        (n, r) U, and (a b, n) carriers of the template; they are those of the laws, not copies.
+    laws, template
+        Laws of the templates, and the template.
     severities, outward
         (b, n) D', orthonormal, and (k, n) changes beyond the template.
     square
@@ -208,15 +208,16 @@ class _TemplateTests:
     def __init__(
         self,
         *,
-        modes: FloatArray,
-        carriers: FloatArray,
+        laws: TurnedLaws,
+        template: int,
         severities: FloatArray,
         outward: FloatArray,
         square: FloatArray,
         elsewhere: Callable[[FloatArray], FloatArray],
     ) -> None:
-        self._carriers, self._modes = carriers, modes
+        self._laws, self._template = laws, template
         self._severities, self._beyond = severities, outward
+        carriers, modes = laws.carriers_of(template), laws.modes_of(template)
         self._along = severities @ modes
         self._outward = _Changes(square=(outward**2).sum(axis=1), along=outward @ modes)
         self._elsewhere = _Changes(square=square, along=elsewhere(modes.T)[:, : len(square)].T)
@@ -238,13 +239,14 @@ class _TemplateTests:
         law
             Noise and variances.
         """
-        residual = back - weights @ self._carriers
-        amplitude = residual @ self._modes
+        laws, template = self._laws, self._template
+        residual = back - weights @ laws.carriers_of(template)
+        amplitude = laws.along_modes(template, residual)
         more = self._outward.score(residual @ self._beyond.T, amplitude, law)
         amounts = self._amounts(residual @ self._severities.T, amplitude, law)
         amplitude = amplitude - amounts @ self._along
-        explained = (amplitude * (1 - 1 / np.sqrt(1 + law.d))) @ self._modes.T + amounts @ self._severities
-        white = (residual - explained) / law.noise[:, None]
+        explained = laws.sum_of_modes(template, amplitude * (1 - 1 / np.sqrt(1 + law.d)))
+        white = (residual - explained - amounts @ self._severities) / law.noise[:, None]
         elsewhere = elsewhere[:, : len(self._elsewhere.square)]
         elsewhere = elsewhere - np.hstack([weights, amounts]) @ self._explained_elsewhere
         return white, more, self._elsewhere.score(elsewhere, amplitude, law)

@@ -95,7 +95,7 @@ class TemplateDistances:
         self._first, self._second = np.triu_indices(len(templates), 1)
         signals = laws.carriers[templates, :, 0]
         between = signals[self._first] - signals[self._second]
-        along = np.einsum("kan,jnm->ajkm", signals, laws.modes[templates], optimize=True)
+        along = np.einsum("kan,jnm->ajkm", signals, laws.modes_of(templates), optimize=True)
         self._square = np.einsum("pan,pbn->abp", between, between, optimize=True)
         self._along = along - np.einsum("ajjm->ajm", along)[:, :, None]
 

@@ -58,6 +58,20 @@ def test_the_density_is_that_of_dense_covariances(draws, carriers, noise):
         assert_allclose(found[row, template, turn], logsumexp(each), rtol=1e-6, atol=1e-6)
 
 
+def test_modes_along_a_basis_have_the_covariance_of_the_nuisances(draws):
+    laws, errors, nuisances = laws_of(draws, (2, 2))
+    mixture = MixtureLaws.of(laws, errors, nuisances, laws.carriers[:, 0, 0])
+    x, amplitudes = draws.standard_normal((6, SAMPLES)), draws.standard_normal(mixture.parts[3].gains.shape)
+    for part, factor in zip(mixture.parts, nuisances.mixture.factors(nuisances.counts), strict=True):
+        for k in range(TEMPLATES):
+            columns = np.hstack([errors[k], nuisances.modes[k] * factor])
+            modes = part.modes_of(k) * part.gains[k]
+            assert_allclose(modes @ modes.T, columns @ columns.T, rtol=0, atol=1e-12)
+            assert_allclose(part.along_modes(k, x) * part.gains[k], x @ modes, rtol=0, atol=1e-12)
+    last = mixture.parts[3]
+    assert_allclose(last.sum_of_modes(1, amplitudes), amplitudes @ last.modes_of(1).T, rtol=0, atol=1e-12)
+
+
 def test_a_law_of_one_part_without_modes_is_that_without_nuisances(draws):
     laws, errors, nuisances = laws_of(draws, (1, 1))
     alone = Nuisances(modes=nuisances.modes, counts=(1, 2), mixture=NuisanceMixture(parts=(NuisancePart(1.0),)))
