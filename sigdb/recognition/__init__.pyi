@@ -58,6 +58,7 @@ from .metrics.signal_response import signal_response as signal_response
 from .metrics.significance import Excess as Excess
 from .metrics.significance import above_bound as above_bound
 from .model import Model as Model
+from .noise.noise_shape import whitened as whitened
 from .rows.batch import TSA as TSA
 from .rows.batch import Batch as Batch
 from .rows.signature_transformer import SignatureTransformer as SignatureTransformer

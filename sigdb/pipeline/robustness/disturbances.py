@@ -232,6 +232,11 @@ class Disturbance:
     nuisance: StatedNuisance = no_nuisance
     same_question: bool = field(default=True)
 
+    @property
+    def is_stated(self) -> bool:
+        """Whether the law of the best possible answer can have the disturbance."""
+        return bool(self.nuisance(1)) or self.colour is not None or self.index_error != 1.0
+
 
 NOTHING = Disturbance(name="nothing", text="rows of the law without nuisances")
 

@@ -6,22 +6,14 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
+from sigdb.core import FloatArray
 from sigdb.database import Database
 from sigdb.dynamics import PeriodicRig, prepare_periodic
 from sigdb.measurement import NuisanceMixture, NuisanceSettings
 from sigdb.pipeline.robustness.disturbances import Disturbance
-from sigdb.recognition import (
-    Hypotheses,
-    Nuisances,
-    OperatingPoint,
-    error_curve,
-    operating_points,
-    stacked_modes,
-)
+from sigdb.pipeline.robustness.off_law_rows import CLEAN
+from sigdb.recognition import TSA, Hypotheses, Nuisances, OperatingPoint, operating_points, stacked_modes, whitened
 from sigdb.sweep import NuisanceModes, Plan, plan_from
-
-_DRAWS = 500
-"""Rows drawn for each level of noise."""
 
 _LEVELS = (0.0, 1.0, 2.0, 3.0, 4.5, 6.0, 9.0, 12.0, 18.0)
 """Levels of further noise, dB."""
@@ -51,32 +43,33 @@ class NuisanceBounds:
     sensor: str
     rigs: int
 
-    def loss_db(self, disturbance: Disturbance, error: float) -> float:
-        """Return the increase of the noise, dB, at which the best possible answer has a share of errors.
+    def loss_db(self, disturbance: Disturbance, rows: pd.DataFrame, error: float) -> float:
+        """Return the increase of the noise, dB, at which the best possible answer to rows has a share of errors.
 
-        0 where it has as many already; infinite beyond the greatest level.
+        The rows keep their gears, rigs and noise; the noise alone grows.
+
+        Parameters
+        ----------
+        disturbance
+            The disturbance that the best possible answer knows.
+        rows
+            Rows of :meth:`OffLawRows.disturbed_rows` with it.
+        error
+            A model's share of errors on the same rows.
+
+        Returns
+        -------
+        float
+            0 where the best answer has as many already; infinite beyond the greatest level.
         """
-        counted = self._errors.setdefault(self._key(disturbance), {})
-        points: list[OperatingPoint] = []
+        points = [self._point(point, disturbance) for point in self._points]
+        errors: list[float] = []
         for level in _LEVELS:
-            if level not in counted:
-                points = points or [self._point(point, disturbance) for point in self._points]
-                counted[level] = float(error_curve(points, [level], draws=_DRAWS).error[0])
-            if counted[level] >= error:
+            errors.append(_errors(points, disturbance, rows, 10 ** (level / 20)))
+            if errors[-1] >= error:
                 break
-        levels = sorted(counted)
-        errors = np.maximum.accumulate([counted[level] for level in levels])
-        return float(np.interp(error, errors, levels)) if error <= errors[-1] else np.inf
-
-    def _key(self, disturbance: Disturbance) -> tuple[object, ...]:
-        """Return what makes the law of a disturbance."""
-        numbers = disturbance.nuisance(self._points[0].hypotheses.teeth)
-        return tuple(sorted(numbers.items())), disturbance.colour, disturbance.index_error
-
-    @cached_property
-    def _errors(self) -> dict[tuple[object, ...], dict[float, float]]:
-        """By law, the errors of the best possible answer at levels of further noise."""
-        return {}
+        rising = np.maximum.accumulate(errors)
+        return float(np.interp(error, rising, _LEVELS[: len(rising)])) if error <= rising[-1] else np.inf
 
     @cached_property
     def _points(self) -> list[OperatingPoint]:
@@ -123,3 +116,21 @@ class NuisanceBounds:
         return prepare_periodic(
             plan.rig_points[point].rig, gear=plan.gear, samples_per_tooth=plan.signature.samples_per_tooth
         )
+
+
+def _errors(points: list[OperatingPoint], disturbance: Disturbance, rows: pd.DataFrame, factor: float) -> float:
+    """Return the share of errors of the best answers to rows whose noise is multiplied by a factor."""
+    wrong = total = 0
+    for point in points:
+        some = rows[rows.index.isin(point.rows.index)]
+        if some.empty:
+            continue
+        clean, tsa = (np.stack(some[name].tolist()) for name in (CLEAN, TSA))
+        x: FloatArray = clean + factor * (tsa - clean)
+        if disturbance.colour is not None:
+            x = whitened(x, disturbance.colour(x.shape[1], point.hypotheses.teeth))
+        law = point.rows.loc[some.index]
+        law = law.assign(noise=law["noise"] * factor)
+        wrong += int((point.posterior(x, law).tooth != some["tooth"].to_numpy()).sum())
+        total += len(some)
+    return wrong / max(total, 1)

@@ -17,6 +17,9 @@ from sigdb.signature import features
 from sigdb.sweep import Plan, plan_from
 from sigdb.transmission import Transmission
 
+CLEAN = "clean"
+"""Column of averages without noise."""
+
 
 @dataclass(frozen=True, eq=False)
 class OffLawRows:
@@ -54,8 +57,8 @@ class OffLawRows:
         Returns
         -------
         pandas.DataFrame
-            The stated case, ``averages``, ``scatter``, ``tsa`` and the features, by the id of the case. Cases without a
-            steady state that keeps contact are left out.
+            The stated case, ``averages``, ``scatter``, ``tsa``, the features and ``clean``, the average without noise,
+            by the id of the case. Cases without a steady state that keeps contact are left out.
         """
         parts = [
             self._rows(point, some, disturbance, stream)
@@ -166,6 +169,7 @@ class OffLawRows:
         columns: dict[str, Any] = {
             "scatter": scatter,
             "tsa": list(tsa),
+            CLEAN: list(x),
             "noise": list(by_order / np.sqrt(averages)[:, None]),
         }
         for name, values in features(tsa, teeth=teeth).items():

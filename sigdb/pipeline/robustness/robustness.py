@@ -9,7 +9,7 @@ from sigdb.core import NotApplicableError, Note, OnStep, ignore
 from sigdb.database import Database
 from sigdb.pipeline.robustness.disturbances import DISTURBANCES
 from sigdb.pipeline.robustness.nuisance_bounds import NuisanceBounds
-from sigdb.pipeline.robustness.off_law_rows import OffLawRows, applicable
+from sigdb.pipeline.robustness.off_law_rows import CLEAN, OffLawRows, applicable
 from sigdb.pipeline.robustness.outcomes import Robustness
 from sigdb.recognition import Evaluation, Model, RobustnessSettings, requested_rows
 
@@ -59,7 +59,8 @@ def robustness_table(
     -------
     pandas.DataFrame
         ``disturbance``, ``text``, the outcomes of :meth:`Robustness.outcomes`, and ``loss_db``, the further noise at
-        which the best possible answer (:class:`NuisanceBounds`) has as many errors; nan where there is none.
+        which the best possible answer (:class:`NuisanceBounds`) to the same rows has as many errors; nan where there
+        is none. Where no law states the disturbance, the rows of the best answer are those without it.
 
     Raises
     ------
@@ -77,16 +78,17 @@ def robustness_table(
     bounds = None
     if model.target == "location":
         bounds = NuisanceBounds(database, rows, database.sensors[0], settings.rigs)
-    table = []
+    table, usual = [], None
     for number, disturbance in enumerate(DISTURBANCES):
         if not applicable(off_law, disturbance):
             continue
         on_step(f"robustness: {disturbance.name}")
         disturbed = off_law.disturbed_rows(disturbance, np.random.default_rng([settings.seed, number]))
-        outcomes = robustness.outcomes(disturbed)
+        usual = disturbed if usual is None else usual
+        outcomes = robustness.outcomes(disturbed.drop(columns=CLEAN))
         loss = np.nan
         if bounds is not None and disturbance.same_question:
-            loss = bounds.loss_db(disturbance, outcomes["errors"])
+            loss = bounds.loss_db(disturbance, disturbed if disturbance.is_stated else usual, outcomes["errors"])
         table.append({"disturbance": disturbance.name, "text": disturbance.text, **outcomes, "loss_db": loss})
     return pd.DataFrame(table)
 

@@ -1,5 +1,7 @@
 """The table of robustness, on a small database of a model with nuisances."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -106,9 +108,8 @@ def test_a_gain_that_was_stated_does_no_harm_and_another_shape_is_outside(traine
     assert table.loc["ghost 0.3", "outside"] > 0.8
 
 
-def test_the_best_answer_knows_a_disturbance_by_its_kind_and_size(database, trained, monkeypatch):
+def test_the_best_answer_knows_a_disturbance_by_its_kind_and_size(database, trained):
     """A gain changes the average in proportion; a late mark is known by its standard deviation."""
-    monkeypatch.setattr(nuisance_bounds, "_LEVELS", tuple(np.arange(0.0, 60.0, 12.0)))
     rows = requested_rows(load_model(trained[1]), database)
     bounds = nuisance_bounds.NuisanceBounds(database, rows, database.sensors[0], 2)
     named = {each.name: each for each in DISTURBANCES}
@@ -118,10 +119,30 @@ def test_the_best_answer_knows_a_disturbance_by_its_kind_and_size(database, trai
     late = bounds._point(bounds._points[0], named["mark 0.4"]).hypotheses.nuisances
     assert late.mixture == NuisanceMixture.certain(0, mark=0.4)
     assert bounds._point(bounds._points[0], named["nothing"]).hypotheses.nuisances is None
-    usual = bounds.loss_db(named["nothing"], 0.02)
-    assert 0 < usual < 48.0
-    assert usual == bounds.loss_db(named["bursts"], 0.02)
-    assert bounds.loss_db(NOTHING, 0.0) == 0.0
+
+
+def test_the_loss_is_the_noise_at_which_the_best_answer_errs_as_often_on_the_same_rows(database, trained, monkeypatch):
+    """At 24 dB more noise the best answer has the errors of rows that were made with 24 dB more noise."""
+    monkeypatch.setattr(nuisance_bounds, "_LEVELS", (0.0, 12.0, 24.0, 36.0))
+    rows = requested_rows(load_model(trained[1]), database)
+    cases = database.sql("select id, template, index_error, snr_db, tooth from cases").set_index("id")
+    rows = rows.join(cases[[name for name in cases if name not in rows]])
+    bounds = nuisance_bounds.NuisanceBounds(database, rows, database.sensors[0], 2)
+    coloured = next(each for each in DISTURBANCES if each.name == "coloured noise")
+    for disturbance in (NOTHING, coloured):
+        off_law = OffLawRows(database, rows, database.sensors[0])
+        disturbed = off_law.disturbed_rows(disturbance, np.random.default_rng(3))
+        louder = OffLawRows(database, rows.assign(snr_db=rows["snr_db"] - 24.0), database.sensors[0])
+        loud = louder.disturbed_rows(disturbance, np.random.default_rng(3))
+        points = [bounds._point(point, disturbance) for point in bounds._points]
+        errors = nuisance_bounds._errors(points, disturbance, disturbed, 10 ** (24 / 20))
+        points = [
+            replace(point, rows=point.rows.assign(noise=point.rows["noise"] * 10 ** (24 / 20))) for point in points
+        ]
+        assert 0 < errors == nuisance_bounds._errors(points, disturbance, loud, 1.0)
+        assert bounds.loss_db(disturbance, disturbed, errors) == 24.0
+        assert bounds.loss_db(disturbance, disturbed, 0.0) == 0.0
+        assert bounds.loss_db(disturbance, disturbed, 0.99) == np.inf
 
 
 def test_nothing_is_tested_by_default(database, trained):
