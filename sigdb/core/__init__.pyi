@@ -38,6 +38,7 @@ from .progress import Progress as Progress
 from .progress import blocks as blocks
 from .progress import ignore as ignore
 from .streams import NOISE_BLOCK as NOISE_BLOCK
+from .streams import colour_stream as colour_stream
 from .streams import noise_stream as noise_stream
 from .streams import nuisance_stream as nuisance_stream
 from .streams import sample_stream as sample_stream

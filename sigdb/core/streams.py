@@ -54,3 +54,8 @@ def sample_stream(seed: int, grid: int) -> np.random.Generator:
 def nuisance_stream(seed: int) -> np.random.Generator:
     """Return the stream of the rigs that stand for what is not known of a machine."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(3,)))
+
+
+def colour_stream(seed: int) -> np.random.Generator:
+    """Return the stream of the colours that noise may have."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(4,)))

@@ -97,6 +97,7 @@ from .store.receipts import revision_of as revision_of
 from .store.receipts import tables_of as tables_of
 from .store.roles import Role as Role
 from .store.roles import role_of as role_of
+from .store.schema import NOISE_BY_ORDER as NOISE_BY_ORDER
 from .store.schema import SCHEMA_FILE as SCHEMA_FILE
 from .store.schema import Column as Column
 from .store.schema import Schema as Schema

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pyarrow as pa
 
 from sigdb.core import unit_of
-from sigdb.database import MEASURED_SENSOR, Column, Schema, database_schema
+from sigdb.database import MEASURED_SENSOR, NOISE_BY_ORDER, Column, Schema, database_schema
 from sigdb.ingest.facts.recording_facts import RecordingFacts
 from sigdb.measurement import MeasurementSettings
 from sigdb.signature import FEATURES
@@ -113,12 +113,7 @@ MEASURED = (
 """Columns that only measured rows have."""
 
 _SIGNALS = (
-    Column(
-        name="noise",
-        type=_LIST,
-        unit="signal",
-        help="Standard deviation of white noise with the density of the average's noise at orders 0, 1, 2 ...",
-    ),
+    NOISE_BY_ORDER,
     Column(
         name="groups",
         type=_LIST,

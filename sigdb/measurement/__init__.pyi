@@ -1,3 +1,10 @@
+from .noise_colour import check_revolutions as check_revolutions
+from .noise_colour import coloured as coloured
+from .noise_colour import drawn_colours as drawn_colours
+from .noise_colour import measured_noise as measured_noise
+from .noise_colour import order_bands as order_bands
+from .noise_colour import shape_of as shape_of
+from .noise_colour import whole_mean as whole_mean
 from .nuisance import MOST_MODES as MOST_MODES
 from .nuisance import NEPER_DB as NEPER_DB
 from .nuisance import NuisanceSettings as NuisanceSettings

@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
 
 from sigdb.core import FloatArray, Section, quantity
 
@@ -22,6 +22,8 @@ MOST_MODES = 512
 
 _LEAST_MODE = 1e-3
 """Least norm of a mode that is kept, over the norm of the healthy average."""
+
+_COLOUR = ("colour_db", "colour_octaves", "colours")
 
 _LEAST_EIGENVALUE = 1e-3
 """Least variance of a component of a smooth path that is kept, over the greatest one."""
@@ -59,6 +61,15 @@ class NuisanceSettings(Section):
         "-", "Greatest relative error of each assumed number of the rig, inside its range.", ge=0, lt=1, default=0.0
     )
     profile: float = quantity("m", "Greatest profile deviation, more or less, of all teeth.", ge=0, default=0.0)
+    colour_db: float = quantity(
+        "dB", "Standard deviation of the level of the noise in any octave of orders, at the same scatter.", ge=0,
+        default=0.0,
+    )  # fmt: skip
+    colour_octaves: float = quantity(
+        "-", "Distance of two orders, in octaves, whose levels of noise are correlated with exp(-1/2).", gt=0,
+        default=2.0,
+    )  # fmt: skip
+    colours: int = quantity("-", "Colours of noise that are drawn.", ge=1, default=16)
     rigs: int = quantity("-", "Rigs that are drawn for errors of the rig.", ge=2, default=64)
     none: float = quantity(
         "-", "Probability that a machine has none of the nuisances, and its mark where it is stated.", ge=0, le=1,
@@ -94,6 +105,12 @@ class NuisanceSettings(Section):
             )
         return self
 
+    @model_serializer(mode="wrap")
+    def _leave_out_white_noise(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out the colour where there is none, as in recipes of earlier versions."""
+        content: dict[str, Any] = dump(self)
+        return content if self.colour_db else {name: content[name] for name in content if name not in _COLOUR}
+
     @property
     def of_machine(self) -> bool:
         """Whether there are nuisances whose effect must be simulated."""
@@ -116,7 +133,7 @@ class NuisanceSettings(Section):
     def exist(self) -> bool:
         """Whether there are any nuisances."""
         measured = (self.gain_db, self.path_db, self.path_deg, self.mark, self.modulation, self.index_error)
-        return self.of_machine or any(measured)
+        return self.of_machine or any(measured) or self.colour_db > 0
 
 
 def measured_columns(signal: FloatArray, teeth: int, settings: NuisanceSettings) -> FloatArray:

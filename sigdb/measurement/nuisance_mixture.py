@@ -60,6 +60,8 @@ class NuisanceMixture:
     def of(cls, settings: NuisanceSettings) -> Self:
         """The mixture that a section ``[nuisance]`` states."""
         count, late = len(settings.each), settings.mark > 0
+        if not (count or late):
+            return cls(parts=(NuisancePart(1.0),))
         together = settings.together if count > 1 else 0.0
         alone = count + late
         weight = (1 - settings.none - together) / alone

@@ -16,6 +16,7 @@ from sigdb.recognition.estimators.contract import Estimator
 from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Reducer, Rows
 from sigdb.recognition.rows.plain_rows import PlainRow, plain_rows
 from sigdb.recognition.rows.streams import read_averages, read_features, reduce_averages, stream_features
+from sigdb.recognition.templates.scores import TemplateScores
 from sigdb.recognition.trained_range import TrainedRange
 
 _PROBE = 8
@@ -262,7 +263,8 @@ class Model:
 
     def _reasons(self, batch: Batch) -> list[str]:
         bank = self.estimator.template_bank
-        noise = bank.effective_noise(batch) if bank is not None and batch.noise_by_order is not None else None
+        reducer = self.estimator.reducer
+        noise = reducer.noise(batch) if isinstance(reducer, TemplateScores) else None
         reasons = [""] * len(batch) if self.trained_range is None else self.trained_range.reasons(batch, noise)
         if bank is not None:
             for i in np.flatnonzero(~np.isin(batch.column("teeth"), bank.teeth)):

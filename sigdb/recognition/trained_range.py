@@ -46,7 +46,8 @@ class TrainedRange:
     averages
         Least and greatest number of revolutions of an average.
     noise
-        Least and greatest noise of an average, ``scatter / sqrt(averages)``, in ``unit``.
+        Least and greatest noise of an average, in ``unit``: ``scatter / sqrt(averages)``, or that of white noise in
+        which damage stands out as much.
     level
         Least and greatest root mean square of an average without its noise, in ``unit``.
     samples_per_tooth
@@ -64,8 +65,8 @@ class TrainedRange:
     unit: str | None = None
 
     @classmethod
-    def of_rows(cls, database: Database, rows: pd.DataFrame) -> Self:
-        """Return the range of rows of a database, by id."""
+    def of_rows(cls, database: Database, rows: pd.DataFrame, noise: FloatArray | None = None) -> Self:
+        """Return the range of rows of a database, by id; parameters as of :meth:`reasons`."""
         batch = Batch(table=_with_rms(database, rows))
         square, error = _squared_level(batch)
         return cls(
@@ -73,7 +74,7 @@ class TrainedRange:
             torque=intervals(rows["torque"], NEAR["torque"]),
             samples_per_tooth=int(database.manifest.resolved["signature"]["samples_per_tooth"]),
             averages=_ends(rows["averages"]),
-            noise=_ends(batch.noise()),
+            noise=_ends(batch.noise() if noise is None else noise),
             level=_ends(np.sqrt(square[error < _CLEAR * square])),
             unit=(database.dataset("features").schema.field("scatter").metadata or {}).get(b"unit", b"").decode(),
         )

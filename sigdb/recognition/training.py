@@ -21,6 +21,7 @@ from sigdb.recognition.settings import RecognitionSettings
 from sigdb.recognition.targets.all_targets import target_named
 from sigdb.recognition.targets.target import Target
 from sigdb.recognition.templates.bank import TemplateBank
+from sigdb.recognition.templates.scores import TemplateScores
 from sigdb.recognition.trained_range import TrainedRange
 from sigdb.transmission import SIZES
 
@@ -177,7 +178,10 @@ def train(
     fit([name for name in unfitted if name not in scored], drawn)
     del drawn  # memory holds either these averages or the scores of all rows
     reducers = reducers_of(unfitted[name] for name in scored)
-    fit(scored, reduce_averages(database, Batch(table=rows), reducers, sensor=database.sensors[0]))
+    batch = reduce_averages(database, Batch(table=rows), reducers, sensor=database.sensors[0])
+    fit(scored, batch)
+    reducer = fitted[learner].reducer
+    noise = reducer.noise(batch) if isinstance(reducer, TemplateScores) else None
     estimators = {name: fitted[name] for name in unfitted if name in fitted}
     return Model(
         target=target,
@@ -194,7 +198,7 @@ def train(
         rows=len(rows),
         drawn_rows=drawn_rows,
         false_alarm_rate=settings.false_alarm_rate,
-        trained_range=TrainedRange.of_rows(database, rows),
+        trained_range=TrainedRange.of_rows(database, rows, noise),
         columns=columns,
         added=functions_of(database, columns),
     )

@@ -31,7 +31,7 @@ _ROLES = {
               "sha256", "set", "machine", "specimen_name", "sensor", "channel", "unit", "date", "begin", "rig", "angle",
               "absolute", "life_number",
               "life_time", "kept", "highest_order", "presence_p", "notes", MEMBER),
-    Role.TRUTH: ("snr_db", "index_error", "min_compression", "min_mesh_force", "contact_loss"),
+    Role.TRUTH: ("snr_db", "noise_colour", "index_error", "min_compression", "min_mesh_force", "contact_loss"),
 }  # fmt: skip
 _ROLE_OF = {name: role for role, names in _ROLES.items() for name in names}
 

@@ -198,6 +198,15 @@ _NUISANCE_MODES = Column(
     unit="signal",
     help="Modes of the nuisances: changes of the average per standard deviation, (n, modes) row-major.",
 )
+NOISE_BY_ORDER = Column(
+    name="noise",
+    type=_LIST,
+    unit="signal",
+    help="Standard deviation of white noise with the density of the average's noise at orders 0, 1, 2 ...",
+)
+_NOISE_COLOUR = Column(
+    name="noise_colour", type=pa.int32(), help="Number of the colour of its noise, of those drawn; 0 for white noise."
+)
 _NUISANCE_COUNTS = Column(
     name="nuisance_counts",
     type=_LIST,
@@ -212,6 +221,7 @@ def database_schema(
     sensors: Mapping[str, str],
     signature: Iterable[Feature],
     nuisances: bool = False,
+    coloured: bool = False,
 ) -> Schema:
     """Return the schema of a database.
 
@@ -227,6 +237,8 @@ def database_schema(
         Features of an average, in order. Those by order stand in ``signals``, others in ``features``.
     nuisances
         Whether templates hold modes of nuisances.
+    coloured
+        Whether rows hold their noise by order, and the number of its colour.
     """
     names = list(sensors)
     cases, signature = tuple(cases), tuple(signature)
@@ -356,6 +368,7 @@ def database_schema(
                     unit="signal",
                     help="Measured standard deviation between revolutions, rms over angle, of the added noise.",
                 ),
+                *((_NOISE_COLOUR,) if coloured else ()),
                 *(_of_signature(feature) for feature in signature if "order" not in feature.axes),
             ),
         ),
@@ -368,6 +381,7 @@ def database_schema(
                     unit="signal",
                     help="Average of one revolution, from the tacho mark.",
                 ),
+                *((NOISE_BY_ORDER,) if coloured else ()),
                 *(_of_signature(feature) for feature in signature if "order" in feature.axes),
             ),
         ),

@@ -11,7 +11,7 @@ import pandas as pd
 from sigdb.core import BoolArray, FloatArray, IntArray, SigdbError
 from sigdb.database import Database
 from sigdb.dynamics import PeriodicRig, prepare_periodic, superpose
-from sigdb.measurement import index_errors, noise_deviation
+from sigdb.measurement import coloured, index_errors, measured_noise, noise_deviation, whole_mean
 from sigdb.pipeline.robustness.disturbances import DamagedTeeth, Disturbance
 from sigdb.signature import features
 from sigdb.sweep import Plan, plan_from
@@ -162,10 +162,9 @@ class OffLawRows:
         for count in np.unique(averages).tolist():
             at = np.flatnonzero(averages == count)
             noise[at] = disturbance.noise(stream, len(at), x.shape[1], int(count))
-        noise = np.fft.irfft(np.fft.rfft(noise, axis=1) * shape, x.shape[1], axis=1)
-        tsa = x + noise * (deviation / np.sqrt(averages))[:, None]
+        tsa = x + coloured(noise, shape) * (deviation / np.sqrt(averages))[:, None]
         by_order = self._by_order(x, deviation[:, None] * shape, averages, disturbance, stream)
-        scatter = np.sqrt(_whole_mean(by_order**2))
+        scatter = np.sqrt(whole_mean(by_order**2))
         columns: dict[str, Any] = {
             "scatter": scatter,
             "tsa": list(tsa),
@@ -182,20 +181,11 @@ class OffLawRows:
     ) -> FloatArray:
         """Return the scatter by order (rows, n / 2 + 1) that the revolutions of averages show.
 
-        Each order is a complex number for each revolution, so that its square is chi-square of ``2 (m - 1)`` degrees of
-        freedom. A modulation that averages out adds to the orders that the average has.
+        A modulation that averages out adds to the orders that the average has.
         """
         power = np.abs(np.fft.rfft(x - x.mean(axis=1, keepdims=True), axis=1)) ** 2 / x.shape[1]
-        freedom = 2 * (averages[:, None] - 1)
-        measured = np.maximum(stream.chisquare(np.broadcast_to(freedom, deviation.shape)), 1e-9) / freedom
-        return np.sqrt(deviation**2 * measured + disturbance.scatter * power)
-
-
-def _whole_mean(power: FloatArray) -> FloatArray:
-    """Return the mean over the samples (rows,) of a power by order."""
-    weights = np.full(power.shape[1], 2.0)
-    weights[[0, -1]] = 1.0
-    return np.asarray(power @ weights / weights.sum())
+        noise = measured_noise(stream, deviation, averages[:, None])
+        return np.sqrt(noise**2 + disturbance.scatter * power)
 
 
 def applicable(rows: OffLawRows, disturbance: Disturbance) -> bool:

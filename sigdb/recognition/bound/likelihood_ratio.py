@@ -91,11 +91,10 @@ def optimal_roc(
     two = point.hypotheses.only(np.concatenate([healthy, places]))
     prior = [_normalised(point.log_prior[some]) for some in (healthy, places)]
     local = rows.assign(place=len(healthy) + pd.Index(places).get_indexer(pd.Index(rows["place"])))
-    narrowed = OperatingPoint(hypotheses=two, rows=local)
+    narrowed = OperatingPoint(hypotheses=two, rows=local, colours=point.colours)
     ratios = []
     for drawn, x in narrowed.redrawn(np.random.default_rng(seed), draws, specimens=specimens):
-        case = {name: drawn[name].to_numpy() for name in ("noise", "index_error")}
-        likelihood = two.log_likelihood(x, **case)
+        likelihood = narrowed.log_likelihood(x, drawn)
         none, some = likelihood[:, : len(healthy)], likelihood[:, len(healthy) :]
         ratios.append(logsumexp(some + prior[1], axis=(1, 2)) - logsumexp(none + prior[0], axis=(1, 2)))
     return OptimalRoc(log_ratio=-np.sort(-np.concatenate(ratios)))

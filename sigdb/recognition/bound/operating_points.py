@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 from scipy.special import log_softmax, logsumexp
 
-from sigdb.core import FloatArray, NotApplicableError, blocks
+from sigdb.core import FloatArray, IntArray, NotApplicableError, blocks, validated
 from sigdb.database import (
     QUANTITIES,
     Database,
@@ -18,8 +18,10 @@ from sigdb.database import (
     damage_kinds,
     database_quantities,
     severity_levels,
+    suffixed,
 )
-from sigdb.measurement import noise_deviation
+from sigdb.measurement import NuisanceSettings, coloured, drawn_colours, noise_deviation
+from sigdb.recognition.noise.noise_shape import whitened
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, TemplateDistances
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.posterior import Posterior, log_prior, posterior
@@ -44,19 +46,23 @@ class OperatingPoint:
         Laws that rows may follow.
     rows
         All rows inside the law, by id: ``place`` (of its template among the hypotheses), ``tooth``, ``teeth``,
-        ``specimen``, ``noise`` (standard deviation of the average's noise), ``index_error``, the damage, and
-        ``requested`` (whether the row is one of those requested).
+        ``specimen``, ``noise`` (standard deviation of the average's noise), ``index_error``, the damage,
+        ``requested`` (whether the row is one of those requested) and, where noise is coloured, ``colour``.
     known_cells
         Whether severities are those of the templates. If not, they may be any between them, where the templates show
         how signals lie there.
     quantities
         Quantities of the severity of the database.
+    colours
+        (colours, n / 2 + 1) deviation of the noise by order over that of white noise, for each colour that the rows may
+        have; None where all noise is white. The best possible answer knows the colour of each row.
     """
 
     hypotheses: Hypotheses
     rows: pd.DataFrame
     known_cells: bool = True
     quantities: tuple[str, ...] = QUANTITIES
+    colours: FloatArray | None = None
 
     @cached_property
     def severity(self) -> FloatArray:
@@ -76,10 +82,13 @@ class OperatingPoint:
         x
             (rows, n) averages.
         rows
-            ``noise`` and ``index_error`` of each average.
+            ``noise`` and ``index_error`` of each average, and its ``colour``.
         """
-        noise, index_error = (rows[name].to_numpy() for name in ("noise", "index_error"))
-        return self.hypotheses.log_likelihood(x, noise=noise, index_error=index_error)
+        likelihood = np.empty((len(x), len(self.hypotheses.signal), self.hypotheses.teeth))
+        for laws, colour, at in self._by_colour(rows):
+            of_colour = x[at] if colour is None else whitened(x[at], colour)
+            likelihood[at] = laws.log_likelihood(of_colour, **_law(rows.iloc[at]))
+        return likelihood
 
     def posterior(self, x: FloatArray, rows: pd.DataFrame) -> Posterior:
         """Return the posterior of averages; parameters as in :meth:`log_likelihood`."""
@@ -101,9 +110,30 @@ class OperatingPoint:
 
     def distances(self, between: ContinuousSeverity, rows: pd.DataFrame) -> list[FloatArray]:
         """Return the distances of templates, as of :meth:`ContinuousSeverity.evidence`, for averages of rows."""
-        noise, index_error = (rows[name].to_numpy() for name in ("noise", "index_error"))
-        of_grids = [TemplateDistances(self.hypotheses.turned, templates) for templates in between.templates]
-        return [each.at(noise=noise, index_error=index_error) for each in of_grids]
+        distances: list[FloatArray] = []
+        for laws, _, at in self._by_colour(rows):
+            for i, templates in enumerate(between.templates):
+                some = TemplateDistances(laws.turned, templates).at(**_law(rows.iloc[at]))
+                if i == len(distances):
+                    distances.append(np.empty((len(rows), some.shape[1])))
+                distances[i][at] = some
+        return distances
+
+    def _by_colour(self, rows: pd.DataFrame) -> Iterator[tuple[Hypotheses, FloatArray | None, IntArray]]:
+        """Yield the laws of averages with white noise, the colour that makes it so, and the places of its rows."""
+        if self.colours is None:
+            yield self.hypotheses, None, np.arange(len(rows))
+            return
+        numbers = rows["colour"].to_numpy(int)
+        for number in np.unique(numbers).tolist():
+            if number not in self._whitened:
+                self._whitened[number] = self.hypotheses.whitened(self.colours[number])
+            yield self._whitened[number], self.colours[number], np.flatnonzero(numbers == number)
+
+    @cached_property
+    def _whitened(self) -> dict[int, Hypotheses]:
+        """The hypotheses without the colour of the noise, by its number."""
+        return {}
 
     @property
     def between(self) -> ContinuousSeverity | None:
@@ -147,9 +177,12 @@ class OperatingPoint:
             rows = chosen.assign(
                 noise=chosen["noise"] * 10 ** (decibels / 20), index_error=chosen["index_error"] * specimens
             )
-            case = {name: rows[name].to_numpy() for name in ("noise", "index_error")}
-            place, tooth = rows["place"].to_numpy(), rows["tooth"].to_numpy()
-            yield rows, self.hypotheses.draw(stream, place, tooth, **case)
+            x = np.empty((len(rows), self.hypotheses.signal.shape[1]))
+            for laws, colour, at in self._by_colour(rows):
+                place, tooth = (rows[name].to_numpy()[at] for name in ("place", "tooth"))
+                drawn = laws.draw(stream, place, tooth, **_law(rows.iloc[at]))
+                x[at] = drawn if colour is None else coloured(drawn, colour)
+            yield rows, x
 
     @cached_property
     def log_prior(self) -> FloatArray:
@@ -223,7 +256,7 @@ def operating_points(
     NotApplicableError
         If no row is inside the law.
     """
-    rows = _rows(database)
+    rows = _rows(database, sensor)
     rows = rows if among is None else rows[np.isin(rows.index, among)]
     wanted = np.isin(rows.index, ids) if ids is not None else np.full(len(rows), True)
     reasons = {"without a result": ~rows["done"], "with loss of contact": rows["contact_loss"].eq(True)}
@@ -245,9 +278,17 @@ def operating_points(
     return points, outside
 
 
-def _rows(database: Database) -> pd.DataFrame:
+def _law(rows: pd.DataFrame) -> dict[str, FloatArray]:
+    """Return the arguments of the law of rows."""
+    return {name: rows[name].to_numpy() for name in ("noise", "index_error")}
+
+
+def _rows(database: Database, sensor: str | None) -> pd.DataFrame:
     columns = ", ".join(dict.fromkeys((*_COLUMNS, *_POINT, *QUANTITIES, *damage_columns(database))))
     answers = "status = 'ok' as done, pattern <> '' as patterned"
+    colour = suffixed("noise_colour", database.sensors, database.stored_sensor(sensor))
+    if colour in database.dataset("features").schema.names:
+        answers += f', coalesce("{colour}", 0) as colour'
     return database.sql(f"select {columns}, {answers} from cases order by id").set_index("id")
 
 
@@ -261,7 +302,16 @@ def _point(
     template = pd.Index(hypotheses.cases["template"]).get_indexer(pd.Index(rows["template"]))
     deviation = noise_deviation(hypotheses.reference_variance[template], rows["snr_db"].to_numpy())
     rows = rows.assign(place=template, noise=deviation / np.sqrt(rows["averages"].to_numpy()))
-    return OperatingPoint(hypotheses=hypotheses, rows=rows)
+    return OperatingPoint(hypotheses=hypotheses, rows=rows, colours=_colours(database, hypotheses))
+
+
+def _colours(database: Database, laws: Hypotheses) -> FloatArray | None:
+    """Return the colours of noise of a database's rows; None where all noise is white."""
+    stated = database.manifest.resolved.get("nuisance", {})
+    settings = validated(NuisanceSettings, stated, owner=str(database.store))
+    if not settings.colour_db:
+        return None
+    return drawn_colours(settings, database.manifest.seed, laws.signal.shape[1], laws.teeth)
 
 
 def _place(rows: pd.DataFrame) -> Place:

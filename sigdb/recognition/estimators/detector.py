@@ -147,8 +147,8 @@ class Detector(ClassifierMixin, Estimator):
 
     def _noise(self, X: Rows) -> FloatArray:
         """Return the noise of each average, (rows,); by templates the effective one."""
-        bank = getattr(self.scorer, "template_bank", None)
-        return Batch.from_rows(X).noise() if bank is None else bank.effective_noise(self._batch(X))
+        reducer = self.reducer
+        return reducer.noise(self._batch(X)) if isinstance(reducer, TemplateScores) else Batch.from_rows(X).noise()
 
     def _unseen(self, X: Rows, tooth: IntArray, groups: IntArray) -> FloatArray:
         """Return scores by scorers that have not seen the specimen, on the scale of the trained one; (rows,)."""

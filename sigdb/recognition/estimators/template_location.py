@@ -121,7 +121,7 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
         self.slope_, self.none_ = calibrate(ratio, tooth)
         self.prevalence_ = float((tooth > 0).mean())
         strange = strangeness(ratio, tooth, groups)
-        point, noise = self.bank.nearest(*batch.operating_point()), self.bank.noise_db(batch)
+        point, noise = self.bank.nearest(*batch.operating_point()), self.reducer.noise_db(batch)
         self._fit_sets(strange, tooth, severity, point=point, noise=noise, groups=groups)
         self.reduced_chi2_threshold_, self.surprise_threshold_ = fit_thresholds(self.reducer, batch, tooth)
         return self
@@ -160,13 +160,13 @@ class TemplateLocation(LocationSets, ClassifierMixin, Scorer):
     def predict_set(self, X: Rows) -> BoolArray:
         """Return whether 'none' and each tooth is in the conformal set of a row, (rows, most teeth + 1)."""
         batch = self._batch(X)
-        return self._sets(self.decision_function(batch), self.bank.noise_db(batch))
+        return self._sets(self.decision_function(batch), self.reducer.noise_db(batch))
 
     def answer(self, X: Rows) -> Answers:
         """Return the answers to rows, with scores, probabilities and sets."""
         batch = self._batch(X)
         scores = self.decision_function(batch)
-        return Answers.of_scores(scores, sets=self._sets(scores, self.bank.noise_db(batch)))
+        return Answers.of_scores(scores, sets=self._sets(scores, self.reducer.noise_db(batch)))
 
     def assess(self, X: Rows) -> pd.DataFrame:
         """Return the answers to rows, with their sentences.

@@ -120,7 +120,7 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         true = labels.reindex(columns=list(self.quantities_))[damaged].to_numpy(float)
         mean = np.nan_to_num(np.where(np.isnan(true), 0.0, spread).sum(axis=0) / np.isfinite(true).sum(axis=0).clip(1))
         self.floors_ = np.where(mean > 0, mean, 1.0)
-        point, noise = self.bank.nearest(*batch.operating_point()), self.bank.noise_db(batch)
+        point, noise = self.bank.nearest(*batch.operating_point()), self.reducer.noise_db(batch)
         strange = np.abs(median - true) / (spread + self.floors_)
         self._fit_intervals(strange, true, point=point, noise=noise, groups=groups)
         return self
@@ -175,7 +175,7 @@ class TemplateSeverity(SeverityIntervals, RegressorMixin, SeverityEstimator):
         batch = self._batch(X)
         severities, names = self._severities(batch), self.bank.quantities
         columns = self._with_intervals(
-            names, severities["median"], severities["spread"] + self.floors_, self.bank.noise_db(batch)
+            names, severities["median"], severities["spread"] + self.floors_, self.reducer.noise_db(batch)
         )
         shares = zip(names, severities.get("probability", np.empty((0, 0))).T, strict=False)
         columns |= {f"{name}_probability": share for name, share in shares if name in SIZES}

@@ -5,30 +5,14 @@ divided by its deviation, order by order, have white noise, and turning by a too
 """
 
 from collections.abc import Mapping
-from functools import lru_cache
 
 import numpy as np
 
 from sigdb.core import FloatArray, IntArray
+from sigdb.measurement import order_bands, shape_of, whole_mean
 
 _LEAST_LEVEL = -40
 """Least level of a band, dB: above its Nyquist frequency a record has no noise."""
-
-
-@lru_cache(16)
-def order_bands(samples: int, teeth: int) -> IntArray:
-    """Return the band of each order of an average, (samples / 2 + 1,).
-
-    Bands end at half the mesh order, the mesh order, and its octaves.
-
-    Examples
-    --------
-    >>> order_bands(16, 2).tolist()
-    [0, 1, 2, 2, 3, 3, 3, 3, 3]
-    """
-    orders = samples // 2
-    edges = teeth * 2.0 ** np.arange(-1, np.ceil(np.log2(orders / teeth)))
-    return np.asarray(np.digitize(np.arange(orders + 1), edges))
 
 
 def band_orders(samples: int, teeth: int) -> list[tuple[int, int]]:
@@ -42,13 +26,6 @@ def band_means(power: FloatArray, teeth: int) -> FloatArray:
     bands = order_bands(2 * (power.shape[1] - 1), teeth)
     each = np.eye(bands.max() + 1)[bands]
     return np.asarray(power @ (each / each.sum(axis=0)))
-
-
-def whole_mean(power: FloatArray) -> FloatArray:
-    """Return the mean over the samples (rows,) of a power by order; orders but the two ends count twice."""
-    weights = np.full(power.shape[1], 2.0)
-    weights[[0, -1]] = 1.0
-    return np.asarray(power @ weights / weights.sum())
 
 
 def noise_levels(deviation: FloatArray, teeth: int) -> IntArray:
@@ -67,20 +44,6 @@ def noise_levels(deviation: FloatArray, teeth: int) -> IntArray:
     with np.errstate(divide="ignore"):
         level = 10 * np.log10(band_means(power, teeth) / whole_mean(power)[:, None])
     return np.asarray(np.round(np.maximum(level, _LEAST_LEVEL)).astype(int))
-
-
-def shape_of(levels: IntArray, samples: int, teeth: int) -> FloatArray:
-    """Return the deviation by order (samples / 2 + 1,) of noise with levels (bands,), dB, relative to white noise.
-
-    Between the middles of the bands it is a power of the order.
-    """
-    middle = np.log2(teeth) + np.arange(len(levels)) - 1.5
-    place = np.log2(np.maximum(np.arange(samples // 2 + 1), 1))
-    decibels = np.interp(place, middle, levels)
-    last = place > middle[-1]
-    slope = np.diff(levels)[-1] if len(levels) > 1 else 0
-    decibels[last] += slope * (place[last] - middle[-1])
-    return np.asarray(10 ** (decibels / 20))
 
 
 def whitened(x: FloatArray, shape: FloatArray) -> FloatArray:

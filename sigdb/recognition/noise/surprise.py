@@ -11,7 +11,8 @@ from scipy.special import chdtrc, log_ndtr
 from scipy.stats import chi2
 
 from sigdb.core import FloatArray
-from sigdb.recognition.noise.noise_shape import band_orders, order_bands
+from sigdb.measurement import order_bands
+from sigdb.recognition.noise.noise_shape import band_orders
 
 ANOTHER_TOOTH, MORE_DAMAGE = -1.0, -2.0
 """Places of a surprise that is no band of orders: as of damage at another tooth, and of more damage."""

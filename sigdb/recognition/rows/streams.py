@@ -25,7 +25,8 @@ def stream_averages(database: Database, rows: Batch, *, sensor: str) -> Iterator
         A stored sensor.
     """
     stored = suffixed(TSA, database.sensors, sensor_in(database, sensor))
-    columns = [stored, *([BY_ORDER] if knows_noise_by_order(database) else [])]
+    by_order = suffixed(BY_ORDER, database.sensors, sensor_in(database, sensor))
+    columns = [stored, *([by_order] if knows_noise_by_order(database) else [])]
     for places, (tsa, *noise) in _stream(database, rows, "signals", columns):
         yield places, replace(rows.take(places), tsa=tsa, noise_by_order=noise[0] if noise else None)
 

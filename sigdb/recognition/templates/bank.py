@@ -245,15 +245,12 @@ class TemplateBank:
         """Return whether its templates of a tooth count hold between their severities."""
         return any(between.teeth == teeth for between in self.severities)
 
-    def noise_db(self, batch: Batch) -> FloatArray:
-        """Return the effective noise of averages relative to the healthy signal at their operating points, (rows,) dB.
-
-        nan where the noise of a row is not known.
-        """
-        reference = np.empty(len(batch))
+    def healthy_variance(self, batch: Batch) -> FloatArray:
+        """Return the variance of the healthy clean average at the operating points of averages, (rows,)."""
+        variance = np.empty(len(batch))
         for local, at, coefficients in self.locals(*batch.operating_point()):
-            reference[at] = local.healthy_variance(coefficients)
-        return np.asarray(10 * np.log10(self.effective_noise(batch) ** 2 / reference))
+            variance[at] = local.healthy_variance(coefficients)
+        return variance
 
     def effective_noise(self, batch: Batch) -> FloatArray:
         """Return the deviation of white noise in which damage stands out as much as in that of averages, (rows,).

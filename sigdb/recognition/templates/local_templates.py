@@ -8,9 +8,10 @@ from typing import Protocol, Self
 import numpy as np
 
 from sigdb.core import BoolArray, FloatArray, IntArray
+from sigdb.measurement import shape_of
 from sigdb.recognition.laws.mixture_laws import MixtureLaws, Nuisances
 from sigdb.recognition.laws.turned_laws import TurnedLaws
-from sigdb.recognition.noise.noise_shape import shape_of, whitened
+from sigdb.recognition.noise.noise_shape import whitened
 from sigdb.recognition.noise.residual_tests import ResidualTests
 from sigdb.recognition.templates.continuous_severity import ContinuousSeverity, TemplateDistances
 from sigdb.recognition.templates.outward import outward_changes
@@ -52,6 +53,8 @@ class LocalTemplates:
         (templates, n) change of the signal by the damage, of any size.
     kinds
         (templates,) kinds of damage, see :class:`PointTemplates`.
+    noise_factor
+        :meth:`effective_noise` of the shape that they are divided by.
     """
 
     laws: TurnedLaws
@@ -64,6 +67,7 @@ class LocalTemplates:
     change: FloatArray
     kinds: tuple[str, ...] = ()
     mixture: MixtureLaws | None = None
+    noise_factor: float = 1.0
 
     @property
     def teeth(self) -> int:
@@ -95,7 +99,10 @@ class LocalTemplates:
             outward, change = whitened(self.outward, shape), whitened(self.change, shape)
             mixture = None if self.mixture is None else self.mixture.whitened(shape)
             laws = self.laws.whitened(shape)
-            self._whitened[key] = replace(self, laws=laws, mixture=mixture, outward=outward, change=change)
+            factor = self.effective_noise(levels)
+            self._whitened[key] = replace(
+                self, laws=laws, mixture=mixture, outward=outward, change=change, noise_factor=factor
+            )
         return self._whitened[key]
 
     def each_log_likelihood(

@@ -11,7 +11,8 @@ from sklearn.base import BaseEstimator, TransformerMixin
 
 from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError, blocks
 from sigdb.database import has_several_kinds
-from sigdb.recognition.noise.noise_shape import RowNoise, shape_of, whitened
+from sigdb.measurement import shape_of
+from sigdb.recognition.noise.noise_shape import RowNoise, whitened
 from sigdb.recognition.noise.surprise import ANOTHER_TOOTH, MORE_DAMAGE, normal_surprise, surprise
 from sigdb.recognition.rows.batch import NOISE, POINT, TSA, Batch, Column, Rows
 from sigdb.recognition.templates.bank import TemplateBank
@@ -36,7 +37,8 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     or at the nearest one of a bank that does not interpolate. The next score is ``reduced_chi2``, the squared residual
     of the most likely template in standard deviations, divided by the number of samples; it is about 1 for a row that
     the bank covers. ``surprise`` and ``surprise_place`` say how uneven that residual is, and where
-    (:func:`~sigdb.recognition.noise.surprise.surprise`). Then come posterior mean, median and standard deviation
+    (:func:`~sigdb.recognition.noise.surprise.surprise`), and ``noise`` is the deviation of white noise in which damage
+    stands out as much (:meth:`TemplateBank.effective_noise`). Then come posterior mean, median and standard deviation
     (``spread``) of each quantity of severity given damage which has it, whatever the tooth; where damage is of several
     kinds, also the ``probability`` that damage has it. The last score is ``beyond``, by how many standard
     deviations the average asks for more damage than the most severe templates have; 0 where
@@ -91,7 +93,7 @@ class TemplateScores(TransformerMixin, BaseEstimator):
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[np.object_]:
         """Return the names of the scores."""
         teeth = [f"tooth_{t}" for t in range(1, self._most_teeth + 1)]
-        return np.array([*teeth, "reduced_chi2", "surprise", "surprise_place", *self._further], dtype=object)
+        return np.array([*teeth, "reduced_chi2", "surprise", "surprise_place", "noise", *self._further], dtype=object)
 
     @property
     def _further(self) -> tuple[str, ...]:
@@ -131,10 +133,22 @@ class TemplateScores(TransformerMixin, BaseEstimator):
             delayed(self._scores)(local, at, x, noise.level[at], noise.uneven[at], coefficients)
             for local, at, x, coefficients in self._pieces(batch, noise)
         )
-        scores = np.empty((len(batch), self._ratios + 3 + len(self._further)))
+        scores = np.empty((len(batch), self._ratios + 4 + len(self._further)))
         for at, some in parts:
             scores[at] = some
         return scores
+
+    def noise(self, batch: Batch) -> FloatArray:
+        """Return the deviation of white noise in which damage stands out as much as in that of averages, (rows,).
+
+        It is that of rows whose averages were reduced, or of :meth:`TemplateBank.effective_noise`.
+        """
+        kept = batch.reduced.get(self.column)
+        return self.bank.effective_noise(batch) if kept is None else kept[:, self._ratios + 3]
+
+    def noise_db(self, batch: Batch) -> FloatArray:
+        """Return that noise relative to the healthy signal at the operating point of averages, (rows,) dB."""
+        return np.asarray(10 * np.log10(self.noise(batch) ** 2 / self.bank.healthy_variance(batch)))
 
     def reduced_chi2(self, batch: Batch) -> FloatArray:
         """Return the reduced chi-square of the most likely template, (rows,)."""
@@ -206,7 +220,8 @@ class TemplateScores(TransformerMixin, BaseEstimator):
             tests[rows] = self._tests(
                 local.parts[number], seen, place[rows], of_parts[number, rows], uneven[rows], _law_of(law, rows)
             )
-        return at, np.hstack([ratio, tests[:, :3], *([severity, tests[:, 3:]] if self.severity else [])])
+        further = [severity, tests[:, 3:]] if self.severity else []
+        return at, np.hstack([ratio, tests[:, :3], (noise * local.noise_factor)[:, None], *further])
 
     def _tests(
         self,

@@ -149,7 +149,7 @@ def _row_lengths(plan: Plan, teeth: IntArray, ok: BoolArray) -> dict[str, IntArr
     """Return the number of values that each list of a row must have."""
     step = plan.signature.samples_per_tooth
     counts, which = np.unique(teeth, return_inverse=True)
-    due = {"tsa": teeth * step} | {
+    due = {"tsa": teeth * step, "noise": teeth * step // 2 + 1} | {
         name: np.array([math.prod(feature.shape(teeth=z, n=z * step)) for z in counts.tolist()])[which]
         for name, feature in FEATURES.items()
         if feature.axes

@@ -9,7 +9,7 @@ import numpy as np
 
 from sigdb.core import BoolArray, DatabaseError, FloatArray, InputError, IntArray, Problems, validated
 from sigdb.dynamics import check_in_one_mesh, damaged_gear, solver_named
-from sigdb.measurement import MeasurementSettings, NuisanceSettings
+from sigdb.measurement import MeasurementSettings, NuisanceSettings, check_revolutions
 from sigdb.signature import SignatureSettings
 from sigdb.sweep.design.axes import LIFE_AXES, MEASUREMENT_AXES
 from sigdb.sweep.design.settings import WIDEST, SweepLimits, SweepSettings
@@ -109,6 +109,7 @@ def make_plan(
     rig_measured = _rig_measured(gathered, of_no_life)
     with problems.collect():
         check_whole_cycles(measurements["averages"].astype(np.int64), rig_measured, points)
+        check_revolutions(nuisance or NuisanceSettings(), measurements["averages"])
     problems.raise_any()
     damaged = float(np.sum(blocks.tooth_count.astype(float) * blocks.measured_count)) * design.draws
     rows = (damaged + float(len(rig_measured[0])) * design.healthy) * design.specimens

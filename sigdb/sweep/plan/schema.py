@@ -42,6 +42,7 @@ def plan_schema(plan: Plan) -> Schema:
         sensors={name: plan.rig.sensors[name].unit for name in plan.sensors},
         signature=FEATURES.values(),
         nuisances=plan.nuisance.exist,
+        coloured=plan.nuisance.colour_db > 0,
     )
 
 

@@ -18,10 +18,14 @@ from sigdb.dynamics import superpose
 from sigdb.measurement import (
     MOST_MODES,
     NuisanceMixture,
+    coloured,
+    drawn_colours,
     index_errors,
     late,
+    measured_noise,
     noise_deviation,
     revolution_scatter,
+    whole_mean,
 )
 from sigdb.sweep.plan.plan import Plan, RigPoint
 from sigdb.sweep.work.templates import TemplateReader
@@ -98,6 +102,9 @@ class Averages:
         (rows, sensors, n) averages, float32; of no meaning in rows without a result.
     scatter
         (rows, sensors) measured standard deviation between revolutions, in the unit of the signal.
+    noise, noise_colour
+        (rows, sensors, n / 2 + 1) measured noise of the average by order, in the unit of the signal, and (rows,
+        sensors) number of its colour, 0 for white noise. None where all noise is white.
     """
 
     def __init__(
@@ -126,11 +133,27 @@ class Averages:
             self._mixture = NuisanceMixture.of(plan.nuisance)
             self._nuisances = stream.standard_normal((rows, MOST_MODES))
             self._part, self._late = self._mixture.draw(stream, rows)
+        self.noise: FloatArray | None = None
+        self.noise_colour: IntArray | None = None
+        if plan.nuisance.colour_db:
+            self._draw_colours(stream)
         for number in np.unique(cases["template"]):
             point = plan.rig_points[plan.case(int(number)).rig_point]
             here = np.flatnonzero(cases["template"] == number)
             for some in blocks(len(here), SIGNALS_AT_ONCE):
                 self._fill(templates[int(number)], point, here[some])
+
+    def _draw_colours(self, stream: np.random.Generator) -> None:
+        """Colour the noise of machines that have a nuisance, and measure it by order."""
+        settings, (rows, sensors, n) = self._plan.nuisance, self._white.shape
+        number = stream.integers(1, settings.colours + 1, (rows, sensors))
+        self.noise_colour = np.where(stream.random((rows, 1)) < settings.none, 0, number)
+        shapes = drawn_colours(settings, self._plan.seed, n, self.teeth)[self.noise_colour]
+        self._white = coloured(self._white, shapes)
+        averages = self._cases["averages"][:, None]
+        by_order = measured_noise(stream, shapes, averages[:, :, None])
+        self.scatter = np.sqrt(whole_mean(by_order**2)).astype(float)
+        self.noise = by_order / np.sqrt(averages[:, :, None])
 
     @property
     def done(self) -> BoolArray:
@@ -196,6 +219,8 @@ class Averages:
         """Turn the clean averages to their teeth and add the noise."""
         deviation = noise_deviation(template.reference_variance, self._cases["snr_db"][rows, None])
         self.scatter[rows] *= deviation
+        if self.noise is not None:
+            self.noise[rows] *= deviation[:, :, None]
         noise = self._white[rows] * (deviation / np.sqrt(self._cases["averages"][rows, None]))[:, :, None]
         for turn in np.unique(turns):
             at = turns == turn

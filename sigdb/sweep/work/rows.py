@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 import pyarrow as pa
 
-from sigdb.core import NOISE_BLOCK, BoolArray, FloatArray, noise_stream
+from sigdb.core import NOISE_BLOCK, BoolArray, FloatArray, IntArray, noise_stream
 from sigdb.database import Receipt, Schema, Store, read_schema, suffixed, write_part
 from sigdb.signature import FEATURES, features
 from sigdb.sweep.plan.plan import Plan
@@ -79,7 +79,9 @@ def _columns(plan: Plan, averages: Averages) -> pa.Table:
         "contact_loss": pa.array(averages.contact_loss, pa.bool_()),
     }
     tsa = averages.tsa[done]
-    results = {"scatter": averages.scatter[done], "tsa": tsa}
+    results: dict[str, FloatArray | IntArray] = {"scatter": averages.scatter[done], "tsa": tsa}
+    if averages.noise is not None and averages.noise_colour is not None:
+        results |= {"noise": averages.noise[done], "noise_colour": averages.noise_colour[done]}
     if len(tsa):
         results |= _signature(tsa, averages.teeth)
     for i, sensor in enumerate(plan.sensors):
@@ -97,14 +99,18 @@ def _signature(tsa: FloatArray, teeth: int) -> dict[str, FloatArray]:
     }
 
 
-def _numbers(values: FloatArray, done: BoolArray) -> pa.Array:
+def _numbers(values: FloatArray | IntArray, done: BoolArray) -> pa.Array:
     """Return a column of the numbers of the rows that are done; null in others, and where a number is nan."""
+    if values.dtype.kind == "i":
+        column = np.zeros(len(done), np.int32)
+        column[done] = values
+        return pa.array(column, mask=~done)
     column = np.full(len(done), np.nan, dtype=np.float32)
     column[done] = values
     return pa.array(column, from_pandas=True)
 
 
-def _lists(values: FloatArray, done: BoolArray) -> pa.Array:
+def _lists(values: FloatArray | IntArray, done: BoolArray) -> pa.Array:
     """Return a column of the lists (rows that are done, length); null in others."""
     offsets = np.concatenate([[0], np.cumsum(done)]) * values.shape[1]
     return pa.ListArray.from_arrays(

@@ -5,8 +5,9 @@ import pandas as pd
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from sigdb.measurement import order_bands, shape_of
 from sigdb.recognition import Batch
-from sigdb.recognition.noise.noise_shape import band_orders, noise_levels, order_bands, shape_of, whitened
+from sigdb.recognition.noise.noise_shape import band_orders, noise_levels, whitened
 
 TEETH, N = 8, 256
 K = np.arange(N // 2 + 1)

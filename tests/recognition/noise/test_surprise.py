@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.stats import chi2, norm
 
-from sigdb.recognition.noise.noise_shape import order_bands
+from sigdb.measurement import order_bands
 from sigdb.recognition.noise.surprise import ANOTHER_TOOTH, MORE_DAMAGE, normal_surprise, surprise, surprise_text
 
 TEETH, N = 8, 256

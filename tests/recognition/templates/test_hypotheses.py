@@ -20,9 +20,10 @@ from sigdb.measurement import (
     index_errors,
     late,
     noise_deviation,
+    shape_of,
 )
 from sigdb.recognition import Hypotheses, Nuisances
-from sigdb.recognition.noise.noise_shape import shape_of, whitened
+from sigdb.recognition.noise.noise_shape import whitened
 from sigdb.transmission import Transmission
 
 TEETH, STEP, MATE = 4, 6, 10
