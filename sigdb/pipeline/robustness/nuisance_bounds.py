@@ -81,7 +81,7 @@ class NuisanceBounds:
         return plan_from(self.database.manifest.resolved)
 
     def _point(self, point: OperatingPoint, disturbance: Disturbance) -> OperatingPoint:
-        """Return an operating point whose laws have only the nuisances of a disturbance."""
+        """Return an operating point whose laws have only the nuisances of a disturbance, and white noise."""
         laws = point.hypotheses
         numbers = {"rigs": self.rigs, **disturbance.nuisance(laws.teeth)}
         settings = NuisanceSettings.model_validate(numbers)
@@ -89,7 +89,7 @@ class NuisanceBounds:
         if disturbance.colour is not None:
             laws = laws.whitened(disturbance.colour(laws.signal.shape[1], laws.teeth))
         rows = point.rows.assign(index_error=point.rows["index_error"] * disturbance.index_error)
-        return replace(point, hypotheses=laws, rows=rows)
+        return replace(point, hypotheses=laws, rows=rows, colours=None)
 
     def _nuisances(self, laws: Hypotheses, settings: NuisanceSettings) -> Nuisances:
         """Return the nuisances of the templates, all of which each machine has."""

@@ -126,14 +126,8 @@ class OperatingPoint:
             return
         numbers = rows["colour"].to_numpy(int)
         for number in np.unique(numbers).tolist():
-            if number not in self._whitened:
-                self._whitened[number] = self.hypotheses.whitened(self.colours[number])
-            yield self._whitened[number], self.colours[number], np.flatnonzero(numbers == number)
-
-    @cached_property
-    def _whitened(self) -> dict[int, Hypotheses]:
-        """The hypotheses without the colour of the noise, by its number."""
-        return {}
+            colour = self.colours[number]
+            yield self.hypotheses.whitened(colour), colour, np.flatnonzero(numbers == number)
 
     @property
     def between(self) -> ContinuousSeverity | None:
@@ -283,7 +277,7 @@ def _law(rows: pd.DataFrame) -> dict[str, FloatArray]:
     return {name: rows[name].to_numpy() for name in ("noise", "index_error")}
 
 
-def _rows(database: Database, sensor: str | None) -> pd.DataFrame:
+def _rows(database: Database, sensor: str | None = None) -> pd.DataFrame:
     columns = ", ".join(dict.fromkeys((*_COLUMNS, *_POINT, *QUANTITIES, *damage_columns(database))))
     answers = "status = 'ok' as done, pattern <> '' as patterned"
     colour = suffixed("noise_colour", database.sensors, database.stored_sensor(sensor))

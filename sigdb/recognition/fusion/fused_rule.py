@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from sigdb.core import FloatArray, InputError, IntArray, blocks
+from sigdb.core import FloatArray, InputError, IntArray, NotApplicableError, blocks
 from sigdb.database import QUANTITIES, Database, damage_kinds
 from sigdb.recognition.bound.operating_points import OperatingPoint, operating_points
 from sigdb.recognition.fusion.joint_law import AverageLaw, DamageKey, JointLaw
@@ -69,6 +69,8 @@ class SensorPoint(NamedTuple):
     @classmethod
     def of(cls, point: OperatingPoint) -> Self:
         """Return those of an operating point."""
+        if point.colours is not None:
+            raise NotApplicableError("averages with coloured noise are not fused; leave colour_db of [nuisance] out")
         return cls(AverageLaw.of(point.hypotheses), point.hypotheses.cases, point.rows)
 
 

@@ -21,7 +21,7 @@ from sigdb.core import DatabaseError, FloatArray, InputError, __version__, plain
 from sigdb.database import DamagedFileError, sealed_json, unsealed
 from sigdb.recognition.evaluation import Evaluation
 from sigdb.recognition.model import Model, few_rows
-from sigdb.recognition.rows.batch import CELLS, TSA, Batch, Rows
+from sigdb.recognition.rows.batch import BY_ORDER, CELLS, TSA, Batch, Rows
 from sigdb.recognition.storage.bounded_files import MOST_TEXT, archive_members, folder_file
 from sigdb.recognition.storage.model_card import model_card
 from sigdb.recognition.storage.skops_file import skops_bytes, skops_estimators
@@ -257,12 +257,12 @@ def _arrays(model: Model, rows: Batch) -> dict[str, np.ndarray]:
     """Return the columns that a model reads of rows of one tooth count, as arrays."""
     read = sorted(model.estimator.columns_read & frozenset(rows.table.columns))
     scalars = {name: rows.table[name].to_numpy() for name in read}
-    arrays = {TSA: rows.tsa, CELLS: rows.features}
+    arrays = {TSA: rows.tsa, CELLS: rows.features, BY_ORDER: rows.noise_by_order}
     return scalars | {name: matrix for name, by_teeth in arrays.items() if by_teeth for matrix in by_teeth.values()}
 
 
 def _rows(arrays: Mapping[str, np.ndarray]) -> Batch:
     scalars = {name: array for name, array in arrays.items() if array.ndim == 1}
     (teeth,) = np.unique(arrays["teeth"])
-    tsa, features = ({int(teeth): arrays[name]} if name in arrays else None for name in (TSA, CELLS))
-    return Batch(table=pd.DataFrame(scalars), tsa=tsa, features=features)
+    tsa, features, noise = ({int(teeth): arrays[name]} if name in arrays else None for name in (TSA, CELLS, BY_ORDER))
+    return Batch(table=pd.DataFrame(scalars), tsa=tsa, features=features, noise_by_order=noise)

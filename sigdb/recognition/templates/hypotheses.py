@@ -194,7 +194,18 @@ class Hypotheses:
         return replace(self, cases=self.cases.iloc[places].reset_index(drop=True), **some)
 
     def whitened(self, shape: FloatArray) -> Self:
-        """The laws of averages that are divided by a deviation by order, (n / 2 + 1,)."""
+        """The laws of averages that are divided by a deviation by order, (n / 2 + 1,); kept for the next time."""
+        key = np.ascontiguousarray(shape).tobytes()
+        if key not in self._whitened:
+            self._whitened[key] = self._divided(shape)
+        return self._whitened[key]
+
+    @cached_property
+    def _whitened(self) -> dict[bytes, Self]:
+        return {}
+
+    def _divided(self, shape: FloatArray) -> Self:
+        """Return the laws of averages that are divided by a deviation by order."""
 
         def of(columns: FloatArray) -> FloatArray:
             return whitened(columns.transpose(0, 2, 1), shape).transpose(0, 2, 1)

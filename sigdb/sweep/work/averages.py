@@ -127,8 +127,8 @@ class Averages:
         self.index_error = cases["index_error"].copy()
         self.tsa = np.empty((rows, sensors, n), dtype=np.float32)
         # Every row's noise is drawn, whether it will have a result or not: a row depends on nothing but its id.
-        self._white = stream.standard_normal((rows, sensors, n))
-        self.scatter = revolution_scatter(stream, np.ones((rows, sensors)), n, cases["averages"][:, None])
+        self._white: FloatArray = stream.standard_normal((rows, sensors, n))
+        self.scatter: FloatArray = revolution_scatter(stream, np.ones((rows, sensors)), n, cases["averages"][:, None])
         if plan.nuisance.exist:
             self._mixture = NuisanceMixture.of(plan.nuisance)
             self._nuisances = stream.standard_normal((rows, MOST_MODES))
@@ -152,7 +152,7 @@ class Averages:
         self._white = coloured(self._white, shapes)
         averages = self._cases["averages"][:, None]
         by_order = measured_noise(stream, shapes, averages[:, :, None])
-        self.scatter = np.sqrt(whole_mean(by_order**2)).astype(float)
+        self.scatter = np.sqrt(whole_mean(by_order**2))
         self.noise = by_order / np.sqrt(averages[:, :, None])
 
     @property

@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import quad
 from scipy.special import ndtri
-from scipy.stats import binom, norm, ttest_1samp
+from scipy.stats import binom, multivariate_normal, norm, ttest_1samp
 
 from sigdb.core import InputError, NotApplicableError
 from sigdb.database import QUANTITIES, Template
@@ -79,6 +79,28 @@ def orthogonal(distance, teeth=8):
     signal = np.zeros(teeth * STEP)
     signal[2] = distance * NOISE
     return point([signal], [1], teeth=teeth, rows=[(0, t) for t in range(1, teeth + 1)])
+
+
+def test_the_best_answer_knows_the_colour_of_the_noise():
+    """The likelihood is that of the full covariance; drawn averages have it."""
+    white = two_signals(3.0)
+    n = white.hypotheses.signal.shape[1]
+    shape = np.linspace(2.0, 0.5, n // 2 + 1)
+    coloured = replace(white, colours=np.stack([np.ones(n // 2 + 1), shape]))
+    rows = pd.DataFrame({"noise": NOISE, "index_error": 0.0, "colour": [0, 1]}, index=[4, 5])
+    x = np.random.default_rng(3).standard_normal((2, n))
+    turned = np.fft.irfft(np.fft.rfft(np.eye(n), axis=1) * shape**2, n, axis=1)
+    likelihood = coloured.log_likelihood(x, rows)
+    for i, covariance in enumerate((np.eye(n), turned)):
+        density = [
+            multivariate_normal(signal, NOISE**2 * covariance).logpdf(x[i]) for signal in white.hypotheses.signal
+        ]
+        assert_allclose(likelihood[i, 1, 0] - likelihood[i, 0, 0], density[1] - density[0], rtol=1e-9)
+    one = replace(coloured, rows=coloured.rows.assign(colour=1))
+    ((drawn, averages),) = one.redrawn(np.random.default_rng(5), 2000)
+    noise = averages - white.hypotheses.signal[drawn["place"]]
+    power = (np.abs(np.fft.rfft(noise, axis=1)) ** 2).mean(axis=0) / n
+    assert_allclose(power / (NOISE * shape) ** 2, 1.0, atol=0.25)
 
 
 @pytest.mark.parametrize("distance", [1.0, 2.0, 3.5])
@@ -391,7 +413,7 @@ def test_rows_outside_the_law_are_counted(database, monkeypatch):
     rows.loc[damaged[:5], "contact_loss"] = True
     rows.loc[damaged[5:8], "done"] = False
     rows.loc[damaged[8:10], "patterned"] = True
-    monkeypatch.setattr(rows_by_point, "_rows", lambda database: rows)
+    monkeypatch.setattr(rows_by_point, "_rows", lambda database, sensor=None: rows)
     found = bayes_bound(database, damaged[3:])
     assert found.outside == {"without a result": 3, "with loss of contact": 2}
     assert found.rows.index.tolist() == damaged[8:].tolist()

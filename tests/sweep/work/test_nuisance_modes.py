@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 import sigdb
 from sigdb.database import stored_templates
 from sigdb.dynamics import prepare_periodic
-from sigdb.measurement import NuisanceSettings
+from sigdb.measurement import NuisanceSettings, drawn_colours
 from sigdb.recognition import Hypotheses, TemplateBank, TemplateScores
 from sigdb.sweep import plan_from, run, verify
 
@@ -189,3 +189,25 @@ def test_sources_change_no_row(plan_of):
     assert plan_of(text).hash == plan_of(sourced).hash
     assert plan_of(text).hash != plan_of(text.replace("1.0", "2.0")).hash
     assert NuisanceSettings(gain_db=1.0).exist
+
+
+def test_rows_have_noise_of_a_drawn_colour_and_show_it_by_order(made):
+    """The average without its template is noise of the stored colour, which the row's own estimate shows."""
+    plan, db = made("colour_db = 8.0\ncolours = 2", index_error=0.0)
+    rows, one = db.features(where="tooth = 0"), first(db, 0)
+    tsa, shown = (
+        np.array(db.signal_rows(rows["id"].to_numpy(), [name]).to_pydict()[name]) for name in ("tsa", "noise")
+    )
+    colours = drawn_colours(plan.nuisance, plan.seed, tsa.shape[1], int(one.case["teeth"]))[rows["noise_colour"]]
+    assert set(rows["noise_colour"]) == {1, 2}
+    revolutions = rows["averages"].to_numpy()[0]
+    deviation = np.sqrt(one.reference_variance[0] * 10 ** (-plan.measurement.snr_db / 10) / revolutions)
+    spectrum = np.abs(np.fft.rfft(tsa - one.signals[0], axis=1)) / np.sqrt(tsa.shape[1])
+    power = (spectrum / colours / deviation)[:, 1:-1] ** 2
+    assert_allclose(power.mean(axis=0), 1.0, atol=6 / np.sqrt(len(rows)))
+    assert_allclose(power.mean(axis=1), 1.0, atol=6 / np.sqrt(power.shape[1]))
+    assert_allclose(shown[:, 1:-1] / colours[:, 1:-1], deviation, rtol=6 / np.sqrt(4 * revolutions))
+    both_sides = np.concatenate([shown, shown[:, -2:0:-1]], axis=1)
+    assert_allclose(np.sqrt((both_sides**2).mean(axis=1) * revolutions), rows["scatter"], rtol=1e-4)
+    assert plan_from(plan.resolved).hash == plan.hash
+    assert verify(db.store, deep=True, sample=1) == ()
