@@ -15,6 +15,7 @@ SMALLER = {
     "phase_shift_deg = [0.0, 1.5]": "phase_shift_deg = 0.0",
     "stiffness_loss = [0.0, 0.2, 0.4]": "stiffness_loss = [0.2, 0.4]",
     "rows = 800": "rows = 0",
+    "colours = 8": "colours = 2",
 }
 
 

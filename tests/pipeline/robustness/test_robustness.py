@@ -44,6 +44,9 @@ index_error = 1e-6
 [nuisance]
 gain_db = 2.0
 mark = 0.05
+colour_db = 8.0
+colour_octaves = 3.0
+colours = 4
 
 [signature]
 samples_per_tooth = 32
@@ -106,6 +109,13 @@ def test_a_gain_that_was_stated_does_no_harm_and_another_shape_is_outside(traine
     table = trained[0].tables["robustness"].set_index("disturbance")
     assert table.loc["gain 3 dB", "outside"] <= 0.15
     assert table.loc["ghost 0.3", "outside"] > 0.8
+
+
+def test_a_model_that_has_seen_coloured_noise_answers_it(trained):
+    """The noise of these rows hides damage as white noise of ten times the power, beyond all that is white."""
+    table = trained[0].tables["robustness"].set_index("disturbance")
+    assert table.loc["coloured noise", "outside"] <= 0.15
+    assert table.loc["coloured noise", "sure_wrong"] <= 0.05
 
 
 def test_the_best_answer_knows_a_disturbance_by_its_kind_and_size(database, trained):
