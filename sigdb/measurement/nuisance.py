@@ -79,6 +79,9 @@ class NuisanceSettings(Section):
         "-", "Probability that a machine has all of the nuisances at once; otherwise it has one of them.", ge=0, le=1,
         default=0.1,
     )  # fmt: skip
+    twice: float = quantity(
+        "-", "Probability that a nuisance is twice as large as is stated here.", ge=0, le=1, default=0.0
+    )
     sources: Mapping[str, str] = Field(default={}, description="Where each of these numbers comes from, by its name.")
 
     @field_validator("sources")
@@ -106,10 +109,11 @@ class NuisanceSettings(Section):
         return self
 
     @model_serializer(mode="wrap")
-    def _leave_out_white_noise(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out the colour where there is none, as in recipes of earlier versions."""
+    def _leave_out_later_defaults(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out the colour where there is none, and other later defaults, as in recipes of earlier versions."""
         content: dict[str, Any] = dump(self)
-        return content if self.colour_db else {name: content[name] for name in content if name not in _COLOUR}
+        left_out = {*(() if self.colour_db else _COLOUR), *(() if self.twice else ("twice",))}
+        return {name: value for name, value in content.items() if name not in left_out}
 
     @property
     def of_machine(self) -> bool:

@@ -1,7 +1,8 @@
 """The law of a machine's nuisances: none, one of them, or all at once, each large or small.
 
 No machine is wrong in every way. A law with all nuisances at once would explain away damage that none of them makes;
-under a mixture an average says itself which one it has.
+under a mixture an average says itself which one it has. Stated numbers are guesses themselves: with a small probability
+a nuisance is twice as large.
 """
 
 from collections.abc import Sequence
@@ -13,8 +14,8 @@ import numpy as np
 from sigdb.core import FloatArray, IntArray
 from sigdb.measurement.nuisance import NuisanceSettings
 
-SIZES = (1.0, 1 / 3)
-"""Sizes of a nuisance over what is stated, of equal probability."""
+SIZES, LARGE = (1.0, 1 / 3), 2.0
+"""Sizes of a nuisance over what is stated: usual ones of equal probability, and one of a probability that is stated."""
 
 MOST_LATE = 0.49
 """Tooth passes by which a mark may be late: half a pass is that of another tooth."""
@@ -66,9 +67,10 @@ class NuisanceMixture:
         alone = count + late
         weight = (1 - settings.none - together) / alone
         parts = [NuisancePart(settings.none), *([NuisancePart(weight, late=True)] if late else [])]
-        for size in SIZES:
-            parts += [NuisancePart(weight / len(SIZES), (number,), size, late) for number in range(count)]
-            parts.append(NuisancePart(together / len(SIZES), tuple(range(count)), size, late))
+        usual = (1 - settings.twice) / len(SIZES)
+        for size, share in ((SIZES[0], usual), (SIZES[1], usual), (LARGE, settings.twice)):
+            parts += [NuisancePart(weight * share, (number,), size, late) for number in range(count)]
+            parts.append(NuisancePart(together * share, tuple(range(count)), size, late))
         return cls(parts=tuple(part for part in parts if part.weight > 0), mark=settings.mark)
 
     @classmethod

@@ -15,6 +15,8 @@ from .bound.likelihood_ratio import smallest_detected_loss as smallest_detected_
 from .bound.noise_bands import ALL as ALL
 from .bound.operating_points import OperatingPoint as OperatingPoint
 from .bound.operating_points import operating_points as operating_points
+from .calibration.cells import band_edges as band_edges
+from .calibration.cells import bands as bands
 from .calibration.location_sets import LocationSets as LocationSets
 from .calibration.severity_intervals import SeverityIntervals as SeverityIntervals
 from .criteria import CriterionResult as CriterionResult
@@ -62,6 +64,7 @@ from .noise.noise_shape import whitened as whitened
 from .rows.batch import TSA as TSA
 from .rows.batch import Batch as Batch
 from .rows.signature_transformer import SignatureTransformer as SignatureTransformer
+from .rows.streams import reduce_averages as reduce_averages
 from .rows.streams import sensor_in as sensor_in
 from .rows.tooth_views import ToothViews as ToothViews
 from .settings import CriteriaSettings as CriteriaSettings

@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 
 from sigdb.core.errors import InputError
 from sigdb.measurement import NuisanceMixture, NuisancePart, NuisanceSettings
+from sigdb.measurement.nuisance_mixture import LARGE, SIZES
 
 THREE = NuisanceSettings(gain_db=1.0, path_db=1.0, path_orders=(2.0, 12.0), mark=0.1, none=0.4, together=0.2)
 
@@ -26,6 +27,17 @@ def test_the_parts_share_what_none_and_all_leave():
     assert_allclose([part.weight for part in alone], 0.05)
     assert_allclose([part.weight for part in mixture.parts if len(part.nuisances) == 3], 0.1)
     assert all(part.late for part in mixture.parts[1:])
+
+
+def test_a_nuisance_may_be_twice_as_large_as_stated():
+    mixture = NuisanceMixture.of(THREE.model_copy(update={"twice": 0.2}))
+    of_sizes = [[part.weight for part in mixture.parts if part.size == size and part.nuisances] for size in SIZES]
+    large = [part for part in mixture.parts if part.size == LARGE]
+    assert_allclose(sum(part.weight for part in large), 0.2 * (1 - 0.4 - 0.1))
+    assert [part.nuisances for part in large] == [(0,), (1,), (2,), (0, 1, 2)]
+    assert_allclose([sum(weights) for weights in of_sizes], 0.4 * (1 - 0.4 - 0.1))
+    assert_allclose(sum(part.weight for part in mixture.parts), 1.0)
+    assert "twice" not in THREE.model_dump()
 
 
 def test_a_factor_is_the_size_of_the_part_for_the_modes_of_its_nuisances():

@@ -14,7 +14,7 @@ SMALLER = {
     "damaged_teeth = [1, 2]": "damaged_teeth = 1",
     "phase_shift_deg = [0.0, 1.5]": "phase_shift_deg = 0.0",
     "stiffness_loss = [0.0, 0.2, 0.4]": "stiffness_loss = [0.2, 0.4]",
-    "rows = 800": "rows = 0",
+    "rows = 1000": "rows = 0",
     "colours = 8": "colours = 2",
 }
 

@@ -6,18 +6,55 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from sigdb.core import BoolArray, IntArray
+from sigdb.core import BoolArray, FloatArray, IntArray
 from sigdb.database import KIND, SHOWN_QUANTITIES, Database, places_of_kinds, severity_levels
 from sigdb.recognition import (
     TSA,
     Answers,
     Batch,
     Model,
+    TemplateScores,
+    band_edges,
+    bands,
     damage_score,
+    reduce_averages,
 )
 
 RATES = (1e-2, 1e-3)
 """Rates of false alarms at which alarms are counted."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AlarmThresholds:
+    """Thresholds of the score of damage in bands of noise, as a detector has them.
+
+    Attributes
+    ----------
+    edges
+        (bands - 1,) edges between the bands, dB.
+    thresholds
+        (bands,) score that a share of the healthy rows of each band exceeds.
+    """
+
+    edges: FloatArray
+    thresholds: FloatArray
+
+    @classmethod
+    def of(cls, score: FloatArray, noise: FloatArray, rate: float) -> "AlarmThresholds | None":
+        """The thresholds on healthy rows of a noise, dB; None where they are fewer than one over the rate.
+
+        A band has twice as many at least.
+        """
+        if len(score) * rate < 1:
+            return None
+        edges = band_edges(noise, np.arange(len(noise)), 1 - rate / 2)
+        band = bands(edges, noise)
+        of_bands = [np.quantile(score[band == k], 1 - rate, method="higher") for k in range(len(edges) + 1)]
+        return cls(edges=edges, thresholds=np.array(of_bands))
+
+    def alarms(self, score: FloatArray, noise: FloatArray) -> BoolArray:
+        """Return whether rows are alarms, (rows,)."""
+        return score > self.thresholds[bands(self.edges, noise)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,12 +66,11 @@ class Robustness:
     model
         The model.
     thresholds
-        By rate, the score of damage that this share of healthy rows of the database exceeds; nan where its healthy rows
-        are fewer than one over the rate.
+        By rate, the thresholds that this share of healthy rows of the database exceeds; None where it has too few.
     """
 
     model: Model
-    thresholds: Mapping[float, float]
+    thresholds: Mapping[float, AlarmThresholds | None]
 
     @classmethod
     def of(cls, model: Model, database: Database, rows: pd.DataFrame) -> "Robustness":
@@ -50,13 +86,17 @@ class Robustness:
             Rows that it has not seen, of :func:`requested_rows`.
         """
         alone = replace(model, estimators={model.learner: model.estimator})
-        answers = alone.answers(database, rows)[model.learner]
-        thresholds = dict.fromkeys(RATES, np.nan)
-        if answers.scores is not None:
-            healthy = np.sort(damage_score(answers.scores)[rows["tooth"].to_numpy() == 0])
-            for rate in RATES:
-                if len(healthy) * rate >= 1:
-                    thresholds[rate] = float(np.quantile(healthy, 1 - rate, method="higher"))
+        reducer, batch = model.estimator.reducer, Batch(table=rows)
+        if isinstance(reducer, TemplateScores):
+            batch = reduce_averages(database, batch, {reducer.column: reducer}, sensor=model.sensor)
+            scores = model.estimator.answer(batch).scores
+        else:
+            scores = alone.answers(database, rows)[model.learner].scores
+        thresholds: dict[float, AlarmThresholds | None] = dict.fromkeys(RATES)
+        if scores is not None:
+            healthy = rows["tooth"].to_numpy() == 0
+            score, noise = damage_score(scores)[healthy], _noise(model, batch)[healthy]
+            thresholds = {rate: AlarmThresholds.of(score, noise, rate) for rate in RATES}
         return cls(model=model, thresholds=thresholds)
 
     def outcomes(self, rows: pd.DataFrame) -> dict[str, float]:
@@ -74,7 +114,8 @@ class Robustness:
 
             - ``rows``;
             - ``right``, ``not_sure``, ``outside`` and ``sure_wrong``: shares that add up to 1;
-            - ``alarms_0.01``, ``alarms_0.001``: shares of healthy rows above that rate's threshold and not outside;
+            - ``alarms_0.01``, ``alarms_0.001``: shares of healthy rows above that rate's threshold in their band of
+              noise and not outside;
             - ``errors``: share of rows whose most probable answer of location is wrong, however unsure.
         """
         batch = self._batch(rows)
@@ -90,10 +131,10 @@ class Robustness:
         }
         numbers = {"rows": float(len(rows))} | {name: float(some.mean()) for name, some in shares.items()}
         healthy = rows["tooth"].to_numpy() == 0
-        for rate, threshold in self.thresholds.items():
+        for rate, thresholds in self.thresholds.items():
             numbers[f"alarms_{rate:g}"] = np.nan
-            if answers.scores is not None and healthy.any() and np.isfinite(threshold):
-                alarms = damage_score(answers.scores) > threshold
+            if answers.scores is not None and healthy.any() and thresholds is not None:
+                alarms = thresholds.alarms(damage_score(answers.scores), _noise(self.model, batch))
                 numbers[f"alarms_{rate:g}"] = float(np.mean((alarms & ~outside)[healthy]))
         numbers["errors"] = self._errors(rows, answers)
         return numbers
@@ -131,3 +172,9 @@ class Robustness:
         if self.model.target != "location" or isinstance(answers.predicted, pd.DataFrame):
             return np.nan
         return float(np.mean(answers.predicted != rows["tooth"].to_numpy()))
+
+
+def _noise(model: Model, batch: Batch) -> FloatArray:
+    """Return the noise of averages, (rows,) dB: relative to the healthy signal where the model has templates."""
+    reducer = model.estimator.reducer
+    return reducer.noise_db(batch) if isinstance(reducer, TemplateScores) else batch.noise_db()

@@ -19,12 +19,15 @@ from sigdb.recognition.templates.posterior import posterior
 from sigdb.recognition.templates.scores import Law, TemplateScores
 
 
+_TESTS = ("reduced_chi2", "surprise", "surprise_place", "noise")
+
+
 class KindScores(TemplateScores):
     """Scores of averages by kind of damage, against a bank of templates.
 
     As :class:`TemplateScores`, but the first scores are those of each kind k, ``log p(x | damage of the kind k) /
-    p(x | none)``, whatever the tooth. Templates weigh as in the bank. Then come ``reduced_chi2``, ``surprise`` and
-    ``surprise_place``.
+    p(x | none)``, whatever the tooth. Templates weigh as in the bank. Then come ``reduced_chi2``, ``surprise``,
+    ``surprise_place`` and ``noise``.
 
     Parameters
     ----------
@@ -48,7 +51,7 @@ class KindScores(TemplateScores):
 
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[np.object_]:
         """Return the names of the scores."""
-        return np.array([*self.bank.kinds[1:], "reduced_chi2", "surprise", "surprise_place"], dtype=object)
+        return np.array([*self.bank.kinds[1:], *_TESTS], dtype=object)
 
     def _ratio_and_severity(
         self, local: LocalTemplates, each: FloatArray, likelihood: FloatArray, law: Law
@@ -108,7 +111,7 @@ class TemplateKind(TemplateLocation):
 
     def _ratio_and_reduced_chi2(self, batch: Batch) -> tuple[FloatArray, FloatArray]:
         scores = batch.reduce(self.reducer)
-        return scores[:, :-3], scores[:, -3]
+        return scores[:, : -len(_TESTS)], scores[:, -len(_TESTS)]
 
     def predict(self, X: Rows) -> NDArray[np.str_]:  # type: ignore[override]
         """Return the most probable kind of each row, ``none`` for none; (rows,)."""

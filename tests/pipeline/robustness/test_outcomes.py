@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sigdb.pipeline.robustness.outcomes import Robustness
+from sigdb.pipeline.robustness.outcomes import AlarmThresholds, Robustness
 from sigdb.recognition import Answers
 
 ROWS = pd.DataFrame({"tooth": [0, 3, 2, 2], "kind": ["none", "pit", "crack", "crack"]})
@@ -32,3 +32,14 @@ def test_a_set_of_one_kind_is_sure():
     right, sure = robustness._right_and_sure(ROWS, answers)
     assert sure.tolist() == [True, False, True, True]
     assert right.tolist() == [True, True, False, True]
+
+
+def test_alarms_have_their_rate_in_each_band_of_noise():
+    stream = np.random.default_rng(3)
+    noise = np.repeat([-20.0, -10.0], 20_000)
+    spread = np.where(noise > -15, 1.0, 5.0)
+    thresholds = AlarmThresholds.of(spread * stream.standard_normal(40_000), noise, 0.01)
+    alarms = thresholds.alarms(spread * stream.standard_normal(40_000), noise)
+    for band in (-20.0, -10.0):
+        assert abs(alarms[noise == band].mean() - 0.01) < 5 * np.sqrt(2 * 0.01 / 20_000)
+    assert AlarmThresholds.of(np.zeros(99), np.zeros(99), 0.01) is None

@@ -118,6 +118,7 @@ def test_scores_are_log_likelihood_ratios_of_the_normal_laws_written_out(bank):
     x = np.random.default_rng(4).standard_normal((3, N))
     noise = np.array([0.5, 0.3, 1.0])
     found = TemplateScores(bank).transform(frame(x, noise))
+    assert_allclose(found[:, TEETH + 3], noise)
     for row in range(3):
         none = density(laws[0], 0, x[row], noise[row])
         joint = np.array([[density(one, t, x[row], noise[row]) for t in range(TEETH)] for one in laws[1:]])
@@ -125,18 +126,18 @@ def test_scores_are_log_likelihood_ratios_of_the_normal_laws_written_out(bank):
         assert_allclose(found[row, :TEETH], logsumexp(joint, axis=0) - none, rtol=1e-4, atol=1e-3)
         weight = np.exp(logsumexp(joint, axis=1) - logsumexp(joint))
         mean = weight @ SEVERITY[1:]
-        assert_allclose(found[row, TEETH + 3 : TEETH + 6], mean, rtol=1e-3, atol=1e-4)
+        assert_allclose(found[row, TEETH + 4 : TEETH + 7], mean, rtol=1e-3, atol=1e-4)
         spread = np.sqrt(weight @ (SEVERITY[1:] - mean) ** 2)
-        assert_allclose(found[row, TEETH + 9 : TEETH + 12], spread, rtol=1e-3, atol=1e-4)
+        assert_allclose(found[row, TEETH + 10 : TEETH + 13], spread, rtol=1e-3, atol=1e-4)
         for target in range(3):
-            below = weight[SEVERITY[1:, target] < found[row, TEETH + 6 + target]].sum()
-            above = weight[SEVERITY[1:, target] > found[row, TEETH + 6 + target]].sum()
+            below = weight[SEVERITY[1:, target] < found[row, TEETH + 7 + target]].sum()
+            above = weight[SEVERITY[1:, target] > found[row, TEETH + 7 + target]].sum()
             assert max(below, above) <= 0.5 + 1e-6
 
 
 def test_scores_have_names(bank):
     names = TemplateScores(bank).get_feature_names_out().tolist()
-    assert names[3:8] == ["tooth_4", "reduced_chi2", "surprise", "surprise_place", "mean_stiffness_loss"]
+    assert names[3:9] == ["tooth_4", "reduced_chi2", "surprise", "surprise_place", "noise", "mean_stiffness_loss"]
     assert len(names) == TemplateScores(bank).transform(frame(np.zeros((1, N)))).shape[1]
     named = TemplateScores(bank).set_output(transform="pandas").transform(frame(np.zeros((2, N))))
     assert list(named) == names

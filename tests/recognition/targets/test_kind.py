@@ -88,6 +88,7 @@ def test_the_scores_of_kinds_are_sums_over_templates_and_teeth(model, unseen, da
         "reduced_chi2",
         "surprise",
         "surprise_place",
+        "noise",
     ]
 
 
