@@ -18,7 +18,6 @@ from sigdb.recognition.templates.local_templates import LocalTemplates
 from sigdb.recognition.templates.posterior import posterior
 from sigdb.recognition.templates.scores import Law, TemplateScores
 
-
 _TESTS = ("reduced_chi2", "surprise", "surprise_place", "noise")
 
 

@@ -188,9 +188,9 @@ def robustness_text(evaluation: Evaluation) -> str:
         f"{int(table['rows'].max())} rows of the database's cases, simulated anew with one disturbance at a time. "
         "'Right' and 'sure and wrong' are shares of rows with a single answer in their set, 'outside' of rows that are "
         "outside by the model's own verdict. Alarms are shares of healthy rows that are not outside and have a greater "
-        "score than the stated share of the healthy rows of the database in their band of noise. 'Loss' is the increase of the noise at which "
-        "the best possible answer to the same rows has as many errors: that of a law whose only nuisance is the "
-        "disturbance."
+        "score than the stated share of the healthy rows of the database in their band of noise. 'Loss' is the "
+        "increase of the noise at which the best possible answer to the same rows has as many errors: that of a law "
+        "whose only nuisance is the disturbance."
     )
 
 
