@@ -84,6 +84,7 @@ from .store.manifest import PlanRecord as PlanRecord
 from .store.manifest import is_database as is_database
 from .store.manifest import read_manifest as read_manifest
 from .store.manifest import rewrite as rewrite
+from .store.receipts import DIGESTS as DIGESTS
 from .store.receipts import KINDS as KINDS
 from .store.receipts import TABLES_OF as TABLES_OF
 from .store.receipts import Receipt as Receipt
@@ -127,3 +128,8 @@ from .templates import Template as Template
 from .templates import mate_teeth as mate_teeth
 from .templates import rig_of as rig_of
 from .templates import stored_templates as stored_templates
+from .virtual.block_digests import StoredDigests as StoredDigests
+from .virtual.block_digests import block_digests as block_digests
+from .virtual.block_digests import differing_columns as differing_columns
+from .virtual.query_cost import QueryCost as QueryCost
+from .virtual.virtual_table import OtherBitsWarning as OtherBitsWarning

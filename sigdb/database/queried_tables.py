@@ -8,6 +8,7 @@ import pyarrow as pa
 from sigdb.database.limits import LimitOptions, QueryLimits
 from sigdb.database.query import check_row_count
 from sigdb.database.stored_tables import StoredTables
+from sigdb.database.virtual.query_cost import CostRecord, QueryCost
 
 
 class QueriedTables(StoredTables):
@@ -64,6 +65,35 @@ class QueriedTables(StoredTables):
         """
         with self._reading(), self.connect(limits=QueryLimits(**limits)) as connection:
             return connection.select(query)
+
+    def cost(self, query: str) -> QueryCost:
+        """Return which virtual rows and columns a statement would make, without making any.
+
+        Rows that a condition on planned columns rules out are not made, as far as whole blocks of 256 rows have none.
+        Where a statement joins tables, what one side leaves out of the other is not foreseen.
+
+        Parameters
+        ----------
+        query : str
+            As in :meth:`sql`.
+
+        Returns
+        -------
+        QueryCost
+            Rows, columns, and the time that they take at most.
+
+        Raises
+        ------
+        InputError
+            If the text is not one SELECT statement, or names a thing that does not exist.
+        DatabaseError
+            If a part is damaged.
+        """
+        record = CostRecord()
+        if self.virtual_rows:
+            with self._reading(), self.cost_connection(record) as connection:
+                connection.select(query)
+        return QueryCost(record.rows, self.virtual_rows, tuple(record.columns), record.seconds)
 
     def stream(self, query: str, *, rows: int = 2048, **limits: Unpack[LimitOptions]) -> pa.RecordBatchReader:
         """Run one SELECT statement and return the result in batches, as DuckDB computes them.

@@ -3,7 +3,7 @@
 import re
 import threading
 import weakref
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from functools import cached_property, partial
@@ -29,13 +29,16 @@ from sigdb.database.query import (
     signal_batches,
 )
 from sigdb.database.signals import AbsentRowError, Lists, decoded_lists, plain_lists, row_blocks
-from sigdb.database.store.checked import CheckedParquet
+from sigdb.database.store.checked import CheckedParquet, PartTable
 from sigdb.database.store.checked_dataset import CheckedDataset
 from sigdb.database.store.manifest import Manifest, read_manifest
 from sigdb.database.store.plain_lists import PlainLists
 from sigdb.database.store.receipts import KINDS, Receipt, read_receipts
 from sigdb.database.store.schema import TABLES, read_schema, suffixed
 from sigdb.database.store.store import Store
+from sigdb.database.store.writer import ROW_GROUP
+from sigdb.database.virtual.query_cost import CostDataset, CostRecord
+from sigdb.database.virtual.virtual_table import RowMakers, VirtualTable, part_table
 from sigdb.signature import FEATURES
 
 _PART_KIND = {"templates": "templates", "features": "rows", "signals": "rows"}
@@ -58,7 +61,8 @@ class StoredTables:
         self._added: list[tuple[AddedSet, dict[int, Receipt]]] = [
             (added, current_parts(self.store, added, self._receipts["rows"])) for added in read_added_sets(self.store)
         ]
-        self._tables: dict[str, tuple[CheckedParquet, ...]] = {}
+        self._tables: dict[str, tuple[PartTable, ...]] = {}
+        self._makers = RowMakers(self.store)
         self._lock, self._closed = threading.Lock(), False
         self._shared: Engine | None = None
         self._engines: weakref.WeakSet[Engine] = weakref.WeakSet()
@@ -70,7 +74,10 @@ class StoredTables:
     @property
     def lacks(self) -> str:
         """How much of the database is finished, in words; empty if all of it is."""
-        return unfinished_share(self)
+        if self.manifest.is_measured:
+            done, parts = len(self.receipts("rows")), sum(plan.parts or 0 for plan in self.manifest.plans)
+            return f"{done} of {parts} parts" if done < parts else ""
+        return f"{len(self)} of {self.manifest.rows} rows" if len(self) < self.manifest.rows else ""
 
     @property
     def work(self) -> str:
@@ -144,7 +151,7 @@ class StoredTables:
     ) -> pa.RecordBatchReader:
         """Return rows of a table in Arrow batches, in the order of their ids.
 
-        Memory holds a few batches and row groups, however many rows there are.
+        Memory holds a few batches and row groups.
 
         Parameters
         ----------
@@ -174,7 +181,7 @@ class StoredTables:
 
         Examples
         --------
-        Mean square of every signal with damage at tooth 6, whatever the size of the database::
+        Mean square of every signal with damage at tooth 6::
 
             for batch in db.batches("tooth = 6", table="signals", columns=["id", "tsa"]):
                 tsa = np.stack(batch["tsa"].to_numpy(zero_copy_only=False))
@@ -229,7 +236,7 @@ class StoredTables:
             return ds.dataset(read_schema(self.store).arrow(table).empty_table())
         return CheckedDataset(self._files(table), errors)
 
-    def _files(self, table: str) -> tuple[CheckedParquet, ...]:
+    def _files(self, table: str) -> tuple[PartTable, ...]:
         if table not in self._tables:
             receipts = self._receipts[_PART_KIND[table]].values()
             if not receipts:
@@ -239,11 +246,12 @@ class StoredTables:
             self._tables[table] = tuple(self._file(table, receipt) for receipt in receipts)
         return self._tables[table]
 
-    def _file(self, table: str, receipt: Receipt) -> CheckedParquet:
-        """Return the file of a table of a part, with its added features."""
-        file = CheckedParquet(self.store, receipt.file(table))
+    def _file(self, table: str, receipt: Receipt) -> PartTable:
+        """Return a table of a part, with its added features."""
+        file = part_table(self.store, receipt, table, self._makers)
         if table != "features" or not self._added:
             return file
+        file = file.in_groups(ROW_GROUP["features"]) if isinstance(file, VirtualTable) else file
         parts = [(added, parts.get(receipt.part)) for added, parts in self._added]
         return JoinedParquet(
             file, [(added, CheckedParquet(self.store, file_of(added, part)) if part else None) for added, part in parts]
@@ -288,11 +296,12 @@ class StoredTables:
         """Files of ``signals`` by part whose rows can be read without decoding."""
         if self.store.folder is None:
             return {}
-        records = {part: receipt.file("signals") for part, receipt in self._receipts["rows"].items()}
+        stored = [receipt for receipt in self.receipts("rows") if not receipt.is_virtual]
+        records = {receipt.part: receipt.file("signals") for receipt in stored}
         return {part: PlainLists(self.store, record) for part, record in records.items() if record.plain}
 
     @cached_property
-    def _signal_files(self) -> dict[int, CheckedParquet]:
+    def _signal_files(self) -> dict[int, PartTable]:
         """Files of ``signals`` by part; their footers are read once."""
         return dict(zip(self._receipts["rows"], self._files("signals"), strict=True))
 
@@ -323,13 +332,27 @@ class StoredTables:
     ) -> None:
         self.close()
 
+    @property
+    def virtual_rows(self) -> int:
+        """Number of rows that are made when they are read."""
+        return sum(receipt.rows for receipt in self.receipts("rows") if receipt.is_virtual)
+
+    def cost_connection(self, record: CostRecord) -> Connection:
+        """Return a connection for one query, whose scans read nothing and add to a record what they would make."""
+        return self._connection(lambda table: CostDataset(self._files(table), record), DEFAULT_LIMITS, [])
+
     def connect(self, tables: Mapping[str, pa.Table] | None = None, limits: QueryLimits = DEFAULT_LIMITS) -> Connection:
         """Return a new connection for one query, to some tables or to those of the database."""
         if tables is not None:
             return Connection(self._engine(limits), tables, limits=limits)
         errors: list[DatabaseError] = []
+        return self._connection(lambda table: self._dataset(table, errors), limits, errors)
+
+    def _connection(
+        self, dataset: Callable[[str], ds.Dataset], limits: QueryLimits, errors: list[DatabaseError]
+    ) -> Connection:
         with self._reading():
-            datasets = {table: self._dataset(table, errors) for table in TABLES}
+            datasets = {table: dataset(table) for table in TABLES}
         scalars = [f'"{field.name}"' for field in datasets["features"].schema if not pa.types.is_list(field.type)]
         cases = f"select {', '.join(scalars)} from features"
         return Connection(
@@ -356,15 +379,6 @@ class StoredTables:
             return engine
 
 
-def unfinished_share(database: StoredTables) -> str:
-    """Return how much of a database is finished, in words; empty if all of it is."""
-    manifest = database.manifest
-    if manifest.is_measured:
-        done, parts = len(database.receipts("rows")), sum(plan.parts or 0 for plan in manifest.plans)
-        return f"{done} of {parts} parts" if done < parts else ""
-    return f"{len(database)} of {manifest.rows} rows" if len(database) < manifest.rows else ""
-
-
 def check_complete(database: StoredTables, columns: Sequence[str] = ()) -> None:
     """Refuse a database whose sweep is not finished, or that lacks columns of ``features``.
 
@@ -373,10 +387,9 @@ def check_complete(database: StoredTables, columns: Sequence[str] = ()) -> None:
     DatabaseError
         If rows or columns are lacking, with what to do.
     """
-    lacks = unfinished_share(database)
-    if lacks:
+    if database.lacks:
         raise DatabaseError(
-            f"{database.store} has {lacks}; finish the {database.work} first, with the same command that began it"
+            f"{database.store} has {database.lacks}; finish the {database.work} first, with the same command that began it"
         )
     for name in sorted(set(columns) - set(database.dataset("features").schema.names)):
         why = f"{database.store} lacks the column {name}; give a database that has it"

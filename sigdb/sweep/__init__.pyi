@@ -26,6 +26,7 @@ from .work.estimate import estimate as estimate
 from .work.life_rows import life_rows as life_rows
 from .work.nuisance_modes import NuisanceModes as NuisanceModes
 from .work.ownership import ownership_of as ownership_of
+from .work.rows import StoredRows as StoredRows
 from .work.run import Job as Job
 from .work.run import SweepSummary as SweepSummary
 from .work.run import run as run

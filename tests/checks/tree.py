@@ -41,7 +41,6 @@ SMALL = {
     "core/progress.py": "types and one function that all packages use",
     "core/streams.py": "the random streams, apart from all that draws",
     "core/version.py": "the build reads it",
-    "database/added/joined_parquet.py": "the reader of a part with its added features, apart from the sets",
     "database/open_tables/check_open_tables.py": "the check of both formats, which sweeps and ingests verify by",
     "database/matching/outside_threshold.py": "one file of a database: its writer and its reader",
     "database/matching/residuals.py": "the quantity that matching compares, used by its index and its search",

@@ -40,6 +40,8 @@ def query(database: str, sql: str, form: str, out: Path | None, limits: "LimitOp
     if out is None and form == "parquet" and sys.stdout.isatty():
         raise click.UsageError("Parquet is binary; give --out FILE or send the output to a file.")
     with open_database(database) as opened:
+        if opened.virtual_rows:
+            click.echo(f"{database}: {opened.cost(sql)}", err=True)
         rows = opened.stream(sql, rows=_ROWS_AT_ONCE, **limits)
         if out is None:
             write_rows(rows, form, sys.stdout.buffer)

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 @scheduler_option
 @job_option
 @click.option("--retry-failed", is_flag=True, help="Make parts that hold templates or rows without a result again.")
+@click.option(
+    "--materialise", is_flag=True, help='Store the rows of a database that was made with store = "templates", too.'
+)
 @click.option("--dry-run", is_flag=True, help="Print templates, rows, bytes, time and the first rows, and stop.")
 @click.option(
     "--measure/--no-measure",
@@ -38,6 +41,7 @@ def sweep(
     scheduler: str | None,
     job: "Job | None",
     retry_failed: bool,
+    materialise: bool,
     dry_run: bool,
     measure: bool,
     form: str,
@@ -72,6 +76,7 @@ def sweep(
             scheduler=scheduler,
             job=job,
             retry_failed=retry_failed,
+            materialise=materialise,
             on_progress=on_progress,
         )
     seconds = time.perf_counter() - started

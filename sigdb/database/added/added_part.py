@@ -10,11 +10,12 @@ import pyarrow as pa
 
 from sigdb.database.added.added_set import NO_AVERAGE, AddedSet
 from sigdb.database.added.feature_function import FACTS, FeatureFunction, LoadedFunction, NoNumbersError, importable
-from sigdb.database.store.checked import CheckedParquet
+from sigdb.database.store.checked import PartTable
 from sigdb.database.store.receipts import Receipt, read_receipt
 from sigdb.database.store.schema import suffixed
 from sigdb.database.store.store import Store
 from sigdb.database.store.writer import ROW_GROUP, write_part
+from sigdb.database.virtual.virtual_table import part_table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,13 +52,13 @@ def make_added_part(work: AddedWork, store: Store, part: int) -> Receipt:
         first=rows.first,
         started=started,
         status=work.added.status,
-        source=rows.file("signals").sha256,
+        source=rows.averages_sha256,
     )
 
 
 def added_tables(work: AddedWork, store: Store, rows: Receipt, groups: Sequence[int]) -> Iterator[pa.Table]:
     """Yield the added columns of some row groups of averages of a part."""
-    features, signals = (CheckedParquet(store, rows.file(table)) for table in ("features", "signals"))
+    features, signals = (part_table(store, rows, table) for table in ("features", "signals"))
     sensors = work.added.sensors
     with importable(work.function.folder):
         function = work.function.load()
@@ -94,7 +95,7 @@ def probed_names(
     return list(names), why
 
 
-def _facts(features: CheckedParquet, sensors: Sequence[str]) -> pa.Table:
+def _facts(features: PartTable, sensors: Sequence[str]) -> pa.Table:
     """Return the facts of the rows of a part that a function may take."""
     scatter = [suffixed("scatter", sensors, sensor) for sensor in sensors]
     return features.read(None, [name for name in (*FACTS, *scatter[1:]) if name in features.schema.names])

@@ -11,12 +11,13 @@ import pyarrow.parquet as pq
 from sigdb.core import CorruptionError, DatabaseError, InputError
 from sigdb.database.added.added_part import AddedWork, added_tables
 from sigdb.database.added.added_set import AddedSet, add_again, added_files, file_of, is_current, read_added_set
-from sigdb.database.store.checked import CheckedParquet
+from sigdb.database.store.checked import PartTable
 from sigdb.database.store.integrity import IntegrityFinding, PartKey, damaged_part, read_file
 from sigdb.database.store.receipts import ADDED, Receipt, finished_parts, part_name, read_receipt, receipt_name
 from sigdb.database.store.schema import suffixed
 from sigdb.database.store.store import FileError, Store
 from sigdb.database.store.writer import ROW_GROUP
+from sigdb.database.virtual.virtual_table import part_table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +95,7 @@ def _check_parts(
             continue
         file, wrong = read_file(store, file_of(added, receipt), receipt.rows, added.schema)
         if file is not None:
-            wrong = _wrong_rows(file, receipt, CheckedParquet(store, row.file("signals")), added)
+            wrong = _wrong_rows(file, receipt, part_table(store, row, "signals"), added)
         if wrong:
             yield damaged_part(key, file_of(added, receipt).path, wrong)
         else:
@@ -109,7 +110,7 @@ def _check_parts(
         )
 
 
-def _wrong_rows(file: pq.ParquetFile, receipt: Receipt, signals: CheckedParquet, added: AddedSet) -> str:
+def _wrong_rows(file: pq.ParquetFile, receipt: Receipt, signals: PartTable, added: AddedSet) -> str:
     """Return what is wrong with the ids and statuses of a file; empty if nothing is."""
     table = file.read(columns=["id", added.status])
     try:
@@ -174,6 +175,6 @@ def _same(stored: pa.ChunkedArray, again: pa.ChunkedArray) -> bool:
 
 def _units(store: Store, added: AddedSet, rows: Mapping[int, Receipt]) -> dict[str, str]:
     """Return the unit of each sensor, from the first file of averages."""
-    schema = CheckedParquet(store, next(iter(rows.values())).file("signals")).schema
+    schema = part_table(store, next(iter(rows.values())), "signals").schema
     fields = {sensor: schema.field(suffixed("tsa", added.sensors, sensor)) for sensor in added.sensors}
     return {sensor: (field.metadata or {}).get(b"unit", b"").decode() for sensor, field in fields.items()}

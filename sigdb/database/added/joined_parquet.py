@@ -4,16 +4,17 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from sigdb.database.added.added_set import AddedSet
-from sigdb.database.store.checked import CheckedParquet
+from sigdb.database.store.checked import CheckedParquet, PartTable
 from sigdb.database.store.store import DamagedFileError
 
 AddedFile = tuple[AddedSet, CheckedParquet | None]
 """A set of added features, and its file of a part; None where it is not computed, or not from these averages."""
 
 
-class JoinedParquet(CheckedParquet):
+class JoinedParquet:
     """The file of a part's features, with columns of the files of added features behind its own.
 
     Rows of all these files are in the same order and in row groups of the same sizes. Columns of a file that does not
@@ -27,19 +28,24 @@ class JoinedParquet(CheckedParquet):
         The files of added features.
     """
 
-    def __init__(self, base: CheckedParquet, added: Sequence[AddedFile]) -> None:
-        super().__init__(base.store, base.record)
-        self._base, self._added = base, tuple(added)
+    def __init__(self, base: PartTable, added: Sequence[AddedFile]) -> None:
+        self.store, self.record = base.store, base.record
+        self.base, self._added = base, tuple(added)
 
     @property
     def schema(self) -> pa.Schema:
         """Columns of all files."""
         return self._schema
 
+    @property
+    def group_rows(self) -> list[int]:
+        """Number of rows of each row group."""
+        return self.base.group_rows
+
     @cached_property
     def _schema(self) -> pa.Schema:
         fields = [field for added, _ in self._added for field in added.schema if field.name != "id"]
-        return pa.schema([*self._base.schema, *fields])
+        return pa.schema([*self.base.schema, *fields])
 
     def read(self, groups: Sequence[int] | None = None, columns: Sequence[str] | None = None) -> pa.Table:
         """Return some row groups and columns; all of them if None.
@@ -52,8 +58,8 @@ class JoinedParquet(CheckedParquet):
             If a file cannot be read.
         """
         wanted = self.schema.names if columns is None else list(columns)
-        table = self._base.read(groups, [name for name in wanted if name in self._base.schema.names])
-        sizes = self._base.group_rows
+        table = self.base.read(groups, [name for name in wanted if name in self.base.schema.names])
+        sizes = self.base.group_rows
         rows = sum(sizes if groups is None else (sizes[group] for group in groups))
         values = dict(zip(table.column_names, table.columns, strict=True))
         for added, file in self._added:
@@ -62,6 +68,10 @@ class JoinedParquet(CheckedParquet):
                 values |= self._columns(added, file, names, groups, rows)
         fields = [self.schema.field(name) for name in wanted]
         return pa.table([values[name] for name in wanted], schema=pa.schema(fields)) if wanted else table
+
+    def groups_that_may_meet(self, condition: pc.Expression, schema: pa.Schema | None = None) -> list[int]:
+        """Return the row groups that may hold rows that meet a condition."""
+        return self.base.groups_that_may_meet(condition, schema or self.schema)
 
     def _columns(
         self, added: AddedSet, file: CheckedParquet | None, names: list[str], groups: Sequence[int] | None, rows: int

@@ -113,6 +113,11 @@ def registered_files(tables: StoredTables) -> Iterator[RegisteredFiles]:
     folder = tables.store.folder
     if folder is None:
         raise InputError(f"{tables.store}: tables are registered for a database in a directory; copy it into one")
+    if any(receipt.is_virtual for receipt in tables.receipts("rows")):
+        raise InputError(
+            f"{tables.store}: its rows are virtual, and a registration needs files; make them first with: sigdb sweep "
+            "RECIPE --materialise"
+        )
     present = [(name, kind) for kind, names in TABLES_OF.items() for name in names if tables.receipts(kind)]
     if not present:
         raise InputError(f"{tables.store}: nothing is finished yet; run the {tables.work} that makes this database")

@@ -10,6 +10,7 @@ import io
 import zlib
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 import pyarrow as pa
@@ -26,6 +27,27 @@ def block_checksums(content: memoryview, block: int = BLOCK) -> str:
     """Return the CRC-32 of each block of a file, little-endian, in base64."""
     sums = [zlib.crc32(content[start : start + block]) for start in range(0, len(content), block)]
     return base64.b64encode(np.array(sums, dtype="<u4").tobytes()).decode()
+
+
+class PartTable(Protocol):
+    """A table of a part: a file whose reads are compared with checksums, or rows that are made when they are read."""
+
+    store: Store
+    record: FileRecord
+
+    @property
+    def schema(self) -> pa.Schema:
+        """Columns of the table."""
+
+    @property
+    def group_rows(self) -> list[int]:
+        """Number of rows of each row group."""
+
+    def read(self, groups: Sequence[int] | None = None, columns: Sequence[str] | None = None) -> pa.Table:
+        """Return some row groups and columns; all of them if None."""
+
+    def groups_that_may_meet(self, condition: pc.Expression, schema: pa.Schema | None = None) -> list[int]:
+        """Return the row groups that may hold rows that meet a condition, on columns of a schema with others."""
 
 
 class CheckedParquet:
@@ -77,10 +99,10 @@ class CheckedParquet:
         with self._file() as source, pq.ParquetFile(source, metadata=metadata, pre_buffer=False) as file:
             return file.read_row_groups(list(some), columns=wanted, use_threads=False)
 
-    def groups_that_may_meet(self, condition: pc.Expression) -> list[int]:
-        """Return the row groups whose statistics do not rule out a condition."""
+    def groups_that_may_meet(self, condition: pc.Expression, schema: pa.Schema | None = None) -> list[int]:
+        """Return the row groups whose statistics do not rule out a condition, on columns of a schema with others."""
         with self._file() as file:
-            fragment = PARQUET.make_fragment(file).subset(filter=condition, schema=self.schema)
+            fragment = PARQUET.make_fragment(file).subset(filter=condition, schema=schema or self.schema)
             return [group.id for group in fragment.row_groups]
 
     def _file(self) -> pa.NativeFile:

@@ -10,7 +10,7 @@ import pyarrow.dataset as ds
 from pyarrow import acero
 
 from sigdb.core import DatabaseError, InputError
-from sigdb.database.store.checked import PARQUET, CheckedParquet
+from sigdb.database.store.checked import PARQUET, PartTable
 
 _ROWS_AT_ONCE = 8192
 """Rows that are read together, or a row group if that has more."""
@@ -30,7 +30,7 @@ class CheckedDataset(ds.FileSystemDataset):  # type: ignore[misc]
         A list to which errors of reading are added, since DuckDB passes them on as text.
     """
 
-    def __init__(self, files: Sequence[CheckedParquet], errors: list[DatabaseError] | None = None) -> None:
+    def __init__(self, files: Sequence[PartTable], errors: list[DatabaseError] | None = None) -> None:
         super().__init__([], files[0].schema, PARQUET)
         self._files, self._errors = tuple(files), [] if errors is None else errors
 
@@ -66,7 +66,7 @@ class CheckedScanner:
     def __init__(
         self,
         schema: pa.Schema,
-        files: Sequence[CheckedParquet],
+        files: Sequence[PartTable],
         columns: Sequence[str],
         condition: pc.Expression | None,
         errors: list[DatabaseError],
@@ -115,7 +115,7 @@ class CheckedScanner:
         """Return the number of rows."""
         return sum(batch.num_rows for batch in self.to_batches())
 
-    def _batches(self, file: CheckedParquet) -> Iterator[pa.RecordBatch]:
+    def _batches(self, file: PartTable) -> Iterator[pa.RecordBatch]:
         names, condition = self.projected_schema.names, self._condition
         if condition is None:
             for groups in _runs(file.group_rows, range(len(file.group_rows))):

@@ -13,6 +13,7 @@ from sigdb.database.store.checked import block_checksums
 from sigdb.database.store.manifest import MANIFEST_FILE
 from sigdb.database.store.plain_lists import plain_runs
 from sigdb.database.store.receipts import (
+    DIGESTS,
     KINDS,
     FileRecord,
     Receipt,
@@ -22,7 +23,7 @@ from sigdb.database.store.receipts import (
     receipt_name,
     tables_of,
 )
-from sigdb.database.store.schema import SCHEMA_FILE, Schema
+from sigdb.database.store.schema import DIGEST_SCHEMA, SCHEMA_FILE, Schema
 from sigdb.database.store.seal import unsealed
 from sigdb.database.store.store import FileError, Store
 
@@ -104,8 +105,11 @@ def read_part(
 ) -> tuple[dict[str, pq.ParquetFile], list[tuple[str, str]]]:
     """Return the undamaged files of a part, by table, and what is wrong with its other files, by name."""
     files, wrong = {}, []
-    for table, record in zip(tables_of(receipt.name), receipt.files, strict=True):
-        file, what = read_file(store, record, receipt.rows, schema.arrow(table) if schema else None)
+    for table, record in zip(receipt.tables, receipt.files, strict=True):
+        if table == DIGESTS:  # a row of each column of each block, which their check counts
+            file, what = read_file(store, record, None, DIGEST_SCHEMA)
+        else:
+            file, what = read_file(store, record, receipt.rows, schema.arrow(table) if schema else None)
         if file is None:
             wrong.append((record.path, what))
         else:
@@ -114,7 +118,7 @@ def read_part(
 
 
 def read_file(
-    store: Store, record: FileRecord, rows: int, schema: pa.Schema | None
+    store: Store, record: FileRecord, rows: int | None, schema: pa.Schema | None
 ) -> tuple[pq.ParquetFile | None, str]:
     """Return a file of a part and an empty text, or None and what is wrong with the file.
 
@@ -125,7 +129,7 @@ def read_file(
     record
         The file, as its receipt describes it.
     rows
-        Number of rows by the receipt.
+        Number of rows by the receipt; None if they are not compared.
     schema
         Columns of its table by ``schema.json``; None if they are not compared.
     """
@@ -140,7 +144,7 @@ def read_file(
     if block_checksums(memoryview(content), record.block) != record.blocks:
         return None, "the checksums of its blocks in its receipt are not its own"
     file = pq.ParquetFile(pa.BufferReader(content))
-    if file.metadata.num_rows != rows:
+    if rows is not None and file.metadata.num_rows != rows:
         return None, f"has {file.metadata.num_rows} rows, its receipt says {rows}"
     lists = {name: [(length, missing) for _, length, missing in runs] for name, runs in record.plain.items()}
     if lists and plain_runs(file.metadata, lists) != record.plain:
@@ -185,4 +189,5 @@ def foreign_files(store: Store, parts: Iterable[PartKey], descriptions: Iterable
 
 
 def _names(stage: str, part: int) -> list[str]:
-    return [receipt_name(stage, part), *(part_name(table, part) for table in tables_of(stage))]
+    tables = (*tables_of(stage), DIGESTS) if stage == "rows" else tables_of(stage)
+    return [receipt_name(stage, part), *(part_name(table, part) for table in tables)]

@@ -72,6 +72,9 @@ class Manifest:
         The version of sigdb that made the database, and that of the layout.
     licence, citation
         Terms of use.
+    store
+        Stored form of the rows of parts that are still to be made: ``rows``, or ``templates`` of which they are made
+        when they are read. The receipt of a part says how the part is stored.
     """
 
     plan: PlanRecord
@@ -84,6 +87,7 @@ class Manifest:
     licence: str = "CC0-1.0"
     citation: str = "Cite sigdb by its CITATION.cff, and the sources of the rig named in this file."
     extensions: tuple[PlanRecord, ...] = field(default=())
+    store: str = "rows"
 
     @property
     def hash(self) -> str:
@@ -128,7 +132,10 @@ class Manifest:
 
     def write(self, store: Store) -> None:
         """Publish the manifest as ``sigdb.toml``."""
-        store.put(MANIFEST_FILE, sealed_toml(_without_none(asdict(self))))
+        content = _without_none(asdict(self))
+        if self.store == "rows":  # which earlier versions know nothing of
+            del content["store"]
+        store.put(MANIFEST_FILE, sealed_toml(content))
 
 
 def is_database(location: object) -> bool:

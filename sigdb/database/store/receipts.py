@@ -15,6 +15,9 @@ KINDS = ("templates", "rows")
 TABLES_OF = {"templates": ("templates",), "rows": ("features", "signals")}
 """Tables of the files of a part, by kind of part."""
 
+DIGESTS = "digests"
+"""Table of the one file of a virtual part of rows, whose rows are made when they are read."""
+
 ADDED = "added"
 """Folder of the tables of added features; their kinds of parts begin with it and a dot."""
 
@@ -98,6 +101,21 @@ class Receipt:
         """Name of the receipt's file."""
         return receipt_name(self.name, self.part)
 
+    @property
+    def is_virtual(self) -> bool:
+        """Whether the part holds digests of its rows, which are made when they are read."""
+        return any(file.path.startswith(f"{DIGESTS}/") for file in self.files)
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Tables of the part's files."""
+        return (DIGESTS,) if self.is_virtual else tables_of(self.name)
+
+    @property
+    def averages_sha256(self) -> str:
+        """SHA-256 of the file that determines the averages of a part of rows: their own, or that of their digests."""
+        return self.file(DIGESTS if self.is_virtual else "signals").sha256
+
     def file(self, table: str) -> FileRecord:
         """Return the record of the part's file of a table."""
         return next(file for file in self.files if file.path.startswith(f"{table}/"))
@@ -107,7 +125,7 @@ _RECEIPT = TypeAdapter(Receipt)
 
 
 def tables_of(name: str) -> tuple[str, ...]:
-    """Return the tables of the files of a part, by its kind."""
+    """Return the tables of the files of a part that stores its rows, by its kind."""
     return TABLES_OF[name] if name in TABLES_OF else (f"{ADDED}/{name.removeprefix(f'{ADDED}.')}",)
 
 
@@ -175,7 +193,7 @@ class CopiedReceiptError(DamagedFileError):
 
 def has_own_files(receipt: Receipt) -> bool:
     """Return whether the files of a receipt have the names of its part's."""
-    paths, tables = [file.path for file in receipt.files], tables_of(receipt.name)
+    paths, tables = [file.path for file in receipt.files], receipt.tables
     return len(paths) == len(tables) and all(
         path == part_name(table, receipt.part, revision_of(path)) for table, path in zip(tables, paths, strict=True)
     )
@@ -184,7 +202,7 @@ def has_own_files(receipt: Receipt) -> bool:
 def _wrong_files(receipt: Receipt) -> str:
     """Return why the records of the files of a receipt cannot be right; empty if they can."""
     if not has_own_files(receipt):
-        names = [part_name(table, receipt.part) for table in tables_of(receipt.name)]
+        names = [part_name(table, receipt.part) for table in receipt.tables]
         return f"its files are not {' and '.join(names)}"
     if receipt.rows < 1 or receipt.first < 0:
         return f"it has {receipt.rows} rows from {receipt.first} on"
@@ -222,7 +240,8 @@ def read_receipts(
     read = {receipt.part: receipt for receipt in read_before}
     every = (read.get(part) or _own_receipt(store, name, part) for part in finished_parts(store, name))
     receipts = [receipt for receipt in every if receipt is not None and receipt.plan in plans]
-    sizes = {path: size for table in tables_of(name) for path, size in store.sizes(table).items()} if receipts else {}
+    tables = dict.fromkeys(table for receipt in receipts for table in receipt.tables)
+    sizes = {path: size for table in tables for path, size in store.sizes(table).items()}
     for record in (record for receipt in receipts for record in receipt.files):
         if sizes.get(record.path) != record.bytes:
             fault = f"has {sizes[record.path]} bytes" if record.path in sizes else "is missing"
@@ -236,7 +255,7 @@ def _own_receipt(store: Store, name: str, part: int) -> Receipt | None:
     try:
         return read_receipt(store, name, part)
     except CopiedReceiptError:
-        if any(store.size(part_name(table, part)) is not None for table in tables_of(name)):
+        if any(store.size(part_name(table, part)) is not None for table in (*tables_of(name), DIGESTS)):
             raise
         return None
 

@@ -4,7 +4,7 @@ import hashlib
 import platform
 import socket
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 import pyarrow as pa
@@ -44,6 +44,7 @@ def write_part(
     started: float,
     status: str = "status",
     source: str = "",
+    stored: Callable[[Mapping[str, pa.Table]], Mapping[str, pa.Table]] = dict,
 ) -> Receipt:
     """Write the files of a part and then its receipt.
 
@@ -69,17 +70,20 @@ def write_part(
         Column that is ``ok`` in rows with a result; the table that has it counts the rows.
     source
         As in :class:`Receipt`.
+    stored
+        Returns what is written of a piece; all of it by default.
     """
     encoders: dict[str, _Encoder] = {}
     rows = failed = 0
     for piece in pieces:
-        for table, content in piece.items():
-            if table not in encoders:
-                encoders[table] = _Encoder(table, content.schema)
-            encoders[table].add(content)
+        for content in piece.values():
             if status in content.column_names:
                 rows += content.num_rows
                 failed += pc.sum(pc.not_equal(content[status], "ok")).as_py()
+        for table, content in stored(piece).items():
+            if table not in encoders:
+                encoders[table] = _Encoder(table, content.schema)
+            encoders[table].add(content)
     files = tuple(_write_file(store, part_name(table, part), encoder) for table, encoder in encoders.items())
     receipt = Receipt(
         name=name,

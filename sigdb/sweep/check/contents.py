@@ -8,8 +8,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from sigdb.core import BoolArray, IntArray
-from sigdb.database import Receipt
+from sigdb.core import NOISE_BLOCK, BoolArray, IntArray
+from sigdb.database import DIGESTS, Receipt
 from sigdb.signature import FEATURES
 from sigdb.sweep.plan.plan import Plan
 
@@ -44,6 +44,22 @@ def check_row_contents(plan: Plan, receipt: Receipt, files: Mapping[str, pq.Parq
         lengths = _row_lengths(plan, cases["teeth"].to_numpy()[here], ok[here])
         yield from _each("signals", _wrong_parameters(signals, {"id": ids[here]}, ids[here]))
         yield from _each("signals", _wrong_lists(signals, lengths, ids[here]))
+
+
+def check_digests(plan: Plan, receipt: Receipt, files: Mapping[str, pq.ParquetFile]) -> Iterator[Fault]:
+    """Yield the errors in the digests of a virtual part: each block of rows must have those of all columns."""
+    table = files[DIGESTS].read(columns=["first", "column"])
+    columns = table["column"].unique().to_pylist()
+    due = list(range(receipt.first, receipt.first + receipt.rows, NOISE_BLOCK))
+    if not {"id", "status", "tsa"}.issubset({name.partition("__")[0] for name in columns}):
+        yield DIGESTS, "has no digests of some columns of the rows"
+    if table["first"].to_pylist() != [first for first in due for _ in columns]:
+        yield (
+            DIGESTS,
+            f"has not the digests of the blocks of rows {receipt.first} to {receipt.first + receipt.rows - 1}",
+        )
+    elif table["column"].to_pylist() != columns * len(due):
+        yield DIGESTS, "has digests of other columns in some blocks"
 
 
 def check_template_contents(plan: Plan, receipt: Receipt, files: Mapping[str, pq.ParquetFile]) -> Iterator[Fault]:

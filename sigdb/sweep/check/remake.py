@@ -1,6 +1,6 @@
 """Comparison of parts with a sample of templates and of noise blocks that is made again, bit for bit."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 import pyarrow as pa
@@ -9,7 +9,19 @@ import pyarrow.parquet as pq
 from threadpoolctl import threadpool_limits
 
 from sigdb.core import NOISE_BLOCK, DatabaseError
-from sigdb.database import ROW_GROUP, CheckedParquet, IntegrityFinding, PartKey, Receipt, Schema, Store, damaged_part
+from sigdb.database import (
+    DIGESTS,
+    ROW_GROUP,
+    CheckedParquet,
+    IntegrityFinding,
+    PartKey,
+    Receipt,
+    Schema,
+    Store,
+    StoredDigests,
+    damaged_part,
+    differing_columns,
+)
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.rows import make_rows
 from sigdb.sweep.work.stored_schema import computable_columns, holds_these_equations
@@ -85,6 +97,10 @@ def _differing_block(store: Store, plan: Plan, schema: Schema, receipt: Receipt,
             (again,) = make_rows(plan, store, schema, first, stop)
     except DatabaseError:
         return None  # its templates are damaged, which is a finding already
+    if receipt.is_virtual:
+        digests = StoredDigests(CheckedParquet(store, receipt.file(DIGESTS)))
+        kinds = [some for content in again.values() for some in differing_columns(content, first, digests)]
+        return _sentence(receipt, DIGESTS, [name for some in kinds for name in some], f"rows {first} to {stop - 1}")
     for table, content in again.items():
         group, row = divmod(first - receipt.first, ROW_GROUP[table])
         stored = CheckedParquet(store, receipt.file(table)).read([group]).slice(row, stop - first)
@@ -95,6 +111,10 @@ def _differing_block(store: Store, plan: Plan, schema: Schema, receipt: Receipt,
 
 def _difference(receipt: Receipt, table: str, stored: pa.Table, again: pa.Table, rows: str) -> Difference:
     columns = [name for name in again.schema.names if _encode(stored, name) != _encode(again, name)]
+    return _sentence(receipt, table, columns, rows)
+
+
+def _sentence(receipt: Receipt, table: str, columns: Sequence[str], rows: str) -> Difference:
     if not columns:
         return None
     more = f" and {len(columns) - 1} more columns" if len(columns) > 1 else ""

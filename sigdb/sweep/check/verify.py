@@ -23,7 +23,7 @@ from sigdb.database import (
     read_all_receipts,
     read_part,
 )
-from sigdb.sweep.check.contents import check_row_contents, check_template_contents, doubtful_rows
+from sigdb.sweep.check.contents import check_digests, check_row_contents, check_template_contents, doubtful_rows
 from sigdb.sweep.check.descriptions import Owners, check_descriptions
 from sigdb.sweep.check.remake import remake_sample
 from sigdb.sweep.plan.plan import Plan
@@ -88,7 +88,8 @@ def verify(
         plan = descriptions.owners.get(key)
         files, wrong = read_part(store, receipt, descriptions.schema)
         if deep and plan and not wrong:
-            wrong = [(part_name(table, key[1]), what) for table, what in _CHECK_CONTENTS[key[0]](plan, receipt, files)]
+            check = check_digests if receipt.is_virtual else _CHECK_CONTENTS[key[0]]
+            wrong = [(part_name(table, key[1]), what) for table, what in check(plan, receipt, files)]
             if "features" in files:
                 doubtful += [(key, receipt.first + int(row)) for row in doubtful_rows(files["features"])[:1]]
         if plan and not wrong:

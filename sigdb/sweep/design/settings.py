@@ -1,6 +1,6 @@
 """The sections ``[sweep]`` and ``[limits]`` of a recipe: which cases are simulated, and how many at most."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, Strict, field_validator, model_validator
 
@@ -63,6 +63,12 @@ class SweepSettings(Section):
 
     solver: str = Field(
         default=DEFAULT_SOLVER, description=f"How a case is solved: {', '.join(SOLVERS)}; the first if left out."
+    )
+
+    store: Literal["rows", "templates"] = Field(
+        default="rows",
+        description="Stored form of the rows: rows, or templates of which rows are made when they are read.",
+        exclude_if=lambda store: store == "rows",
     )
 
     @field_validator("solver")

@@ -17,7 +17,7 @@ def resolved_content(plan: "Plan") -> dict[str, Any]:
     """Return everything that determines a plan's rows, with every default filled in."""
     content: dict[str, Any] = {
         "format": FORMAT,
-        "sweep": plan.design.model_dump(mode="json", exclude={"rig", "solver"}),
+        "sweep": plan.design.model_dump(mode="json", exclude={"rig", "solver", "store"}),
         "measurement": plan.measurement.model_dump(mode="json"),
         "signature": plan.signature.model_dump(mode="json"),
         "rig": plan.rig.model_dump(mode="json"),

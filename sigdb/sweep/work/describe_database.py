@@ -31,8 +31,19 @@ def plan_record(plan: Plan) -> PlanRecord:
     )
 
 
-def describe_database(plan: Plan, store: Store, recipe: str) -> Manifest:
+def describe_database(plan: Plan, store: Store, recipe: str, form: str = "rows") -> Manifest:
     """Return a database's description. It is written if there is none; otherwise it gets the newest recipe.
+
+    Parameters
+    ----------
+    plan
+        The plan of the database.
+    store
+        Where it lies.
+    recipe
+        Text of the recipe.
+    form
+        Stored form of the rows that are still to be made: ``rows`` or ``templates``.
 
     Raises
     ------
@@ -46,6 +57,7 @@ def describe_database(plan: Plan, store: Store, recipe: str) -> Manifest:
         sensors=plan.sensors,
         recipe=recipe,
         sigdb_version=__version__,
+        store=form,
     )
     begun = _read_if_whole(store)
     if begun is None:
@@ -59,9 +71,9 @@ def describe_database(plan: Plan, store: Store, recipe: str) -> Manifest:
             "give another directory with --out, or go back to the old recipe"
         )
     check_version(store, begun.sigdb_version)
-    if recipe and begun.recipe != recipe:
+    if (recipe and begun.recipe != recipe) or begun.store != form:
         # The same rows, but perhaps other settings of recognition or report.
-        begun = replace(begun, recipe=recipe)
+        begun = replace(begun, recipe=recipe or begun.recipe, store=form)
         begun.write(store)
     return begun
 

@@ -18,7 +18,7 @@ from sigdb.core import NOISE_BLOCK, SigdbError
 from sigdb.database import Receipt, Schema, Store, write_part, write_schema
 from sigdb.sweep.plan.plan import PART_TEMPLATES, Plan
 from sigdb.sweep.plan.schema import plan_schema
-from sigdb.sweep.work.rows import make_rows
+from sigdb.sweep.work.rows import make_rows, row_digests
 from sigdb.sweep.work.templates import CASES_AT_ONCE, HealthyRig, template_table
 
 
@@ -79,6 +79,7 @@ def estimate(plan: Plan, jobs: int = -1) -> CostEstimate:
                 plan=plan.hash,
                 first=start,
                 started=time.perf_counter(),
+                stored=row_digests if plan.design.store == "templates" else dict,
             )
             for i, (start, stop, _) in enumerate(samples)
         ]

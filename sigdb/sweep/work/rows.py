@@ -1,16 +1,21 @@
 """Rows of a sweep: averages of the stored templates and their features, as columns."""
 
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pyarrow as pa
 
 from sigdb.core import NOISE_BLOCK, BoolArray, FloatArray, IntArray, noise_stream
-from sigdb.database import Receipt, Schema, Store, read_schema, suffixed, write_part
+from sigdb.database import DIGESTS, Receipt, Schema, Store, block_digests, read_schema, suffixed, write_part
 from sigdb.signature import FEATURES, features
+from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.averages import CASE_COLUMNS, Averages, Cases, SpecimenErrors
+from sigdb.sweep.work.engines import one_thread
 from sigdb.sweep.work.templates import TemplateReader
 
 
@@ -22,43 +27,125 @@ def make_row_part(plan: Plan, store: Store, part: int) -> Receipt:
     return write_part(store, "rows", part, pieces, plan=plan.hash, first=start, started=started)
 
 
+def make_virtual_part(plan: Plan, store: Store, part: int) -> Receipt:
+    """Make the rows of a part from the stored templates, and write their digests in place of them."""
+    started = time.perf_counter()
+    start, stop = plan.row_range(part)
+    pieces = make_rows(plan, store, read_schema(store), start, stop)
+    return write_part(store, "rows", part, pieces, plan=plan.hash, first=start, started=started, stored=row_digests)
+
+
+def row_digests(block: Mapping[str, pa.Table]) -> dict[str, pa.Table]:
+    """Return the table of digests of a noise block."""
+    return {DIGESTS: block_digests(block, block["features"]["id"][0].as_py())}
+
+
 def make_rows(plan: Plan, store: Store, schema: Schema, start: int, stop: int) -> Iterator[dict[str, pa.Table]]:
     """Yield the tables ``features`` and ``signals`` of rows ``start`` to ``stop - 1``, by noise block.
 
     ``start`` begins a noise block. The tables have the columns of ``schema``.
     """
-    templates, errors = TemplateReader(store, plan.sensors), SpecimenErrors(plan.seed, plan.design.runout)
-    planned = plan.table(start, stop)
     schemas = {table: schema.arrow(table) for table in ("features", "signals")}
-    columns = {
-        field.name: pa.array(planned[field.name], field.type, from_pandas=True)
-        for field in schemas["features"]
-        if field.name in planned
+    return _Blocks(plan, store).make(schemas, start, stop)
+
+
+class StoredRows:
+    """Maker of the rows of a database from its templates, bit for bit as its sweep makes them.
+
+    Parameters
+    ----------
+    store
+        Where the database lies.
+    resolved
+        The resolved recipe of its plan.
+    """
+
+    def __init__(self, store: Store, resolved: Mapping[str, Any]) -> None:
+        self._plan, self._schema = plan_from(dict(resolved)), read_schema(store)
+        self._blocks, self._lock = _Blocks(self._plan, store), threading.Lock()
+        # Index errors are planned, but not of rows that lose contact.
+        self.planned = frozenset(map(str, self._plan.table(*self._first_row).columns)) - {"index_error"}
+
+    @property
+    def _first_row(self) -> tuple[int, int]:
+        return self._plan.first_row, self._plan.first_row + 1
+
+    def table(self, table: str, first: int, stop: int, columns: Sequence[str]) -> Iterator[pa.Table]:
+        """Yield columns of a table of rows ``first`` to ``stop - 1``, by noise block; ``first`` begins a block.
+
+        Only what the columns need is computed, in one thread of linear algebra, as in a sweep.
+        """
+        every = self._schema.arrow(table)
+        schema = pa.schema([every.field(name) for name in columns])
+        if self.planned.issuperset(columns):
+            cases = self.cases(first, stop, columns)
+            yield from (cases.slice(at, NOISE_BLOCK) for at in range(0, stop - first, NOISE_BLOCK))
+            return
+        for block in range(first, stop, NOISE_BLOCK):
+            with self._lock, one_thread():
+                (tables,) = self._blocks.make({table: schema}, block, min(block + NOISE_BLOCK, stop))
+            yield tables[table]
+
+    def cases(self, first: int, stop: int, columns: Sequence[str]) -> pa.Table:
+        """Return planned columns of rows ``first`` to ``stop - 1``."""
+        every = self._schema.arrow("features")
+        schema = pa.schema([every.field(name) for name in columns])
+        return pa.table(_planned(self._plan.table(first, stop), schema), schema=schema)
+
+
+def _planned(cases: pd.DataFrame, schema: pa.Schema) -> dict[str, pa.Array]:
+    """Return the columns of a schema that cases have."""
+    return {
+        field.name: pa.array(cases[field.name], field.type, from_pandas=True) for field in schema if field.name in cases
     }
-    cases = {name: planned[name].to_numpy() for name in CASE_COLUMNS}
-    for first in range(start, stop, NOISE_BLOCK):
-        some = slice(first - start, first - start + NOISE_BLOCK)
-        stream = noise_stream(plan.seed, plan.hash, first // NOISE_BLOCK)
-        block = _block(plan, templates, errors, {name: values[some] for name, values in cases.items()}, stream)
-        values = dict(zip(block.column_names, block, strict=True))
-        values |= {name: column[some] for name, column in columns.items() if name not in values}
-        # A block without any result has no columns of a signature.
-        yield {
-            table: pa.table(
-                [values.get(field.name, pa.nulls(block.num_rows, field.type)) for field in schema], schema=schema
-            )
-            for table, schema in schemas.items()
-        }
+
+
+class _Blocks:
+    """Maker of noise blocks, which keeps the templates and specimens that it used last."""
+
+    def __init__(self, plan: Plan, store: Store) -> None:
+        self._plan = plan
+        self._templates = TemplateReader(store, plan.sensors)
+        self._errors = SpecimenErrors(plan.seed, plan.design.runout)
+
+    def make(self, schemas: Mapping[str, pa.Schema], start: int, stop: int) -> Iterator[dict[str, pa.Table]]:
+        """Yield the columns of some tables of rows ``start`` to ``stop - 1``, by noise block."""
+        plan, planned = self._plan, self._plan.table(start, stop)
+        columns = {name: column for schema in schemas.values() for name, column in _planned(planned, schema).items()}
+        cases = {name: planned[name].to_numpy() for name in CASE_COLUMNS}
+        stored = {field.name.partition("__")[0] for schema in schemas.values() for field in schema}
+        names = [name for name in FEATURES if name in stored]
+        for first in range(start, stop, NOISE_BLOCK):
+            some = slice(first - start, first - start + NOISE_BLOCK)
+            stream = noise_stream(plan.seed, plan.hash, first // NOISE_BLOCK)
+            here = {name: values[some] for name, values in cases.items()}
+            block = _block(plan, self._templates, self._errors, here, stream, names)
+            values = dict(zip(block.column_names, block, strict=True))
+            values |= {name: column[some] for name, column in columns.items() if name not in values}
+            # A block without any result has no columns of a signature.
+            yield {
+                table: pa.table(
+                    [values.get(field.name, pa.nulls(block.num_rows, field.type)) for field in schema], schema=schema
+                )
+                for table, schema in schemas.items()
+            }
 
 
 def _block(
-    plan: Plan, templates: TemplateReader, errors: SpecimenErrors, cases: Cases, stream: np.random.Generator
+    plan: Plan,
+    templates: TemplateReader,
+    errors: SpecimenErrors,
+    cases: Cases,
+    stream: np.random.Generator,
+    names: Sequence[str],
 ) -> pa.Table:
     """Return the results of the rows of a noise block; noise is drawn by tooth count, in the order of the rows."""
     places = [np.flatnonzero(cases["teeth"] == teeth) for teeth in np.unique(cases["teeth"])]
     tables = [
         _columns(
-            plan, Averages(plan, templates, errors, {name: values[rows] for name, values in cases.items()}, stream)
+            plan,
+            Averages(plan, templates, errors, {name: values[rows] for name, values in cases.items()}, stream),
+            names,
         )
         for rows in places
     ]
@@ -67,8 +154,8 @@ def _block(
     return pa.concat_tables(tables, promote_options="default").take(np.argsort(np.concatenate(places))).combine_chunks()
 
 
-def _columns(plan: Plan, averages: Averages) -> pa.Table:
-    """Return status and features of averages as columns."""
+def _columns(plan: Plan, averages: Averages, names: Sequence[str]) -> pa.Table:
+    """Return status, averages and some of their features as columns."""
     done = averages.done
     columns = {
         "status": pa.array(averages.status, pa.string()),
@@ -82,8 +169,8 @@ def _columns(plan: Plan, averages: Averages) -> pa.Table:
     results: dict[str, FloatArray | IntArray] = {"scatter": averages.scatter[done], "tsa": tsa}
     if averages.noise is not None and averages.noise_colour is not None:
         results |= {"noise": averages.noise[done], "noise_colour": averages.noise_colour[done]}
-    if len(tsa):
-        results |= _signature(tsa, averages.teeth)
+    if len(tsa) and names:
+        results |= _signature(tsa, averages.teeth, names)
     for i, sensor in enumerate(plan.sensors):
         for name, values in results.items():
             column = _lists if values.ndim == 3 else _numbers
@@ -91,11 +178,11 @@ def _columns(plan: Plan, averages: Averages) -> pa.Table:
     return pa.table(columns)
 
 
-def _signature(tsa: FloatArray, teeth: int) -> dict[str, FloatArray]:
-    """Return features of averages (rows, sensors, n): (rows, sensors) or (rows, sensors, length) each."""
+def _signature(tsa: FloatArray, teeth: int, names: Sequence[str]) -> dict[str, FloatArray]:
+    """Return some features of averages (rows, sensors, n): (rows, sensors) or (rows, sensors, length) each."""
     return {
         name: values.reshape(*tsa.shape[:2], -1) if FEATURES[name].axes else values
-        for name, values in features(tsa, teeth=teeth).items()
+        for name, values in features(tsa, teeth=teeth, names=names).items()
     }
 
 

@@ -1,19 +1,29 @@
 """Run of a plan: the planned parts without a receipt are made in parallel, until none is left."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Self
 
 from sigdb.core import InputError, OnProgress, Progress, ignore
-from sigdb.database import KINDS, Manifest, Store, finished_parts, read_manifest, read_receipts
+from sigdb.database import (
+    DIGESTS,
+    KINDS,
+    Manifest,
+    Receipt,
+    Store,
+    finished_parts,
+    part_name,
+    read_manifest,
+    read_receipts,
+)
 from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.describe_database import describe_database, plan_record
 from sigdb.sweep.work.engines import Cluster, Engine, Processes, make_missing
 from sigdb.sweep.work.ownership import ownership_of
-from sigdb.sweep.work.rows import make_row_part
+from sigdb.sweep.work.rows import make_row_part, make_virtual_part
 from sigdb.sweep.work.stored_schema import check_computable, check_equations, keep_schema
 from sigdb.sweep.work.templates import make_template_part
 
@@ -117,6 +127,7 @@ def run(
     scheduler: str | None = None,
     job: Job | None = None,
     retry_failed: bool = False,
+    materialise: bool = False,
     on_progress: OnProgress = ignore,
 ) -> SweepSummary:
     """Make a database, or its missing parts.
@@ -140,6 +151,8 @@ def run(
         The job of a batch system that this run is. It makes its share of the rows, and others may run on the place.
     retry_failed : bool
         Whether to make parts again that hold templates or rows without a result.
+    materialise : bool
+        Whether to store the rows of virtual parts too, and of all parts whatever the recipe says.
     on_progress : callable
         Called with a :class:`sigdb.core.Progress` whenever a part is finished.
 
@@ -161,12 +174,22 @@ def run(
     with ownership_of(store, job.name if job else ""):
         if job is None:
             store.clear_temporary()
-        manifest = describe_database(plan, store, recipe)
+        manifest = describe_database(plan, store, recipe, "rows" if materialise else plan.design.store)
         if retry_failed:
             _forget_failed(store, manifest)
         plans = [plan, *(plan_from(extension.resolved) for extension in manifest.extensions)]
         engine = Cluster(scheduler) if scheduler else Processes(jobs)
-        return run_parts(plans, store, engine, on_progress, job or _ALONE)
+        summary = run_parts(plans, store, engine, on_progress, job or _ALONE, materialise=materialise)
+        if materialise:
+            _delete_digests(store, {plan.hash for plan in plans})
+        return summary
+
+
+def _delete_digests(store: Store, hashes: set[str]) -> None:
+    """Delete the digests of parts whose rows are stored."""
+    for receipt in read_receipts(store, "rows", hashes):
+        if not receipt.is_virtual:
+            store.delete(part_name(DIGESTS, receipt.part))
 
 
 def append(plan: Plan, store: Store) -> None:
@@ -186,20 +209,30 @@ def _forget_failed(store: Store, manifest: Manifest) -> None:
                 store.delete(receipt.path)
 
 
-_MAKERS = {"templates": make_template_part, "rows": make_row_part}
+_MAKERS = {"templates": make_virtual_part, "rows": make_row_part}
+"""Maker of a part of rows by the stored form."""
 
 
 def run_parts(
-    plans: Sequence[Plan], store: Store, engine: Engine, on_progress: OnProgress = ignore, job: Job = _ALONE
+    plans: Sequence[Plan],
+    store: Store,
+    engine: Engine,
+    on_progress: OnProgress = ignore,
+    job: Job = _ALONE,
+    *,
+    materialise: bool = False,
 ) -> SweepSummary:
-    """Make the missing parts of a database's plans: all templates, then all rows. The caller owns the place."""
+    """Make the missing parts of a database's plans: all templates, then all rows. The caller owns the place.
+
+    Virtual parts count as missing if they are to be materialised.
+    """
     schema, hashes = keep_schema(plans[0], store), {plan.hash for plan in plans}
     check_computable(plans[0], schema, store)
     if sum(receipt.rows for receipt in read_receipts(store, "templates", hashes)) < sum(p.n_templates for p in plans):
         check_equations(schema, store)
     _make_templates(plans, store, engine, on_progress, job)
-    rows = [(plan, job.share(plan.row_part_numbers)) for plan in plans]
-    new_rows = _run_stage("rows", rows, store, engine, on_progress)
+    rows = _Stage("rows", _MAKERS[read_manifest(store).store], materialise=materialise)
+    new_rows = rows.run([(plan, job.share(plan.row_part_numbers)) for plan in plans], store, engine, on_progress)
     receipts = {name: read_receipts(store, name, hashes) for name in KINDS}
     planned = sum(plan.rows for plan in plans)
     return SweepSummary(
@@ -218,7 +251,8 @@ def _make_templates(plans: Sequence[Plan], store: Store, engine: Engine, on_prog
     Jobs begin with parts of their own, and each leaves out what others have finished in between.
     """
     shares = [(plan, job.share(plan.template_part_numbers)) for plan in plans]
-    _run_stage("templates", shares, store, engine, on_progress)
+    stage = _Stage("templates", make_template_part)
+    stage.run(shares, store, engine, on_progress)
     while job.of > 1:
         finished = finished_parts(store, "templates")
         missing = [(plan, [part for part in plan.template_part_numbers if part not in finished]) for plan in plans]
@@ -226,7 +260,7 @@ def _make_templates(plans: Sequence[Plan], store: Store, engine: Engine, on_prog
         if not missing:
             break
         plan, parts = missing[0]
-        _run_stage("templates", [(plan, parts[:_TAKEN_OVER])], store, engine, ignore)
+        stage.run([(plan, parts[:_TAKEN_OVER])], store, engine, ignore)
 
 
 _TAKEN_OVER = 8
@@ -236,34 +270,42 @@ Share = Sequence[tuple[Plan, Sequence[int]]]
 """Plans, and the numbers of their parts that are made."""
 
 
-def _run_stage(stage: str, share: Share, store: Store, engine: Engine, on_progress: OnProgress) -> int:
-    """Make the missing parts of a share and return the number of new rows or templates."""
-    hashes, wanted = {plan.hash for plan, _ in share}, {part for _, parts in share for part in parts}
-    total = sum(_size(stage, plan, part) for plan, parts in share for part in parts)
+@dataclass(frozen=True)
+class _Stage:
+    """A kind of parts, and the function that makes one; virtual parts count as missing if they are materialised."""
 
-    def count() -> dict[int, int]:
-        receipts = read_receipts(store, stage, hashes)
-        return {receipt.part: receipt.rows for receipt in receipts if receipt.part in wanted}
+    name: str
+    make: Callable[[Plan, Store, int], Receipt]
+    materialise: bool = False
 
-    def report() -> None:
-        on_progress(Progress(stage=stage, done=sum(finished.values()), total=total, before=before))
+    def run(self, share: Share, store: Store, engine: Engine, on_progress: OnProgress) -> int:
+        """Make the missing parts of a share and return the number of new rows or templates."""
+        hashes, wanted = {plan.hash for plan, _ in share}, {part for _, parts in share for part in parts}
+        total = sum(_size(self.name, plan, part) for plan, parts in share for part in parts)
 
-    finished = count()
-    before = sum(finished.values())
-    report()
-    for plan, parts in share:
-        make_missing(
-            engine,
-            _MAKERS[stage],
-            plan,
-            store,
-            numbers=parts,
-            finished=finished,
-            recount=count,
-            report=report,
-            total=f"{total} {stage}",
-        )
-    return total - before
+        def count() -> dict[int, int]:
+            receipts = [each for each in read_receipts(store, self.name, hashes) if each.part in wanted]
+            return {each.part: each.rows for each in receipts if not (self.materialise and each.is_virtual)}
+
+        def report() -> None:
+            on_progress(Progress(stage=self.name, done=sum(finished.values()), total=total, before=before))
+
+        finished = count()
+        before = sum(finished.values())
+        report()
+        for plan, parts in share:
+            make_missing(
+                engine,
+                self.make,
+                plan,
+                store,
+                numbers=parts,
+                finished=finished,
+                recount=count,
+                report=report,
+                total=f"{total} {self.name}",
+            )
+        return total - before
 
 
 def _size(stage: str, plan: Plan, part: int) -> int:
