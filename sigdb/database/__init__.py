@@ -15,6 +15,8 @@ __all__ = [
     "Manifest",
     "Match",
     "OpenTable",
+    "OtherBitsWarning",
+    "QueryCost",
     "Split",
     "database_card",
     "make_split",

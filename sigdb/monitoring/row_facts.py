@@ -25,7 +25,7 @@ def row_facts(database: Database, columns: Sequence[str], where: str | None = No
         A condition on the rows, in SQL.
     """
     receipts = {receipt.part: receipt for receipt in database.receipts("rows")}
-    files = {str(part): receipt.file("features").sha256 for part, receipt in receipts.items()}
+    files = {str(part): receipt.sha256_of("features") for part, receipt in receipts.items()}
     place = kept_place("rows", database.manifest.hash, *columns)
     kept, parts = kept_table(place)
     parts = parts or {}

@@ -52,7 +52,7 @@ def make_added_part(work: AddedWork, store: Store, part: int) -> Receipt:
         first=rows.first,
         started=started,
         status=work.added.status,
-        source=rows.averages_sha256,
+        source=rows.sha256_of("signals"),
     )
 
 

@@ -172,7 +172,7 @@ def current_parts(store: Store, added: AddedSet, rows: Mapping[int, Receipt]) ->
 
 def is_current(receipt: Receipt, rows: Receipt) -> bool:
     """Return whether a part of added features was computed from the averages of a part of rows."""
-    return (receipt.first, receipt.rows, receipt.source) == (rows.first, rows.rows, rows.averages_sha256)
+    return (receipt.first, receipt.rows, receipt.source) == (rows.first, rows.rows, rows.sha256_of("signals"))
 
 
 def file_of(added: AddedSet, receipt: Receipt) -> FileRecord:

@@ -111,10 +111,9 @@ class Receipt:
         """Tables of the part's files."""
         return (DIGESTS,) if self.is_virtual else tables_of(self.name)
 
-    @property
-    def averages_sha256(self) -> str:
-        """SHA-256 of the file that determines the averages of a part of rows: their own, or that of their digests."""
-        return self.file(DIGESTS if self.is_virtual else "signals").sha256
+    def sha256_of(self, table: str) -> str:
+        """Return the SHA-256 of the file that determines a table: that of the table, or of the digests of its rows."""
+        return self.file(DIGESTS if self.is_virtual else table).sha256
 
     def file(self, table: str) -> FileRecord:
         """Return the record of the part's file of a table."""

@@ -7,6 +7,7 @@ and imports it when the first virtual row is read.
 import re
 import threading
 import warnings
+from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from importlib import import_module
@@ -21,12 +22,16 @@ from sigdb.core import NOISE_BLOCK, IntArray
 from sigdb.database.store.checked import CheckedParquet, PartTable
 from sigdb.database.store.manifest import read_manifest
 from sigdb.database.store.receipts import DIGESTS, Receipt
-from sigdb.database.store.schema import read_schema
+from sigdb.database.store.schema import Schema, read_schema
 from sigdb.database.store.store import DamagedFileError, Store
 from sigdb.database.virtual.block_digests import StoredDigests, differing_columns
 
 _MAKER = ("sigdb.sweep", "StoredRows")
 """Package and name of the class that makes virtual rows, a :class:`RowMaker`."""
+
+
+_DIGESTS_KEPT = 8
+"""Parts whose digests are kept."""
 
 
 class OtherBitsWarning(UserWarning):
@@ -66,6 +71,25 @@ class RowMakers:
     def __init__(self, store: Store) -> None:
         self._store, self._lock = store, threading.Lock()
         self._makers: dict[str, RowMaker] = {}
+        self.has_warned = False
+        """Whether the user was warned that last bits differ."""
+        self._digests: OrderedDict[str, StoredDigests] = OrderedDict()
+
+    @cached_property
+    def schema(self) -> Schema:
+        """Columns of the database."""
+        return read_schema(self._store)
+
+    def digests(self, receipt: Receipt) -> StoredDigests:
+        """Return the digests of a part; those of few parts are kept."""
+        record = receipt.file(DIGESTS)
+        with self._lock:
+            if record.path not in self._digests:
+                self._digests[record.path] = StoredDigests(CheckedParquet(self._store, record))
+            self._digests.move_to_end(record.path)
+            if len(self._digests) > _DIGESTS_KEPT:
+                self._digests.popitem(last=False)
+            return self._digests[record.path]
 
     def of(self, receipt: Receipt) -> RowMaker:
         """Return the maker of the rows of a part."""
@@ -114,7 +138,6 @@ class VirtualTable:
     def __init__(self, store: Store, receipt: Receipt, table: str, makers: RowMakers, group: int = NOISE_BLOCK) -> None:
         self.store, self.receipt, self.table, self.record = store, receipt, table, receipt.file(DIGESTS)
         self._makers, self._group = makers, group
-        self._digests = StoredDigests(CheckedParquet(store, self.record))
 
     def in_groups(self, rows: int) -> "VirtualTable":
         """Return the table with other row groups."""
@@ -128,7 +151,7 @@ class VirtualTable:
     @cached_property
     def schema(self) -> pa.Schema:
         """Columns of the table."""
-        return read_schema(self.store).arrow(self.table)
+        return self._makers.schema.arrow(self.table)
 
     @property
     def group_rows(self) -> list[int]:
@@ -200,9 +223,9 @@ class VirtualTable:
         """Yield the noise blocks of some rows, compared with their digests."""
         if not columns:
             return
-        tables = self.maker.table(self.table, start, stop, columns)
+        tables, digests = self.maker.table(self.table, start, stop, columns), self._makers.digests(self.receipt)
         for first, block in zip(range(start, stop, NOISE_BLOCK), tables, strict=True):
-            near, other = differing_columns(block, first, self._digests)
+            near, other = differing_columns(block, first, digests)
             rows = f"rows {first} to {first + block.num_rows - 1}"
             if other:
                 raise DamagedFileError(
@@ -211,7 +234,8 @@ class VirtualTable:
                     f"verify the database, and read it with the version of sigdb that made it: sigdb verify "
                     f"{self.store} --deep",
                 )
-            if near:
+            if near and not self._makers.has_warned:
+                self._makers.has_warned = True
                 warnings.warn(
                     f"{self.store}: virtual rows differ in their last bits from those that the sweep made, first "
                     f"{near[0]} of {rows}: this processor or another version of a library rounds otherwise",

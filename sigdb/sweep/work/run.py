@@ -239,7 +239,7 @@ def run_parts(
         new_rows=new_rows,
         rows=planned,
         templates=sum(plan.n_templates for plan in plans),
-        missing_rows=planned - sum(receipt.rows for receipt in receipts["rows"]),
+        missing_rows=planned - sum(each.rows for each in receipts["rows"] if not (materialise and each.is_virtual)),
         failed=sum(receipt.failed for receipt in receipts["rows"]),
         bytes=sum(file.bytes for both in receipts.values() for receipt in both for file in receipt.files),
     )
