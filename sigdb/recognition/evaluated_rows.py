@@ -67,9 +67,10 @@ def requested_rows(model: Model, database: Database, where: str | None = None) -
 def select_rows(model: Model, database: Database, where: str | None = None) -> tuple[pd.DataFrame, Selection]:
     """Return the rows of a database that a model is evaluated on, and how they were selected."""
     check_columns_of(model.columns, model.added, database)
-    rows, target = usable_rows(database, model.target, model.columns), TARGETS[model.target]
+    every, target = usable_rows(database, model.target, model.columns), TARGETS[model.target]
+    rows = every
     if where is not None:
-        rows = rows[rows.index.isin(database.cases(where)["id"])]
+        rows = every[every.index.isin(database.cases(where)["id"])]
         if rows.empty:
             raise InputError(f"{database.store}: no row with a label meets {where}")
     across = database.manifest.is_measured != (model.sensor == MEASURED_SENSOR)
@@ -79,7 +80,10 @@ def select_rows(model: Model, database: Database, where: str | None = None) -> t
         check_across(model, database, rows)
         selection = _across(database)
     elif database.manifest.hash == model.database_hash and model.split != "S1":
-        rows, selection = _of_split(model, database, rows)
+        tested, selection = _of_split(model, database, every)  # a split is one of all rows
+        rows = tested[tested.index.isin(rows.index)]
+        if rows.empty:
+            raise InputError(f"{database.store}: no held-out row of the split {selection.split} meets {where}")
     else:
         rows, selection = _of_others(model, database, rows)
     if rows.empty:

@@ -316,3 +316,17 @@ class _Half(Oracle):
     def decision_function(self, X):
         even = (Batch.from_rows(X).table["tooth"] % 2 == 0).to_numpy()
         return np.where(even[:, None], self.other.decision_function(X), super().decision_function(X))
+
+
+def test_a_condition_keeps_the_split_of_all_rows(make_database, without_boosting):
+    grid = 'tooth = "all"\nstiffness_loss = [0.1, 0.2, 0.3]'
+    noisy = make_database(specimens=9, healthy=12, grid=grid, snr_db=0.0)
+    model = train(noisy, "severity", RecognitionSettings(folds=3, learner="lda"), split="S2")
+    every = requested_rows(model, noisy)
+    # The specimens that are left would be dealt to other folds.
+    where = f"specimen in ({every['specimen'].iloc[0]}, {every['specimen'].iloc[-1]}) and tooth = 6"
+    some = requested_rows(model, noisy, where)
+    assert len(some)
+    assert some.index.tolist() == every.index[every.index.isin(noisy.cases(where)["id"])].tolist()
+    with pytest.raises(InputError, match="no held-out row of the split S2 meets"):
+        requested_rows(model, noisy, "stiffness_loss = 0.1")
