@@ -389,7 +389,7 @@ def check_complete(database: StoredTables, columns: Sequence[str] = ()) -> None:
     """
     if database.lacks:
         raise DatabaseError(
-            f"{database.store} has {database.lacks}; finish the {database.work} first, with the same command that began it"
+            f"{database.store} has {database.lacks}; finish the {database.work} first, with the command that began it"
         )
     for name in sorted(set(columns) - set(database.dataset("features").schema.names)):
         why = f"{database.store} lacks the column {name}; give a database that has it"

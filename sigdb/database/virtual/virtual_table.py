@@ -138,15 +138,11 @@ class VirtualTable:
     def __init__(self, store: Store, receipt: Receipt, table: str, makers: RowMakers, group: int = NOISE_BLOCK) -> None:
         self.store, self.receipt, self.table, self.record = store, receipt, table, receipt.file(DIGESTS)
         self._makers, self._group = makers, group
+        self.maker = makers.of(receipt)  # in the thread that opens the table, since it imports modules
 
     def in_groups(self, rows: int) -> "VirtualTable":
         """Return the table with other row groups."""
         return VirtualTable(self.store, self.receipt, self.table, self._makers, rows)
-
-    @property
-    def maker(self) -> RowMaker:
-        """Maker of the rows."""
-        return self._makers.of(self.receipt)
 
     @cached_property
     def schema(self) -> pa.Schema:

@@ -5,7 +5,6 @@ import signal
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Protocol, TypeVar
@@ -181,14 +180,8 @@ def _make_in_process(make: Make[_Work], work: _Work, store: Store, part: int) ->
 
 def _make(make: Make[_Work], work: _Work, store: Store, part: int) -> Receipt:
     """Make a part with one thread in linear algebra: the same sums in the same order everywhere, bit for bit."""
-    with one_thread():
+    with _thread_pools(len(sys.modules)).limit(limits=1):
         return make(work, store, part)
-
-
-def one_thread() -> AbstractContextManager[Any]:
-    """Return a context in which linear algebra uses one thread."""
-    pools: AbstractContextManager[Any] = _thread_pools(len(sys.modules)).limit(limits=1)
-    return pools
 
 
 @lru_cache(maxsize=1)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pyarrow as pa
+from threadpoolctl import ThreadpoolController
 
 from sigdb.core import NOISE_BLOCK, BoolArray, FloatArray, IntArray, noise_stream
 from sigdb.database import DIGESTS, Receipt, Schema, Store, block_digests, read_schema, suffixed, write_part
@@ -15,7 +16,6 @@ from sigdb.signature import FEATURES, features
 from sigdb.sweep.plan.make_plan import plan_from
 from sigdb.sweep.plan.plan import Plan
 from sigdb.sweep.work.averages import CASE_COLUMNS, Averages, Cases, SpecimenErrors
-from sigdb.sweep.work.engines import one_thread
 from sigdb.sweep.work.templates import TemplateReader
 
 
@@ -63,6 +63,8 @@ class StoredRows:
     def __init__(self, store: Store, resolved: Mapping[str, Any]) -> None:
         self._plan, self._schema = plan_from(dict(resolved)), read_schema(store)
         self._blocks, self._lock = _Blocks(self._plan, store), threading.Lock()
+        # Searched here: a search in a thread of a query may wait for ever, as it locks the loader of libraries.
+        self._pools = ThreadpoolController()
         # Index errors are planned, but not of rows that lose contact.
         self.planned = frozenset(map(str, self._plan.table(*self._first_row).columns)) - {"index_error"}
 
@@ -82,7 +84,7 @@ class StoredRows:
             yield from (cases.slice(at, NOISE_BLOCK) for at in range(0, stop - first, NOISE_BLOCK))
             return
         for block in range(first, stop, NOISE_BLOCK):
-            with self._lock, one_thread():
+            with self._lock, self._pools.limit(limits=1):
                 (tables,) = self._blocks.make({table: schema}, block, min(block + NOISE_BLOCK, stop))
             yield tables[table]
 

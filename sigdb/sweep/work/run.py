@@ -209,8 +209,8 @@ def _forget_failed(store: Store, manifest: Manifest) -> None:
                 store.delete(receipt.path)
 
 
-_MAKERS = {"templates": make_virtual_part, "rows": make_row_part}
-"""Maker of a part of rows by the stored form."""
+_MAKERS = {"templates": make_template_part, "rows": make_row_part, "virtual rows": make_virtual_part}
+"""Maker of a part of templates, of rows, and of rows of which templates are stored."""
 
 
 def run_parts(
@@ -231,7 +231,8 @@ def run_parts(
     if sum(receipt.rows for receipt in read_receipts(store, "templates", hashes)) < sum(p.n_templates for p in plans):
         check_equations(schema, store)
     _make_templates(plans, store, engine, on_progress, job)
-    rows = _Stage("rows", _MAKERS[read_manifest(store).store], materialise=materialise)
+    form = read_manifest(store).store
+    rows = _Stage("rows", _MAKERS["rows" if form == "rows" else "virtual rows"], materialise=materialise)
     new_rows = rows.run([(plan, job.share(plan.row_part_numbers)) for plan in plans], store, engine, on_progress)
     receipts = {name: read_receipts(store, name, hashes) for name in KINDS}
     planned = sum(plan.rows for plan in plans)
@@ -251,7 +252,7 @@ def _make_templates(plans: Sequence[Plan], store: Store, engine: Engine, on_prog
     Jobs begin with parts of their own, and each leaves out what others have finished in between.
     """
     shares = [(plan, job.share(plan.template_part_numbers)) for plan in plans]
-    stage = _Stage("templates", make_template_part)
+    stage = _Stage("templates", _MAKERS["templates"])
     stage.run(shares, store, engine, on_progress)
     while job.of > 1:
         finished = finished_parts(store, "templates")
