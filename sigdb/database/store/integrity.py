@@ -13,6 +13,7 @@ from sigdb.database.store.checked import block_checksums
 from sigdb.database.store.manifest import MANIFEST_FILE
 from sigdb.database.store.plain_lists import plain_runs
 from sigdb.database.store.receipts import (
+    DIGEST_SCHEMA,
     DIGESTS,
     KINDS,
     FileRecord,
@@ -23,7 +24,7 @@ from sigdb.database.store.receipts import (
     receipt_name,
     tables_of,
 )
-from sigdb.database.store.schema import DIGEST_SCHEMA, SCHEMA_FILE, Schema
+from sigdb.database.store.schema import SCHEMA_FILE, Schema
 from sigdb.database.store.seal import unsealed
 from sigdb.database.store.store import FileError, Store
 

@@ -5,6 +5,7 @@ import re
 from collections.abc import Container, Iterable
 from dataclasses import asdict, dataclass, field
 
+import pyarrow as pa
 from pydantic import TypeAdapter
 
 from sigdb.database.store.seal import sealed_json, unsealed
@@ -17,6 +18,16 @@ TABLES_OF = {"templates": ("templates",), "rows": ("features", "signals")}
 
 DIGESTS = "digests"
 """Table of the one file of a virtual part of rows, whose rows are made when they are read."""
+
+DIGEST_SCHEMA = pa.schema(
+    [
+        pa.field("first", pa.int64(), nullable=False),
+        pa.field("column", pa.string(), nullable=False),
+        pa.field("checksum", pa.uint32(), nullable=False),
+        pa.field("size", pa.float64(), nullable=False),
+    ]
+)
+"""Columns of the table ``digests``: first id of a block, column of the rows, CRC-32, and sum of absolute values."""
 
 ADDED = "added"
 """Folder of the tables of added features; their kinds of parts begin with it and a dot."""

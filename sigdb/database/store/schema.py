@@ -32,16 +32,6 @@ _TYPES = {
 }
 """Types of columns, by their names in ``schema.json``."""
 
-DIGEST_SCHEMA = pa.schema(
-    [
-        pa.field("first", pa.int64(), nullable=False),
-        pa.field("column", pa.string(), nullable=False),
-        pa.field("checksum", pa.uint32(), nullable=False),
-        pa.field("size", pa.float64(), nullable=False),
-    ]
-)
-"""Columns of the table ``digests``: first id of a block, column of the rows, CRC-32, and sum of absolute values."""
-
 
 class StatusCode(StrEnum):
     """Short reasons why a case has no result; the status next to it is a sentence."""

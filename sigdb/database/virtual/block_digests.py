@@ -13,7 +13,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from sigdb.database.store.checked import CheckedParquet
-from sigdb.database.store.schema import DIGEST_SCHEMA
+from sigdb.database.store.receipts import DIGEST_SCHEMA
 
 _SAME_SIZE = 1e-5
 """Greatest relative difference of two sums of the same rows on different processors (assumed).
