@@ -2,8 +2,8 @@
 
 The recipe is pipelines/quick.toml with more noise draws and healthy rows, so that databases differ in their number of
 rows only. Each step is a process of its own, whose imports do not count. Memory is the greatest that it held; that of
-the workers of a sweep is not in it. Virtual rows are those of the same recipe with `store = "templates"`. Ten million of
-them take an hour: `--virtual 10000000`. The last table is computed: the cost by row of the largest database of each
+the workers of a sweep is not in it. Virtual rows are those of the same recipe with `store = "templates"`. Ten million
+of them take an hour: `--virtual 10000000`. The last table is computed: the cost by row of the largest database of each
 kind, times a billion.
 
     python benchmarks/scale.py [--rows N ...] [--virtual N ...] [--jobs 2] [--json FILE]
