@@ -1,7 +1,7 @@
 """Recipe: `pipelines/nuisances.toml` in a small form, from the sweep to a model that is no better than the bound.
 
-The bound knows that two teeth of twelve may be damaged, so that it gains in much noise; the colour leaves the noise as it
-is here.
+The bound knows that two teeth of twelve may be damaged, so that it gains in much noise; the colour leaves the noise as
+it is here.
 """
 
 import json
