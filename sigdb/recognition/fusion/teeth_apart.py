@@ -29,7 +29,8 @@ def damaged_tooth_probabilities(
     index_error
         Size of the index errors, m.
     two_apart
-        Probability, given damage, that two teeth at least three passes apart are damaged.
+        Probability, given damage, that two teeth at least three passes apart are damaged. Gears of five teeth or fewer
+        have no such two, so that all damage is of one tooth.
 
     Returns
     -------
@@ -39,8 +40,10 @@ def damaged_tooth_probabilities(
     Raises
     ------
     InputError
-        If the noise is not above 0, or averages have another length than the law.
+        If the noise is not above 0, two_apart is not a probability, or averages have another length than the law.
     """
+    if not 0 <= two_apart <= 1:
+        raise InputError(f"two_apart = {two_apart:g} must be a probability, from 0 to 1")
     if not noise > 0:
         raise InputError(f"noise = {noise:g} must be above 0: without noise there is no density")
     if x.ndim != 2 or x.shape[1] != law.samples:
@@ -55,8 +58,9 @@ def damaged_tooth_probabilities(
     distance = np.abs(np.subtract.outer(of_tooth, of_tooth))
     first, second = np.nonzero(np.triu(np.minimum(distance, law.teeth - distance) >= APART))
     double = single[:, first] + single[:, second] - gram[first, second]
+    double_share = two_apart if len(first) else 0.0
     with np.errstate(divide="ignore"):
-        prior = np.log([(1 - two_apart) / len(changes), two_apart / max(1, len(first))])
+        prior = np.log([(1 - double_share) / len(changes), double_share / max(1, len(first))])
     parts = np.hstack([np.zeros((len(x), 1)), single + prior[0], double + prior[1]])
     share = softmax(parts, axis=1)
     ones, pairs = share[:, 1 : 1 + len(changes)], share[:, 1 + len(changes) :]

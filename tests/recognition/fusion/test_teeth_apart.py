@@ -15,18 +15,18 @@ from sigdb.transmission import ToothDamage
 TEETH, STEP = 8, 4
 
 
-def small_law():
+def small_law(teeth=TEETH):
     stream = np.random.default_rng(2)
-    n = TEETH * STEP
+    n = teeth * STEP
     return AverageLaw(
-        teeth=TEETH,
+        teeth=teeth,
         keys=((0,), (1,), (2,)),
         healthy=np.array([True, False, False]),
         severity=np.zeros((3, 3)),
         signal=np.vstack([np.zeros(n), stream.standard_normal((2, n))]),
-        response=1e5 * stream.standard_normal((3, n, TEETH - 1)),
+        response=1e5 * stream.standard_normal((3, n, teeth - 1)),
         harmonic=np.zeros((3, n, 0)),
-        phases=np.zeros((3, 0, TEETH)),
+        phases=np.zeros((3, 0, teeth)),
     )
 
 
@@ -49,6 +49,36 @@ def test_they_are_the_sums_over_none_one_and_two_damages():
     assert_allclose(damaged_tooth_probabilities(law, x, noise=noise, index_error=size), expected, atol=1e-9)
 
 
+def test_teeth_of_rows_with_two_damages_apart_are_damaged_as_often_as_their_probability_says():
+    """Teeth with a probability are damaged in that share, where the rows are drawn from the prior."""
+    law, noise, size, many = small_law(), 2.0, 2e-6, 4000
+    stream = np.random.default_rng(7)
+    x = noise * stream.standard_normal((many, TEETH * STEP))
+    x += size * stream.standard_normal((many, TEETH - 1)) @ law.response[0].T
+    damaged = np.zeros((many, TEETH), dtype=bool)
+    for row, some in enumerate(stream.random(many) < 0.5):
+        if some:
+            first = stream.integers(TEETH)
+            damaged[row, [first, (first + stream.integers(3, TEETH - 2)) % TEETH]] = True
+            for tooth in np.flatnonzero(damaged[row]):
+                x[row] += np.roll(law.signal[stream.integers(1, 3)], tooth * STEP)
+    share = damaged_tooth_probabilities(law, x, noise=noise, index_error=size, two_apart=1.0)
+    for low, high in ((0.0, 0.1), (0.1, 0.5), (0.5, 0.9), (0.9, 1.0)):
+        among = (share >= low) & (share <= high)
+        assert among.sum() > 200
+        excess = np.where(among, damaged - share, 0.0).sum(axis=1)
+        assert abs(excess.sum()) < 4 * np.sqrt((excess**2).sum())
+
+
+def test_all_damage_is_of_one_tooth_where_a_gear_is_too_small_for_two_apart():
+    law, x = small_law(5), np.random.default_rng(3).standard_normal((3, 5 * STEP))
+    ones = np.stack([np.roll(law.signal[k], t * STEP) for k in (1, 2) for t in range(5)])
+    density = multivariate_normal.logpdf
+    terms = np.stack([density(x, mean, np.eye(5 * STEP)) for mean in (np.zeros(5 * STEP), *ones)], axis=1)
+    share = softmax(terms + np.log([1.0, *[0.1] * 10]), axis=1)[:, 1:].reshape(3, 2, 5).sum(axis=1)
+    assert_allclose(damaged_tooth_probabilities(law, x, noise=1.0, index_error=0.0), share, atol=1e-9)
+
+
 @pytest.mark.parametrize("teeth", [(2, 8), (5,), ()])
 def test_simulated_gears_with_none_one_or_two_damaged_teeth(database, teeth):
     """Responses of both teeth together, not the sum of their changes: each tooth is named, and no other."""
@@ -69,3 +99,5 @@ def test_averages_that_do_not_fit_are_refused():
         damaged_tooth_probabilities(law, np.zeros((1, 5)), noise=1.0, index_error=0.0)
     with pytest.raises(InputError, match="noise = 0 must be above 0"):
         damaged_tooth_probabilities(law, np.zeros((1, 32)), noise=0.0, index_error=0.0)
+    with pytest.raises(InputError, match="two_apart = 2 must be a probability"):
+        damaged_tooth_probabilities(law, np.zeros((1, 32)), noise=1.0, index_error=0.0, two_apart=2.0)
