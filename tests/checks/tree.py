@@ -31,7 +31,6 @@ SMALL = {
     "cli/options/workers.py": "the options of all commands that start workers",
     "core/compiled.py": "importing it imports numba",
     "sweep/work/life_rows.py": "the rows of lives, which the design knows nothing of",
-    "recognition/fusion/teeth_apart.py": "another hypothesis than that of fused averages: two damages",
     "recognition/idle_cores.py": "training and evaluation use it",
     "recording/evidence/kept_power.py": "imports numba",
     "recognition/laws/explained_squares.py": "importing it imports numba",
