@@ -111,7 +111,7 @@ def train(
     user_estimator
         An estimator of one's own that takes the place of the learner; see :func:`evaluate`.
     baselines
-        Whether the others are trained too, where an estimator of one's own is.
+        Whether the other learners and the baselines are trained too.
     on_step
         Called with the name of each estimator before it is trained, and with a sentence on what is left out.
 
@@ -141,14 +141,15 @@ def train(
     parts = make_split(split, rows, seed=database.manifest.seed, folds=settings.folds, allow_leak=allow_leak)
     rows = rows[parts.folds(rows) == TRAINING]
     _check_labels(database, question, rows, "training ")
-    bank = _bank(database, rows, needs_bank, on_step) if baselines else None
+    of_sigdb = baselines or user_estimator is None
+    bank = _bank(database, rows, needs_bank, on_step) if of_sigdb else None
     if (specimens := rows["specimen"].nunique()) < least_specimens(COVERAGE):
         on_step(
             f"sets and intervals of {COVERAGE:g} need {least_specimens(COVERAGE)} specimens; the training rows are of "
             f"{specimens}, so these hold all answers"
         )
     learner = wanted or default_learner(None if columns else bank)
-    unfitted = question.estimators(settings, bank) if baselines else {}
+    unfitted = question.estimators(settings, bank) if of_sigdb else {}
     if columns and user_estimator is None and learner in unfitted and not unfitted[learner].columns:
         able = ", ".join(name for name, each in unfitted.items() if each.columns)
         raise InputError(
@@ -158,6 +159,7 @@ def train(
     if user_estimator is not None:
         others = {name: each for name, each in unfitted.items() if name != user_estimator.name}
         unfitted = {user_estimator.name: user_estimator} | others
+    unfitted = unfitted if baselines else {learner: unfitted[learner]}
     on_step("reading averages")
     fitted: dict[str, Estimator] = {}
 

@@ -35,6 +35,13 @@ def test_templates_refuse_further_columns_with_the_reason(database, target):
     )
 
 
+def test_a_learner_of_sigdb_is_trained_alone_without_baselines(database, without_boosting):
+    alone = train(database, "location", SETTINGS, baselines=False)
+    every = train(database, "location", SETTINGS)
+    assert list(alone.estimators) == ["lda"] != list(every.estimators)
+    assert skops_bytes(alone.estimators) == skops_bytes({"lda": every.estimator})
+
+
 def raises(error):
     def method(*args, **options):
         raise error
