@@ -32,7 +32,7 @@ def average(teeth):
 
 def of_a_sweep(x, teeth):
     """The row's values, as lists and numbers, of an average with one sensor."""
-    return {name: values[0, 0] for name, values in sweep_rows._signature(x[None, None], teeth).items()}
+    return {name: values[0, 0] for name, values in sweep_rows._signature(x[None, None], teeth, list(FEATURES)).items()}
 
 
 def of_a_recording(x, teeth):
