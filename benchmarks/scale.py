@@ -3,8 +3,9 @@
 The recipe is pipelines/quick.toml with more noise draws and healthy rows, so that databases differ in their number of
 rows only. Each step is a process of its own, whose imports do not count. Memory is the greatest that it held; that of
 the workers of a sweep is not in it. Virtual rows are those of the same recipe with `store = "templates"`. Ten million
-of them take an hour: `--virtual 10000000`. The last table is computed: the cost by row of the largest database of each
-kind, times a billion.
+of them take a quarter of an hour: `--virtual 10000000`. The last table is computed: the cost by row of the largest
+database of each kind, times a billion. A file of the same machine and versions keeps its other sizes, so that they
+may be measured one by one.
 
     python benchmarks/scale.py [--rows N ...] [--virtual N ...] [--jobs 2] [--json FILE]
 """
@@ -44,14 +45,33 @@ def main() -> None:
         print(json.dumps(measured(STEPS[name], Path(recipe), Path(place), options.jobs)))
         return
     machine = environment("numpy", "pyarrow", "duckdb")
-    stored = [costs(rows, "rows", options.jobs) for rows in options.rows]
-    virtual = [costs(rows, "templates", options.jobs) for rows in options.virtual]
+    before = measured_before(options.json, machine)
+    stored = together(before.get("Stored rows", []), [costs(rows, "rows", options.jobs) for rows in options.rows])
+    virtual = together(
+        before.get("Virtual rows", []), [costs(rows, "templates", options.jobs) for rows in options.virtual]
+    )
     computed = [
         billion(kind, lines[-1], options.jobs) for kind, lines in (("stored", stored), ("virtual", virtual)) if lines
     ]
     publish(
         machine, {"Stored rows": stored, "Virtual rows": virtual, "A billion rows, computed": computed}, options.json
     )
+
+
+def measured_before(file: Path | None, machine: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tables of a file that were measured on a machine like this one, with the same versions."""
+    if file is None or not file.exists():
+        return {}
+    document = json.loads(file.read_text(encoding="utf-8"))
+    same = all(document["machine"].get(key) == value for key, value in machine.items() if key != "load")
+    tables: dict[str, Any] = document["tables"]
+    return tables if same else {}
+
+
+def together(before: list[dict[str, Any]], now: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the lines of databases by their number of rows, the newer one of each."""
+    lines = {line["rows"]: line for line in [*before, *now]}
+    return [lines[rows] for rows in sorted(lines)]
 
 
 def billion(kind: str, line: Mapping[str, Any], jobs: int) -> dict[str, Any]:

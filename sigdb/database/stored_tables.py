@@ -63,6 +63,7 @@ class StoredTables:
         ]
         self._tables: dict[str, tuple[PartTable, ...]] = {}
         self._makers = RowMakers(self.store)
+        self._plain: dict[int, PlainLists] = {}
         self._lock, self._closed = threading.Lock(), False
         self._shared: Engine | None = None
         self._engines: weakref.WeakSet[Engine] = weakref.WeakSet()
@@ -262,13 +263,13 @@ class StoredTables:
         order = np.argsort(ids, kind="stable")
         in_part, others = ids // self.manifest.part_rows, np.full(ids.size, True)
         for places in np.split(order, np.flatnonzero(np.diff(in_part[order])) + 1):
-            part = int(in_part[places[0]]) if places.size else -1
-            if part not in self._plain_files:
+            receipt = self._receipts["rows"].get(int(in_part[places[0]])) if places.size else None
+            file = self._plain_file(receipt) if receipt is not None else None
+            if receipt is None or file is None:
                 continue
-            receipt = self._receipts["rows"][part]
             present = places[ids[places] < receipt.first + receipt.rows]
             with self._reading():
-                for here, lists in plain_lists(self._plain_files[part], columns, present, ids[present] - receipt.first):
+                for here, lists in plain_lists(file, columns, present, ids[present] - receipt.first):
                     others[here] = False
                     yield here, lists
         for places, rows in self._signal_rows(ids[others], columns.values()):
@@ -291,14 +292,14 @@ class StoredTables:
             present = [group for group in groups if group < len(file.group_rows)]
             return file.read(present, columns)
 
-    @cached_property
-    def _plain_files(self) -> dict[int, PlainLists]:
-        """Files of ``signals`` by part whose rows can be read without decoding."""
-        if self.store.folder is None:
-            return {}
-        stored = [receipt for receipt in self.receipts("rows") if not receipt.is_virtual]
-        records = {receipt.part: receipt.file("signals") for receipt in stored}
-        return {part: PlainLists(self.store, record) for part, record in records.items() if record.plain}
+    def _plain_file(self, receipt: Receipt) -> PlainLists | None:
+        """Return the file of ``signals`` of a part whose rows can be read without decoding; None where they cannot."""
+        if self.store.folder is None or receipt.is_virtual:
+            return None
+        record = receipt.file("signals")
+        if record.plain and receipt.part not in self._plain:
+            self._plain[receipt.part] = PlainLists(self.store, record)
+        return self._plain.get(receipt.part)
 
     @cached_property
     def _signal_files(self) -> dict[int, PartTable]:

@@ -125,7 +125,7 @@ def test_a_database_is_read_by_place_as_it_is_decoded(folder, parts_folder):
         stored = database.dataset("signals").to_table().to_pandas().set_index("id").loc[ids]
         for key in ("tsa", "spectrum"):
             assert np.array_equal(signals[key], np.stack(stored[key]))
-    assert {*database._plain_files} == {0, 1, 2}
+    assert {*database._plain} == {0, 1, 2}
 
 
 def test_a_receipt_that_says_another_place_is_damage(store, numbers):
