@@ -89,11 +89,13 @@ class Source:
         if self.bank is not None:
             teeth = rig.gears[gear].teeth
             of_speed, of_torque = self.bank.stored_point(speed_rpm, torque, teeth)
+            templates = Templates.stored(self.bank, speed_rpm=speed_rpm, torque=torque, teeth=teeth)
+            stated = f"The stored templates at {of_speed:.5g} rpm and {of_torque:.5g} N m stand for this machine"
+            others = templates.member.max(initial=0)
+            drawn = f", or those of one of {others} machines with the nuisances that their recipe states"
             return SimulatedTemplates(
-                templates=Templates.stored(self.bank, speed_rpm=speed_rpm, torque=torque, teeth=teeth),
-                assumed=(
-                    f"The stored templates at {of_speed:.5g} rpm and {of_torque:.5g} N m stand for this machine.",
-                ),
+                templates=templates,
+                assumed=(f"{stated}{drawn if others else ''}.",),
                 machine="",
                 speed_rpm=speed_rpm,
                 torque=torque,

@@ -11,8 +11,10 @@ import pandas as pd
 from sigdb.core import BoolArray, ComplexArray, FloatArray, IntArray
 from sigdb.database import QUANTITIES
 from sigdb.diagnosis.change.average_spectrum import AverageSpectrum
+from sigdb.diagnosis.change.change import MODULATION
 from sigdb.diagnosis.change.path import path_gain
 from sigdb.dynamics import prepare_periodic
+from sigdb.measurement import NuisanceMixture
 from sigdb.transmission import Damage, Transmission, as_damage
 
 if TYPE_CHECKING:
@@ -25,6 +27,16 @@ CASES = (
     {"phase_shift_deg": 1.5},
 )
 """Damage of the templates that are simulated for a recording."""
+
+MOST_MACHINES = 7
+"""Machines with nuisances whose templates are added to each stored one, at most."""
+
+_MOST_STORED = 1024
+"""Stored templates, those of machines with nuisances included, where each has more than one."""
+
+_OF_SOUND_GEAR = 0.05
+"""Share of the energy of a nuisance's change of the healthy average between the mesh harmonics, above which it is of
+the gear's teeth."""
 
 _ALIKE = 0.9
 """Share of its energy, as a mean over the bands, that a template has in common with one that stands for it."""
@@ -114,19 +126,30 @@ class Templates:
 
     @classmethod
     def stored(cls, bank: "TemplateBank", *, speed_rpm: float, torque: float, teeth: int) -> Self:
-        """Return the templates of a database or a model at an operating point."""
+        """Return the templates of a database or a model at an operating point.
+
+        Where the database states nuisances, templates of machines that have them are added to each of its own.
+        """
         point = (np.array([value]) for value in (speed_rpm, torque, teeth))
         ((local, _, coefficients),) = bank.locals(*point)
         X = np.fft.rfft(local.signals(coefficients)[0], axis=1)
         damaged = ~local.healthy
+        spectra = (X[damaged] - X[local.healthy][0])[None]
+        nuisances = bank.nuisances(speed_rpm, torque, teeth)
+        if nuisances is not None:
+            modes = np.fft.rfft(nuisances.modes, axis=1)
+            changes = _changes(modes, nuisances.counts, nuisances.mixture, healthy=local.healthy, teeth=teeth)
+            spectra = np.concatenate([spectra, spectra + changes])
+        machines, stored, _ = spectra.shape
+        severity = pd.DataFrame(local.severity[damaged], columns=list(QUANTITIES))
         return cls(
             teeth=teeth,
             samples=local.samples,
-            healthy=X[local.healthy][:1],
-            spectra=X[damaged] - X[local.healthy][0],
-            member=np.zeros(int(damaged.sum()), int),
-            severity=pd.DataFrame(local.severity[damaged], columns=list(QUANTITIES)),
-            last=np.zeros(int(damaged.sum()), bool),
+            healthy=np.repeat(X[local.healthy][:1], machines, axis=0),
+            spectra=spectra.reshape(machines * stored, -1),
+            member=np.repeat(np.arange(machines), stored),
+            severity=pd.concat([severity] * machines, ignore_index=True),
+            last=np.zeros(machines * stored, bool),
             described=True,
         )
 
@@ -191,6 +214,43 @@ class BehindPath:
             missing &= alike[best] < _ALIKE
             missing[best] = False
         return self.spectra[chosen]
+
+
+def _changes(
+    modes: ComplexArray, counts: Sequence[int], mixture: NuisanceMixture, *, healthy: BoolArray, teeth: int
+) -> ComplexArray:
+    """Draw changes of the spectra of damaged templates by nuisances, (machines, T, n / 2 + 1).
+
+    Healthy recordings of the machine show how its nuisances change the sound gear. So index errors are left out, and so
+    are the mesh harmonics: a change is how the damage looks different in another machine.
+
+    Parameters
+    ----------
+    modes
+        (templates, n / 2 + 1, modes) spectra of the modes, those of each nuisance together.
+    counts
+        Number of modes of each nuisance.
+    mixture
+        Which nuisances a machine has.
+    healthy
+        (templates,) whether a template is of a healthy gear.
+    teeth
+        Tooth count Z.
+    """
+    orders = np.arange(modes.shape[1])
+    between = np.minimum(orders % teeth, -orders % teeth) > MODULATION
+    sound = np.abs(modes[healthy][0]) ** 2
+    number = np.repeat(np.arange(len(counts)), counts)
+    total, far = (np.bincount(number, each, len(counts)) for each in (sound.sum(axis=0), sound[between].sum(axis=0)))
+    cancels = (far > _OF_SOUND_GEAR * total)[number]
+    parts = mixture.factors(counts) * ~cancels
+    weight = np.array([part.weight for part in mixture.parts]) * parts.any(axis=1)
+    damaged = modes[~healthy] * between[:, None]
+    machines = int(np.clip(_MOST_STORED // len(damaged) - 1, 1, MOST_MACHINES)) if weight.any() else 0
+    stream = np.random.default_rng(0)
+    part = stream.choice(len(parts), (machines, len(damaged)), p=weight / weight.sum() if machines else None)
+    numbers = stream.standard_normal((*part.shape, len(number))) * parts[part]
+    return np.einsum("tkq,mtq->mtk", damaged, numbers)
 
 
 def _next_opens(damages: Sequence[Damage], opens: BoolArray, number: int) -> bool:

@@ -19,6 +19,7 @@ from sigdb.database import (
     severity_levels,
     suffixed,
 )
+from sigdb.recognition.laws.mixture_laws import Nuisances
 from sigdb.recognition.rows.batch import Batch
 from sigdb.recognition.templates.hypotheses import Hypotheses
 from sigdb.recognition.templates.local_templates import LocalTemplates, SpeedRanges
@@ -108,8 +109,7 @@ class TemplateBank:
         ------
         NotApplicableError
             If there are no templates, as in a database of recordings, or if an operating point has no healthy or no
-            damaged template. Also if rows are of a single revolution, since there is no scatter between revolutions to
-            take the noise from.
+            damaged template. Also if rows are of a single revolution, which has no scatter to take the noise from.
         InputError
             If the database has no such sensor.
         """
@@ -144,8 +144,8 @@ class TemplateBank:
             size, count = (errors[name].to_numpy(float) for name in ("index_error", "n"))
             index_error = float(np.sqrt(size**2 @ count / count.sum()))
         noise = float(rows["noise"].min())
-        facts: dict[str, Any] = {"sensor": sensor, "index_error": index_error}
-        facts["quantities"] = database_quantities(database)
+        quantities = database_quantities(database)
+        facts: dict[str, Any] = {"sensor": sensor, "index_error": index_error, "quantities": quantities}
         parts = []
         for teeth in sorted(set(points["teeth"].astype(int))):
             alike = points.loc[points["teeth"] == teeth, ["speed_rpm", "torque"]].to_numpy(float)
@@ -190,8 +190,7 @@ class TemplateBank:
         index_error
             Size of the index errors, m.
         noise
-            Standard deviation of the noise of the quietest average, which errors are compared with, in the unit of the
-            signal.
+            Deviation of the noise of the quietest average, which errors are compared with, in the signal's unit.
         quantities
             Quantities of the severity, see :func:`sigdb.database.severity_quantities`.
         """
@@ -213,8 +212,7 @@ class TemplateBank:
         if (signals := stored_signals(kept)) is not None:
             estimated, places = interpolation(signals[0], teeth=laws[0].teeth, noise=noise)
             if estimated.holds:
-                between = (estimated,)
-                kept = kept if len(places) == len(points) else stored(places.tolist())
+                between, kept = (estimated,), kept if len(places) == len(points) else stored(places.tolist())
         sizes = severity_interpolation(
             laws[0].teeth,
             [severity_levels(law.cases, quantities).to_numpy() for law in laws],
@@ -294,6 +292,13 @@ class TemplateBank:
                 else:
                     local = ranges.templates(number)
                     yield local, at, local.coefficients(ranges.clipped(speed_rpm[at]), torque[at])
+
+    def nuisances(self, speed_rpm: float, torque: float, teeth: int) -> Nuisances | None:
+        """Return the nuisances of the templates that :meth:`locals` yields for an operating point; None without any."""
+        if teeth in self._ranges:
+            return self._ranges[teeth].nuisances(speed_rpm)
+        (place,) = self.nearest(np.array([speed_rpm]), np.array([torque]), np.array([teeth]))
+        return self.points[place].nuisances
 
     def stored_point(self, speed_rpm: float, torque: float, teeth: int) -> tuple[float, float]:
         """Return the operating point, rpm and N m, whose templates stand for one: itself where the bank interpolates.

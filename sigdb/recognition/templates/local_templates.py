@@ -274,6 +274,14 @@ class SpeedRanges:
             self._kept[place] = self._local(place)
         return self._kept[place]
 
+    def nuisances(self, speed_rpm: float) -> Nuisances | None:
+        """Return the nuisances of the templates of the range of a speed, at a usual torque; None without any."""
+        place = self.place(np.array([speed_rpm]))
+        middle = range_middles(self._reach, self._count)[0][place]
+        existing = np.flatnonzero(np.isfinite(self._curve.at(middle, 0)[0, :, 0, 0]))
+        nuisances = self._nuisances.at(float(middle[0]), self._torque)
+        return None if nuisances is None else nuisances.only(existing)
+
     def _local(self, place: int) -> LocalTemplates:
         middles, half = range_middles(self._reach, self._count)
         middle = float(middles[place])
@@ -299,10 +307,10 @@ class SpeedRanges:
             turn_invariant=True,
             precision=_PRECISION,
         )
-        mixture, nuisances = None, self._nuisances.at(middle, self._torque)
+        mixture, nuisances = None, self.nuisances(middle)
         if nuisances is not None:
             errors = self._basis.T @ response[existing, 1:last].transpose(0, 2, 1)
-            mixture = MixtureLaws.of(laws, errors, nuisances.only(existing), signals, least=self._nuisances.least_mode)
+            mixture = MixtureLaws.of(laws, errors, nuisances, signals, least=self._nuisances.least_mode)
         share = self._share[existing].copy()
         for kind in (healthy, ~healthy):
             share[kind] /= share[kind].sum()
